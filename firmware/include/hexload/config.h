@@ -1,0 +1,98 @@
+/// @file config.h
+/// Everything about the machine, its sensors and the tuning: a plain struct that may live in flash.
+///
+/// Frames and signs (all files): base B is fixed with z up, platform A moves with its origin O_A at the
+/// control point. R takes platform axes to base axes. p is the displacement of O_A from its home position. A
+/// leg is extended when its displacement is positive and pushes the platform away from the base when its
+/// force is.
+#ifndef HEXLOAD_CONFIG_H
+#define HEXLOAD_CONFIG_H
+
+#include "hexload/real.h"
+#include "hexload/status.h"
+
+HEXLOAD_DECLS_BEGIN
+
+enum { HEXLOAD_LEGS = 6 };
+
+/// Entries of an inertia tensor, in this order. Products are tensor entries: IXY = -integral of x y dm.
+enum hexload_inertia {
+    HEXLOAD_I_XX,
+    HEXLOAD_I_YY,
+    HEXLOAD_I_ZZ,
+    HEXLOAD_I_XY,
+    HEXLOAD_I_XZ,
+    HEXLOAD_I_YZ,
+    HEXLOAD_I_DIM
+};
+
+/// The hexapod's kinematics.
+typedef struct hexload_geometry {
+    hexload_real_t base_hinge_m[HEXLOAD_LEGS][3];     ///< b_i in base axes
+    hexload_real_t platform_hinge_m[HEXLOAD_LEGS][3]; ///< a_i in platform axes
+    hexload_real_t home_leg_length_m[HEXLOAD_LEGS];   ///< L0_i: length at displacement 0; > 0
+    hexload_real_t stroke_min_m; ///< shortest displacement; < stroke_max_m. Beyond: health bit only
+    hexload_real_t stroke_max_m; ///< longest displacement
+} hexload_geometry_t;
+
+/// The empty platform, without load.
+typedef struct hexload_platform {
+    hexload_real_t mass_kg;                      ///< m_a > 0
+    hexload_real_t com_m[3];                     ///< centre of mass in platform axes
+    hexload_real_t inertia_kg_m2[HEXLOAD_I_DIM]; ///< tensor about O_A in platform axes
+} hexload_platform_t;
+
+/// White noise of the sensors at the tick rate, per leg. Understating it makes every sigma too small.
+typedef struct hexload_sensors {
+    hexload_real_t velocity_sigma_m_s; ///< > 0
+    hexload_real_t force_sigma_n;      ///< > 0
+} hexload_sensors_t;
+
+/// Tuning of the paper's filter. Standard deviations, not variances.
+typedef struct hexload_paper_config {
+    hexload_real_t load_mass_kg;     ///< m_l > 0, known beforehand as in the paper
+    hexload_real_t prior_dz_sigma_m; ///< of the load's centre of mass height; > 0
+    hexload_real_t
+        prior_inertia_sigma_kg_m2[3];   ///< of Ixx, Iyy, Izz; > 0. Too small for the load: slow and biased
+    hexload_real_t gate_nis;            ///< innovations beyond are not used; > 3. Larger: trusts spikes more
+    hexload_real_t inconsistent_nis;    ///< verdict "inconsistent" above this mean NIS; > 3 (ideal: 3)
+    hexload_real_t nis_time_constant_s; ///< of that mean; >= tick_s
+    hexload_real_t converged_relative_sigma; ///< "converged" when sigma is below this part of the value; 0..1
+    uint32_t longest_gap_ticks;  ///< missing ticks that one trapezoid bridges; >= 1. Beyond: rates restart
+    uint32_t longest_gate_ticks; ///< innovations gated one after the other; >= 1. Beyond: rates restart
+} hexload_paper_config_t;
+
+typedef struct hexload_config {
+    hexload_real_t tick_s; ///< sampling period; 1e-4..1e-2
+    hexload_geometry_t geometry;
+    hexload_platform_t platform;
+    hexload_sensors_t sensors;
+    hexload_paper_config_t paper;
+} hexload_config_t;
+
+/// Start covariance of the paper's filter.
+typedef enum hexload_prior {
+    /// sigma 0.3162 m for dz and a radius of gyration of 0.2115 m for the inertias: at the paper's 500 kg
+    /// P0 = diag(0.1, 500, 500, 500). The default.
+    HEXLOAD_PRIOR_SAFE,
+    /// The paper's P0 = diag(1, 1, 1, 1, 10, 500, 500): the true Ixx is then 7.9 sigma away at the start.
+    HEXLOAD_PRIOR_PRINTED,
+} hexload_prior_t;
+
+/// Fills in the paper's machine (Table 1 with hinge half angles of 15 and 10 degrees), nominal sensors
+/// (1 mm/s, 5 N), 1 ms, the paper's 500 kg and the safe prior. The one place where defaults stand.
+void hexload_config_default(hexload_config_t* config);
+
+/// Sets the four prior sigmas of config->paper for its load mass.
+void hexload_config_set_prior(hexload_config_t* config, hexload_prior_t prior);
+
+/// Checks every field's range.
+/// @param[out] bad_field name of the first field outside its range, e.g. "geometry.home_leg_length_m"; static
+///             storage; NULL when all are well. May itself be NULL.
+/// @return HEXLOAD_OK or HEXLOAD_ERR_CONFIG. Reentrant. Not for the 1 ms path.
+HEXLOAD_MUST_USE hexload_status_t hexload_config_check(const hexload_config_t* config,
+                                                       const char** bad_field);
+
+HEXLOAD_DECLS_END
+
+#endif

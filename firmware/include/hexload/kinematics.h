@@ -1,0 +1,65 @@
+/// @file kinematics.h
+/// Second stage: pose, Jacobian and twist of the platform from the legs. Paper (1)-(4).
+#ifndef HEXLOAD_KINEMATICS_H
+#define HEXLOAD_KINEMATICS_H
+
+#include "hexload/leg_sample.h"
+
+HEXLOAD_DECLS_BEGIN
+
+/// Newton steps that one call may take; a tick that follows another needs one, a start from home about five.
+enum { HEXLOAD_NEWTON_STEPS_MAX = 12 };
+
+/// Motion of the platform at one tick. Twists are [v; omega], base axes, of O_A.
+typedef struct hexload_motion {
+    hexload_real_t p_m[3];             ///< O_A minus its home position, base axes
+    hexload_real_t quaternion[4];      ///< w, x, y, z of R; unit
+    hexload_real_t R[3][3];            ///< base <- platform
+    hexload_real_t J[HEXLOAD_LEGS][6]; ///< leg velocities = J [v; omega]; row i = [e_i, R a_i x e_i]
+    hexload_real_t twist[6];           ///< [v m/s; omega rad/s] from the measured leg velocities
+    hexload_real_t rate_gain[3]
+                            [HEXLOAD_LEGS]; ///< lower half of J^-1: omega = rate_gain * leg velocities; 1/m
+    uint32_t newton_steps;                  ///< steps taken by this call
+} hexload_motion_t;
+
+/// Constants of the geometry and the last pose, from which the next search starts.
+typedef struct hexload_kinematics {
+    hexload_real_t home_leg_m[HEXLOAD_LEGS][3];  ///< p0 + a_i - b_i
+    hexload_real_t home_defect_m2[HEXLOAD_LEGS]; ///< its square minus L0_i^2: 0 on a symmetric machine
+    hexload_real_t home_height_m;                ///< h0: with R = E the mean leg length is the mean L0_i
+    hexload_real_t p_m[3];
+    hexload_real_t quaternion[4];
+    hexload_real_t twist[6];
+} hexload_kinematics_t;
+
+/// Finds the home height and starts at the home pose.
+/// @return HEXLOAD_OK; HEXLOAD_ERR_POSE: no height fits these legs; HEXLOAD_ERR_SINGULAR: home is a singular
+/// pose.
+HEXLOAD_MUST_USE hexload_status_t hexload_kinematics_init(hexload_kinematics_t* self,
+                                                          const hexload_config_t* config);
+
+/// Forward kinematics by Newton's method, started from the last pose carried on by the last twist, then the
+/// Jacobian and the twist in the new pose. Leg lengths of the result agree with the displacements to a few
+/// ulp.
+/// @param gap_ticks periods since the last call, as hexload_leg_sample_check() gives it.
+/// @return HEXLOAD_OK, HEXLOAD_ERR_POSE or HEXLOAD_ERR_SINGULAR; then self and motion do not change.
+///         Reentrant. Worst case: HEXLOAD_NEWTON_STEPS_MAX + 1 factorisations of a 6 x 6 matrix; 2 on a usual
+///         tick.
+HEXLOAD_MUST_USE hexload_status_t hexload_kinematics_solve(hexload_kinematics_t* self,
+                                                           const hexload_config_t* config,
+                                                           const hexload_leg_sample_t* sample,
+                                                           uint32_t gap_ticks, hexload_motion_t* motion);
+
+/// Components of a vector in platform axes, from those in base axes: R^T x.
+static inline void hexload_motion_to_platform(const hexload_motion_t* motion,
+                                              const hexload_real_t base_axes[3],
+                                              hexload_real_t platform_axes[3]) {
+    for (int k = 0; k < 3; k++) {
+        platform_axes[k] =
+            motion->R[0][k] * base_axes[0] + motion->R[1][k] * base_axes[1] + motion->R[2][k] * base_axes[2];
+    }
+}
+
+HEXLOAD_DECLS_END
+
+#endif

@@ -1,0 +1,43 @@
+/// @file leg_sample.h
+/// First stage: what the legs' sensors said at one tick, and whether it can be used.
+#ifndef HEXLOAD_LEG_SAMPLE_H
+#define HEXLOAD_LEG_SAMPLE_H
+
+#include "hexload/config.h"
+
+HEXLOAD_DECLS_BEGIN
+
+/// All channels of all legs, taken at the same instant.
+typedef struct hexload_leg_sample {
+    uint32_t tick;                               ///< counts sampling periods; may wrap
+    hexload_real_t displacement_m[HEXLOAD_LEGS]; ///< leg length minus home length
+    hexload_real_t velocity_m_s[HEXLOAD_LEGS];   ///< its rate
+    hexload_real_t force_n[HEXLOAD_LEGS];        ///< positive pushes the platform away from the base
+} hexload_leg_sample_t;
+
+/// Last accepted tick.
+typedef struct hexload_leg_gate {
+    uint32_t last_tick;
+    uint32_t accepted; ///< samples so far, saturating; 0: last_tick means nothing
+} hexload_leg_gate_t;
+
+void hexload_leg_sample_init(hexload_leg_gate_t* self);
+
+/// Checks a sample: finite, every leg longer than nothing, later than the last.
+/// @param[out] gap_ticks periods since the last accepted sample: 1 when none is missing, 0 for the first
+/// sample.
+/// @param[in,out] health sets LEG_OUT_OF_STROKE, SAMPLE_MISSING.
+/// @return HEXLOAD_OK, HEXLOAD_ERR_SAMPLE, HEXLOAD_ERR_TICK. self does not change:
+/// hexload_leg_sample_accept() does that
+///         once the later stages have taken the sample too.
+HEXLOAD_MUST_USE hexload_status_t hexload_leg_sample_check(const hexload_leg_gate_t* self,
+                                                           const hexload_config_t* config,
+                                                           const hexload_leg_sample_t* sample,
+                                                           uint32_t* gap_ticks, uint32_t* health);
+
+/// Remembers the sample's tick.
+void hexload_leg_sample_accept(hexload_leg_gate_t* self, const hexload_leg_sample_t* sample);
+
+HEXLOAD_DECLS_END
+
+#endif

@@ -1,0 +1,51 @@
+/// @file real.h
+/// The one floating-point type of the core and what it takes from libm.
+///
+/// The controller build is single precision throughout. A build with HEXLOAD_REFERENCE_DOUBLE is the
+/// double-precision reference that the tests compare with; nothing else differs between the two.
+#ifndef HEXLOAD_REAL_H
+#define HEXLOAD_REAL_H
+
+#include <math.h>
+
+#ifdef __cplusplus
+#define HEXLOAD_DECLS_BEGIN extern "C" {
+#define HEXLOAD_DECLS_END }
+#else
+#define HEXLOAD_DECLS_BEGIN
+#define HEXLOAD_DECLS_END
+#endif
+
+#ifdef HEXLOAD_REFERENCE_DOUBLE
+typedef double hexload_real_t;
+#define HEXLOAD_REAL(literal) literal
+#define HEXLOAD_REAL_EPSILON 2.220446049250313e-16
+static inline hexload_real_t hexload_sqrt(hexload_real_t x) {
+    return sqrt(x);
+}
+static inline hexload_real_t hexload_abs(hexload_real_t x) {
+    return fabs(x);
+}
+#else
+typedef float hexload_real_t;
+/// A literal in the core's precision: HEXLOAD_REAL(0.1) is 0.1f, never a double.
+#define HEXLOAD_REAL(literal) literal##f
+/// Distance from 1 to the next larger number.
+#define HEXLOAD_REAL_EPSILON 1.1920929e-7f
+static inline hexload_real_t hexload_sqrt(hexload_real_t x) {
+    return sqrtf(x);
+}
+static inline hexload_real_t hexload_abs(hexload_real_t x) {
+    return fabsf(x);
+}
+#endif
+
+/// Larger and smaller of two numbers; with a NaN the second argument.
+static inline hexload_real_t hexload_max(hexload_real_t a, hexload_real_t b) {
+    return a > b ? a : b;
+}
+static inline hexload_real_t hexload_min(hexload_real_t a, hexload_real_t b) {
+    return a < b ? a : b;
+}
+
+#endif

@@ -1,0 +1,62 @@
+/// @file status.h
+/// What a call returns (status) and what it has to tell although it ran (health).
+#ifndef HEXLOAD_STATUS_H
+#define HEXLOAD_STATUS_H
+
+#include "hexload/real.h"
+
+#include <stdint.h>
+
+HEXLOAD_DECLS_BEGIN
+
+#if defined(__GNUC__)
+#define HEXLOAD_MUST_USE __attribute__((warn_unused_result))
+#else
+#define HEXLOAD_MUST_USE
+#endif
+
+/// Result of a call. Zero: done. Negative: refused, and the caller's state is what it was before the call.
+typedef enum hexload_status {
+    HEXLOAD_OK = 0,
+    HEXLOAD_ERR_CONFIG = -1,   ///< hexload_config_check() names the field
+    HEXLOAD_ERR_SAMPLE = -2,   ///< a channel is not finite, or a leg would have no length
+    HEXLOAD_ERR_TICK = -3,     ///< the tick is not later than the last accepted one
+    HEXLOAD_ERR_POSE = -4,     ///< forward kinematics found no pose for these displacements
+    HEXLOAD_ERR_SINGULAR = -5, ///< the leg Jacobian cannot be inverted in this pose
+} hexload_status_t;
+
+/// Health bits of one tick: the tick ran, but ... Each bit has a counter in hexload_health_t.
+typedef enum hexload_health_bit {
+    HEXLOAD_HEALTH_LEG_OUT_OF_STROKE = 0, ///< a displacement is outside the configured stroke
+    HEXLOAD_HEALTH_SAMPLE_MISSING = 1,    ///< ticks are missing before this one and were bridged
+    HEXLOAD_HEALTH_RATE_RESEEDED = 2,     ///< the gap was too long to bridge: rates restart from the sensors
+    HEXLOAD_HEALTH_MEASUREMENT_GATED = 3, ///< the innovation is beyond the gate and was not used
+    HEXLOAD_HEALTH_INERTIA_BOUNDED =
+        4, ///< the model used a bound instead of an estimate that no body can have
+    HEXLOAD_HEALTH_COVARIANCE_BOUNDED = 5, ///< a variance was held at its floor
+    HEXLOAD_HEALTH_NOT_EXCITED = 6,        ///< the motion has told (nearly) nothing about a parameter
+    HEXLOAD_HEALTH_INCONSISTENT = 7, ///< innovations or inertia contradict the model or the stated sigmas
+    HEXLOAD_HEALTH_BITS = 8
+} hexload_health_bit_t;
+
+/// Health of the last tick and how often each bit was set since the start. Counters saturate.
+typedef struct hexload_health {
+    uint32_t bits;                       ///< bit n is hexload_health_bit_t n
+    uint32_t count[HEXLOAD_HEALTH_BITS]; ///< ticks with that bit
+    uint32_t refused;                    ///< samples refused with a negative status
+} hexload_health_t;
+
+/// Sets a health bit of the present tick. Reentrant, constant time.
+static inline void hexload_health_set(uint32_t* bits, hexload_health_bit_t bit) {
+    *bits |= (uint32_t)1u << (unsigned)bit;
+}
+
+/// Short name of a status for messages, e.g. "pose not found". Never NULL; static storage.
+const char* hexload_status_name(hexload_status_t status);
+
+/// Short name of a health bit for messages, e.g. "measurement gated". Never NULL; static storage.
+const char* hexload_health_name(hexload_health_bit_t bit);
+
+HEXLOAD_DECLS_END
+
+#endif

@@ -1,0 +1,136 @@
+#include "hexload/config.h"
+
+#include <stdbool.h>
+#include <stddef.h>
+
+void hexload_config_default(hexload_config_t* config) {
+    // Paper, Table 1; hinges at radii 0.4 and 0.6 m, 15 and 10 degrees from the axes of symmetry.
+    static const hexload_config_t paper_machine = {
+        .tick_s = HEXLOAD_REAL(0.001),
+        .geometry =
+            {.base_hinge_m = {{HEXLOAD_REAL(0.5908846518), HEXLOAD_REAL(0.1041889066), HEXLOAD_REAL(0.0)},
+                              {HEXLOAD_REAL(-0.2052120860), HEXLOAD_REAL(0.5638155725), HEXLOAD_REAL(0.0)},
+                              {HEXLOAD_REAL(-0.3856725658), HEXLOAD_REAL(0.4596266659), HEXLOAD_REAL(0.0)},
+                              {HEXLOAD_REAL(-0.3856725658), HEXLOAD_REAL(-0.4596266659), HEXLOAD_REAL(0.0)},
+                              {HEXLOAD_REAL(-0.2052120860), HEXLOAD_REAL(-0.5638155725), HEXLOAD_REAL(0.0)},
+                              {HEXLOAD_REAL(0.5908846518), HEXLOAD_REAL(-0.1041889066), HEXLOAD_REAL(0.0)}},
+             .platform_hinge_m =
+                 {{HEXLOAD_REAL(0.2828427125), HEXLOAD_REAL(0.2828427125), HEXLOAD_REAL(0.0)},
+                  {HEXLOAD_REAL(0.1035276180), HEXLOAD_REAL(0.3863703305), HEXLOAD_REAL(0.0)},
+                  {HEXLOAD_REAL(-0.3863703305), HEXLOAD_REAL(0.1035276180), HEXLOAD_REAL(0.0)},
+                  {HEXLOAD_REAL(-0.3863703305), HEXLOAD_REAL(-0.1035276180), HEXLOAD_REAL(0.0)},
+                  {HEXLOAD_REAL(0.1035276180), HEXLOAD_REAL(-0.3863703305), HEXLOAD_REAL(0.0)},
+                  {HEXLOAD_REAL(0.2828427125), HEXLOAD_REAL(-0.2828427125), HEXLOAD_REAL(0.0)}},
+             .home_leg_length_m = {HEXLOAD_REAL(0.8741), HEXLOAD_REAL(0.8741), HEXLOAD_REAL(0.8741),
+                                   HEXLOAD_REAL(0.8741), HEXLOAD_REAL(0.8741), HEXLOAD_REAL(0.8741)},
+             .stroke_min_m = HEXLOAD_REAL(-0.3),
+             .stroke_max_m = HEXLOAD_REAL(0.3)},
+        .platform = {.mass_kg = HEXLOAD_REAL(100.0),
+                     .inertia_kg_m2 = {HEXLOAD_REAL(25.0), HEXLOAD_REAL(25.0), HEXLOAD_REAL(44.0)}},
+        .sensors = {.velocity_sigma_m_s = HEXLOAD_REAL(0.001), .force_sigma_n = HEXLOAD_REAL(5.0)},
+        .paper =
+            {.load_mass_kg = HEXLOAD_REAL(500.0),
+             .gate_nis = HEXLOAD_REAL(40.0), // chi-square, 3 degrees of freedom: 1e-8 of good innovations
+             .inconsistent_nis = HEXLOAD_REAL(5.0), // sigmas understated by 1.3; 13 sigma of the mean below
+             .nis_time_constant_s = HEXLOAD_REAL(0.5),
+             .converged_relative_sigma = HEXLOAD_REAL(0.1),
+             .longest_gap_ticks = 3, // at 3 Hz the trapezoid's error is then (2 pi 3 Hz 3 ms)^2 / 12 = 3e-4
+             .longest_gate_ticks = 20},
+    };
+    *config = paper_machine;
+    hexload_config_set_prior(config, HEXLOAD_PRIOR_SAFE);
+}
+
+void hexload_config_set_prior(hexload_config_t* config, hexload_prior_t prior) {
+    hexload_paper_config_t* paper = &config->paper;
+    if (prior == HEXLOAD_PRIOR_PRINTED) {
+        paper->prior_dz_sigma_m = HEXLOAD_REAL(1.0);
+        paper->prior_inertia_sigma_kg_m2[0] = HEXLOAD_REAL(3.1622777);
+        paper->prior_inertia_sigma_kg_m2[1] = HEXLOAD_REAL(22.360680);
+        paper->prior_inertia_sigma_kg_m2[2] = HEXLOAD_REAL(22.360680);
+        return;
+    }
+    const hexload_real_t square_of_gyration_m2 = HEXLOAD_REAL(0.04472136); // sqrt(500) kg m^2 on 500 kg
+    paper->prior_dz_sigma_m = HEXLOAD_REAL(0.31622777);
+    for (int k = 0; k < 3; k++) {
+        paper->prior_inertia_sigma_kg_m2[k] = square_of_gyration_m2 * paper->load_mass_kg;
+    }
+}
+
+static bool are_finite(const hexload_real_t* values, int count) {
+    for (int k = 0; k < count; k++) {
+        if (!isfinite(values[k])) {
+            return false;
+        }
+    }
+    return true;
+}
+
+static bool are_positive(const hexload_real_t* values, int count) {
+    for (int k = 0; k < count; k++) {
+        if (!isfinite(values[k]) || !(values[k] > HEXLOAD_REAL(0.0))) {
+            return false;
+        }
+    }
+    return true;
+}
+
+/// A tensor of some body: leading minors positive about the centre of mass, where parallel axes have been
+/// taken out.
+static bool is_inertia_of_body(const hexload_platform_t* platform) {
+    const hexload_real_t* I = platform->inertia_kg_m2;
+    const hexload_real_t* c = platform->com_m;
+    const hexload_real_t m = platform->mass_kg;
+    const hexload_real_t xx = I[HEXLOAD_I_XX] - m * (c[1] * c[1] + c[2] * c[2]);
+    const hexload_real_t yy = I[HEXLOAD_I_YY] - m * (c[0] * c[0] + c[2] * c[2]);
+    const hexload_real_t zz = I[HEXLOAD_I_ZZ] - m * (c[0] * c[0] + c[1] * c[1]);
+    const hexload_real_t xy = I[HEXLOAD_I_XY] + m * c[0] * c[1];
+    const hexload_real_t xz = I[HEXLOAD_I_XZ] + m * c[0] * c[2];
+    const hexload_real_t yz = I[HEXLOAD_I_YZ] + m * c[1] * c[2];
+    const hexload_real_t determinant =
+        xx * (yy * zz - yz * yz) - xy * (xy * zz - yz * xz) + xz * (xy * yz - yy * xz);
+    return are_finite(I, HEXLOAD_I_DIM) && xx > HEXLOAD_REAL(0.0) && xx * yy - xy * xy > HEXLOAD_REAL(0.0) &&
+           determinant > HEXLOAD_REAL(0.0);
+}
+
+static bool is_in(hexload_real_t value, hexload_real_t least, hexload_real_t most) {
+    return value >= least && value <= most;
+}
+
+hexload_status_t hexload_config_check(const hexload_config_t* config, const char** bad_field) {
+    const hexload_geometry_t* geometry = &config->geometry;
+    const hexload_paper_config_t* paper = &config->paper;
+    const struct {
+        const char* name;
+        bool is_good;
+    } fields[] = {
+        {"tick_s", is_in(config->tick_s, HEXLOAD_REAL(0.9999e-4), HEXLOAD_REAL(1.0001e-2))},
+        {"geometry.base_hinge_m", are_finite(&geometry->base_hinge_m[0][0], 3 * HEXLOAD_LEGS)},
+        {"geometry.platform_hinge_m", are_finite(&geometry->platform_hinge_m[0][0], 3 * HEXLOAD_LEGS)},
+        {"geometry.home_leg_length_m", are_positive(geometry->home_leg_length_m, HEXLOAD_LEGS)},
+        {"geometry.stroke_min_m", geometry->stroke_min_m < geometry->stroke_max_m},
+        {"platform.mass_kg", are_positive(&config->platform.mass_kg, 1)},
+        {"platform.com_m", are_finite(config->platform.com_m, 3)},
+        {"platform.inertia_kg_m2", is_inertia_of_body(&config->platform)},
+        {"sensors.velocity_sigma_m_s", are_positive(&config->sensors.velocity_sigma_m_s, 1)},
+        {"sensors.force_sigma_n", are_positive(&config->sensors.force_sigma_n, 1)},
+        {"paper.load_mass_kg", are_positive(&paper->load_mass_kg, 1)},
+        {"paper.prior_dz_sigma_m", are_positive(&paper->prior_dz_sigma_m, 1)},
+        {"paper.prior_inertia_sigma_kg_m2", are_positive(paper->prior_inertia_sigma_kg_m2, 3)},
+        {"paper.gate_nis", paper->gate_nis > HEXLOAD_REAL(3.0)},
+        {"paper.inconsistent_nis", paper->inconsistent_nis > HEXLOAD_REAL(3.0)},
+        {"paper.nis_time_constant_s", paper->nis_time_constant_s >= config->tick_s},
+        {"paper.converged_relative_sigma",
+         is_in(paper->converged_relative_sigma, HEXLOAD_REAL(0.0), HEXLOAD_REAL(1.0))},
+        {"paper.longest_gap_ticks", paper->longest_gap_ticks >= 1},
+        {"paper.longest_gate_ticks", paper->longest_gate_ticks >= 1},
+    };
+    const char* name = NULL;
+    for (size_t k = 0; k < sizeof fields / sizeof fields[0] && name == NULL; k++) {
+        name = fields[k].is_good ? NULL : fields[k].name;
+    }
+    if (bad_field != NULL) {
+        *bad_field = name;
+    }
+    return name == NULL ? HEXLOAD_OK : HEXLOAD_ERR_CONFIG;
+}

@@ -1,0 +1,63 @@
+#include "hexload/hexload.h"
+
+#include <stddef.h>
+
+// The whole memory cost of an estimator; tests/budget will lower this, nothing may raise it unseen.
+_Static_assert(sizeof(hexload_t) <= 2048 * sizeof(hexload_real_t) / sizeof(float),
+               "an estimator fits in 2 KiB");
+
+hexload_status_t hexload_init(hexload_t* self, const hexload_config_t* config) {
+    hexload_kinematics_t kinematics;
+    hexload_status_t status = hexload_config_check(config, NULL);
+    if (status != HEXLOAD_OK) {
+        return status;
+    }
+    status = hexload_kinematics_init(&kinematics, config);
+    if (status != HEXLOAD_OK) {
+        return status;
+    }
+    *self = (hexload_t){.kinematics = kinematics};
+    hexload_leg_sample_init(&self->leg_gate);
+    hexload_paper_filter_init(&self->paper_filter, config);
+    hexload_supervisor_init(&self->supervisor);
+    return HEXLOAD_OK;
+}
+
+static hexload_status_t refuse(hexload_t* self, hexload_status_t status) {
+    if (self->health.refused < UINT32_MAX) {
+        self->health.refused++;
+    }
+    return status;
+}
+
+static void count_health(hexload_health_t* health, uint32_t bits) {
+    health->bits = bits;
+    for (int bit = 0; bit < HEXLOAD_HEALTH_BITS; bit++) {
+        if (((bits >> bit) & 1u) != 0 && health->count[bit] < UINT32_MAX) {
+            health->count[bit]++;
+        }
+    }
+}
+
+hexload_status_t hexload_tick(hexload_t* self, const hexload_config_t* config,
+                              const hexload_leg_sample_t* sample, hexload_estimate_t* estimate) {
+    uint32_t health = 0;
+    uint32_t gap_ticks = 0;
+    hexload_status_t status = hexload_leg_sample_check(&self->leg_gate, config, sample, &gap_ticks, &health);
+    if (status != HEXLOAD_OK) {
+        return refuse(self, status);
+    }
+    status = hexload_kinematics_solve(&self->kinematics, config, sample, gap_ticks, &self->motion);
+    if (status != HEXLOAD_OK) {
+        return refuse(self, status);
+    }
+    hexload_leg_sample_accept(&self->leg_gate, sample);
+
+    hexload_wrench_compute(&self->motion, sample, &self->wrench);
+    hexload_paper_filter_step(&self->paper_filter, config, sample, &self->motion, &self->wrench, gap_ticks,
+                              &health);
+    hexload_supervisor_judge(&self->supervisor, config, &self->paper_filter, estimate, &health);
+    estimate->tick = sample->tick;
+    count_health(&self->health, health);
+    return HEXLOAD_OK;
+}

@@ -1,0 +1,195 @@
+#include "hexload/kinematics.h"
+
+#include "linalg.h"
+
+#include <string.h>
+
+enum { HOME_HEIGHT_STEPS = 30 };
+
+/// Q = R - E. Taking E out first keeps the small rotations of a hexapod exact to rounding.
+static void rotation_minus_identity(const hexload_real_t q[4], hexload_real_t Q[3][3]) {
+    const hexload_real_t w = HEXLOAD_REAL(2.0) * q[0];
+    const hexload_real_t x = HEXLOAD_REAL(2.0) * q[1];
+    const hexload_real_t y = HEXLOAD_REAL(2.0) * q[2];
+    const hexload_real_t z = HEXLOAD_REAL(2.0) * q[3];
+    Q[0][0] = -y * q[2] - z * q[3];
+    Q[1][1] = -x * q[1] - z * q[3];
+    Q[2][2] = -x * q[1] - y * q[2];
+    Q[0][1] = x * q[2] - w * q[3];
+    Q[1][0] = x * q[2] + w * q[3];
+    Q[0][2] = x * q[3] + w * q[2];
+    Q[2][0] = x * q[3] - w * q[2];
+    Q[1][2] = y * q[3] - w * q[1];
+    Q[2][1] = y * q[3] + w * q[1];
+}
+
+/// Moves a pose by a small twist times time, [translation; rotation vector] in base axes.
+static void move_pose(hexload_real_t p[3], hexload_real_t q[4], const hexload_real_t step[6]) {
+    const hexload_real_t half[3] = {HEXLOAD_REAL(0.5) * step[3], HEXLOAD_REAL(0.5) * step[4],
+                                    HEXLOAD_REAL(0.5) * step[5]};
+    hexload_real_t turned[3];
+    cross3(half, &q[1], turned);
+    const hexload_real_t w = q[0] - dot3(half, &q[1]);
+    const hexload_real_t x = q[1] + half[0] * q[0] + turned[0];
+    const hexload_real_t y = q[2] + half[1] * q[0] + turned[1];
+    const hexload_real_t z = q[3] + half[2] * q[0] + turned[2];
+    const hexload_real_t inverse_norm = HEXLOAD_REAL(1.0) / hexload_sqrt(w * w + x * x + y * y + z * z);
+    q[0] = w * inverse_norm;
+    q[1] = x * inverse_norm;
+    q[2] = y * inverse_norm;
+    q[3] = z * inverse_norm;
+    for (int k = 0; k < 3; k++) {
+        p[k] += step[k];
+    }
+}
+
+/// Leg vectors (1) of a pose, its Jacobian (3), and by how much the legs are too short. With u = p + (R - E)
+/// a and the home leg c, |L|^2 - L0^2 = |c|^2 - L0^2 + u.(2c + u): displacements without the cancellation of
+/// |L| - L0.
+/// @return the largest length error.
+static hexload_real_t legs_of_pose(const hexload_kinematics_t* self, const hexload_geometry_t* geometry,
+                                   const hexload_leg_sample_t* sample, hexload_motion_t* motion,
+                                   hexload_real_t error_m[6]) {
+    rotation_minus_identity(motion->quaternion, motion->R);
+    hexload_real_t largest_m = HEXLOAD_REAL(0.0);
+    for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
+        const hexload_real_t* a = geometry->platform_hinge_m[leg];
+        const hexload_real_t* c = self->home_leg_m[leg];
+        hexload_real_t lever[3]; // R a
+        hexload_real_t L[3];
+        hexload_real_t square_growth = self->home_defect_m2[leg];
+        for (int k = 0; k < 3; k++) {
+            const hexload_real_t turned = dot3(motion->R[k], a);
+            const hexload_real_t u = motion->p_m[k] + turned;
+            lever[k] = a[k] + turned;
+            L[k] = c[k] + u;
+            square_growth += u * (c[k] + L[k]);
+        }
+        const hexload_real_t length_m = hexload_sqrt(dot3(L, L));
+        const hexload_real_t inverse_length = HEXLOAD_REAL(1.0) / length_m;
+        for (int k = 0; k < 3; k++) {
+            motion->J[leg][k] = L[k] * inverse_length;
+        }
+        cross3(lever, &motion->J[leg][0], &motion->J[leg][3]);
+        error_m[leg] =
+            sample->displacement_m[leg] - square_growth / (length_m + geometry->home_leg_length_m[leg]);
+        largest_m = hexload_max(largest_m, hexload_abs(error_m[leg]));
+    }
+    for (int k = 0; k < 3; k++) {
+        motion->R[k][k] += HEXLOAD_REAL(1.0);
+    }
+    return largest_m;
+}
+
+/// Newton's method on the leg lengths, to the pose in motion, its Jacobian and the Jacobian's factors. A step
+/// from an error below start_m lands within rounding, because the error squares at each step.
+static hexload_status_t find_pose(const hexload_kinematics_t* self, const hexload_geometry_t* geometry,
+                                  const hexload_leg_sample_t* sample, hexload_motion_t* motion,
+                                  lu6_t* jacobian) {
+    const hexload_real_t start_m =
+        HEXLOAD_REAL(0.1) * hexload_sqrt(HEXLOAD_REAL_EPSILON) * geometry->home_leg_length_m[0];
+    bool is_last = false;
+    for (motion->newton_steps = 0;; motion->newton_steps++) {
+        hexload_real_t error_m[HEXLOAD_LEGS];
+        hexload_real_t step[6];
+        const hexload_real_t largest_m = legs_of_pose(self, geometry, sample, motion, error_m);
+        if (!lu6_factor(motion->J, jacobian)) {
+            return HEXLOAD_ERR_SINGULAR;
+        }
+        if (is_last) {
+            return HEXLOAD_OK;
+        }
+        if (motion->newton_steps == HEXLOAD_NEWTON_STEPS_MAX) {
+            return HEXLOAD_ERR_POSE;
+        }
+        is_last = largest_m < start_m;
+        lu6_solve(jacobian, error_m, step);
+        move_pose(motion->p_m, motion->quaternion, step);
+    }
+}
+
+/// h0 by Newton's method from above, where the mean leg length is convex and rises with the height.
+static hexload_status_t find_home_height(const hexload_geometry_t* geometry, hexload_real_t* home_height_m) {
+    hexload_real_t mean_length_m = HEXLOAD_REAL(0.0);
+    for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
+        mean_length_m += geometry->home_leg_length_m[leg] / HEXLOAD_REAL(6.0);
+    }
+    hexload_real_t height_m = HEXLOAD_REAL(2.0) * mean_length_m;
+    hexload_real_t error_m = mean_length_m;
+    for (int step = 0; step < HOME_HEIGHT_STEPS; step++) {
+        hexload_real_t slope = HEXLOAD_REAL(0.0);
+        error_m = -mean_length_m;
+        for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
+            const hexload_real_t* a = geometry->platform_hinge_m[leg];
+            const hexload_real_t* b = geometry->base_hinge_m[leg];
+            const hexload_real_t L[3] = {a[0] - b[0], a[1] - b[1], height_m + a[2] - b[2]};
+            const hexload_real_t length_m = hexload_sqrt(dot3(L, L));
+            error_m += length_m / HEXLOAD_REAL(6.0);
+            slope += L[2] / (HEXLOAD_REAL(6.0) * length_m);
+        }
+        if (!(slope > HEXLOAD_REAL(0.01))) { // legs (nearly) flat: no height has this leg length
+            return HEXLOAD_ERR_POSE;
+        }
+        height_m -= error_m / slope;
+    }
+    *home_height_m = height_m;
+    return hexload_abs(error_m) < HEXLOAD_REAL(1e-5) * mean_length_m ? HEXLOAD_OK : HEXLOAD_ERR_POSE;
+}
+
+hexload_status_t hexload_kinematics_init(hexload_kinematics_t* self, const hexload_config_t* config) {
+    const hexload_geometry_t* geometry = &config->geometry;
+    hexload_kinematics_t fresh = {0};
+    hexload_status_t status = find_home_height(geometry, &fresh.home_height_m);
+    if (status != HEXLOAD_OK) {
+        return status;
+    }
+    for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
+        const hexload_real_t L0 = geometry->home_leg_length_m[leg];
+        for (int k = 0; k < 3; k++) {
+            fresh.home_leg_m[leg][k] = geometry->platform_hinge_m[leg][k] - geometry->base_hinge_m[leg][k];
+        }
+        fresh.home_leg_m[leg][2] += fresh.home_height_m;
+        fresh.home_defect_m2[leg] = dot3(fresh.home_leg_m[leg], fresh.home_leg_m[leg]) - L0 * L0;
+    }
+    fresh.quaternion[0] = HEXLOAD_REAL(1.0);
+
+    const hexload_leg_sample_t home = {0};
+    hexload_motion_t motion = {.quaternion = {HEXLOAD_REAL(1.0)}};
+    hexload_real_t error_m[HEXLOAD_LEGS];
+    lu6_t jacobian;
+    (void)legs_of_pose(&fresh, geometry, &home, &motion, error_m);
+    if (!lu6_factor(motion.J, &jacobian)) {
+        return HEXLOAD_ERR_SINGULAR;
+    }
+    *self = fresh;
+    return HEXLOAD_OK;
+}
+
+hexload_status_t hexload_kinematics_solve(hexload_kinematics_t* self, const hexload_config_t* config,
+                                          const hexload_leg_sample_t* sample, uint32_t gap_ticks,
+                                          hexload_motion_t* motion) {
+    hexload_motion_t found;
+    lu6_t jacobian;
+    memcpy(found.p_m, self->p_m, sizeof found.p_m);
+    memcpy(found.quaternion, self->quaternion, sizeof found.quaternion);
+    if (gap_ticks <= config->paper.longest_gap_ticks) { // an old twist says nothing about a late pose
+        hexload_real_t step[6];
+        for (int k = 0; k < 6; k++) {
+            step[k] = self->twist[k] * config->tick_s * (hexload_real_t)gap_ticks;
+        }
+        move_pose(found.p_m, found.quaternion, step);
+    }
+    const hexload_status_t status = find_pose(self, &config->geometry, sample, &found, &jacobian);
+    if (status != HEXLOAD_OK) {
+        return status;
+    }
+    lu6_solve(&jacobian, sample->velocity_m_s, found.twist); // inverse of (3)
+    for (int k = 0; k < 3; k++) {
+        lu6_inverse_row(&jacobian, 3 + k, found.rate_gain[k]);
+    }
+    memcpy(self->p_m, found.p_m, sizeof self->p_m);
+    memcpy(self->quaternion, found.quaternion, sizeof self->quaternion);
+    memcpy(self->twist, found.twist, sizeof self->twist);
+    *motion = found;
+    return HEXLOAD_OK;
+}

@@ -1,0 +1,168 @@
+#include "paper_model.h"
+
+#include "linalg.h"
+
+#include <string.h>
+
+/// The linearisation's error is the same from tick to tick, so it adds up over the filter's memory where
+/// white noise would not: its variance counts this many times (D14). Larger: a slower start; 0: overconfident
+/// on violent motions.
+#define LINEARISATION_ERROR_TICKS HEXLOAD_REAL(5.0)
+
+/// D, and the cautious D of the derivatives: one sigma on top keeps an early Jacobian from claiming
+/// information that its wrong linearisation point does not have (D14).
+static void combined_inertia(const hexload_paper_filter_t* filter, hexload_real_t lever_m,
+                             hexload_real_t D[3], hexload_real_t cautious_D[3]) {
+    const hexload_real_t reduced_mass_kg = filter->constants.reduced_mass_kg;
+    const hexload_real_t lever_variance = HEXLOAD_REAL(4.0) * reduced_mass_kg * reduced_mass_kg * lever_m *
+                                          lever_m * filter->param_cov[HEXLOAD_PAPER_DZ][HEXLOAD_PAPER_DZ];
+    for (int k = 0; k < 3; k++) {
+        const int own = HEXLOAD_PAPER_IXX + k;
+        hexload_real_t variance = filter->param_cov[own][own];
+        D[k] = filter->constants.inertia_kg_m2[k] + filter->param[own];
+        if (k < 2) {
+            D[k] += reduced_mass_kg * lever_m * lever_m;
+            variance += lever_variance;
+        }
+        cautious_D[k] = D[k] + hexload_sqrt(variance);
+    }
+}
+
+/// Variance of one leg's force noise, from the third difference of its last four values: a motion passes it
+/// with less than a hundredth of the noise, so this holds where the stated sigma does not.
+static hexload_real_t force_variance_seen(const hexload_paper_filter_t* filter,
+                                          const hexload_leg_sample_t* sample, int leg,
+                                          hexload_real_t stated_sigma_n) {
+    if (filter->history < HEXLOAD_FORCE_HISTORY) {
+        return stated_sigma_n * stated_sigma_n;
+    }
+    const hexload_real_t difference_n =
+        sample->force_n[leg] - filter->last_force_n[2][leg] +
+        HEXLOAD_REAL(3.0) * (filter->last_force_n[1][leg] - filter->last_force_n[0][leg]);
+    return difference_n * difference_n / HEXLOAD_REAL(20.0); // 1 + 9 + 9 + 1
+}
+
+/// Adds one leg's share to the variances of the noise in N: the derivatives that
+/// hexload_paper_model_linearise() takes, with noise for forces.
+static void add_jacobian_noise(const hexload_paper_filter_t* filter, const hexload_real_t direction[3],
+                               const hexload_real_t column[3], hexload_real_t lever_m, hexload_real_t dt_s,
+                               hexload_real_t force_variance, hexload_paper_model_t* model) {
+    const hexload_real_t lever_inertia = HEXLOAD_REAL(2.0) * filter->constants.reduced_mass_kg * lever_m;
+    const hexload_real_t side[2] = {filter->constants.mass_share * direction[1],
+                                    -filter->constants.mass_share * direction[0]};
+    for (int i = 0; i < 3; i++) {
+        const hexload_real_t cautious_D = model->cautious_inertia_kg_m2[i];
+        const hexload_real_t by_inertia =
+            -dt_s * column[i] * model->inertia_kg_m2[i] / (cautious_D * cautious_D);
+        model->jacobian_noise.inertia[i] += force_variance * by_inertia * by_inertia;
+        if (i < 2) {
+            const hexload_real_t by_dz = dt_s * side[i] / cautious_D + lever_inertia * by_inertia;
+            model->jacobian_noise.dz[i] += force_variance * by_dz * by_dz;
+            model->jacobian_noise.mixed[i] += force_variance * by_dz * by_inertia;
+        }
+    }
+}
+
+/// How force noise enters the rates: column of a leg is ((R a - r) x e) / D in platform axes.
+static void rate_noise_of_forces(const hexload_paper_filter_t* filter, const hexload_config_t* config,
+                                 const hexload_leg_sample_t* sample, const hexload_motion_t* motion,
+                                 const hexload_real_t com_m[3], hexload_real_t lever_m, hexload_real_t dt_s,
+                                 hexload_paper_model_t* model) {
+    const hexload_real_t sigma_n = config->sensors.force_sigma_n;
+    const hexload_real_t scale = dt_s * dt_s * sigma_n * sigma_n;
+    memset(model->noise, 0, sizeof model->noise);
+    model->jacobian_noise = (hexload_jacobian_noise_t){0};
+    for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
+        hexload_real_t direction[3];
+        hexload_real_t moment[3];
+        hexload_real_t shift[3];
+        hexload_real_t column[3];
+        hexload_motion_to_platform(motion, &motion->J[leg][0], direction);
+        hexload_motion_to_platform(motion, &motion->J[leg][3], moment);
+        cross3(com_m, direction, shift);
+        const hexload_real_t variance_seen = force_variance_seen(filter, sample, leg, sigma_n);
+        for (int i = 0; i < 3; i++) {
+            column[i] = (moment[i] - shift[i]) / model->inertia_kg_m2[i];
+            for (int j = 0; j <= i; j++) {
+                model->noise[i][j] += scale * column[i] * column[j];
+            }
+        }
+        add_jacobian_noise(filter, direction, column, lever_m, dt_s, variance_seen, model);
+    }
+}
+
+/// Adds the second-order terms that N leaves out to Q: omega' = torque / D errs by (d D / D)^2 of itself, and
+/// the torque's share of dz by d D / D. They fade as the parameters become known (D14).
+static void add_linearisation_error(const hexload_paper_filter_t* filter, const hexload_real_t force_n[3],
+                                    hexload_real_t dt_s, hexload_paper_model_t* model) {
+    const hexload_real_t moved = dt_s * filter->constants.mass_share;
+    const hexload_real_t dz_variance = filter->param_cov[HEXLOAD_PAPER_DZ][HEXLOAD_PAPER_DZ];
+    const hexload_real_t side_n[3] = {force_n[1], force_n[0], HEXLOAD_REAL(0.0)};
+    for (int k = 0; k < 3; k++) {
+        const hexload_real_t D = model->inertia_kg_m2[k];
+        const hexload_real_t relative_sigma = model->cautious_inertia_kg_m2[k] / D - HEXLOAD_REAL(1.0);
+        const hexload_real_t relative_variance = relative_sigma * relative_sigma;
+        const hexload_real_t by_square = model->rate_step_rad_s[k] * relative_variance;
+        const hexload_real_t by_dz = moved * side_n[k] / D;
+        model->noise[k][k] += LINEARISATION_ERROR_TICKS * (HEXLOAD_REAL(2.0) * by_square * by_square +
+                                                           by_dz * by_dz * dz_variance * relative_variance);
+    }
+}
+
+/// Takes omega x D omega off the torque, at the middle of the step: at its start it would lag by half a tick.
+static void rotate_freely(const hexload_real_t rate_rad_s[3], const hexload_real_t D[3], hexload_real_t dt_s,
+                          hexload_real_t torque[3]) {
+    hexload_real_t middle[3] = {rate_rad_s[0], rate_rad_s[1], rate_rad_s[2]};
+    hexload_real_t momentum[3];
+    hexload_real_t gyroscopic[3];
+    for (int pass = 0; pass < 2; pass++) {
+        for (int k = 0; k < 3; k++) {
+            momentum[k] = D[k] * middle[k];
+        }
+        cross3(middle, momentum, gyroscopic);
+        for (int k = 0; k < 3; k++) {
+            middle[k] = rate_rad_s[k] + HEXLOAD_REAL(0.5) * dt_s * (torque[k] - gyroscopic[k]) / D[k];
+        }
+    }
+    for (int k = 0; k < 3; k++) {
+        torque[k] -= gyroscopic[k];
+    }
+}
+
+/// (25) as Euler's equation about the common centre of mass, and its derivatives (33)-(35).
+void hexload_paper_model_linearise(const hexload_paper_filter_t* filter, const hexload_config_t* config,
+                                   const hexload_leg_sample_t* sample, const hexload_motion_t* motion,
+                                   const hexload_wrench_t* wrench, hexload_real_t dt_s,
+                                   hexload_paper_model_t* model) {
+    const hexload_paper_constants_t* constants = &filter->constants;
+    const hexload_real_t dz_m = filter->param[HEXLOAD_PAPER_DZ];
+    const hexload_real_t lever_m = dz_m - config->platform.com_m[2];
+    const hexload_real_t com_m[3] = {constants->com_offset_m[0], constants->com_offset_m[1],
+                                     constants->com_offset_m[2] + constants->mass_share * dz_m};
+    const hexload_real_t* cautious_D = model->cautious_inertia_kg_m2;
+    hexload_real_t force_n[3];
+    hexload_real_t shift[3];
+    hexload_real_t torque[3]; // of the legs about the common centre of mass
+    combined_inertia(filter, lever_m, model->inertia_kg_m2, model->cautious_inertia_kg_m2);
+    for (int k = 0; k < 3; k++) { // forces are trapezoidal between ticks
+        force_n[k] = HEXLOAD_REAL(0.5) * (wrench->force_n[k] + filter->last_wrench.force_n[k]);
+        torque[k] = HEXLOAD_REAL(0.5) * (wrench->moment_nm[k] + filter->last_wrench.moment_nm[k]);
+    }
+    cross3(com_m, force_n, shift);
+    for (int k = 0; k < 3; k++) {
+        torque[k] -= shift[k];
+    }
+    rotate_freely(filter->rate_rad_s, model->inertia_kg_m2, dt_s, torque);
+    for (int k = 0; k < 3; k++) {
+        model->rate_step_rad_s[k] = dt_s * torque[k] / model->inertia_kg_m2[k];
+        model->by_inertia[k] = -dt_s * torque[k] / (cautious_D[k] * cautious_D[k]);
+    }
+    const hexload_real_t lever_inertia = HEXLOAD_REAL(2.0) * constants->reduced_mass_kg * lever_m;
+    const hexload_real_t moved =
+        dt_s * constants->mass_share; // of the lever that F has, for each metre of dz
+    model->by_dz[0] = moved * force_n[1] / cautious_D[0] + lever_inertia * model->by_inertia[0];
+    model->by_dz[1] = -moved * force_n[0] / cautious_D[1] + lever_inertia * model->by_inertia[1];
+    model->by_dz[2] = HEXLOAD_REAL(0.0);
+    rate_noise_of_forces(filter, config, sample, motion, com_m, lever_m, dt_s, model);
+    add_linearisation_error(filter, force_n, dt_s, model);
+}

@@ -1,0 +1,82 @@
+#include "hexload/supervisor.h"
+
+#include <stdbool.h>
+
+void hexload_supervisor_init(hexload_supervisor_t* self) {
+    self->nis_mean = HEXLOAD_REAL(3.0);
+}
+
+/// Prior sigma of a parameter.
+static hexload_real_t prior_sigma(const hexload_paper_config_t* paper, int parameter) {
+    return parameter == HEXLOAD_PAPER_DZ ? paper->prior_dz_sigma_m
+                                         : paper->prior_inertia_sigma_kg_m2[parameter - HEXLOAD_PAPER_IXX];
+}
+
+/// A body's principal inertias are positive and none exceeds the sum of the others; three sigma are granted.
+static bool is_inertia_possible(const hexload_estimate_t* estimate, int parameter) {
+    const hexload_real_t* I = estimate->value;
+    const hexload_real_t sum =
+        I[HEXLOAD_PAPER_IXX] + I[HEXLOAD_PAPER_IYY] + I[HEXLOAD_PAPER_IZZ] - HEXLOAD_REAL(2.0) * I[parameter];
+    const hexload_real_t spread = estimate->sigma[HEXLOAD_PAPER_IXX] + estimate->sigma[HEXLOAD_PAPER_IYY] +
+                                  estimate->sigma[HEXLOAD_PAPER_IZZ];
+    return I[parameter] + HEXLOAD_REAL(3.0) * estimate->sigma[parameter] > HEXLOAD_REAL(0.0) &&
+           sum + HEXLOAD_REAL(3.0) * spread > HEXLOAD_REAL(0.0);
+}
+
+static hexload_verdict_t judge_parameter(const hexload_supervisor_t* self,
+                                         const hexload_paper_config_t* paper,
+                                         const hexload_estimate_t* estimate, int parameter) {
+    const hexload_real_t sigma = estimate->sigma[parameter];
+    if (self->nis_mean > paper->inconsistent_nis ||
+        (parameter != HEXLOAD_PAPER_DZ && !is_inertia_possible(estimate, parameter))) {
+        return HEXLOAD_VERDICT_INCONSISTENT;
+    }
+    if (sigma > HEXLOAD_REAL(0.5) * prior_sigma(paper, parameter)) {
+        return HEXLOAD_VERDICT_NOT_EXCITED;
+    }
+    if (sigma > paper->converged_relative_sigma * hexload_abs(estimate->value[parameter])) {
+        return HEXLOAD_VERDICT_CONVERGING;
+    }
+    return HEXLOAD_VERDICT_CONVERGED;
+}
+
+void hexload_supervisor_judge(hexload_supervisor_t* self, const hexload_config_t* config,
+                              const hexload_paper_filter_t* filter, hexload_estimate_t* estimate,
+                              uint32_t* health) {
+    const hexload_paper_config_t* paper = &config->paper;
+    hexload_paper_filter_read(filter, estimate->value, estimate->sigma);
+    // One spike must not turn the verdict: a single tick counts with at most ten times the gate.
+    const hexload_real_t counted_nis = hexload_min(filter->nis, HEXLOAD_REAL(10.0) * paper->gate_nis);
+    self->nis_mean += config->tick_s / paper->nis_time_constant_s * (counted_nis - self->nis_mean);
+    estimate->nis = filter->nis;
+    estimate->nis_mean = self->nis_mean;
+    estimate->verdict = HEXLOAD_VERDICT_CONVERGED;
+    for (int parameter = 0; parameter < HEXLOAD_PAPER_DIM; parameter++) {
+        const hexload_verdict_t verdict = judge_parameter(self, paper, estimate, parameter);
+        estimate->parameter_verdict[parameter] = verdict;
+        if (verdict > estimate->verdict) {
+            estimate->verdict = verdict;
+        }
+        if (verdict == HEXLOAD_VERDICT_NOT_EXCITED) {
+            hexload_health_set(health, HEXLOAD_HEALTH_NOT_EXCITED);
+        }
+    }
+    if (estimate->verdict == HEXLOAD_VERDICT_INCONSISTENT) {
+        hexload_health_set(health, HEXLOAD_HEALTH_INCONSISTENT);
+    }
+}
+
+const char* hexload_verdict_name(hexload_verdict_t verdict) {
+    switch (verdict) {
+    case HEXLOAD_VERDICT_CONVERGED:
+        return "converged";
+    case HEXLOAD_VERDICT_CONVERGING:
+        return "converging";
+    case HEXLOAD_VERDICT_NOT_EXCITED:
+        return "not_excited";
+    case HEXLOAD_VERDICT_INCONSISTENT:
+        return "inconsistent";
+    default:
+        return "unknown";
+    }
+}

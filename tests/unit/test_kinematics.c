@@ -1,0 +1,210 @@
+#include "machine.h"
+
+#include <string.h>
+
+void setUp(void) {}
+void tearDown(void) {}
+
+/// A pose in the workspace: +-0.12 m and +-0.2 rad keep every leg of the paper's machine within its stroke.
+static pose_t random_pose(uint64_t* seed) {
+    pose_t pose;
+    for (int k = 0; k < 3; k++) {
+        pose.p_m[k] = 0.12 * uniform(seed);
+        pose.rpy[k] = 0.2 * uniform(seed);
+    }
+    return pose;
+}
+
+static hexload_leg_sample_t sample_of(const hexload_config_t* config, const hexload_kinematics_t* kinematics,
+                                      const pose_t* pose) {
+    hexload_leg_sample_t sample = {0};
+    double displacement_m[6];
+    leg_displacements(config, (double)kinematics->home_height_m, pose, displacement_m);
+    for (int leg = 0; leg < 6; leg++) {
+        sample.displacement_m[leg] = (hexload_real_t)displacement_m[leg];
+    }
+    return sample;
+}
+
+/// |v| of the rotation vector between R and the pose's, for small differences.
+static double angle_between(hexload_real_t R[3][3], const pose_t* pose) {
+    double wanted[3][3], square = 0.0;
+    rotation_of(pose, wanted);
+    for (int i = 0; i < 3; i++) {
+        for (int j = 0; j < 3; j++) {
+            square += 0.5 * ((double)R[i][j] - wanted[i][j]) * ((double)R[i][j] - wanted[i][j]);
+        }
+    }
+    return sqrt(square);
+}
+
+/// Rounding of the inputs (lengths near 0.87 m and displacements up to 0.3 m) times the largest gain of J^-1
+/// on this machine (3 rad/m, 2 m/m), with a factor 2 for the arithmetic: 0.5 um and 0.5 urad in float, as the
+/// issue wants.
+static const double pose_tolerance = sizeof(hexload_real_t) == sizeof(float) ? 0.5e-6 : 1e-14;
+
+static void assert_finds_poses(const hexload_config_t* config) {
+    uint64_t seed = 5;
+    for (int run = 0; run < 500; run++) {
+        // GIVEN the legs of a random pose, and kinematics that start at home
+        hexload_kinematics_t kinematics;
+        hexload_motion_t motion;
+        TEST_ASSERT_EQUAL_INT(HEXLOAD_OK, hexload_kinematics_init(&kinematics, config));
+        const pose_t pose = random_pose(&seed);
+        const hexload_leg_sample_t sample = sample_of(config, &kinematics, &pose);
+        // WHEN the pose is asked for
+        TEST_ASSERT_EQUAL_INT(HEXLOAD_OK, hexload_kinematics_solve(&kinematics, config, &sample, 0, &motion));
+        // THEN it is the one that made the legs
+        for (int k = 0; k < 3; k++) {
+            TEST_ASSERT_DOUBLE_WITHIN(pose_tolerance, pose.p_m[k], (double)motion.p_m[k]);
+        }
+        TEST_ASSERT_DOUBLE_WITHIN(2.0 * pose_tolerance, 0.0,
+                                  angle_between(motion.R, &pose)); // of three axes at once
+    }
+}
+
+static void test_kinematics_finds_the_pose_from_home(void) {
+    const hexload_config_t config = paper_machine();
+    assert_finds_poses(&config);
+}
+
+static void test_kinematics_finds_the_pose_of_a_crooked_machine(void) {
+    const hexload_config_t config = crooked_machine();
+    assert_finds_poses(&config);
+}
+
+static void test_home_height_is_the_papers(void) {
+    const hexload_config_t config = paper_machine();
+    hexload_kinematics_t kinematics;
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_OK, hexload_kinematics_init(&kinematics, &config));
+    TEST_ASSERT_DOUBLE_WITHIN(1e-6, 0.798276,
+                              (double)kinematics.home_height_m); // h0 as published, six digits
+}
+
+static void test_jacobian_agrees_with_finite_differences(void) {
+    const hexload_config_t config = crooked_machine();
+    uint64_t seed = 6;
+    for (int run = 0; run < 100; run++) {
+        hexload_kinematics_t kinematics;
+        hexload_motion_t motion;
+        double J[6][6];
+        TEST_ASSERT_EQUAL_INT(HEXLOAD_OK, hexload_kinematics_init(&kinematics, &config));
+        const pose_t pose = random_pose(&seed);
+        const hexload_leg_sample_t sample = sample_of(&config, &kinematics, &pose);
+        TEST_ASSERT_EQUAL_INT(HEXLOAD_OK,
+                              hexload_kinematics_solve(&kinematics, &config, &sample, 0, &motion));
+        leg_jacobian(&config, (double)kinematics.home_height_m, &pose, J);
+        for (int i = 0; i < 6; i++) {
+            for (int k = 0; k < 6;
+                 k++) { // differences are good to 1e-9; the core to the pose's error over the leg length
+                TEST_ASSERT_DOUBLE_WITHIN(1e-9 + 4.0 * pose_tolerance, J[i][k], (double)motion.J[i][k]);
+            }
+        }
+    }
+}
+
+static void test_twist_put_back_gives_the_leg_velocities(void) {
+    const hexload_config_t config = crooked_machine();
+    uint64_t seed = 7;
+    for (int run = 0; run < 100; run++) {
+        hexload_kinematics_t kinematics;
+        hexload_motion_t motion;
+        TEST_ASSERT_EQUAL_INT(HEXLOAD_OK, hexload_kinematics_init(&kinematics, &config));
+        const pose_t pose = random_pose(&seed);
+        hexload_leg_sample_t sample = sample_of(&config, &kinematics, &pose);
+        for (int leg = 0; leg < 6; leg++) {
+            sample.velocity_m_s[leg] = (hexload_real_t)uniform(&seed);
+        }
+        TEST_ASSERT_EQUAL_INT(HEXLOAD_OK,
+                              hexload_kinematics_solve(&kinematics, &config, &sample, 0, &motion));
+        for (int i = 0; i < 6; i++) {
+            double rate = 0.0, omega = 0.0;
+            for (int k = 0; k < 6; k++) {
+                rate += (double)motion.J[i][k] * (double)motion.twist[k];
+                omega += (double)motion.rate_gain[i % 3][k] * (double)sample.velocity_m_s[k];
+            }
+            // Twists reach 10 here (condition number of J), six products.
+            TEST_ASSERT_DOUBLE_WITHIN(ROUNDINGS(60, 10.0), (double)sample.velocity_m_s[i], rate);
+            TEST_ASSERT_DOUBLE_WITHIN(ROUNDINGS(60, 10.0), (double)motion.twist[3 + i % 3], omega);
+        }
+    }
+}
+
+static void test_kinematics_needs_one_newton_step_from_tick_to_tick(void) {
+    // GIVEN a motion of 0.6 m/s and 2 m/s^2 at 1 kHz, whose velocities are told
+    const hexload_config_t config = paper_machine();
+    hexload_kinematics_t kinematics;
+    hexload_motion_t motion;
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_OK, hexload_kinematics_init(&kinematics, &config));
+    for (int tick = 0; tick < 500; tick++) {
+        const double t_s = 1e-3 * tick;
+        const pose_t pose = {.p_m = {0.2 * sin(3.0 * t_s), 0.1 * sin(3.0 * t_s), 0.0},
+                             .rpy = {0.0, 0.1 * sin(3.0 * t_s), 0.0}};
+        hexload_leg_sample_t sample = sample_of(&config, &kinematics, &pose);
+        double J[6][6];
+        leg_jacobian(&config, (double)kinematics.home_height_m, &pose, J);
+        for (int leg = 0; leg < 6; leg++) {
+            const double cosine = 3.0 * cos(3.0 * t_s);
+            sample.velocity_m_s[leg] =
+                (hexload_real_t)(cosine * (0.2 * J[leg][0] + 0.1 * J[leg][1] + 0.1 * J[leg][4]));
+        }
+        // WHEN the ticks follow each other
+        TEST_ASSERT_EQUAL_INT(HEXLOAD_OK,
+                              hexload_kinematics_solve(&kinematics, &config, &sample, tick > 0, &motion));
+        // THEN the prediction leaves one step to do in float (two in double, which squares the error once
+        // more)
+        if (tick > 1) {
+            TEST_ASSERT_LESS_OR_EQUAL_UINT32(sizeof(hexload_real_t) == sizeof(float) ? 1 : 2,
+                                             motion.newton_steps);
+        }
+    }
+}
+
+static void test_kinematics_refuses_legs_that_no_pose_has(void) {
+    // GIVEN one leg 0.8 m longer than all others
+    const hexload_config_t config = paper_machine();
+    hexload_kinematics_t kinematics;
+    hexload_motion_t motion = {.newton_steps = 77};
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_OK, hexload_kinematics_init(&kinematics, &config));
+    const hexload_kinematics_t before = kinematics;
+    hexload_leg_sample_t sample = {0};
+    sample.displacement_m[0] = HEXLOAD_REAL(0.8);
+    // WHEN the pose is asked for THEN it is refused and nothing has changed
+    const hexload_status_t status = hexload_kinematics_solve(&kinematics, &config, &sample, 0, &motion);
+    TEST_ASSERT_TRUE(status == HEXLOAD_ERR_POSE || status == HEXLOAD_ERR_SINGULAR);
+    TEST_ASSERT_EQUAL_MEMORY(&before, &kinematics, sizeof before);
+    TEST_ASSERT_EQUAL_UINT32(77, motion.newton_steps);
+}
+
+static void test_kinematics_refuses_legs_too_short_to_reach_the_platform(void) {
+    hexload_config_t config = paper_machine();
+    for (int leg = 0; leg < 6; leg++) {
+        config.geometry.home_leg_length_m[leg] =
+            HEXLOAD_REAL(0.2); // the hinges are 0.36 m apart in the plane
+    }
+    hexload_kinematics_t kinematics;
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_ERR_POSE, hexload_kinematics_init(&kinematics, &config));
+}
+
+static void test_kinematics_refuses_a_machine_that_is_singular_at_home(void) {
+    // GIVEN six parallel legs: base and platform hexagons are alike
+    hexload_config_t config = paper_machine();
+    memcpy(config.geometry.base_hinge_m, config.geometry.platform_hinge_m,
+           sizeof config.geometry.base_hinge_m);
+    hexload_kinematics_t kinematics;
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_ERR_SINGULAR, hexload_kinematics_init(&kinematics, &config));
+}
+
+int main(void) {
+    UNITY_BEGIN();
+    RUN_TEST(test_kinematics_finds_the_pose_from_home);
+    RUN_TEST(test_kinematics_finds_the_pose_of_a_crooked_machine);
+    RUN_TEST(test_home_height_is_the_papers);
+    RUN_TEST(test_jacobian_agrees_with_finite_differences);
+    RUN_TEST(test_twist_put_back_gives_the_leg_velocities);
+    RUN_TEST(test_kinematics_needs_one_newton_step_from_tick_to_tick);
+    RUN_TEST(test_kinematics_refuses_legs_that_no_pose_has);
+    RUN_TEST(test_kinematics_refuses_legs_too_short_to_reach_the_platform);
+    RUN_TEST(test_kinematics_refuses_a_machine_that_is_singular_at_home);
+    return UNITY_END();
+}

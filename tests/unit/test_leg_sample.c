@@ -1,0 +1,99 @@
+#include "machine.h"
+
+void setUp(void) {}
+void tearDown(void) {}
+
+static hexload_status_t check_after(uint32_t last_tick, const hexload_leg_sample_t* sample,
+                                    uint32_t* gap_ticks, uint32_t* health) {
+    const hexload_config_t config = paper_machine();
+    const hexload_leg_sample_t last = {.tick = last_tick};
+    hexload_leg_gate_t gate;
+    hexload_leg_sample_init(&gate);
+    hexload_leg_sample_accept(&gate, &last);
+    *health = 0;
+    return hexload_leg_sample_check(&gate, &config, sample, gap_ticks, health);
+}
+
+static void test_leg_sample_refuses_a_channel_that_is_not_finite(void) {
+    const hexload_config_t config = paper_machine();
+    hexload_leg_gate_t gate;
+    hexload_leg_sample_init(&gate);
+    for (int channel = 0; channel < 3; channel++) {
+        for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
+            // GIVEN a sample with one NaN or infinity
+            hexload_leg_sample_t sample = {0};
+            hexload_real_t* channels[3] = {sample.displacement_m, sample.velocity_m_s, sample.force_n};
+            channels[channel][leg] = leg % 2 == 0 ? (hexload_real_t)NAN : (hexload_real_t)INFINITY;
+            // WHEN it is checked THEN it is refused
+            uint32_t gap_ticks = 0, health = 0;
+            TEST_ASSERT_EQUAL_INT(HEXLOAD_ERR_SAMPLE,
+                                  hexload_leg_sample_check(&gate, &config, &sample, &gap_ticks, &health));
+        }
+    }
+}
+
+static void test_leg_sample_refuses_a_leg_without_length(void) {
+    const hexload_config_t config = paper_machine();
+    hexload_leg_gate_t gate;
+    hexload_leg_sample_init(&gate);
+    hexload_leg_sample_t sample = {0};
+    sample.displacement_m[4] = HEXLOAD_REAL(-0.8742);
+    uint32_t gap_ticks = 0, health = 0;
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_ERR_SAMPLE,
+                          hexload_leg_sample_check(&gate, &config, &sample, &gap_ticks, &health));
+}
+
+static void test_leg_sample_says_when_a_leg_is_beyond_its_stroke(void) {
+    hexload_leg_sample_t sample = {.tick = 8};
+    uint32_t gap_ticks = 0, health = 0;
+    sample.displacement_m[2] = HEXLOAD_REAL(0.31);
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_OK, check_after(7, &sample, &gap_ticks, &health));
+    TEST_ASSERT_EQUAL_UINT32(1u << HEXLOAD_HEALTH_LEG_OUT_OF_STROKE, health);
+}
+
+static void test_leg_sample_counts_the_ticks_since_the_last(void) {
+    const hexload_leg_sample_t next = {.tick = 8}, late = {.tick = 12};
+    uint32_t gap_ticks = 0, health = 0;
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_OK, check_after(7, &next, &gap_ticks, &health));
+    TEST_ASSERT_EQUAL_UINT32(1, gap_ticks);
+    TEST_ASSERT_EQUAL_UINT32(0, health);
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_OK, check_after(7, &late, &gap_ticks, &health));
+    TEST_ASSERT_EQUAL_UINT32(5, gap_ticks);
+    TEST_ASSERT_EQUAL_UINT32(1u << HEXLOAD_HEALTH_SAMPLE_MISSING, health);
+}
+
+static void test_leg_sample_refuses_time_that_stands_still_or_runs_backwards(void) {
+    const hexload_leg_sample_t same = {.tick = 7}, earlier = {.tick = 6};
+    uint32_t gap_ticks = 0, health = 0;
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_ERR_TICK, check_after(7, &same, &gap_ticks, &health));
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_ERR_TICK, check_after(7, &earlier, &gap_ticks, &health));
+}
+
+static void test_leg_sample_goes_on_when_the_tick_counter_wraps(void) {
+    const hexload_leg_sample_t wrapped = {.tick = 0};
+    uint32_t gap_ticks = 0, health = 0;
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_OK, check_after(UINT32_MAX, &wrapped, &gap_ticks, &health));
+    TEST_ASSERT_EQUAL_UINT32(1, gap_ticks);
+}
+
+static void test_first_leg_sample_may_have_any_tick(void) {
+    const hexload_config_t config = paper_machine();
+    hexload_leg_gate_t gate;
+    hexload_leg_sample_init(&gate);
+    const hexload_leg_sample_t sample = {.tick = 3000000000u};
+    uint32_t gap_ticks = 99, health = 0;
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_OK, hexload_leg_sample_check(&gate, &config, &sample, &gap_ticks, &health));
+    TEST_ASSERT_EQUAL_UINT32(0, gap_ticks);
+}
+
+int main(void) {
+    UNITY_BEGIN();
+    RUN_TEST(test_leg_sample_refuses_a_channel_that_is_not_finite);
+    RUN_TEST(test_leg_sample_refuses_a_leg_without_length);
+    RUN_TEST(test_leg_sample_says_when_a_leg_is_beyond_its_stroke);
+    RUN_TEST(test_leg_sample_counts_the_ticks_since_the_last);
+    RUN_TEST(test_leg_sample_refuses_time_that_stands_still_or_runs_backwards);
+    RUN_TEST(test_leg_sample_goes_on_when_the_tick_counter_wraps);
+    RUN_TEST(test_first_leg_sample_may_have_any_tick);
+    return UNITY_END();
+}

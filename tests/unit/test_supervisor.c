@@ -1,0 +1,137 @@
+#include "machine.h"
+
+#include <string.h>
+
+void setUp(void) {}
+void tearDown(void) {}
+
+/// A filter that has converged to the paper's load, with an ideal innovation.
+static hexload_paper_filter_t good_filter(const hexload_config_t* config) {
+    const hexload_real_t value[HEXLOAD_PAPER_DIM] = {HEXLOAD_REAL(0.3), HEXLOAD_REAL(25.0),
+                                                     HEXLOAD_REAL(25.0), HEXLOAD_REAL(25.0)};
+    const hexload_real_t sigma[HEXLOAD_PAPER_DIM] = {HEXLOAD_REAL(1e-4), HEXLOAD_REAL(0.5), HEXLOAD_REAL(1.5),
+                                                     HEXLOAD_REAL(0.5)};
+    hexload_paper_filter_t filter;
+    hexload_paper_filter_init(&filter, config);
+    for (int k = 0; k < HEXLOAD_PAPER_DIM; k++) {
+        filter.param[k] = value[k];
+        filter.param_cov[k][k] = sigma[k] * sigma[k];
+    }
+    filter.nis = HEXLOAD_REAL(3.0);
+    return filter;
+}
+
+static hexload_estimate_t judge(const hexload_config_t* config, const hexload_paper_filter_t* filter,
+                                int ticks, uint32_t* health) {
+    hexload_supervisor_t supervisor;
+    hexload_estimate_t estimate;
+    hexload_supervisor_init(&supervisor);
+    for (int n = 0; n < ticks; n++) {
+        *health = 0;
+        hexload_supervisor_judge(&supervisor, config, filter, &estimate, health);
+    }
+    return estimate;
+}
+
+static void test_supervisor_calls_a_small_sigma_converged(void) {
+    const hexload_config_t config = paper_machine();
+    const hexload_paper_filter_t filter = good_filter(&config);
+    uint32_t health = 0;
+    const hexload_estimate_t estimate = judge(&config, &filter, 1, &health);
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_VERDICT_CONVERGED, estimate.verdict);
+    TEST_ASSERT_EQUAL_UINT32(0, health);
+}
+
+static void test_supervisor_passes_on_values_sigmas_and_nis(void) {
+    const hexload_config_t config = paper_machine();
+    const hexload_paper_filter_t filter = good_filter(&config);
+    uint32_t health = 0;
+    const hexload_estimate_t estimate = judge(&config, &filter, 1, &health);
+    TEST_ASSERT_EQUAL_DOUBLE((double)filter.param[HEXLOAD_PAPER_IYY],
+                             (double)estimate.value[HEXLOAD_PAPER_IYY]);
+    TEST_ASSERT_DOUBLE_WITHIN(ROUNDINGS(2, 1.5), 1.5, (double)estimate.sigma[HEXLOAD_PAPER_IYY]);
+    TEST_ASSERT_EQUAL_DOUBLE(3.0, (double)estimate.nis);
+}
+
+static void test_one_parameter_that_is_not_known_yet_decides_the_verdict(void) {
+    // GIVEN a sigma of Iyy at a fifth of its value WHEN judged THEN that parameter, and so the whole, is
+    // converging
+    const hexload_config_t config = paper_machine();
+    hexload_paper_filter_t filter = good_filter(&config);
+    uint32_t health = 0;
+    filter.param_cov[HEXLOAD_PAPER_IYY][HEXLOAD_PAPER_IYY] = HEXLOAD_REAL(25.0);
+    const hexload_estimate_t estimate = judge(&config, &filter, 1, &health);
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_VERDICT_CONVERGING, estimate.parameter_verdict[HEXLOAD_PAPER_IYY]);
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_VERDICT_CONVERGED, estimate.parameter_verdict[HEXLOAD_PAPER_IZZ]);
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_VERDICT_CONVERGING, estimate.verdict);
+}
+
+static void test_sigma_near_the_prior_is_not_excited(void) {
+    const hexload_config_t config = paper_machine();
+    hexload_paper_filter_t filter = good_filter(&config);
+    uint32_t health = 0;
+    filter.param_cov[HEXLOAD_PAPER_IXX][HEXLOAD_PAPER_IXX] = HEXLOAD_REAL(400.0); // prior 500
+    const hexload_estimate_t estimate = judge(&config, &filter, 1, &health);
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_VERDICT_NOT_EXCITED, estimate.parameter_verdict[HEXLOAD_PAPER_IXX]);
+    TEST_ASSERT_EQUAL_UINT32(1u << HEXLOAD_HEALTH_NOT_EXCITED, health);
+}
+
+static void test_innovations_that_stay_large_are_inconsistent(void) {
+    // GIVEN sensors twice as noisy as stated: a mean NIS of 12 WHEN three time constants have passed
+    const hexload_config_t config = paper_machine();
+    hexload_paper_filter_t filter = good_filter(&config);
+    uint32_t health = 0;
+    filter.nis = HEXLOAD_REAL(12.0);
+    const hexload_estimate_t estimate = judge(&config, &filter, 1500, &health);
+    // THEN the verdict says so
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_VERDICT_INCONSISTENT, estimate.verdict);
+    TEST_ASSERT_EQUAL_UINT32(1u << HEXLOAD_HEALTH_INCONSISTENT, health);
+}
+
+static void test_one_spike_does_not_turn_the_verdict(void) {
+    const hexload_config_t config = paper_machine();
+    hexload_paper_filter_t filter = good_filter(&config);
+    uint32_t health = 0;
+    filter.nis = HEXLOAD_REAL(1e9);
+    const hexload_estimate_t estimate = judge(&config, &filter, 1, &health);
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_VERDICT_CONVERGED, estimate.verdict);
+}
+
+static void test_inertias_that_no_body_has_are_inconsistent(void) {
+    // GIVEN Izz larger than Ixx + Iyy by far more than three sigma
+    const hexload_config_t config = paper_machine();
+    hexload_paper_filter_t filter = good_filter(&config);
+    uint32_t health = 0;
+    filter.param[HEXLOAD_PAPER_IZZ] = HEXLOAD_REAL(80.0);
+    const hexload_estimate_t estimate = judge(&config, &filter, 1, &health);
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_VERDICT_INCONSISTENT, estimate.parameter_verdict[HEXLOAD_PAPER_IZZ]);
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_VERDICT_CONVERGED, estimate.parameter_verdict[HEXLOAD_PAPER_DZ]);
+}
+
+static void test_every_verdict_and_status_has_a_name_of_its_own(void) {
+    TEST_ASSERT_EQUAL_STRING("converged", hexload_verdict_name(HEXLOAD_VERDICT_CONVERGED));
+    TEST_ASSERT_EQUAL_STRING("converging", hexload_verdict_name(HEXLOAD_VERDICT_CONVERGING));
+    TEST_ASSERT_EQUAL_STRING("not_excited", hexload_verdict_name(HEXLOAD_VERDICT_NOT_EXCITED));
+    TEST_ASSERT_EQUAL_STRING("inconsistent", hexload_verdict_name(HEXLOAD_VERDICT_INCONSISTENT));
+    const char* unknown = hexload_status_name((hexload_status_t)-99);
+    for (int status = HEXLOAD_ERR_SINGULAR; status <= HEXLOAD_OK; status++) {
+        TEST_ASSERT_NOT_EQUAL(0, strcmp(unknown, hexload_status_name((hexload_status_t)status)));
+    }
+    for (int bit = 0; bit < HEXLOAD_HEALTH_BITS; bit++) {
+        const char* name = hexload_health_name((hexload_health_bit_t)bit);
+        TEST_ASSERT_NOT_EQUAL(0, strcmp(hexload_health_name(HEXLOAD_HEALTH_BITS), name));
+    }
+}
+
+int main(void) {
+    UNITY_BEGIN();
+    RUN_TEST(test_supervisor_calls_a_small_sigma_converged);
+    RUN_TEST(test_supervisor_passes_on_values_sigmas_and_nis);
+    RUN_TEST(test_one_parameter_that_is_not_known_yet_decides_the_verdict);
+    RUN_TEST(test_sigma_near_the_prior_is_not_excited);
+    RUN_TEST(test_innovations_that_stay_large_are_inconsistent);
+    RUN_TEST(test_one_spike_does_not_turn_the_verdict);
+    RUN_TEST(test_inertias_that_no_body_has_are_inconsistent);
+    RUN_TEST(test_every_verdict_and_status_has_a_name_of_its_own);
+    return UNITY_END();
+}
