@@ -27,7 +27,10 @@ void hexload_config_default(hexload_config_t* config) {
              .stroke_max_m = HEXLOAD_REAL(0.3)},
         .platform = {.mass_kg = HEXLOAD_REAL(100.0),
                      .inertia_kg_m2 = {HEXLOAD_REAL(25.0), HEXLOAD_REAL(25.0), HEXLOAD_REAL(44.0)}},
-        .sensors = {.velocity_sigma_m_s = HEXLOAD_REAL(0.001), .force_sigma_n = HEXLOAD_REAL(5.0)},
+        .sensors = {.velocity_sigma_m_s = HEXLOAD_REAL(0.001),
+                    .force_sigma_n = HEXLOAD_REAL(5.0),
+                    .velocity_range_m_s = HEXLOAD_REAL(10.0),
+                    .force_range_n = HEXLOAD_REAL(1e6)},
         .paper =
             {.load_mass_kg = HEXLOAD_REAL(500.0),
              .gate_nis = HEXLOAD_REAL(40.0), // chi-square, 3 degrees of freedom: 1e-8 of good innovations
@@ -66,17 +69,21 @@ static bool are_finite(const hexload_real_t* values, int count) {
     return true;
 }
 
-static bool are_positive(const hexload_real_t* values, int count) {
+static bool is_in(hexload_real_t value, hexload_real_t least, hexload_real_t most) {
+    return value >= least && value <= most; // false for NaN
+}
+
+static bool are_positive_up_to(hexload_real_t most, const hexload_real_t* values, int count) {
     for (int k = 0; k < count; k++) {
-        if (!isfinite(values[k]) || !(values[k] > HEXLOAD_REAL(0.0))) {
+        if (!(values[k] > HEXLOAD_REAL(0.0)) || !(values[k] <= most)) {
             return false;
         }
     }
     return true;
 }
 
-/// A tensor of some body: leading minors positive about the centre of mass, where parallel axes have been
-/// taken out.
+/// A tensor of some body: about the centre of mass it is positive definite, and no moment exceeds the sum of
+/// the others.
 static bool is_inertia_of_body(const hexload_platform_t* platform) {
     const hexload_real_t* I = platform->inertia_kg_m2;
     const hexload_real_t* c = platform->com_m;
@@ -89,37 +96,45 @@ static bool is_inertia_of_body(const hexload_platform_t* platform) {
     const hexload_real_t yz = I[HEXLOAD_I_YZ] + m * c[1] * c[2];
     const hexload_real_t determinant =
         xx * (yy * zz - yz * yz) - xy * (xy * zz - yz * xz) + xz * (xy * yz - yy * xz);
+    const hexload_real_t half_trace = HEXLOAD_REAL(0.5) * (xx + yy + zz);
+    const hexload_real_t largest =
+        half_trace * HEXLOAD_REAL(1.0001); // a flat plate has xx + yy = zz, and rounding
     return are_finite(I, HEXLOAD_I_DIM) && xx > HEXLOAD_REAL(0.0) && xx * yy - xy * xy > HEXLOAD_REAL(0.0) &&
-           determinant > HEXLOAD_REAL(0.0);
-}
-
-static bool is_in(hexload_real_t value, hexload_real_t least, hexload_real_t most) {
-    return value >= least && value <= most;
+           determinant > HEXLOAD_REAL(0.0) && xx <= largest && yy <= largest && zz <= largest;
 }
 
 hexload_status_t hexload_config_check(const hexload_config_t* config, const char** bad_field) {
     const hexload_geometry_t* geometry = &config->geometry;
+    const hexload_sensors_t* sensors = &config->sensors;
     const hexload_paper_config_t* paper = &config->paper;
+    const hexload_real_t million = HEXLOAD_REAL(1e6);
     const struct {
         const char* name;
         bool is_good;
     } fields[] = {
-        {"tick_s", is_in(config->tick_s, HEXLOAD_REAL(0.9999e-4), HEXLOAD_REAL(1.0001e-2))},
+        {"tick_s", is_in(config->tick_s, HEXLOAD_REAL(0.9999e-4), HEXLOAD_REAL(5.0001e-3))},
         {"geometry.base_hinge_m", are_finite(&geometry->base_hinge_m[0][0], 3 * HEXLOAD_LEGS)},
         {"geometry.platform_hinge_m", are_finite(&geometry->platform_hinge_m[0][0], 3 * HEXLOAD_LEGS)},
-        {"geometry.home_leg_length_m", are_positive(geometry->home_leg_length_m, HEXLOAD_LEGS)},
-        {"geometry.stroke_min_m", geometry->stroke_min_m < geometry->stroke_max_m},
-        {"platform.mass_kg", are_positive(&config->platform.mass_kg, 1)},
+        {"geometry.home_leg_length_m",
+         are_positive_up_to(million, geometry->home_leg_length_m, HEXLOAD_LEGS)},
+        {"geometry.stroke_min_m", is_in(geometry->stroke_min_m, -million, million)},
+        {"geometry.stroke_max_m", is_in(geometry->stroke_max_m, geometry->stroke_min_m, million) &&
+                                      geometry->stroke_max_m > geometry->stroke_min_m},
+        {"platform.mass_kg", are_positive_up_to(million, &config->platform.mass_kg, 1)},
         {"platform.com_m", are_finite(config->platform.com_m, 3)},
         {"platform.inertia_kg_m2", is_inertia_of_body(&config->platform)},
-        {"sensors.velocity_sigma_m_s", are_positive(&config->sensors.velocity_sigma_m_s, 1)},
-        {"sensors.force_sigma_n", are_positive(&config->sensors.force_sigma_n, 1)},
-        {"paper.load_mass_kg", are_positive(&paper->load_mass_kg, 1)},
-        {"paper.prior_dz_sigma_m", are_positive(&paper->prior_dz_sigma_m, 1)},
-        {"paper.prior_inertia_sigma_kg_m2", are_positive(paper->prior_inertia_sigma_kg_m2, 3)},
-        {"paper.gate_nis", paper->gate_nis > HEXLOAD_REAL(3.0)},
-        {"paper.inconsistent_nis", paper->inconsistent_nis > HEXLOAD_REAL(3.0)},
-        {"paper.nis_time_constant_s", paper->nis_time_constant_s >= config->tick_s},
+        {"sensors.velocity_sigma_m_s",
+         are_positive_up_to(HEXLOAD_REAL(1.0), &sensors->velocity_sigma_m_s, 1)},
+        {"sensors.force_sigma_n", are_positive_up_to(HEXLOAD_REAL(1e5), &sensors->force_sigma_n, 1)},
+        {"sensors.velocity_range_m_s",
+         are_positive_up_to(HEXLOAD_REAL(50.0), &sensors->velocity_range_m_s, 1)},
+        {"sensors.force_range_n", are_positive_up_to(HEXLOAD_REAL(1e8), &sensors->force_range_n, 1)},
+        {"paper.load_mass_kg", are_positive_up_to(million, &paper->load_mass_kg, 1)},
+        {"paper.prior_dz_sigma_m", are_positive_up_to(HEXLOAD_REAL(1e3), &paper->prior_dz_sigma_m, 1)},
+        {"paper.prior_inertia_sigma_kg_m2", are_positive_up_to(million, paper->prior_inertia_sigma_kg_m2, 3)},
+        {"paper.gate_nis", is_in(paper->gate_nis, HEXLOAD_REAL(3.0), million)},
+        {"paper.inconsistent_nis", is_in(paper->inconsistent_nis, HEXLOAD_REAL(3.0), million)},
+        {"paper.nis_time_constant_s", is_in(paper->nis_time_constant_s, config->tick_s, HEXLOAD_REAL(1e3))},
         {"paper.converged_relative_sigma",
          is_in(paper->converged_relative_sigma, HEXLOAD_REAL(0.0), HEXLOAD_REAL(1.0))},
         {"paper.longest_gap_ticks", paper->longest_gap_ticks >= 1},

@@ -4,7 +4,7 @@
 
 #include <string.h>
 
-enum { HOME_HEIGHT_STEPS = 30 };
+enum { HOME_HEIGHT_STEPS = 30, PREDICTED_TICKS_MAX = 20 };
 
 /// Q = R - E. Taking E out first keeps the small rotations of a hexapod exact to rounding.
 static void rotation_minus_identity(const hexload_real_t q[4], hexload_real_t Q[3][3]) {
@@ -114,7 +114,11 @@ static hexload_status_t find_home_height(const hexload_geometry_t* geometry, hex
     for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
         mean_length_m += geometry->home_leg_length_m[leg] / HEXLOAD_REAL(6.0);
     }
-    hexload_real_t height_m = HEXLOAD_REAL(2.0) * mean_length_m;
+    hexload_real_t lowest_m = geometry->platform_hinge_m[0][2] - geometry->base_hinge_m[0][2];
+    for (int leg = 1; leg < HEXLOAD_LEGS; leg++) {
+        lowest_m = hexload_min(lowest_m, geometry->platform_hinge_m[leg][2] - geometry->base_hinge_m[leg][2]);
+    }
+    hexload_real_t height_m = HEXLOAD_REAL(2.0) * mean_length_m - lowest_m;
     hexload_real_t error_m = mean_length_m;
     for (int step = 0; step < HOME_HEIGHT_STEPS; step++) {
         hexload_real_t slope = HEXLOAD_REAL(0.0);
@@ -165,21 +169,31 @@ hexload_status_t hexload_kinematics_init(hexload_kinematics_t* self, const hexlo
     return HEXLOAD_OK;
 }
 
+/// Where the search starts: the last pose, carried on by its twist unless that is too old to say anything.
+static void predict_pose(const hexload_kinematics_t* self, const hexload_config_t* config, uint32_t gap_ticks,
+                         hexload_motion_t* motion) {
+    memcpy(motion->p_m, self->p_m, sizeof motion->p_m);
+    memcpy(motion->quaternion, self->quaternion, sizeof motion->quaternion);
+    if (gap_ticks <= PREDICTED_TICKS_MAX) {
+        hexload_real_t step[6];
+        for (int k = 0; k < 6; k++) {
+            step[k] = self->twist[k] * config->tick_s * (hexload_real_t)gap_ticks;
+        }
+        move_pose(motion->p_m, motion->quaternion, step);
+    }
+}
+
 hexload_status_t hexload_kinematics_solve(hexload_kinematics_t* self, const hexload_config_t* config,
                                           const hexload_leg_sample_t* sample, uint32_t gap_ticks,
                                           hexload_motion_t* motion) {
     hexload_motion_t found;
     lu6_t jacobian;
-    memcpy(found.p_m, self->p_m, sizeof found.p_m);
-    memcpy(found.quaternion, self->quaternion, sizeof found.quaternion);
-    if (gap_ticks <= config->paper.longest_gap_ticks) { // an old twist says nothing about a late pose
-        hexload_real_t step[6];
-        for (int k = 0; k < 6; k++) {
-            step[k] = self->twist[k] * config->tick_s * (hexload_real_t)gap_ticks;
-        }
-        move_pose(found.p_m, found.quaternion, step);
+    predict_pose(self, config, gap_ticks, &found);
+    hexload_status_t status = find_pose(self, &config->geometry, sample, &found, &jacobian);
+    if (status != HEXLOAD_OK) { // the last pose may be the bad one: home is in every workspace
+        found = (hexload_motion_t){.quaternion = {HEXLOAD_REAL(1.0)}};
+        status = find_pose(self, &config->geometry, sample, &found, &jacobian);
     }
-    const hexload_status_t status = find_pose(self, &config->geometry, sample, &found, &jacobian);
     if (status != HEXLOAD_OK) {
         return status;
     }

@@ -7,11 +7,17 @@ void hexload_leg_sample_init(hexload_leg_gate_t* self) {
     self->accepted = 0;
 }
 
-static bool is_usable(const hexload_geometry_t* geometry, const hexload_leg_sample_t* sample) {
+/// |value| <= range; false for NaN.
+static bool is_within(hexload_real_t value, hexload_real_t range) {
+    return hexload_abs(value) <= range;
+}
+
+static bool is_usable(const hexload_config_t* config, const hexload_leg_sample_t* sample) {
     for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
-        const hexload_real_t length_m = geometry->home_leg_length_m[leg] + sample->displacement_m[leg];
-        if (!isfinite(sample->displacement_m[leg]) || !isfinite(sample->velocity_m_s[leg]) ||
-            !isfinite(sample->force_n[leg]) || !(length_m > HEXLOAD_REAL(0.0))) {
+        const hexload_real_t home_m = config->geometry.home_leg_length_m[leg];
+        if (!(sample->displacement_m[leg] > -home_m) || !isfinite(sample->displacement_m[leg]) ||
+            !is_within(sample->velocity_m_s[leg], config->sensors.velocity_range_m_s) ||
+            !is_within(sample->force_n[leg], config->sensors.force_range_n)) {
             return false;
         }
     }
@@ -31,7 +37,7 @@ static bool is_within_stroke(const hexload_geometry_t* geometry, const hexload_l
 hexload_status_t hexload_leg_sample_check(const hexload_leg_gate_t* self, const hexload_config_t* config,
                                           const hexload_leg_sample_t* sample, uint32_t* gap_ticks,
                                           uint32_t* health) {
-    if (!is_usable(&config->geometry, sample)) {
+    if (!is_usable(config, sample)) {
         return HEXLOAD_ERR_SAMPLE;
     }
     *gap_ticks = 0;

@@ -3,11 +3,14 @@
 #include "linalg.h"
 #include "paper_model.h"
 
+#include <stdbool.h>
 #include <string.h>
 
-/// Floor of a variance: 1e-5 of the prior sigma is far below any sensor's reach and far above the
-/// covariance's rounding.
-#define SMALLEST_VARIANCE_SHARE HEXLOAD_REAL(1e-10)
+/// Mean NIS of a consistent filter: the number of measured rates.
+#define IDEAL_NIS HEXLOAD_REAL(3.0)
+
+/// Floor of a variance: 1e-7 of the prior sigma, which days of motion do not reach.
+#define SMALLEST_VARIANCE_SHARE HEXLOAD_REAL(1e-14)
 
 void hexload_paper_filter_init(hexload_paper_filter_t* self, const hexload_config_t* config) {
     const hexload_paper_config_t* paper = &config->paper;
@@ -105,24 +108,29 @@ static void measure_rate(const hexload_config_t* config, const hexload_motion_t*
 }
 
 /// Takes out what force noise alone has done in this update. It stands in the Jacobian as it does in the
-/// innovation: its variance there looks like motion and shrinks P, its product with itself moves the
-/// parameters (D15).
+/// innovation: its variance there looks like motion and shrinks P, its product with itself moves the inertias
+/// (D15). A spike counts as noise of its size; it can at most double a variance
+/// and move dz by one sigma.
 static void remove_noise_effects(hexload_paper_filter_t* self, hexload_real_t S[3][3],
                                  const hexload_real_t prior_variance[3]) {
     hexload_jacobian_noise_t* noise = &self->jacobian_noise;
     hexload_real_t* dz_variance = &self->param_cov[HEXLOAD_PAPER_DZ][HEXLOAD_PAPER_DZ];
     for (int i = 0; i < 3; i++) {
         const int own = HEXLOAD_PAPER_IXX + i;
-        const hexload_real_t inverse_S = HEXLOAD_REAL(1.0) / S[i][i];
+        hexload_real_t* variance = &self->param_cov[own][own];
         const hexload_real_t kept = self->rate_cov[i][i] / prior_variance[i]; // 1 - K
-        const hexload_real_t variance = self->param_cov[own][own];
-        self->param[own] -= variance * self->noise_lever_kg_m2[i] * noise->inertia[i] * inverse_S;
-        self->param_cov[own][own] += variance * variance * noise->inertia[i] * inverse_S;
+        const hexload_real_t false_share =
+            hexload_min(*variance * noise->inertia[i] / S[i][i], HEXLOAD_REAL(1.0));
+        self->param[own] -= self->noise_lever_kg_m2[i] * false_share;
+        *variance += *variance * false_share;
         noise->inertia[i] *= kept * kept;
         if (i < 2) {
-            self->param[HEXLOAD_PAPER_DZ] -=
-                *dz_variance * self->noise_lever_kg_m2[i] * noise->mixed[i] * inverse_S;
-            *dz_variance += *dz_variance * *dz_variance * noise->dz[i] * inverse_S;
+            const hexload_real_t dz_sigma = hexload_sqrt(*dz_variance);
+            const hexload_real_t dz_move =
+                *dz_variance * self->noise_lever_kg_m2[i] * noise->mixed[i] / S[i][i];
+            self->param[HEXLOAD_PAPER_DZ] -= hexload_min(hexload_max(dz_move, -dz_sigma), dz_sigma);
+            *dz_variance +=
+                *dz_variance * hexload_min(*dz_variance * noise->dz[i] / S[i][i], HEXLOAD_REAL(1.0));
             noise->dz[i] *= kept * kept;
             noise->mixed[i] *= kept * kept;
         }
@@ -179,6 +187,7 @@ static void bound_covariance(hexload_paper_filter_t* self, uint32_t* health) {
                 self->cross_cov[i][k] *= scale;
             }
             *variance = most;
+            hexload_health_set(health, HEXLOAD_HEALTH_COVARIANCE_BOUNDED);
         } else if (*variance < least) {
             *variance = least;
             hexload_health_set(health, HEXLOAD_HEALTH_COVARIANCE_BOUNDED);
@@ -205,6 +214,7 @@ static void seed_rate(hexload_paper_filter_t* self, const hexload_real_t rate_ra
     memset(self->cross_cov, 0, sizeof self->cross_cov);
     self->jacobian_noise = (hexload_jacobian_noise_t){0};
     self->gated = 0;
+    self->nis = IDEAL_NIS; // no innovation: a mean of NIS stands still
 }
 
 /// (29)-(31), (36).
@@ -227,7 +237,7 @@ static void update(hexload_paper_filter_t* self, const hexload_config_t* config,
     }
     forward_substitute3(L, innovation, whitened);
     self->nis = dot3(whitened, whitened);
-    if (self->nis > config->paper.gate_nis) {
+    if (!(self->nis <= config->paper.gate_nis)) { // also NaN
         hexload_health_set(health, HEXLOAD_HEALTH_MEASUREMENT_GATED);
         self->gated++;
         if (self->gated > config->paper.longest_gate_ticks) {
@@ -245,15 +255,24 @@ static void update(hexload_paper_filter_t* self, const hexload_config_t* config,
     bound_inertia(self, health);
 }
 
+/// One NaN or infinity in P or in the state reaches each of these sums.
+static bool is_finite(const hexload_paper_filter_t* self) {
+    hexload_real_t sum = HEXLOAD_REAL(0.0);
+    for (int k = 0; k < HEXLOAD_PAPER_DIM; k++) {
+        sum += self->param[k] + self->param_cov[k][k];
+    }
+    for (int k = 0; k < 3; k++) {
+        sum += self->rate_rad_s[k] + self->rate_cov[k][k] + self->jacobian_noise.inertia[k];
+    }
+    return isfinite(sum);
+}
+
 static void remember(hexload_paper_filter_t* self, const hexload_leg_sample_t* sample,
-                     const hexload_wrench_t* wrench, uint32_t gap_ticks) {
+                     const hexload_wrench_t* wrench) {
     self->last_wrench = *wrench;
     memmove(self->last_force_n[1], self->last_force_n[0],
             sizeof self->last_force_n - sizeof self->last_force_n[0]);
     memcpy(self->last_force_n[0], sample->force_n, sizeof self->last_force_n[0]);
-    if (gap_ticks != 1) {
-        self->history = 0;
-    }
     if (self->history < HEXLOAD_FORCE_HISTORY) {
         self->history++;
     }
@@ -265,6 +284,9 @@ void hexload_paper_filter_step(hexload_paper_filter_t* self, const hexload_confi
     hexload_real_t rate_rad_s[3];
     hexload_real_t noise[3][3];
     measure_rate(config, motion, rate_rad_s, noise);
+    if (gap_ticks != 1) {
+        self->history = 0; // differences over a gap are motion
+    }
     if (gap_ticks == 0) {
         seed_rate(self, rate_rad_s, noise);
     } else if (gap_ticks > config->paper.longest_gap_ticks) {
@@ -277,7 +299,12 @@ void hexload_paper_filter_step(hexload_paper_filter_t* self, const hexload_confi
         predict(self, &model);
         update(self, config, rate_rad_s, noise, health);
     }
-    remember(self, sample, wrench, gap_ticks);
+    if (!is_finite(self)) {
+        hexload_paper_filter_init(self, config);
+        seed_rate(self, rate_rad_s, noise);
+        hexload_health_set(health, HEXLOAD_HEALTH_FILTER_RESTARTED);
+    }
+    remember(self, sample, wrench);
 }
 
 void hexload_paper_filter_read(const hexload_paper_filter_t* self, hexload_real_t value[HEXLOAD_PAPER_DIM],

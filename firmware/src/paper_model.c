@@ -9,6 +9,8 @@
 /// on violent motions.
 #define LINEARISATION_ERROR_TICKS HEXLOAD_REAL(5.0)
 
+enum { COUPLING_PASSES = 4 };
+
 /// D, and the cautious D of the derivatives: one sigma on top keeps an early Jacobian from claiming
 /// information that its wrong linearisation point does not have (D14).
 static void combined_inertia(const hexload_paper_filter_t* filter, hexload_real_t lever_m,
@@ -48,15 +50,15 @@ static void add_jacobian_noise(const hexload_paper_filter_t* filter, const hexlo
                                const hexload_real_t column[3], hexload_real_t lever_m, hexload_real_t dt_s,
                                hexload_real_t force_variance, hexload_paper_model_t* model) {
     const hexload_real_t lever_inertia = HEXLOAD_REAL(2.0) * filter->constants.reduced_mass_kg * lever_m;
-    const hexload_real_t side[2] = {filter->constants.mass_share * direction[1],
-                                    -filter->constants.mass_share * direction[0]};
+    const hexload_real_t moved = dt_s * filter->constants.mass_share;
+    const hexload_real_t side[3] = {direction[1], -direction[0], HEXLOAD_REAL(0.0)};
     for (int i = 0; i < 3; i++) {
         const hexload_real_t cautious_D = model->cautious_inertia_kg_m2[i];
         const hexload_real_t by_inertia =
             -dt_s * column[i] * model->inertia_kg_m2[i] / (cautious_D * cautious_D);
         model->jacobian_noise.inertia[i] += force_variance * by_inertia * by_inertia;
         if (i < 2) {
-            const hexload_real_t by_dz = dt_s * side[i] / cautious_D + lever_inertia * by_inertia;
+            const hexload_real_t by_dz = moved * side[i] / cautious_D + lever_inertia * by_inertia;
             model->jacobian_noise.dz[i] += force_variance * by_dz * by_dz;
             model->jacobian_noise.mixed[i] += force_variance * by_dz * by_inertia;
         }
@@ -109,23 +111,48 @@ static void add_linearisation_error(const hexload_paper_filter_t* filter, const 
     }
 }
 
-/// Takes omega x D omega off the torque, at the middle of the step: at its start it would lag by half a tick.
-static void rotate_freely(const hexload_real_t rate_rad_s[3], const hexload_real_t D[3], hexload_real_t dt_s,
-                          hexload_real_t torque[3]) {
-    hexload_real_t middle[3] = {rate_rad_s[0], rate_rad_s[1], rate_rad_s[2]};
-    hexload_real_t momentum[3];
-    hexload_real_t gyroscopic[3];
-    for (int pass = 0; pass < 2; pass++) {
+/// Products of inertia xy, xz, yz about the common centre of mass: the platform's, as the load has none.
+static void combined_products(const hexload_paper_filter_t* filter, const hexload_platform_t* platform,
+                              hexload_real_t lever_m, hexload_real_t products_kg_m2[3]) {
+    const hexload_real_t* I = platform->inertia_kg_m2;
+    const hexload_real_t* c = platform->com_m;
+    const hexload_real_t own_kg = platform->mass_kg;
+    const hexload_real_t reduced_kg = filter->constants.reduced_mass_kg;
+    products_kg_m2[0] = I[HEXLOAD_I_XY] + (own_kg - reduced_kg) * c[0] * c[1];
+    products_kg_m2[1] = I[HEXLOAD_I_XZ] + c[0] * (own_kg * c[2] + reduced_kg * lever_m);
+    products_kg_m2[2] = I[HEXLOAD_I_YZ] + c[1] * (own_kg * c[2] + reduced_kg * lever_m);
+}
+
+/// Product of a symmetric matrix without diagonal, xy, xz, yz, with a vector, added to out.
+static void add_products(const hexload_real_t O[3], const hexload_real_t x[3], hexload_real_t out[3]) {
+    out[0] += O[0] * x[1] + O[1] * x[2];
+    out[1] += O[0] * x[0] + O[2] * x[2];
+    out[2] += O[1] * x[0] + O[2] * x[1];
+}
+
+/// Takes omega x I omega and the products' share of I omega' off the torque, I with diagonal D and products
+/// O, so that D omega' = torque remains. omega is that of mid-step: at the step's start it would lag by half
+/// a tick. Products are a small part of D, and each pass leaves that part of the error.
+static void take_off_coupling(const hexload_real_t rate_rad_s[3], const hexload_real_t D[3],
+                              const hexload_real_t O[3], hexload_real_t dt_s, hexload_real_t torque[3]) {
+    hexload_real_t acceleration[3] = {0};
+    hexload_real_t coupling[3];
+    for (int pass = 0; pass < COUPLING_PASSES; pass++) {
+        hexload_real_t middle[3];
+        hexload_real_t momentum[3];
         for (int k = 0; k < 3; k++) {
+            middle[k] = rate_rad_s[k] + HEXLOAD_REAL(0.5) * dt_s * acceleration[k];
             momentum[k] = D[k] * middle[k];
         }
-        cross3(middle, momentum, gyroscopic);
+        add_products(O, middle, momentum);
+        cross3(middle, momentum, coupling);
+        add_products(O, acceleration, coupling);
         for (int k = 0; k < 3; k++) {
-            middle[k] = rate_rad_s[k] + HEXLOAD_REAL(0.5) * dt_s * (torque[k] - gyroscopic[k]) / D[k];
+            acceleration[k] = (torque[k] - coupling[k]) / D[k];
         }
     }
     for (int k = 0; k < 3; k++) {
-        torque[k] -= gyroscopic[k];
+        torque[k] -= coupling[k];
     }
 }
 
@@ -142,6 +169,7 @@ void hexload_paper_model_linearise(const hexload_paper_filter_t* filter, const h
     const hexload_real_t* cautious_D = model->cautious_inertia_kg_m2;
     hexload_real_t force_n[3];
     hexload_real_t shift[3];
+    hexload_real_t products[3];
     hexload_real_t torque[3]; // of the legs about the common centre of mass
     combined_inertia(filter, lever_m, model->inertia_kg_m2, model->cautious_inertia_kg_m2);
     for (int k = 0; k < 3; k++) { // forces are trapezoidal between ticks
@@ -152,7 +180,8 @@ void hexload_paper_model_linearise(const hexload_paper_filter_t* filter, const h
     for (int k = 0; k < 3; k++) {
         torque[k] -= shift[k];
     }
-    rotate_freely(filter->rate_rad_s, model->inertia_kg_m2, dt_s, torque);
+    combined_products(filter, &config->platform, lever_m, products);
+    take_off_coupling(filter->rate_rad_s, model->inertia_kg_m2, products, dt_s, torque);
     for (int k = 0; k < 3; k++) {
         model->rate_step_rad_s[k] = dt_s * torque[k] / model->inertia_kg_m2[k];
         model->by_inertia[k] = -dt_s * torque[k] / (cautious_D[k] * cautious_D[k]);

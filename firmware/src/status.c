@@ -37,6 +37,8 @@ const char* hexload_health_name(hexload_health_bit_t bit) {
         return "not excited";
     case HEXLOAD_HEALTH_INCONSISTENT:
         return "inconsistent";
+    case HEXLOAD_HEALTH_FILTER_RESTARTED:
+        return "filter restarted";
     case HEXLOAD_HEALTH_BITS:
     default:
         return "unknown health bit";

@@ -12,15 +12,14 @@ static hexload_real_t prior_sigma(const hexload_paper_config_t* paper, int param
                                          : paper->prior_inertia_sigma_kg_m2[parameter - HEXLOAD_PAPER_IXX];
 }
 
-/// A body's principal inertias are positive and none exceeds the sum of the others; three sigma are granted.
+/// No principal inertia of a body exceeds the sum of the others; three sigma are granted.
 static bool is_inertia_possible(const hexload_estimate_t* estimate, int parameter) {
     const hexload_real_t* I = estimate->value;
     const hexload_real_t sum =
         I[HEXLOAD_PAPER_IXX] + I[HEXLOAD_PAPER_IYY] + I[HEXLOAD_PAPER_IZZ] - HEXLOAD_REAL(2.0) * I[parameter];
     const hexload_real_t spread = estimate->sigma[HEXLOAD_PAPER_IXX] + estimate->sigma[HEXLOAD_PAPER_IYY] +
                                   estimate->sigma[HEXLOAD_PAPER_IZZ];
-    return I[parameter] + HEXLOAD_REAL(3.0) * estimate->sigma[parameter] > HEXLOAD_REAL(0.0) &&
-           sum + HEXLOAD_REAL(3.0) * spread > HEXLOAD_REAL(0.0);
+    return sum + HEXLOAD_REAL(3.0) * spread > HEXLOAD_REAL(0.0);
 }
 
 static hexload_verdict_t judge_parameter(const hexload_supervisor_t* self,
@@ -31,13 +30,12 @@ static hexload_verdict_t judge_parameter(const hexload_supervisor_t* self,
         (parameter != HEXLOAD_PAPER_DZ && !is_inertia_possible(estimate, parameter))) {
         return HEXLOAD_VERDICT_INCONSISTENT;
     }
-    if (sigma > HEXLOAD_REAL(0.5) * prior_sigma(paper, parameter)) {
-        return HEXLOAD_VERDICT_NOT_EXCITED;
+    const hexload_real_t prior = prior_sigma(paper, parameter);
+    const hexload_real_t scale = hexload_max(hexload_abs(estimate->value[parameter]), prior);
+    if (sigma <= paper->converged_relative_sigma * scale) {
+        return HEXLOAD_VERDICT_CONVERGED;
     }
-    if (sigma > paper->converged_relative_sigma * hexload_abs(estimate->value[parameter])) {
-        return HEXLOAD_VERDICT_CONVERGING;
-    }
-    return HEXLOAD_VERDICT_CONVERGED;
+    return sigma <= HEXLOAD_REAL(0.5) * prior ? HEXLOAD_VERDICT_CONVERGING : HEXLOAD_VERDICT_NOT_EXCITED;
 }
 
 void hexload_supervisor_judge(hexload_supervisor_t* self, const hexload_config_t* config,
@@ -45,9 +43,10 @@ void hexload_supervisor_judge(hexload_supervisor_t* self, const hexload_config_t
                               uint32_t* health) {
     const hexload_paper_config_t* paper = &config->paper;
     hexload_paper_filter_read(filter, estimate->value, estimate->sigma);
-    // One spike must not turn the verdict: a single tick counts with at most ten times the gate.
-    const hexload_real_t counted_nis = hexload_min(filter->nis, HEXLOAD_REAL(10.0) * paper->gate_nis);
-    self->nis_mean += config->tick_s / paper->nis_time_constant_s * (counted_nis - self->nis_mean);
+    // One spike must not turn the verdict: a tick raises the mean by half the way to the threshold at most.
+    const hexload_real_t weight = config->tick_s / paper->nis_time_constant_s;
+    const hexload_real_t most = HEXLOAD_REAL(0.5) * (paper->inconsistent_nis - HEXLOAD_REAL(3.0));
+    self->nis_mean += hexload_min(weight * (filter->nis - self->nis_mean), most);
     estimate->nis = filter->nis;
     estimate->nis_mean = self->nis_mean;
     estimate->verdict = HEXLOAD_VERDICT_CONVERGED;

@@ -36,7 +36,15 @@ static void test_config_names_each_field_out_of_range(void) {
     ASSERT_REFUSED(geometry.base_hinge_m[5][2], nan);
     ASSERT_REFUSED(geometry.platform_hinge_m[0][0], (hexload_real_t)INFINITY);
     ASSERT_REFUSED(geometry.home_leg_length_m[3], HEXLOAD_REAL(0.0));
-    ASSERT_REFUSED(geometry.stroke_min_m, HEXLOAD_REAL(0.3));
+    ASSERT_REFUSED(geometry.stroke_min_m, (hexload_real_t)-INFINITY);
+    ASSERT_REFUSED(geometry.stroke_max_m, HEXLOAD_REAL(-0.3));
+    ASSERT_REFUSED(sensors.velocity_range_m_s, HEXLOAD_REAL(0.0));
+    ASSERT_REFUSED(sensors.force_range_n, (hexload_real_t)INFINITY);
+    ASSERT_REFUSED(platform.inertia_kg_m2[HEXLOAD_I_XX], (hexload_real_t)INFINITY);
+    ASSERT_REFUSED(platform.inertia_kg_m2[HEXLOAD_I_ZZ], HEXLOAD_REAL(51.0)); // more than Ixx + Iyy
+    ASSERT_REFUSED(paper.gate_nis, (hexload_real_t)INFINITY);
+    ASSERT_REFUSED(tick_s, HEXLOAD_REAL(0.0));
+    ASSERT_REFUSED(paper.converged_relative_sigma, HEXLOAD_REAL(-0.1));
     ASSERT_REFUSED(platform.mass_kg, HEXLOAD_REAL(-1.0));
     ASSERT_REFUSED(platform.com_m[1], nan);
     ASSERT_REFUSED(platform.inertia_kg_m2[HEXLOAD_I_YY], HEXLOAD_REAL(0.0));
@@ -46,7 +54,7 @@ static void test_config_names_each_field_out_of_range(void) {
     ASSERT_REFUSED(paper.load_mass_kg, HEXLOAD_REAL(0.0));
     ASSERT_REFUSED(paper.prior_dz_sigma_m, nan);
     ASSERT_REFUSED(paper.prior_inertia_sigma_kg_m2[2], HEXLOAD_REAL(0.0));
-    ASSERT_REFUSED(paper.gate_nis, HEXLOAD_REAL(3.0));
+    ASSERT_REFUSED(paper.gate_nis, HEXLOAD_REAL(2.0));
     ASSERT_REFUSED(paper.inconsistent_nis, HEXLOAD_REAL(1.0));
     ASSERT_REFUSED(paper.nis_time_constant_s, HEXLOAD_REAL(0.0001));
     ASSERT_REFUSED(paper.converged_relative_sigma, HEXLOAD_REAL(1.5));

@@ -31,8 +31,8 @@ typedef struct hexload_geometry {
     hexload_real_t base_hinge_m[HEXLOAD_LEGS][3];     ///< b_i in base axes
     hexload_real_t platform_hinge_m[HEXLOAD_LEGS][3]; ///< a_i in platform axes
     hexload_real_t home_leg_length_m[HEXLOAD_LEGS];   ///< L0_i: length at displacement 0; > 0
-    hexload_real_t stroke_min_m; ///< shortest displacement; < stroke_max_m. Beyond: health bit only
-    hexload_real_t stroke_max_m; ///< longest displacement
+    hexload_real_t stroke_min_m; ///< shortest displacement, finite; < stroke_max_m. Beyond: health bit only
+    hexload_real_t stroke_max_m; ///< longest displacement, finite
 } hexload_geometry_t;
 
 /// The empty platform, without load.
@@ -42,28 +42,34 @@ typedef struct hexload_platform {
     hexload_real_t inertia_kg_m2[HEXLOAD_I_DIM]; ///< tensor about O_A in platform axes
 } hexload_platform_t;
 
-/// White noise of the sensors at the tick rate, per leg. Understating it makes every sigma too small.
+/// The legs' sensors. Sigmas are those of white noise at the tick rate; understating them makes every sigma
+/// too small.
 typedef struct hexload_sensors {
-    hexload_real_t velocity_sigma_m_s; ///< > 0
-    hexload_real_t force_sigma_n;      ///< > 0
+    hexload_real_t velocity_sigma_m_s; ///< 0..1, not 0
+    hexload_real_t force_sigma_n;      ///< 0..1e5, not 0
+    hexload_real_t
+        velocity_range_m_s;       ///< 0..50, not 0: a velocity beyond is a fault and the sample is refused
+    hexload_real_t force_range_n; ///< 0..1e8, not 0: likewise; a little above what the legs can do
 } hexload_sensors_t;
 
 /// Tuning of the paper's filter. Standard deviations, not variances.
 typedef struct hexload_paper_config {
-    hexload_real_t load_mass_kg;     ///< m_l > 0, known beforehand as in the paper
-    hexload_real_t prior_dz_sigma_m; ///< of the load's centre of mass height; > 0
-    hexload_real_t
-        prior_inertia_sigma_kg_m2[3];   ///< of Ixx, Iyy, Izz; > 0. Too small for the load: slow and biased
-    hexload_real_t gate_nis;            ///< innovations beyond are not used; > 3. Larger: trusts spikes more
-    hexload_real_t inconsistent_nis;    ///< verdict "inconsistent" above this mean NIS; > 3 (ideal: 3)
-    hexload_real_t nis_time_constant_s; ///< of that mean; >= tick_s
-    hexload_real_t converged_relative_sigma; ///< "converged" when sigma is below this part of the value; 0..1
-    uint32_t longest_gap_ticks;  ///< missing ticks that one trapezoid bridges; >= 1. Beyond: rates restart
+    /// m_l, known beforehand as in the paper; 0..1e6, not 0. hexload_config_set_prior() goes with it.
+    hexload_real_t load_mass_kg;
+    hexload_real_t prior_dz_sigma_m; ///< of the height of the load's centre of mass; 0..1e3, not 0
+    /// Of Ixx, Iyy, Izz; 0..1e6, not 0. Too small for the load: slow and biased.
+    hexload_real_t prior_inertia_sigma_kg_m2[3];
+    hexload_real_t gate_nis;         ///< innovations beyond are not used; 3..1e6. Larger: trusts spikes more
+    hexload_real_t inconsistent_nis; ///< verdict "inconsistent" above this mean NIS; 3..1e6 (ideal: 3)
+    hexload_real_t nis_time_constant_s;      ///< of that mean; tick_s..1e3
+    hexload_real_t converged_relative_sigma; ///< "converged" below this part of value or prior sigma; 0..1
+    uint32_t
+        longest_gap_ticks; ///< from sample to sample that one trapezoid bridges; >= 1. Beyond: rates restart
     uint32_t longest_gate_ticks; ///< innovations gated one after the other; >= 1. Beyond: rates restart
 } hexload_paper_config_t;
 
 typedef struct hexload_config {
-    hexload_real_t tick_s; ///< sampling period; 1e-4..1e-2
+    hexload_real_t tick_s; ///< sampling period; 1e-4..5e-3
     hexload_geometry_t geometry;
     hexload_platform_t platform;
     hexload_sensors_t sensors;

@@ -7,8 +7,8 @@
 ///     hexload_init(&estimator, &config);                    // once
 ///     hexload_tick(&estimator, &config, &sample, &estimate) // every sampling period
 ///
-/// All memory is in hexload_t: no heap, no hidden statics, so instances are independent and sizeof is the
-/// whole cost. The caller owns it and may copy it. No function blocks, allocates, prints or keeps a pointer.
+/// All lasting memory is in hexload_t: no heap, no hidden statics, so instances are independent.
+/// The caller owns it and may copy it. No function blocks, allocates, prints or keeps a pointer.
 #ifndef HEXLOAD_HEXLOAD_H
 #define HEXLOAD_HEXLOAD_H
 

@@ -7,7 +7,7 @@
 
 HEXLOAD_DECLS_BEGIN
 
-/// Newton steps that one call may take; a tick that follows another needs one, a start from home about five.
+/// Newton steps of one search; a tick that follows another needs one, a start from home about five.
 enum { HEXLOAD_NEWTON_STEPS_MAX = 12 };
 
 /// Motion of the platform at one tick. Twists are [v; omega], base axes, of O_A.
@@ -38,13 +38,14 @@ typedef struct hexload_kinematics {
 HEXLOAD_MUST_USE hexload_status_t hexload_kinematics_init(hexload_kinematics_t* self,
                                                           const hexload_config_t* config);
 
-/// Forward kinematics by Newton's method, started from the last pose carried on by the last twist, then the
+/// Forward kinematics by Newton's method, started from the last pose carried on by the last twist and, where
+/// that finds nothing, from home; then the
 /// Jacobian and the twist in the new pose. Leg lengths of the result agree with the displacements to a few
 /// ulp.
 /// @param gap_ticks periods since the last call, as hexload_leg_sample_check() gives it.
 /// @return HEXLOAD_OK, HEXLOAD_ERR_POSE or HEXLOAD_ERR_SINGULAR; then self and motion do not change.
-///         Reentrant. Worst case: HEXLOAD_NEWTON_STEPS_MAX + 1 factorisations of a 6 x 6 matrix; 2 on a usual
-///         tick.
+///         Reentrant. Worst case: 2 (HEXLOAD_NEWTON_STEPS_MAX + 1) factorisations of a 6 x 6 matrix; 2 on a
+///         usual tick.
 HEXLOAD_MUST_USE hexload_status_t hexload_kinematics_solve(hexload_kinematics_t* self,
                                                            const hexload_config_t* config,
                                                            const hexload_leg_sample_t* sample,

@@ -23,7 +23,8 @@ typedef struct hexload_leg_gate {
 
 void hexload_leg_sample_init(hexload_leg_gate_t* self);
 
-/// Checks a sample: finite, every leg longer than nothing, later than the last.
+/// Checks a sample: finite and in range, every leg longer than nothing, later than the last. A source that
+/// starts its tick counter anew needs hexload_init().
 /// @param[out] gap_ticks periods since the last accepted sample: 1 when none is missing, 0 for the first
 /// sample.
 /// @param[in,out] health sets LEG_OUT_OF_STROKE, SAMPLE_MISSING.

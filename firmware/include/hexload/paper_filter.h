@@ -62,7 +62,7 @@ typedef struct hexload_paper_filter {
     hexload_real_t last_force_n[HEXLOAD_FORCE_HISTORY][HEXLOAD_LEGS]; ///< newest first
     uint32_t history;                                                 ///< consecutive ticks in last_force_n
     uint32_t gated;     ///< innovations gated one after the other
-    hexload_real_t nis; ///< of the last innovation; 3 degrees of freedom
+    hexload_real_t nis; ///< of the last innovation, 3 degrees of freedom; 3 when there was none
 } hexload_paper_filter_t;
 
 /// Zero parameters and the configured prior (paper, section 4). The rates come from the first sample.
@@ -71,7 +71,8 @@ void hexload_paper_filter_init(hexload_paper_filter_t* self, const hexload_confi
 /// One time update (32) and one measurement update (36).
 /// @param gap_ticks 0 for the first sample: only the measurement update; more than longest_gap_ticks: rates
 /// restart.
-/// @param[in,out] health sets RATE_RESEEDED, MEASUREMENT_GATED, INERTIA_BOUNDED, COVARIANCE_BOUNDED.
+/// @param[in,out] health sets RATE_RESEEDED, MEASUREMENT_GATED, INERTIA_BOUNDED, COVARIANCE_BOUNDED,
+/// FILTER_RESTARTED.
 /// Reentrant; no loop depends on data.
 void hexload_paper_filter_step(hexload_paper_filter_t* self, const hexload_config_t* config,
                                const hexload_leg_sample_t* sample, const hexload_motion_t* motion,

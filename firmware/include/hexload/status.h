@@ -19,7 +19,7 @@ HEXLOAD_DECLS_BEGIN
 typedef enum hexload_status {
     HEXLOAD_OK = 0,
     HEXLOAD_ERR_CONFIG = -1,   ///< hexload_config_check() names the field
-    HEXLOAD_ERR_SAMPLE = -2,   ///< a channel is not finite, or a leg would have no length
+    HEXLOAD_ERR_SAMPLE = -2,   ///< a channel is not finite or beyond its range, or a leg would have no length
     HEXLOAD_ERR_TICK = -3,     ///< the tick is not later than the last accepted one
     HEXLOAD_ERR_POSE = -4,     ///< forward kinematics found no pose for these displacements
     HEXLOAD_ERR_SINGULAR = -5, ///< the leg Jacobian cannot be inverted in this pose
@@ -28,18 +28,18 @@ typedef enum hexload_status {
 /// Health bits of one tick: the tick ran, but ... Each bit has a counter in hexload_health_t.
 typedef enum hexload_health_bit {
     HEXLOAD_HEALTH_LEG_OUT_OF_STROKE = 0, ///< a displacement is outside the configured stroke
-    HEXLOAD_HEALTH_SAMPLE_MISSING = 1,    ///< ticks are missing before this one and were bridged
-    HEXLOAD_HEALTH_RATE_RESEEDED = 2,     ///< the gap was too long to bridge: rates restart from the sensors
-    HEXLOAD_HEALTH_MEASUREMENT_GATED = 3, ///< the innovation is beyond the gate and was not used
-    HEXLOAD_HEALTH_INERTIA_BOUNDED =
-        4, ///< the model used a bound instead of an estimate that no body can have
-    HEXLOAD_HEALTH_COVARIANCE_BOUNDED = 5, ///< a variance was held at its floor
+    HEXLOAD_HEALTH_SAMPLE_MISSING = 1,    ///< ticks are missing before this one
+    HEXLOAD_HEALTH_RATE_RESEEDED = 2, ///< rates restart from the sensors: long gap, or they no longer fitted
+    HEXLOAD_HEALTH_MEASUREMENT_GATED = 3,  ///< the innovation is beyond the gate and was not used
+    HEXLOAD_HEALTH_INERTIA_BOUNDED = 4,    ///< an inertia below zero was set to zero
+    HEXLOAD_HEALTH_COVARIANCE_BOUNDED = 5, ///< a variance was held at its floor or at its prior
     HEXLOAD_HEALTH_NOT_EXCITED = 6,        ///< the motion has told (nearly) nothing about a parameter
-    HEXLOAD_HEALTH_INCONSISTENT = 7, ///< innovations or inertia contradict the model or the stated sigmas
-    HEXLOAD_HEALTH_BITS = 8
+    HEXLOAD_HEALTH_INCONSISTENT = 7, ///< innovations or inertias contradict the model or the stated sigmas
+    HEXLOAD_HEALTH_FILTER_RESTARTED = 8, ///< a number was no longer finite: the filter began anew
+    HEXLOAD_HEALTH_BITS = 9
 } hexload_health_bit_t;
 
-/// Health of the last tick and how often each bit was set since the start. Counters saturate.
+/// Health of the last accepted tick and how often each bit was set since the start. Counters saturate.
 typedef struct hexload_health {
     uint32_t bits;                       ///< bit n is hexload_health_bit_t n
     uint32_t count[HEXLOAD_HEALTH_BITS]; ///< ticks with that bit
@@ -48,7 +48,7 @@ typedef struct hexload_health {
 
 /// Sets a health bit of the present tick. Reentrant, constant time.
 static inline void hexload_health_set(uint32_t* bits, hexload_health_bit_t bit) {
-    *bits |= (uint32_t)1u << (unsigned)bit;
+    *bits |= UINT32_C(1) << bit;
 }
 
 /// Short name of a status for messages, e.g. "pose not found". Never NULL; static storage.

@@ -9,7 +9,7 @@ HEXLOAD_DECLS_BEGIN
 
 /// What is known about one parameter, or about all (then the worst of them). A larger value is worse.
 typedef enum hexload_verdict {
-    HEXLOAD_VERDICT_CONVERGED,    ///< sigma below converged_relative_sigma of the value
+    HEXLOAD_VERDICT_CONVERGED,    ///< sigma below converged_relative_sigma of value or prior
     HEXLOAD_VERDICT_CONVERGING,   ///< sigma has fallen below half the prior's
     HEXLOAD_VERDICT_NOT_EXCITED,  ///< the motion has told (nearly) nothing about it
     HEXLOAD_VERDICT_INCONSISTENT, ///< innovations or inertia contradict the model or the stated sigmas
