@@ -1,0 +1,32 @@
+// The estimates CSV: t, the parameters, their sigmas, nis, verdict; a row per tick.
+#pragma once
+
+#include <hexload_sim/estimator_link.hpp>
+
+#include <cstdio>
+#include <filesystem>
+#include <memory>
+#include <span>
+#include <string_view>
+
+namespace hexload::sim {
+
+class EstimateFile {
+  public:
+    // Creates or empties the file. Throws InputError when it cannot be written; so do write() and close().
+    EstimateFile(const std::filesystem::path& path, std::span<const std::string_view> parameter_names);
+
+    // Nine significant digits: float32 survives the round trip.
+    void write(const EstimateRow& row);
+    void close();
+
+  private:
+    struct Closer {
+        void operator()(std::FILE* file) const noexcept;
+    };
+    std::filesystem::path path_;
+    std::unique_ptr<std::FILE, Closer> file_;
+    std::size_t parameter_count_;
+};
+
+} // namespace hexload::sim

@@ -1,0 +1,52 @@
+// The platform file: everything about the machine that estimator and simulator must agree on.
+#pragma once
+
+#include <hexload_sim/geometry.hpp>
+#include <hexload_sim/load.hpp>
+
+#include <filesystem>
+#include <optional>
+#include <string_view>
+
+namespace hexload::sim {
+
+// Standard deviations of white sensor noise per leg and sample.
+struct SensorSigma {
+    double displacement_sigma_m = 0.0;
+    double velocity_sigma_m_s = 0.0;
+    double force_sigma_n = 0.0;
+};
+
+enum class EstimatorKind {
+    momentum, // all ten parameters, any motion
+    paper,    // the paper's filter: dz, Ixx, Iyy, Izz at known mass
+};
+
+enum class PaperPrior {
+    safe,    // diag(1e-4 x3, 0.1, 500 x3)
+    printed, // the paper's diag(1, 1, 1, 1, 10, 500, 500)
+};
+
+// As in the platform file.
+std::string_view name_of(EstimatorKind kind);
+std::string_view name_of(PaperPrior prior);
+
+struct EstimatorSettings {
+    EstimatorKind kind = EstimatorKind::paper;
+    PaperPrior prior = PaperPrior::safe;
+};
+
+struct PlatformFile {
+    Geometry geometry;
+    PlatformBody platform;
+    double gravity_m_s2 = 9.81;
+    SensorSigma sensors;
+    std::optional<double> known_mass_kg; // of the load
+    EstimatorSettings estimator;
+};
+
+// Reads and checks a platform file. Throws InputError: file missing, TOML syntax, unknown or missing key,
+// wrong type or length, value out of range, a body or a machine that cannot exist.
+PlatformFile load_platform_file(const std::filesystem::path& path);
+
+} // namespace hexload::sim

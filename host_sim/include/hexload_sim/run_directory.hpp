@@ -1,0 +1,71 @@
+// What a run leaves behind: scenario.toml, platform.toml, log.csv, truth.csv, estimates.csv, meta.json. The
+// same scenario and seed give the same bytes; no clock, host name or path goes in.
+#pragma once
+
+#include <hexload_sim/inproc_link.hpp>
+#include <hexload_sim/simulator.hpp>
+
+#include <cstdio>
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace hexload::sim {
+
+// CSV rows of shortest round-trip numbers. Throws InputError when the disk refuses.
+class CsvFile {
+  public:
+    CsvFile(const std::filesystem::path& path, const std::string& header);
+
+    template <typename Real> void add(Real value); // float or double
+    void end_row();
+    void close();
+
+  private:
+    struct Closer {
+        void operator()(std::FILE* file) const noexcept;
+    };
+    void flush();
+
+    std::filesystem::path path_;
+    std::unique_ptr<std::FILE, Closer> file_;
+    std::string pending_;
+    bool row_begun_ = false;
+};
+
+struct RunResult {
+    RunCounts counts;
+    std::vector<HealthCount> health;
+};
+
+// Written beside its final name and renamed by finish(), so that a run directory is whole or absent.
+class RunDirectory {
+  public:
+    // Throws InputError if target exists and may not be replaced, or cannot be created.
+    RunDirectory(std::filesystem::path target, bool replace);
+    RunDirectory(const RunDirectory&) = delete;
+    RunDirectory& operator=(const RunDirectory&) = delete;
+    ~RunDirectory();
+
+    std::filesystem::path file(const std::string& name) const;
+
+    // scenario.toml with all defaults, platform.toml verbatim, and the trajectory file if there is one.
+    void write_inputs(const Scenario& scenario);
+
+    // A row of log.csv (unless the sample is lost) and of truth.csv.
+    void write(const Tick& tick);
+
+    // meta.json, then the final name.
+    void finish(const Scenario& scenario, const PlatformFile& platform, const Simulator& simulator,
+                const RunResult& result);
+
+  private:
+    std::filesystem::path target_;
+    std::filesystem::path partial_;
+    bool finished_ = false;
+    std::unique_ptr<CsvFile> log_;
+    std::unique_ptr<CsvFile> truth_;
+};
+
+} // namespace hexload::sim

@@ -1,0 +1,82 @@
+// The loop of the paper's Figure 4, tick by tick: trajectory -> controller -> hydraulics and mechanics ->
+// sensors.
+#pragma once
+
+#include <hexload_sim/controller.hpp>
+#include <hexload_sim/estimator_link.hpp>
+#include <hexload_sim/plant.hpp>
+#include <hexload_sim/scenario.hpp>
+#include <hexload_sim/sensors.hpp>
+#include <hexload_sim/trajectory.hpp>
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <optional>
+
+namespace hexload::sim {
+
+// All there is to know about one tick.
+struct Tick {
+    std::uint32_t index = 0;
+    double t_s = 0.0;
+    Motion reference;
+    Pose pose;                       // truth
+    Twist twist;                     // truth
+    LegState legs;                   // truth, noise-free
+    std::optional<LegSample> sample; // what the estimator sees; nothing: lost
+};
+
+class Simulator {
+  public:
+    // At rest, in static equilibrium with the first load at the trajectory's first pose. Throws InputError
+    // for a motion that cannot be made or started.
+    Simulator(const PlatformFile& platform, const Scenario& scenario);
+    Simulator(const Simulator&) = delete; // controller and trajectory belong to this plant
+    Simulator& operator=(const Simulator&) = delete;
+
+    // Ticks of the whole run, from 0 s to duration_s inclusive.
+    std::uint32_t ticks() const {
+        return ticks_;
+    }
+
+    // Samples this instant, then moves the plant to the next tick.
+    Tick step();
+
+    const Plant& plant() const {
+        return plant_;
+    }
+    const SensorSigma& sensor_sigma() const {
+        return sensors_.sigma();
+    }
+    MassProperties body_at_start() const;
+
+  private:
+    void change_load();
+    LegReference leg_reference(const Motion& motion) const;
+
+    PlatformFile platform_;
+    Scenario scenario_;
+    std::unique_ptr<Trajectory> trajectory_;
+    Plant plant_;
+    Controller controller_;
+    Sensors sensors_;
+    std::uint32_t ticks_;
+    std::uint32_t tick_ = 0;
+    std::size_t next_load_ = 1;
+};
+
+struct RunCounts {
+    std::uint32_t ticks = 0;
+    std::uint32_t missing = 0; // samples lost by the sensors
+    std::uint32_t refused = 0; // samples refused by the estimator
+};
+
+// Called after each tick; the estimate is absent if the sample was lost or refused, or without a link.
+using TickObserver = std::function<void(const Tick&, const std::optional<EstimateRow>&)>;
+
+// Runs the whole scenario in closed loop. Without a link (nullptr) the plant runs alone; the observer may be
+// empty.
+RunCounts run(Simulator& simulator, EstimatorLink* link, const TickObserver& observer = {});
+
+} // namespace hexload::sim

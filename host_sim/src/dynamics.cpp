@@ -1,0 +1,76 @@
+#include <hexload_sim/dynamics.hpp>
+
+#include <hexload_sim/rotation.hpp>
+
+#include <Eigen/Cholesky>
+#include <Eigen/Geometry>
+#include <Eigen/LU>
+
+namespace hexload::sim {
+
+Matrix6 mass_matrix(const MassProperties& body, const Matrix3& R) {
+    const Matrix3 Q = skew(R * body.first_moment_kg_m); // m_l [l]x of (8), with l from (21)
+    Matrix6 M;
+    M << body.mass_kg * Matrix3::Identity(), -Q,   //
+        Q, R * body.inertia_kg_m2 * R.transpose(); // (20)
+    return M;
+}
+
+Matrix6 coupling_matrix(const MassProperties& body, const Matrix3& R) {
+    Matrix6 M = mass_matrix(body, R);
+    M.diagonal().setZero();
+    return M;
+}
+
+Vector6 bias_wrench(const MassProperties& body, const Matrix3& R, const Vector3& w_rad_s) {
+    const Vector3 first_moment = R * body.first_moment_kg_m;
+    const Vector3 spin = R * (body.inertia_kg_m2 * (R.transpose() * w_rad_s));
+    Vector6 wrench;
+    wrench << w_rad_s.cross(w_rad_s.cross(first_moment)), w_rad_s.cross(spin);
+    return wrench;
+}
+
+Vector6 gravity_wrench(const MassProperties& body, const Matrix3& R, double gravity_m_s2) {
+    const Vector3 up(0.0, 0.0, gravity_m_s2);
+    Vector6 wrench;
+    wrench << body.mass_kg * up, (R * body.first_moment_kg_m).cross(up);
+    return wrench;
+}
+
+Vector6 acceleration(const Geometry& geometry, const MassProperties& body, double gravity_m_s2,
+                     const Pose& pose, const Twist& twist, const Vector6& leg_force_n) {
+    const Vector6 net = jacobian(geometry, pose).transpose() * leg_force_n -
+                        bias_wrench(body, pose.R, twist.w_rad_s) - gravity_wrench(body, pose.R, gravity_m_s2);
+    return mass_matrix(body, pose.R).llt().solve(net);
+}
+
+Vector6 leg_forces(const Geometry& geometry, const MassProperties& body, double gravity_m_s2,
+                   const Pose& pose, const Twist& twist, const Vector6& twist_rate) {
+    const Vector6 wrench = mass_matrix(body, pose.R) * twist_rate + bias_wrench(body, pose.R, twist.w_rad_s) +
+                           gravity_wrench(body, pose.R, gravity_m_s2);
+    return jacobian(geometry, pose).transpose().partialPivLu().solve(wrench);
+}
+
+JointSpaceModel joint_space_model(const Geometry& geometry, const MassProperties& body, double gravity_m_s2,
+                                  const Pose& pose, const Twist& twist) {
+    const LegVectors legs = leg_vectors(geometry, pose);
+    const Matrix6 J_inverse = jacobian(legs).partialPivLu().inverse();
+    const Matrix6 M = mass_matrix(body, pose.R);
+    // V' = J^-1 (l'' - J' V), so d(J^-1)/dt l' = -J^-1 J' V.
+    const Vector6 drift = -J_inverse * leg_acceleration_bias(legs, twist);
+    return {J_inverse.transpose() * M * J_inverse,
+            J_inverse.transpose() * (M * drift + bias_wrench(body, pose.R, twist.w_rad_s)),
+            J_inverse.transpose() * gravity_wrench(body, pose.R, gravity_m_s2)};
+}
+
+double kinetic_energy_j(const MassProperties& body, const Matrix3& R, const Twist& twist) {
+    const Vector6 V = twist.stacked();
+    return 0.5 * V.dot(mass_matrix(body, R) * V);
+}
+
+double potential_energy_j(const MassProperties& body, double gravity_m_s2, const Pose& pose) {
+    const double com_rise = (pose.R * body.first_moment_kg_m - body.first_moment_kg_m).z(); // m times metres
+    return gravity_m_s2 * (body.mass_kg * pose.p_m.z() + com_rise);
+}
+
+} // namespace hexload::sim

@@ -1,0 +1,58 @@
+#include "firmware_config.hpp"
+
+#include <algorithm>
+
+namespace hexload::sim {
+
+namespace {
+
+hexload_real_t real(double value) {
+    return static_cast<hexload_real_t>(value);
+}
+
+template <int size, std::size_t count>
+void copy(const Eigen::Matrix<double, size, 1>& from, hexload_real_t (&to)[count]) {
+    static_assert(size == count);
+    std::transform(from.begin(), from.end(), to, real);
+}
+
+} // namespace
+
+void copy_to_firmware(const Vector6& from, hexload_real_t (&to)[HEXLOAD_LEGS]) {
+    copy(from, to);
+}
+
+hexload_config_t firmware_config(const PlatformFile& platform, const EstimatorSettings& settings,
+                                 double sampling_s) {
+    hexload_config_t config;
+    hexload_config_default(&config);
+    config.tick_s = real(sampling_s);
+    for (std::size_t leg = 0; leg < HEXLOAD_LEGS; leg++) {
+        copy(platform.geometry.base_hinges_m[leg], config.geometry.base_hinge_m[leg]);
+        copy(platform.geometry.platform_hinges_m[leg], config.geometry.platform_hinge_m[leg]);
+    }
+    copy(platform.geometry.home_leg_length_m, config.geometry.home_leg_length_m);
+    config.geometry.stroke_min_m = real(platform.geometry.stroke_min_m);
+    config.geometry.stroke_max_m = real(platform.geometry.stroke_max_m);
+
+    const Matrix3& inertia = platform.platform.inertia_kg_m2;
+    config.platform.mass_kg = real(platform.platform.mass_kg);
+    copy(platform.platform.com_m, config.platform.com_m);
+    config.platform.inertia_kg_m2[HEXLOAD_I_XX] = real(inertia(0, 0));
+    config.platform.inertia_kg_m2[HEXLOAD_I_YY] = real(inertia(1, 1));
+    config.platform.inertia_kg_m2[HEXLOAD_I_ZZ] = real(inertia(2, 2));
+    config.platform.inertia_kg_m2[HEXLOAD_I_XY] = real(inertia(0, 1));
+    config.platform.inertia_kg_m2[HEXLOAD_I_XZ] = real(inertia(0, 2));
+    config.platform.inertia_kg_m2[HEXLOAD_I_YZ] = real(inertia(1, 2));
+
+    config.sensors.velocity_sigma_m_s = real(platform.sensors.velocity_sigma_m_s);
+    config.sensors.force_sigma_n = real(platform.sensors.force_sigma_n);
+    if (platform.known_mass_kg) {
+        config.paper.load_mass_kg = real(*platform.known_mass_kg);
+    }
+    hexload_config_set_prior(&config,
+                             settings.prior == PaperPrior::safe ? HEXLOAD_PRIOR_SAFE : HEXLOAD_PRIOR_PRINTED);
+    return config;
+}
+
+} // namespace hexload::sim

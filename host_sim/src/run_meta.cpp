@@ -1,0 +1,92 @@
+#include "run_meta.hpp"
+
+#include "toml_fields.hpp"
+
+#include <hexload_sim/dynamics.hpp>
+
+#include <sstream>
+
+namespace hexload::sim {
+namespace {
+
+toml::array rows(const Matrix6& matrix) {
+    toml::array array;
+    for (int row = 0; row < 6; ++row) {
+        toml::array entries;
+        for (int column = 0; column < 6; ++column) {
+            entries.push_back(matrix(row, column) + 0.0); // no negative zeros
+        }
+        array.push_back(std::move(entries));
+    }
+    return array;
+}
+
+toml::table load_change(const LoadChange& change) {
+    TomlWriter writer;
+    writer.number("at_s", change.at_s);
+    writer.number("mass_kg", change.load.mass_kg);
+    writer.vector3("com_m", change.load.com_m);
+    writer.tensor("inertia_com_kg_m2", change.load.inertia_com_kg_m2);
+    toml::table table = writer.take();
+    toml::array theta;
+    for (const double entry : change.load.theta()) {
+        theta.push_back(entry);
+    }
+    table.insert("theta", std::move(theta));
+    return table;
+}
+
+toml::array load_changes(const std::vector<LoadChange>& loads) {
+    toml::array array;
+    for (const LoadChange& change : loads) {
+        array.push_back(load_change(change));
+    }
+    return array;
+}
+
+toml::table sensor_sigma(const SensorSigma& sigma) {
+    return toml::table{{"displacement_sigma_m", sigma.displacement_sigma_m},
+                       {"velocity_sigma_m_s", sigma.velocity_sigma_m_s},
+                       {"force_sigma_n", sigma.force_sigma_n}};
+}
+
+toml::table health_ticks(const std::vector<HealthCount>& health) {
+    toml::table table;
+    for (const HealthCount& count : health) {
+        table.insert(count.name, static_cast<std::int64_t>(count.ticks));
+    }
+    return table;
+}
+
+} // namespace
+
+std::string run_meta_json(const Scenario& scenario, const PlatformFile& platform, const Simulator& simulator,
+                          const RunResult& result) {
+    const auto whole = [](std::uint32_t count) { return static_cast<std::int64_t>(count); };
+    const MassProperties body = simulator.body_at_start();
+    const Matrix3 home = Matrix3::Identity();
+    const toml::table meta{
+        {"name", scenario.name},
+        {"description", scenario.description},
+        {"version", HEXLOAD_VERSION},
+        {"seed", scenario.seed},
+        {"duration_s", scenario.duration_s},
+        {"tick_s", tick_s},
+        {"substeps", scenario.substeps},
+        {"rows", whole(result.counts.ticks - result.counts.missing)},
+        {"missing", whole(result.counts.missing)},
+        {"refused", whole(result.counts.refused)},
+        {"loads", load_changes(scenario.loads)},
+        {"sensors", sensor_sigma(simulator.sensor_sigma())},
+        {"mass_matrix_home", rows(mass_matrix(body, home))},
+        {"coupling_matrix_home", rows(coupling_matrix(body, home))},
+        {"estimator", toml::table{{"kind", name_of(platform.estimator.kind)},
+                                  {"prior", name_of(platform.estimator.prior)}}},
+        {"health_ticks", health_ticks(result.health)},
+    };
+    std::ostringstream document;
+    document << toml::json_formatter{meta} << '\n';
+    return document.str();
+}
+
+} // namespace hexload::sim

@@ -1,0 +1,100 @@
+// The keys of a scenario file and their ranges, each named once; defaults are those of the structs. A Visitor
+// is TomlReader or TomlWriter.
+#pragma once
+
+#include <hexload_sim/scenario.hpp>
+
+#include "toml_fields.hpp"
+
+namespace hexload::sim {
+
+inline constexpr Range share{1e-3, 1.0, "a number from 0.001 to 1"};
+inline constexpr Range probability{0.0, 0.999, "a number from 0 to 0.999"};
+
+template <typename Visitor, typename S> void visit_simulation(Visitor& visitor, S& scenario) {
+    visitor.number("duration_s", scenario.duration_s, {duration_min_s, duration_max_s, "0.001 to 4e6 s"});
+    visitor.integer("seed", scenario.seed, 0, std::numeric_limits<std::int64_t>::max());
+    visitor.integer("substeps", scenario.substeps, 1, substeps_max);
+}
+
+template <typename Visitor, typename S> void visit_load_change(Visitor& visitor, S& change) {
+    visitor.number("at_s", change.at_s, non_negative);
+    visitor.number("mass_kg", change.load.mass_kg, non_negative);
+    visitor.vector3("com_m", change.load.com_m);
+    visitor.tensor("inertia_com_kg_m2", change.load.inertia_com_kg_m2);
+}
+
+template <typename Visitor, typename S> void visit_limits(Visitor& visitor, S& limits) {
+    visitor.number("stroke_share", limits.stroke_share, share);
+    visitor.number("valve_share", limits.valve_share, share);
+    visitor.number("pump_flow_m3_s", limits.pump_flow_m3_s, positive);
+}
+
+template <typename Visitor, typename S> void visit_hydraulics(Visitor& visitor, S& s) {
+    visitor.number("supply_pressure_pa", s.supply_pressure_pa, positive);
+    visitor.number("tank_pressure_pa", s.tank_pressure_pa, non_negative);
+    visitor.number("piston_area_m2", s.piston_area_m2, positive);
+    visitor.number("rod_side_area_m2", s.rod_side_area_m2, positive);
+    visitor.number("dead_volume_m3", s.dead_volume_m3, positive);
+    visitor.number("bulk_modulus_pa", s.bulk_modulus_pa, positive);
+    visitor.number("leakage_m3_s_pa", s.leakage_m3_s_pa, non_negative);
+    visitor.number("rated_flow_m3_s", s.rated_flow_m3_s, positive);
+    visitor.number("laminar_pressure_pa", s.laminar_pressure_pa, positive);
+    visitor.number("valve_bandwidth_hz", s.valve_bandwidth_hz, positive);
+    visitor.number("valve_damping", s.valve_damping, positive);
+    visitor.number("coulomb_friction_n", s.coulomb_friction_n, non_negative);
+    visitor.number("viscous_friction_n_s_m", s.viscous_friction_n_s_m, non_negative);
+    visitor.number("friction_speed_m_s", s.friction_speed_m_s, positive);
+    visitor.number("stop_stiffness_n_m", s.stop_stiffness_n_m, non_negative);
+    visitor.number("stop_damping_s_m", s.stop_damping_s_m, non_negative);
+}
+
+template <typename Visitor, typename S> void visit_controller(Visitor& visitor, S& s) {
+    visitor.number("proportional_1_m", s.proportional_1_m, non_negative);
+    visitor.number("integral_1_m_s", s.integral_1_m_s, non_negative);
+    visitor.number("derivative_s_m", s.derivative_s_m, non_negative);
+    visitor.number("velocity_feedforward", s.velocity_feedforward, non_negative);
+    visitor.number("pressure_feedback_1_n", s.pressure_feedback_1_n, non_negative);
+    visitor.boolean("gravity_offset", s.gravity_offset);
+    visitor.number("integral_limit", s.integral_limit, fraction);
+}
+
+template <typename Visitor, typename S> void visit_sensors(Visitor& visitor, S& s) {
+    visitor.number("noise_scale", s.noise_scale, non_negative);
+    visitor.vector6("displacement_bias_m", s.displacement_bias_m);
+    visitor.vector6("velocity_bias_m_s", s.velocity_bias_m_s);
+    visitor.vector6("force_bias_n", s.force_bias_n);
+    visitor.number("displacement_step_m", s.displacement_step_m, non_negative);
+    visitor.number("velocity_step_m_s", s.velocity_step_m_s, non_negative);
+    visitor.number("force_step_n", s.force_step_n, non_negative);
+    visitor.integer("delay_ticks", s.delay_ticks, 0, 1000);
+    visitor.number("dropout_probability", s.dropout_probability, probability);
+}
+
+// One overload per kind of motion; the writer picks by variant, the reader by the key `kind`.
+template <typename Visitor> void visit_motion(Visitor& visitor, auto& motion) {
+    using M = std::remove_cvref_t<decltype(motion)>;
+    if constexpr (std::is_same_v<M, PaperMotion>) {
+        visitor.number("amplitude_x_m", motion.amplitude_x_m);
+        visitor.number("amplitude_y_m", motion.amplitude_y_m);
+        visitor.number("amplitude_yaw_deg", motion.amplitude_yaw_deg);
+        visitor.number("frequency_hz", motion.frequency_hz, positive);
+        visitor.number("run_in_s", motion.run_in_s, non_negative);
+    } else if constexpr (std::is_same_v<M, MultisineMotion>) {
+        visitor.number("translation_m", motion.translation_m, non_negative);
+        visitor.number("rotation_deg", motion.rotation_deg, non_negative);
+        visitor.number("frequency_min_hz", motion.frequency_min_hz, positive);
+        visitor.number("frequency_max_hz", motion.frequency_max_hz, positive);
+        visitor.integer("sines", motion.sines, 1, 1000);
+        visitor.number("run_in_s", motion.run_in_s, non_negative);
+    } else if constexpr (std::is_same_v<M, WorkMotion>) {
+        visitor.number("reach_m", motion.reach_m, non_negative);
+        visitor.number("rotation_deg", motion.rotation_deg, non_negative);
+        visitor.number("move_s", motion.move_s, positive);
+        visitor.number("dwell_s", motion.dwell_s, non_negative);
+    } else if constexpr (std::is_same_v<M, StandstillMotion>) {
+        visitor.vector6("pose", motion.pose);
+    }
+}
+
+} // namespace hexload::sim
