@@ -247,7 +247,6 @@ def _covariance_recursion(y: Array, gbar: Array, process: Array, measurement: Ar
         innovation = cross[:, :6] - cross[:, 6:] @ y[tick].T + measurement[tick]
         covariance -= cross.T @ np.linalg.solve(innovation, cross)
         covariance = 0.5 * (covariance + covariance.T)  # rounding of one half against the other grows without bound
-        covariance = 0.5 * (covariance + covariance.T)  # rounding grows along the asymmetric part otherwise
         variance[tick] = np.diagonal(covariance)[6:]
     return np.sqrt(variance)
 

@@ -1,0 +1,162 @@
+"""The log reader: what it accepts, and every refusal with its message."""
+
+import gzip
+
+import numpy as np
+import pytest
+
+from hexload_tools.errors import InputError
+from hexload_tools.log_file import COLUMNS, read_log
+
+HEADER = ",".join(COLUMNS)
+
+
+def row(t, **changes):
+    values = {name: f"{index}.5" for index, name in enumerate(COLUMNS)} | {"t": t} | changes
+    return ",".join(values[name] for name in COLUMNS)
+
+
+def log_of(tmp_path, *lines, name="log.csv"):
+    path = tmp_path / name
+    path.write_text("".join(f"{line}\n" for line in lines))
+    return path
+
+
+def refusal(path):
+    with pytest.raises(InputError) as refused:
+        read_log(path)
+    return str(refused.value)
+
+
+def test_a_log_is_read_into_time_displacement_velocity_and_force(tmp_path):
+    # GIVEN a log of two rows whose values number the columns
+    path = log_of(tmp_path, HEADER, row("0"), row("0.001"))
+    # WHEN it is read
+    log = read_log(path)
+    # THEN each channel holds its own columns, leg 1 first
+    np.testing.assert_array_equal(log.t_s, [0.0, 0.001])
+    np.testing.assert_array_equal(log.displacement_m[0], [1.5, 2.5, 3.5, 4.5, 5.5, 6.5])
+    np.testing.assert_array_equal(log.velocity_m_s[0], [7.5, 8.5, 9.5, 10.5, 11.5, 12.5])
+    np.testing.assert_array_equal(log.force_n[1], [13.5, 14.5, 15.5, 16.5, 17.5, 18.5])
+
+
+def test_a_compressed_log_reads_as_the_plain_one(tmp_path):
+    # GIVEN the same log plain and compressed
+    plain = log_of(tmp_path, HEADER, row("0"), row("0.001"))
+    packed = tmp_path / "log.csv.gz"
+    packed.write_bytes(gzip.compress(plain.read_bytes()))
+    # WHEN both are read THEN they are equal
+    np.testing.assert_array_equal(read_log(packed).force_n, read_log(plain).force_n)
+
+
+def test_missing_ticks_windows_line_ends_and_blank_last_lines_are_accepted(tmp_path):
+    # GIVEN a log with a gap of three ticks, CRLF line ends, a byte order mark and a blank line at its end
+    path = tmp_path / "log.csv"
+    path.write_bytes("\ufeff".encode() + f"{HEADER}\r\n{row('0.010')}\r\n{row('0.014')}\r\n\r\n".encode())
+    # WHEN it is read THEN it has the two rows
+    np.testing.assert_array_equal(read_log(path).t_s, [0.010, 0.014])
+
+
+def test_a_log_that_does_not_exist_is_refused(tmp_path):
+    assert refusal(tmp_path / "no.csv") == f"{tmp_path}/no.csv: found no such file, expected a log (.csv or .csv.gz)"
+
+
+def test_a_folder_is_refused(tmp_path):
+    assert refusal(tmp_path) == f"{tmp_path}: found a folder, expected a log (.csv or .csv.gz)"
+
+
+def test_an_empty_log_is_refused(tmp_path):
+    path = log_of(tmp_path)
+    assert refusal(path) == (
+        f"{path}: found an empty file, expected the header t,dl1..dl6,vl1..vl6,f1..f6 and at least 2 rows"
+    )
+
+
+def test_a_missing_leg_is_named(tmp_path):
+    # GIVEN a log of five legs
+    header = ",".join(name for name in COLUMNS if not name.endswith("4"))
+    path = log_of(tmp_path, header, "0", "0")
+    # WHEN it is read THEN the message names the first missing column and its leg
+    assert refusal(path) == (
+        f"{path}: line 1: found no column dl4 (leg 4), expected the header t,dl1..dl6,vl1..vl6,f1..f6"
+    )
+
+
+def test_a_missing_time_column_is_named(tmp_path):
+    path = log_of(tmp_path, ",".join(COLUMNS[1:]), "0", "0")
+    assert refusal(path) == f"{path}: line 1: found no column t, expected the header t,dl1..dl6,vl1..vl6,f1..f6"
+
+
+def test_an_unknown_column_is_named(tmp_path):
+    path = log_of(tmp_path, HEADER + ",temperature", "0", "0")
+    assert refusal(path) == (
+        f"{path}: line 1: column 20: found 'temperature', expected the header t,dl1..dl6,vl1..vl6,f1..f6 alone"
+    )
+
+
+def test_columns_in_another_order_are_refused(tmp_path):
+    path = log_of(tmp_path, HEADER.replace("dl1,dl2", "dl2,dl1"), row("0"), row("0.001"))
+    assert refusal(path) == (
+        f"{path}: line 1: column 2: found 'dl2', expected 'dl1' (order t,dl1..dl6,vl1..vl6,f1..f6)"
+    )
+
+
+def test_a_column_that_comes_twice_is_refused(tmp_path):
+    path = log_of(tmp_path, HEADER + ",f6", row("0"), row("0.001"))
+    assert refusal(path) == (
+        f"{path}: line 1: found 20 columns, expected the 19 of t,dl1..dl6,vl1..vl6,f1..f6, each once"
+    )
+
+
+@pytest.mark.parametrize("rows", [[], [row("0")]])
+def test_a_log_of_fewer_than_two_rows_is_refused(tmp_path, rows):
+    path = log_of(tmp_path, HEADER, *rows)
+    assert refusal(path) == f"{path}: found {len(rows)} rows after the header, expected at least 2"
+
+
+@pytest.mark.parametrize("value", ["nan", "inf", "-inf", "twelve", "", "1_000", "1e999"])
+def test_a_value_that_is_no_finite_number_is_refused_with_line_and_column(tmp_path, value):
+    # GIVEN a log with a bad force of leg 2 in its third line
+    path = log_of(tmp_path, HEADER, row("0"), row("0.001", f2=value))
+    # WHEN it is read THEN the message names the place
+    assert refusal(path) == f"{path}: line 3: column f2: found '{value}', expected a finite number"
+
+
+@pytest.mark.parametrize(("line", "found"), [("0.001,1,2", 3), (row("0.001") + ",7", 20), ("", 1)])
+def test_a_ragged_row_is_refused_with_its_line(tmp_path, line, found):
+    path = log_of(tmp_path, HEADER, row("0"), line, row("0.002"))
+    assert refusal(path) == f"{path}: line 3: found {found} values, expected 19"
+
+
+def test_time_that_runs_backwards_is_refused_with_its_line(tmp_path):
+    path = log_of(tmp_path, HEADER, row("0"), row("0.002"), row("0.001"))
+    assert refusal(path) == (
+        f"{path}: line 4: column t: found 0.001 after 0.002, time running backwards; expected a later time"
+    )
+
+
+def test_a_repeated_time_is_refused_with_its_line(tmp_path):
+    path = log_of(tmp_path, HEADER, row("0"), row("0.002"), row("0.002"))
+    assert refusal(path) == (
+        f"{path}: line 4: column t: found 0.002 after 0.002, the same time again; expected a later time"
+    )
+
+
+def test_damaged_compression_is_refused(tmp_path):
+    # GIVEN a compressed log that lost its second half
+    path = tmp_path / "log.csv.gz"
+    whole = gzip.compress("\n".join([HEADER, row("0"), row("0.001")]).encode())
+    path.write_bytes(whole[: len(whole) // 2])
+    # WHEN it is read THEN it is refused
+    assert refusal(path) == f"{path}: found damaged or incomplete gzip data, expected a .csv.gz log"
+
+
+def test_a_plain_file_with_the_compressed_suffix_is_refused(tmp_path):
+    path = log_of(tmp_path, HEADER, name="log.csv.gz")
+    assert refusal(path) == f"{path}: found damaged or incomplete gzip data, expected a .csv.gz log"
+
+
+def test_bytes_that_are_no_text_are_refused(tmp_path):
+    path = tmp_path / "log.csv"
+    path.write_bytes(b"t,\xff\xfe")
+    assert refusal(path) == f"{path}: found bytes that are not text at offset 2, expected CSV"

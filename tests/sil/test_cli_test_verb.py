@@ -1,0 +1,76 @@
+"""How `hexload test` counts: a test that failed, did not run, or was skipped is never counted as passed."""
+
+import pytest
+
+from hexload_tools import test as verb
+
+
+def junit(tmp_path, *statuses):
+    """As ctest --output-junit writes it: one test case per status."""
+    cases = "".join(f'<testcase name="t{k}" time="0.5" status="{status}"/>' for k, status in enumerate(statuses))
+    path = tmp_path / "host.xml"
+    path.write_text(f'<?xml version="1.0"?><testsuite name="host" tests="{len(statuses)}">{cases}</testsuite>')
+    return path
+
+
+@pytest.fixture
+def presets(monkeypatch, tmp_path):
+    """Replaces the building and running of presets by outcomes that the test chooses."""
+    chosen = {}
+    monkeypatch.setattr(verb, "_run_preset", lambda preset, regex: chosen[preset])
+    return chosen
+
+
+def outcome(preset, passed, *failed):
+    return verb.Outcome(preset, passed, failed, 1.0)
+
+
+def test_passed_failed_and_not_run_tests_are_told_apart(tmp_path):
+    # GIVEN a ctest result of two passes, a failure, a test that did not run and a disabled one
+    path = junit(tmp_path, "run", "run", "fail", "notrun", "disabled")
+    # WHEN it is read
+    result = verb.read_junit("host", path)
+    # THEN only the two that ran well have passed
+    assert (result.passed, result.failed, result.seconds) == (2, ("t2", "t3", "t4"), 2.5)
+
+
+def test_no_result_file_means_that_no_test_ran(tmp_path):
+    assert verb.read_junit("host", tmp_path / "none.xml").passed == 0
+
+
+def test_the_last_line_sums_over_the_presets(presets, capsys):
+    # GIVEN two presets that pass
+    presets.update({"host": outcome("host", 5), "host-clang": outcome("host-clang", 3)})
+    # WHEN they are run THEN the status is 0 and the last line has the sum
+    assert verb.run_tests(["host", "host-clang"], None) == 0
+    assert capsys.readouterr().out.splitlines()[-1] == "8 passed, 0 failed"
+
+
+def test_one_failure_fails_the_whole_run(presets, capsys):
+    # GIVEN a preset with a failure
+    presets.update({"host": outcome("host", 5), "host-clang": outcome("host-clang", 2, "unit.wrench")})
+    # WHEN both are run THEN the status is 1, and the failure is counted and named
+    assert verb.run_tests(["host", "host-clang"], None) == 1
+    output = capsys.readouterr().out
+    assert output.splitlines()[-1] == "7 passed, 1 failed"
+    assert "unit.wrench" in output
+
+
+def test_a_run_of_no_test_fails(presets, capsys):
+    # GIVEN presets in which no test matched WHEN they are run THEN that is a failure
+    presets.update({"host": outcome("host", 0)})
+    assert verb.run_tests(["host"], "nothing") == 1
+    assert capsys.readouterr().out.splitlines()[-1] == "0 passed, 0 failed"
+
+
+def test_a_build_that_fails_is_counted_and_the_other_presets_still_run(monkeypatch, capsys):
+    # GIVEN a compiler that refuses everything
+    def refuse(preset):
+        raise verb.ToolFailed(f"building {preset} failed\nerror: found nothing, expected ';'")
+
+    monkeypatch.setattr(verb.build, "build", refuse)
+    # WHEN two presets are run THEN both are tried and counted, and the compiler's words are shown
+    assert verb.run_tests(["host", "host-clang"], None) == 1
+    output = capsys.readouterr().out
+    assert output.count("expected ';'") == 2
+    assert output.splitlines()[-1] == "0 passed, 2 failed"

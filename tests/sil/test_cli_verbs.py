@@ -1,0 +1,200 @@
+"""The command line as a user meets it: help, refusals with status 2 and one line, nothing half written."""
+
+import os
+import subprocess
+import sys
+
+import pytest
+from synthetic_run import PLATFORM_TOML
+
+from hexload_tools import project
+from hexload_tools.log_file import COLUMNS
+from hexload_tools.sim import known_scenarios, resolve_scenario
+
+VERBS = ("demo", "test", "sim", "replay", "report", "bench")
+GOOD_LOG = "\n".join([",".join(COLUMNS), *(f"{k / 1000}" + ",0" * 12 + ",1070" * 6 for k in range(20)), ""])
+
+
+def hexload(*arguments):
+    return subprocess.run(
+        [sys.executable, "-m", "hexload_tools", *map(str, arguments)],
+        capture_output=True,
+        text=True,
+        env=os.environ | {"COLUMNS": "200", "TERM": "dumb", "NO_COLOR": "1"},
+    )
+
+
+def assert_refused(result, *expected):
+    """Status 2, and on stderr one line with all of `expected`."""
+    assert result.returncode == 2, result.stderr
+    assert result.stderr.count("\n") == 1, result.stderr
+    for words in expected:
+        assert words in result.stderr
+
+
+@pytest.fixture
+def log(tmp_path):
+    path = tmp_path / "log.csv"
+    path.write_text(GOOD_LOG)
+    return path
+
+
+@pytest.fixture
+def platform(tmp_path):
+    path = tmp_path / "platform.toml"
+    path.write_text(PLATFORM_TOML)
+    return path
+
+
+def test_help_names_every_verb():
+    result = hexload("--help")
+    assert result.returncode == 0
+    assert all(verb in result.stdout for verb in VERBS)
+
+
+@pytest.mark.parametrize("verb", VERBS)
+def test_the_help_of_each_verb_has_an_example(verb):
+    result = hexload(verb, "--help")
+    assert result.returncode == 0
+    assert f"Example:  hexload {verb}" in result.stdout
+
+
+def test_an_unknown_verb_is_refused():
+    assert_refused(hexload("identify"), "No such command 'identify'")
+
+
+def test_an_unknown_option_is_refused():
+    assert_refused(hexload("sim", "paper", "--noise", "3"), "No such option", "--noise")
+
+
+def test_an_option_of_the_wrong_type_is_refused():
+    assert_refused(hexload("sim", "paper", "--seed", "many"), "'--seed'")
+
+
+def test_an_unknown_scenario_is_refused_and_the_known_ones_are_listed():
+    # GIVEN a name that no scenario has WHEN it is to be simulated THEN all names are offered
+    assert_refused(hexload("sim", "papper"), "unknown scenario 'papper'", ", ".join(known_scenarios()), "paper")
+
+
+def test_a_scenario_file_that_does_not_exist_is_refused():
+    assert_refused(hexload("sim", "nowhere/x.toml"), "nowhere/x.toml: found no such file, expected a scenario")
+
+
+def test_a_scenario_is_found_by_name_from_any_folder(tmp_path, monkeypatch):
+    # GIVEN a working folder outside of the project
+    monkeypatch.chdir(tmp_path)
+    # WHEN a name is resolved THEN it is the project's scenario
+    assert resolve_scenario("paper") == project.SCENARIOS / "paper.toml"
+
+
+def test_a_scenario_with_an_unknown_key_is_refused_by_the_simulator(tmp_path):
+    # GIVEN a copy of the paper's scenario with a key that does not exist
+    scenario = tmp_path / "scenario.toml"
+    text = (project.SCENARIOS / "paper.toml").read_text()
+    scenario.write_text(text.replace("[simulation]", "[simulation]\nspeed = 2"))
+    # WHEN it is simulated THEN file and key are named, and no run directory appears
+    result = hexload("sim", scenario, "--out", tmp_path / "run")
+    assert_refused(result, str(scenario), "speed")
+    assert not (tmp_path / "run").exists()
+
+
+def test_a_run_directory_is_not_overwritten_without_force(tmp_path):
+    # GIVEN a folder with a file in it
+    out = tmp_path / "run"
+    out.mkdir()
+    (out / "mine.txt").write_text("keep")
+    # WHEN a run is to be written there THEN it is refused and the folder is as it was
+    result = hexload("sim", "paper", "--duration", "0.05", "--out", out)
+    assert_refused(result, str(out))
+    assert [path.name for path in out.iterdir()] == ["mine.txt"]
+
+
+def test_replay_needs_a_platform_file(log, tmp_path):
+    assert_refused(hexload("replay", log, "--out", tmp_path / "e.csv"), "Missing option", "--platform")
+
+
+def test_replay_refuses_a_missing_log(platform, tmp_path):
+    result = hexload("replay", tmp_path / "no.csv", "--platform", platform, "--out", tmp_path / "e.csv")
+    assert_refused(result, f"{tmp_path}/no.csv: found no such file, expected a log (.csv or .csv.gz)")
+
+
+def test_replay_refuses_an_estimator_that_does_not_exist(log, platform, tmp_path):
+    result = hexload("replay", log, "--platform", platform, "--out", tmp_path / "e.csv", "--estimator", "magic")
+    assert_refused(result, "'--estimator'", "magic", "paper")
+
+
+def test_replay_refuses_a_prior_that_does_not_exist(log, platform, tmp_path):
+    result = hexload("replay", log, "--platform", platform, "--out", tmp_path / "e.csv", "--prior", "none")
+    assert_refused(result, "'--prior'", "none", "safe", "printed")
+
+
+def test_replay_refuses_a_platform_file_that_does_not_exist(log, tmp_path):
+    result = hexload("replay", log, "--platform", tmp_path / "no.toml", "--out", tmp_path / "e.csv")
+    assert_refused(result, f"{tmp_path}/no.toml")
+
+
+@pytest.mark.parametrize(
+    ("good", "bad", "named"),
+    [
+        ("mass_kg = 100.0", "mass = 100.0", "mass"),
+        ("mass_kg = 100.0", "mass_kg = -1.0", "mass_kg"),
+        ("stroke_m = [-0.3, 0.3]", "stroke_m = [0.3, -0.3]", "stroke_m"),
+        ("home_leg_length_m = 0.8741", "home_leg_length_m = 0.1", "home_leg_length_m"),
+        ("gravity_m_s2 = 9.81", "gravity_m_s2 = nan", "gravity_m_s2"),
+        ("force_sigma_n = 5.0", "force_sigma_n = 'five'", "force_sigma_n"),
+        ("[environment]", "[weather]", "environment"),
+        ("[environment]", "[weather]\n[environment]", "weather"),
+    ],
+)
+def test_replay_refuses_a_wrong_platform_file_and_names_file_and_key(log, platform, tmp_path, good, bad, named):
+    # GIVEN a platform file with one thing wrong
+    platform.write_text(PLATFORM_TOML.replace(good, bad))
+    # WHEN a log is replayed THEN the message names file and key, and no output appears
+    result = hexload("replay", log, "--platform", platform, "--out", tmp_path / "e.csv")
+    assert_refused(result, str(platform), named)
+    assert not (tmp_path / "e.csv").exists()
+
+
+def test_a_refused_replay_leaves_an_older_output_as_it_was(log, platform, tmp_path):
+    # GIVEN an older output, and a log whose last row is cut
+    out = tmp_path / "e.csv"
+    out.write_text("earlier")
+    log.write_text(GOOD_LOG[: len(GOOD_LOG) - 30])
+    # WHEN it is replayed THEN it is refused, the output is untouched and nothing lies beside it
+    assert_refused(hexload("replay", log, "--platform", platform, "--out", out), f"{log}: line 21: found")
+    assert out.read_text() == "earlier"
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["e.csv", "log.csv", "platform.toml"]
+
+
+def test_replay_into_a_folder_that_does_not_exist_is_refused(log, platform, tmp_path):
+    result = hexload("replay", log, "--platform", platform, "--out", tmp_path / "no" / "e.csv")
+    assert_refused(result, "found no folder", "expected an existing one")
+
+
+def test_a_log_whose_rows_are_off_the_sampling_grid_is_refused(log, platform, tmp_path):
+    # GIVEN a log of 1 ms steps with one row half a tick late
+    log.write_text(GOOD_LOG.replace("\n0.015,", "\n0.0155,"))
+    # WHEN it is replayed THEN the message names the log and the time
+    result = hexload("replay", log, "--platform", platform, "--out", tmp_path / "e.csv")
+    assert_refused(result, f"{log} with {platform}: t: found 0.0155")
+
+
+def test_a_log_with_missing_ticks_is_replayed(log, platform, tmp_path):
+    # GIVEN a platform at rest at home whose log lacks three ticks
+    log.write_text("\n".join(line for line in GOOD_LOG.split("\n") if line[:5] not in ("0.005", "0.006", "0.011")))
+    # WHEN it is replayed THEN each row has its estimate
+    result = hexload("replay", log, "--platform", platform, "--out", tmp_path / "e.csv")
+    assert result.returncode == 0, result.stderr
+    assert len((tmp_path / "e.csv").read_text().splitlines()) == 1 + 17
+
+
+def test_report_refuses_a_folder_that_is_no_run(tmp_path):
+    assert_refused(hexload("report", tmp_path), f"{tmp_path}: found no scenario.toml, expected the files")
+
+
+def test_report_refuses_a_run_that_does_not_exist(tmp_path):
+    assert_refused(hexload("report", tmp_path / "no"), f"{tmp_path}/no: found no such folder, expected a run directory")
+
+
+def test_test_refuses_an_unknown_preset():
+    assert_refused(hexload("test", "--preset", "fast"), "--preset: found 'fast', expected one of: host, host-double")

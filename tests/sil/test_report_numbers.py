@@ -1,0 +1,153 @@
+"""The numbers in the report, against values that follow from how the synthetic run is made."""
+
+import numpy as np
+import pytest
+from synthetic_run import TILT_RAD, write_run
+
+from hexload_tools import claims, nis, table3
+from hexload_tools.figures import decimate
+from hexload_tools.run_directory import read_run
+
+TWO_PERIODS = 4001  # of (23), 2 s each, both ends included
+
+
+@pytest.fixture(scope="module")
+def run(tmp_path_factory):
+    return read_run(write_run(tmp_path_factory.mktemp("runs") / "synthetic", rows=TWO_PERIODS))
+
+
+def rms_of_sine(amplitude):
+    """Over whole periods; the tolerance below covers the one sample more than that."""
+    return amplitude / np.sqrt(2.0)
+
+
+# One extra sample in 4001 and central differences at 1 ms (relative error (pi 1 ms)^2 / 6) stay below this.
+RELATIVE = 5e-4
+
+
+def test_tilt_and_angular_acceleration_are_those_of_the_motion(run):
+    # GIVEN a harmonic tilt at 0.5 Hz about both axes and no commanded tilt
+    # WHEN the excitation is computed
+    excitation = claims.excitation(run)
+    # THEN rms angle and acceleration are those of a sine
+    assert excitation.reference_tilt_max_rad == 0.0
+    assert excitation.tilt_rms_rad == pytest.approx([rms_of_sine(TILT_RAD)] * 2, rel=RELATIVE)
+    acceleration = rms_of_sine(TILT_RAD * np.pi**2)
+    assert excitation.angular_acceleration_rms_rad_s2 == pytest.approx([acceleration] * 2, rel=RELATIVE)
+    assert excitation.load_inertia_moment_rms_n_m == pytest.approx([25.0 * acceleration] * 2, rel=RELATIVE)
+
+
+def test_the_gravity_moment_is_1_57_times_the_inertial_moment_at_half_a_hertz(run):
+    # GIVEN the paper's load, 500 kg at 0.3 m with 25 kg m^2, on the paper's platform
+    # WHEN gravity and inertial moments are computed
+    excitation = claims.excitation(run)
+    # THEN their ratio is m g c / ((I_platform + I_load + m c^2) omega^2) = 1471.5 / (95 pi^2)
+    expected = 500 * 9.81 * 0.3 / ((25 + 25 + 500 * 0.3**2) * np.pi**2)
+    measured = np.divide(excitation.gravity_moment_rms_n_m, excitation.inertial_moment_rms_n_m)
+    assert excitation.gravity_ratio_at_paper_frequency == pytest.approx(expected, rel=1e-12)
+    # The yaw of 0.2 degrees turns the arm and the tensor by at most 3.5e-3 of their small cross components.
+    assert measured == pytest.approx([expected] * 2, rel=5e-3)
+
+
+def test_the_start_error_is_counted_in_the_filters_own_sigmas(run):
+    # GIVEN a start at zero with sigma sqrt(500) + 0.5 (the synthetic run's), and the paper's printed variance of 10
+    start = claims.start_error(run)
+    # THEN the errors are 25 / sigma; the first estimate lies half a final sigma, 0.25, above zero
+    assert start.this_run_sigmas == pytest.approx((25.0 - 0.25) / (np.sqrt(500.0) + 0.5), rel=1e-6)
+    assert start.printed_prior_sigmas == pytest.approx(25.0 / np.sqrt(10.0))
+
+
+def test_table_3_shows_truth_paper_and_the_last_estimate(run):
+    # WHEN the run is compared with the paper
+    rows = {row.name: row for row in table3.compare(run)}
+    # THEN the row of Ixx has the paper's printed figures and the end of the run: half a sigma of 0.5 above 25
+    assert rows["Ixx"].truth == 25.0
+    assert rows["Ixx"].paper == (25.94, 3.76)
+    assert rows["Ixx"].estimate == pytest.approx(25.25, rel=1e-6)
+    assert rows["Ixx"].error_percent == pytest.approx(1.0, rel=1e-4)
+    assert rows["Ixx"].error_sigmas == pytest.approx(0.5, rel=1e-4)
+
+
+def test_convergence_is_the_time_after_which_the_estimate_stays_within_five_percent(run):
+    # GIVEN dz(t) = 0.3 (1 - exp(-t / 0.2 s)) + 1.5e-5
+    row = next(row for row in table3.compare(run) if row.name == "dz")
+    # THEN it stays within 5 % from the first tick after t = 0.2 s ln(0.3 / (0.015 + 1.5e-5))
+    assert row.converged_at_s == pytest.approx(0.2 * np.log(0.3 / (0.015 + 1.5e-5)), abs=1.001e-3)
+
+
+def test_an_estimate_that_ends_outside_five_percent_never_converged(tmp_path):
+    # GIVEN a run so short, 0.2 s, that dz has reached 63 % of the truth
+    run = read_run(write_run(tmp_path / "short", rows=200))
+    # WHEN compared THEN no time is given
+    assert next(row for row in table3.compare(run) if row.name == "dz").converged_at_s is None
+
+
+def test_another_load_is_not_compared_with_the_papers_figures(tmp_path):
+    # GIVEN a run with a load of 400 kg
+    load = {
+        "at_s": 0.0,
+        "mass_kg": 400.0,
+        "com_m": [0, 0, 0.3],
+        "inertia_com_kg_m2": [25.0, 25.0, 25.0, 0, 0, 0],
+        "theta": [400.0, 0, 0, 120.0, 61.0, 61.0, 25.0, 0, 0, 0],
+    }
+    run = read_run(write_run(tmp_path / "other", rows=500, loads=[load]))
+    # WHEN compared THEN the paper's column is empty
+    assert not table3.has_paper_load(run)
+    assert all(row.paper is None for row in table3.compare(run))
+
+
+def test_without_sensor_noise_there_is_no_bound(tmp_path):
+    # GIVEN a run whose sensors are perfect
+    sensors = {"displacement_sigma_m": 0.0, "velocity_sigma_m_s": 0.0, "force_sigma_n": 0.0}
+    run = read_run(write_run(tmp_path / "clean", rows=500, sensors=sensors))
+    # WHEN compared THEN no bound is stated
+    assert all(row.bound is None for row in table3.compare(run))
+
+
+def test_true_parameters_step_where_the_load_changes(tmp_path):
+    # GIVEN a load that changes at 0.1 s
+    def load(at_s, dz):
+        return {
+            "at_s": at_s,
+            "mass_kg": 500.0,
+            "com_m": [0, 0, dz],
+            "inertia_com_kg_m2": [25.0] * 3 + [0.0] * 3,
+            "theta": [500.0, 0, 0, 500 * dz, 70.0, 70.0, 25.0, 0, 0, 0],
+        }
+
+    run = read_run(write_run(tmp_path / "change", rows=300, loads=[load(0.0, 0.3), load(0.1, 0.4)]))
+    # WHEN the truth is asked for THEN the new load counts from its tick on
+    np.testing.assert_array_equal(run.load_parameters(np.array([0.0, 0.099, 0.1, 0.2]))["dz"], [0.3, 0.3, 0.4, 0.4])
+
+
+def test_nis_of_a_consistent_filter_lies_in_its_band_at_the_stated_rate():
+    # GIVEN 20,000 draws from chi-square with 3 degrees of freedom, the NIS of a consistent filter
+    draws = np.random.default_rng(5).chisquare(3, 20_000)
+    # WHEN summarised
+    summary = nis.summarise(np.arange(20_000) * 1e-3, draws)
+    # THEN mean and rates are the ideal ones within 4 sigma: sqrt(6 / n), and sqrt(0.95 0.05 / n) with n ticks, windows
+    assert summary.mean == pytest.approx(3.0, abs=4 * np.sqrt(6 / 20_000))
+    assert summary.ticks_in_band == pytest.approx(0.95, abs=4 * np.sqrt(0.95 * 0.05 / 20_000))
+    assert summary.windows_in_band == pytest.approx(0.95, abs=4 * np.sqrt(0.95 * 0.05 / 200))
+
+
+def test_nis_of_an_overconfident_filter_leaves_its_band():
+    # GIVEN innovations twice as large as the filter believes: NIS four times as large
+    draws = 4.0 * np.random.default_rng(6).chisquare(3, 20_000)
+    # WHEN summarised THEN no window of 100 ticks is left inside
+    assert nis.summarise(np.arange(20_000) * 1e-3, draws).windows_in_band == 0.0
+
+
+def test_decimation_keeps_a_spike_of_one_tick_and_the_order_of_time():
+    # GIVEN 100,000 samples of a slow wave with one spike up and one down
+    t = np.arange(100_000) * 1e-3
+    y = np.sin(t)
+    y[12_345], y[67_890] = 9.0, -9.0
+    # WHEN decimated to 700 stretches
+    t_kept, y_kept = decimate(t, y, 700)
+    # THEN both spikes, the ends and the order are there, in at most two points a stretch and the two ends
+    assert len(t_kept) <= 2 * 700 + 2
+    assert (y_kept.max(), y_kept.min()) == (9.0, -9.0)
+    assert (t_kept[0], t_kept[-1]) == (t[0], t[-1])
+    assert np.all(np.diff(t_kept) > 0)

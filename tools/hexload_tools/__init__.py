@@ -1,0 +1,1 @@
+"""Command line, log reader and report of hexload."""

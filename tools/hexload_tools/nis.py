@@ -1,0 +1,54 @@
+"""Normalised innovation squared (NIS) of a run against what a consistent filter shows.
+
+For such a filter NIS is chi-square distributed with as many degrees of freedom as measurements, and white, so that the
+sum over w ticks is chi-square with w times as many (Bar-Shalom, Li, Kirubarajan, Estimation with Applications to
+Tracking and Navigation, Wiley 2001, section 5.4).
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.stats import chi2
+
+MEASUREMENTS = 3  # of the paper's filter: wx, wy, wz
+WINDOW_TICKS = 100
+BAND = (0.025, 0.975)  # 95 %, two-sided
+
+
+@dataclass(frozen=True)
+class NisSummary:
+    mean: float  # ideal: MEASUREMENTS
+    tick_band: tuple[float, float]
+    ticks_in_band: float  # fraction, ideal 0.95
+    window_t_s: NDArray[np.float64]  # end of each window
+    window_mean: NDArray[np.float64]
+    window_band: tuple[float, float]
+    windows_in_band: float  # fraction, ideal 0.95
+
+
+def summarise(t_s: NDArray[np.float64], nis: NDArray[np.float64]) -> NisSummary:
+    """Runs shorter than one window are one window."""
+    window = min(WINDOW_TICKS, len(nis))
+    count = len(nis) // window
+    window_mean = nis[: count * window].reshape(count, window).mean(axis=1)
+    tick_band = _band(1)
+    window_band = _band(window)
+    return NisSummary(
+        mean=float(nis.mean()),
+        tick_band=tick_band,
+        ticks_in_band=_fraction_inside(nis, tick_band),
+        window_t_s=t_s[window - 1 : count * window : window],
+        window_mean=window_mean,
+        window_band=window_band,
+        windows_in_band=_fraction_inside(window_mean, window_band),
+    )
+
+
+def _band(ticks: int) -> tuple[float, float]:
+    low, high = chi2.ppf(BAND, MEASUREMENTS * ticks) / ticks
+    return float(low), float(high)
+
+
+def _fraction_inside(values: NDArray[np.float64], band: tuple[float, float]) -> float:
+    return float(np.mean((values >= band[0]) & (values <= band[1])))

@@ -1,0 +1,124 @@
+"""`hexload report`: one self-contained HTML page of one or several runs; nothing is loaded from a network."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import jinja2
+import numpy as np
+import plotly.graph_objects as go
+import plotly.offline
+
+from hexload_tools import claims, figures, nis, project, table3
+from hexload_tools.atomic_file import replaced_when_done
+from hexload_tools.run_directory import POSE, Run, read_run
+
+TEMPLATE = "report.html.jinja"
+
+
+@dataclass(frozen=True)
+class Section:
+    """All that the page says of one run."""
+
+    anchor: str
+    run: Run
+    table: list[table3.Row]
+    paper_load: bool
+    tracking_errors: list[dict]
+    excitation: claims.Excitation
+    start: claims.StartError
+    nis: nis.NisSummary
+    figures: dict[str, str]  # name -> HTML
+
+    @property
+    def worst(self) -> table3.Row:
+        return max(self.table, key=lambda row: row.error_percent)
+
+    @property
+    def inside_three_sigma(self) -> int:
+        return sum(abs(row.error_sigmas) <= 3.0 for row in self.table)
+
+
+def default_page(directories: list[Path]) -> Path:
+    return directories[0] / "report.html" if len(directories) == 1 else project.RUNS / "report.html"
+
+
+def write_report(directories: list[Path], out: Path) -> list[Run]:
+    """Writes the page to `out`; returns the runs in the order of `directories`."""
+    runs = [read_run(directory) for directory in directories]
+    with replaced_when_done(out) as temporary:
+        page = render([_section(number, run) for number, run in enumerate(runs, start=1)])
+        temporary.write_text(page, encoding="utf-8")
+    return runs
+
+
+def render(sections: list[Section]) -> str:
+    environment = jinja2.Environment(
+        loader=jinja2.PackageLoader("hexload_tools", "."),
+        autoescape=True,
+        trim_blocks=True,
+        lstrip_blocks=True,
+        undefined=jinja2.StrictUndefined,
+    )
+    environment.filters["fixed"] = _fixed
+    return environment.get_template(TEMPLATE).render(
+        sections=sections,
+        plotly_js=plotly.offline.get_plotlyjs(),
+        symbols=table3.SYMBOLS,
+        units=table3.UNITS,
+        digits=table3.DIGITS,
+        paper_digits=table3.PAPER_DIGITS,
+        percent_digits=table3.PERCENT_DIGITS,
+        converged_percent=100 * table3.CONVERGED_WITHIN,
+        degrees=180.0 / np.pi,
+        nis_measurements=nis.MEASUREMENTS,
+        windows_ticks=nis.WINDOW_TICKS,
+    )
+
+
+def _fixed(value: float | None, digits: int) -> str:
+    """A number with a fixed count of digits; a dash where there is none."""
+    return "–" if value is None or not np.isfinite(value) else f"{value:.{digits}f}"
+
+
+def _section(number: int, run: Run) -> Section:
+    summary = nis.summarise(run.estimates["t"], run.estimates["nis"])
+    drawn = {
+        "tracking": figures.tracking(run),
+        "legs": figures.leg_signals(run.log),
+        "estimates": figures.estimates(run),
+        "nis": figures.innovation(run, summary),
+        "coupling": figures.coupling(run.meta["coupling_matrix_home"]),
+    }
+    return Section(
+        anchor=f"run-{number}",
+        run=run,
+        table=table3.compare(run),
+        paper_load=table3.has_paper_load(run),
+        tracking_errors=[_tracking_error(run, name) for name in POSE],
+        excitation=claims.excitation(run),
+        start=claims.start_error(run),
+        nis=summary,
+        figures={name: _to_html(figure, f"run-{number}-{name}-figure") for name, figure in drawn.items()},
+    )
+
+
+def _tracking_error(run: Run, name: str) -> dict:
+    error = run.truth[name] - run.truth[f"ref_{name}"]
+    return {
+        "name": name,
+        "unit": "mm" if name in POSE[:3] else "mrad",
+        "rms": 1e3 * claims.rms(error),
+        "largest": 1e3 * float(np.abs(error).max()),
+        "reach": 1e3 * float(np.abs(run.truth[f"ref_{name}"]).max()),
+    }
+
+
+def _to_html(figure: go.Figure, identifier: str) -> str:
+    return figure.to_html(
+        full_html=False,
+        include_plotlyjs=False,
+        div_id=identifier,
+        default_width="100%",
+        default_height=f"{figure.layout.height}px",
+        config={"displayModeBar": False, "responsive": True},
+    )

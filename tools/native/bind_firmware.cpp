@@ -1,0 +1,217 @@
+#include "bindings.hpp"
+
+#include <hexload_sim/estimate_file.hpp>
+#include <hexload_sim/inproc_link.hpp>
+#include <hexload_sim/input_error.hpp>
+
+#include "firmware_config.hpp"
+
+#include <nanobind/eigen/dense.h>
+#include <nanobind/ndarray.h>
+#include <nanobind/stl/optional.h>
+#include <nanobind/stl/string.h>
+#include <nanobind/stl/vector.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace nb = nanobind;
+using namespace hexload::sim;
+
+namespace {
+
+using Column = nb::ndarray<const double, nb::shape<-1>, nb::c_contig, nb::device::cpu>;
+using LegColumns = nb::ndarray<const double, nb::shape<-1, 6>, nb::c_contig, nb::device::cpu>;
+
+EstimatorSettings override_settings(EstimatorSettings settings, const std::optional<std::string>& estimator,
+                                    const std::optional<std::string>& prior) {
+    if (estimator && *estimator != "paper" && *estimator != "momentum") {
+        throw InputError("estimator: found " + *estimator + ", expected paper or momentum");
+    }
+    if (prior && *prior != "safe" && *prior != "printed") {
+        throw InputError("prior: found " + *prior + ", expected safe or printed");
+    }
+    if (estimator) {
+        settings.kind = *estimator == "paper" ? EstimatorKind::paper : EstimatorKind::momentum;
+    }
+    if (prior) {
+        settings.prior = *prior == "safe" ? PaperPrior::safe : PaperPrior::printed;
+    }
+    return settings;
+}
+
+// The log's sampling period: the median distance of its rows, as rows may be missing.
+double sampling_period_s(const Column& t) {
+    std::vector<double> steps(t.shape(0) - 1);
+    for (std::size_t row = 0; row < steps.size(); row++) {
+        steps[row] = t(row + 1) - t(row);
+    }
+    const auto middle = steps.begin() + static_cast<std::ptrdiff_t>(steps.size() / 2);
+    std::nth_element(steps.begin(), middle, steps.end());
+    return std::round(*middle * 1e7) / 1e7; // logs print t to the microsecond or coarser
+}
+
+std::uint32_t tick_of_row(const Column& t, std::size_t row, double sampling_s) {
+    const double ticks = (t(row) - t(0)) / sampling_s;
+    if (std::abs(ticks - std::round(ticks)) > 0.25) {
+        throw InputError("t: found " + std::to_string(t(row)) + " s in data row " + std::to_string(row + 1) +
+                         ", expected a multiple of the sampling period, " + std::to_string(sampling_s) +
+                         " s, after the first row");
+    }
+    return static_cast<std::uint32_t>(std::llround(ticks));
+}
+
+Vector6 legs_of_row(const LegColumns& columns, std::size_t row) {
+    Vector6 legs;
+    for (std::size_t leg = 0; leg < 6; leg++) {
+        legs[static_cast<Eigen::Index>(leg)] = columns(row, leg);
+    }
+    return legs;
+}
+
+nb::object as_array(std::vector<double>&& values, std::size_t rows, std::size_t columns) {
+    auto* owned = new std::vector<double>(std::move(values));
+    const nb::capsule owner(owned, [](void* p) noexcept { delete static_cast<std::vector<double>*>(p); });
+    if (columns == 0) {
+        return nb::cast(nb::ndarray<nb::numpy, double>(owned->data(), {rows}, owner));
+    }
+    return nb::cast(nb::ndarray<nb::numpy, double>(owned->data(), {rows, columns}, owner));
+}
+
+// What replay() returns, row by row.
+class Answer {
+  public:
+    void add(const EstimateRow& row, std::size_t parameters) {
+        times_.push_back(row.t_s);
+        values_.insert(values_.end(), row.value.begin(),
+                       row.value.begin() + static_cast<std::ptrdiff_t>(parameters));
+        sigmas_.insert(sigmas_.end(), row.sigma.begin(),
+                       row.sigma.begin() + static_cast<std::ptrdiff_t>(parameters));
+        nis_.push_back(row.nis);
+        health_.push_back(row.health);
+        verdicts_.append(nb::str(row.verdict.data(), row.verdict.size()));
+    }
+
+    bool empty() const {
+        return times_.empty();
+    }
+
+    nb::dict finish(const InprocLink& link, const std::string& first_refusal) && {
+        const auto names = link.parameter_names();
+        const std::size_t rows = times_.size();
+        nb::list name_list;
+        for (const std::string_view name : names) {
+            name_list.append(nb::str(name.data(), name.size()));
+        }
+        nb::dict counts;
+        for (const HealthCount& count : link.health_counts()) {
+            counts[count.name.c_str()] = count.ticks;
+        }
+        nb::dict result;
+        result["names"] = name_list;
+        result["t"] = as_array(std::move(times_), rows, 0);
+        result["value"] = as_array(std::move(values_), rows, names.size());
+        result["sigma"] = as_array(std::move(sigmas_), rows, names.size());
+        result["nis"] = as_array(std::move(nis_), rows, 0);
+        result["verdict"] = verdicts_;
+        result["health"] = as_array(std::move(health_), rows, 0);
+        result["health_counts"] = counts;
+        result["refused"] = link.refused();
+        result["first_refusal"] = first_refusal;
+        return result;
+    }
+
+  private:
+    std::vector<double> times_, values_, sigmas_, nis_, health_;
+    nb::list verdicts_;
+};
+
+nb::dict replay(const PlatformFile& platform, const std::optional<std::string>& estimator,
+                const std::optional<std::string>& prior, const Column& t, const LegColumns& displacement_m,
+                const LegColumns& velocity_m_s, const LegColumns& force_n, const std::string& out_path) {
+    const std::size_t rows = t.shape(0);
+    if (rows < 2 || displacement_m.shape(0) != rows || velocity_m_s.shape(0) != rows ||
+        force_n.shape(0) != rows) {
+        throw InputError("log: expected two rows or more, and as many in each channel");
+    }
+    const double sampling_s = sampling_period_s(t);
+    const auto link =
+        make_inproc_link(platform, override_settings(platform.estimator, estimator, prior), sampling_s);
+    EstimateFile file(out_path, link->parameter_names());
+    Answer answer;
+    std::string first_refusal;
+    for (std::size_t row = 0; row < rows; row++) {
+        const auto estimate = link->step({.tick = tick_of_row(t, row, sampling_s),
+                                          .t_s = t(row),
+                                          .displacement_m = legs_of_row(displacement_m, row),
+                                          .velocity_m_s = legs_of_row(velocity_m_s, row),
+                                          .force_n = legs_of_row(force_n, row)});
+        if (estimate) {
+            file.write(*estimate);
+            answer.add(*estimate, link->parameter_names().size());
+        } else if (first_refusal.empty()) {
+            first_refusal = "t = " + std::to_string(t(row)) + " s: " + link->last_refusal();
+        }
+    }
+    if (answer.empty()) {
+        throw InputError("log: the estimator refused every sample; the first at " + first_refusal);
+    }
+    file.close();
+    return std::move(answer).finish(*link, first_refusal);
+}
+
+// The kinematics stage alone, for comparison with the plant's.
+class FirmwareKinematics {
+  public:
+    explicit FirmwareKinematics(const PlatformFile& platform)
+        : config_(firmware_config(platform, platform.estimator, tick_s)) {
+        const hexload_status_t status = hexload_kinematics_init(&kinematics_, &config_);
+        if (status != HEXLOAD_OK) {
+            throw InputError(hexload_status_name(status));
+        }
+    }
+
+    nb::dict solve(const Vector6& displacement_m, const Vector6& velocity_m_s) {
+        hexload_leg_sample_t sample{};
+        hexload_motion_t motion;
+        copy_to_firmware(displacement_m, sample.displacement_m);
+        copy_to_firmware(velocity_m_s, sample.velocity_m_s);
+        const hexload_status_t status = hexload_kinematics_solve(&kinematics_, &config_, &sample, 0, &motion);
+        if (status != HEXLOAD_OK) {
+            throw InputError(hexload_status_name(status));
+        }
+        using RowMajor3 = Eigen::Matrix<hexload_real_t, 3, 3, Eigen::RowMajor>;
+        using RowMajor6 = Eigen::Matrix<hexload_real_t, 6, 6, Eigen::RowMajor>;
+        nb::dict result;
+        result["p_m"] =
+            nb::cast(Vector3(Eigen::Map<Eigen::Matrix<hexload_real_t, 3, 1>>(motion.p_m).cast<double>()));
+        result["R"] = nb::cast(Matrix3(Eigen::Map<RowMajor3>(&motion.R[0][0]).cast<double>()));
+        result["twist"] =
+            nb::cast(Vector6(Eigen::Map<Eigen::Matrix<hexload_real_t, 6, 1>>(motion.twist).cast<double>()));
+        result["J"] = nb::cast(Matrix6(Eigen::Map<RowMajor6>(&motion.J[0][0]).cast<double>()));
+        result["newton_steps"] = motion.newton_steps;
+        return result;
+    }
+
+  private:
+    hexload_config_t config_;
+    hexload_kinematics_t kinematics_{};
+};
+
+} // namespace
+
+void bind_firmware(nb::module_& module) {
+    module.def("replay", &replay, nb::arg("platform"), nb::arg("estimator").none(), nb::arg("prior").none(),
+               nb::arg("t"), nb::arg("displacement_m"), nb::arg("velocity_m_s"), nb::arg("force_n"),
+               nb::arg("out_path"),
+               "Runs the firmware over a log: t [n] s, legs [n, 6] in m, m/s, N. Writes the estimates CSV "
+               "and returns it as a\n"
+               "dict of arrays, with health counts and the number of refused samples. ValueError names what "
+               "is wrong.");
+    nb::class_<FirmwareKinematics>(module, "Kinematics", "The firmware's kinematics stage, started at home.")
+        .def(nb::init<const PlatformFile&>(), nb::arg("platform"))
+        .def("solve", &FirmwareKinematics::solve, nb::arg("displacement_m"), nb::arg("velocity_m_s"),
+             "Pose, twist and Jacobian from six leg displacements and velocities, searched from the last "
+             "pose: a dict of p_m\n"
+             "[3], R [3, 3], twist [6], J [6, 6], newton_steps. ValueError when there is no pose.");
+}

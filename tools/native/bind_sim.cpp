@@ -1,0 +1,184 @@
+#include "bindings.hpp"
+
+#include <hexload_sim/dynamics.hpp>
+#include <hexload_sim/input_error.hpp>
+#include <hexload_sim/kinematics.hpp>
+#include <hexload_sim/platform_file.hpp>
+#include <hexload_sim/rotation.hpp>
+#include <hexload_sim/scenario.hpp>
+
+#include <nanobind/eigen/dense.h>
+#include <nanobind/stl/array.h>
+#include <nanobind/stl/filesystem.h>
+#include <nanobind/stl/optional.h>
+#include <nanobind/stl/pair.h>
+#include <nanobind/stl/string.h>
+#include <nanobind/stl/vector.h>
+
+namespace nb = nanobind;
+using namespace hexload::sim;
+
+namespace {
+
+Twist twist_of(const Vector6& V) {
+    return {V.head<3>(), V.tail<3>()};
+}
+
+MassProperties body_of(const PlatformFile& platform, const Load& load) {
+    return mass_properties(platform.platform) + mass_properties(load);
+}
+
+void bind_load(nb::module_& module) {
+    nb::class_<Load>(module, "Load", "A load; mass_kg = 0: none.")
+        .def(
+            "__init__",
+            [](Load* self, double mass_kg, const Vector3& com_m, const Matrix3& inertia_com_kg_m2) {
+                new (self) Load{mass_kg, com_m, inertia_com_kg_m2};
+            },
+            nb::arg("mass_kg"), nb::arg("com_m"), nb::arg("inertia_com_kg_m2"))
+        .def_rw("mass_kg", &Load::mass_kg)
+        .def_rw("com_m", &Load::com_m)
+        .def_rw("inertia_com_kg_m2", &Load::inertia_com_kg_m2,
+                "(3, 3) tensor about the load's centre of mass")
+        .def_prop_ro("theta", &Load::theta, "[m, hx, hy, hz, Ixx, Iyy, Izz, Ixy, Ixz, Iyz] about O_A");
+}
+
+void bind_platform(nb::module_& module) {
+    using Hinges = Eigen::Matrix<double, 6, 3>;
+    const auto rows = [](const std::array<Vector3, 6>& points) {
+        Hinges matrix;
+        for (int leg = 0; leg < 6; ++leg) {
+            matrix.row(leg) = points[static_cast<std::size_t>(leg)].transpose();
+        }
+        return matrix;
+    };
+    nb::class_<PlatformFile>(module, "Platform", "A platform file.")
+        .def_prop_ro("base_hinges_m",
+                     [rows](const PlatformFile& p) { return rows(p.geometry.base_hinges_m); })
+        .def_prop_ro("platform_hinges_m",
+                     [rows](const PlatformFile& p) { return rows(p.geometry.platform_hinges_m); })
+        .def_prop_ro("home_leg_length_m", [](const PlatformFile& p) { return p.geometry.home_leg_length_m; })
+        .def_prop_ro("home_height_m", [](const PlatformFile& p) { return p.geometry.home_height_m; })
+        .def_prop_ro("stroke_m",
+                     [](const PlatformFile& p) {
+                         return std::array<double, 2>{p.geometry.stroke_min_m, p.geometry.stroke_max_m};
+                     })
+        .def_prop_ro("mass_kg", [](const PlatformFile& p) { return p.platform.mass_kg; })
+        .def_prop_ro("com_m", [](const PlatformFile& p) { return p.platform.com_m; })
+        .def_prop_ro(
+            "inertia_kg_m2", [](const PlatformFile& p) { return p.platform.inertia_kg_m2; },
+            "(3, 3) tensor about O_A")
+        .def_ro("gravity_m_s2", &PlatformFile::gravity_m_s2)
+        .def_ro("known_mass_kg", &PlatformFile::known_mass_kg)
+        .def_prop_ro("displacement_sigma_m",
+                     [](const PlatformFile& p) { return p.sensors.displacement_sigma_m; })
+        .def_prop_ro("velocity_sigma_m_s", [](const PlatformFile& p) { return p.sensors.velocity_sigma_m_s; })
+        .def_prop_ro("force_sigma_n", [](const PlatformFile& p) { return p.sensors.force_sigma_n; });
+    module.def("load_platform", &load_platform_file, nb::arg("path"), "Reads and checks a platform file.");
+}
+
+void bind_scenario(nb::module_& module) {
+    nb::class_<LoadChange>(module, "LoadChange")
+        .def_ro("at_s", &LoadChange::at_s)
+        .def_ro("load", &LoadChange::load);
+    nb::class_<Scenario>(module, "Scenario", "A scenario file.")
+        .def_ro("name", &Scenario::name)
+        .def_ro("description", &Scenario::description)
+        .def_ro("platform", &Scenario::platform, "path of the platform file")
+        .def_ro("duration_s", &Scenario::duration_s)
+        .def_ro("seed", &Scenario::seed)
+        .def_ro("substeps", &Scenario::substeps)
+        .def_ro("loads", &Scenario::loads)
+        .def("to_toml", &to_toml, "the scenario with every default filled in");
+    module.def("load_scenario", &load_scenario, nb::arg("path"), "Reads and checks a scenario file.");
+}
+
+void bind_kinematics(nb::module_& module) {
+    module.def(
+        "leg_displacement",
+        [](const PlatformFile& platform, const Vector3& p, const Matrix3& R) {
+            return leg_displacement(platform.geometry, {p, R});
+        },
+        nb::arg("platform"), nb::arg("p"), nb::arg("R"), "(1): (6,) in m");
+    module.def(
+        "leg_velocity",
+        [](const PlatformFile& platform, const Vector3& p, const Matrix3& R, const Vector6& V) {
+            return leg_velocity(platform.geometry, {p, R}, twist_of(V));
+        },
+        nb::arg("platform"), nb::arg("p"), nb::arg("R"), nb::arg("V"), "(3): (6,) in m/s");
+    module.def(
+        "jacobian",
+        [](const PlatformFile& platform, const Vector3& p, const Matrix3& R) {
+            return jacobian(platform.geometry, Pose{p, R});
+        },
+        nb::arg("platform"), nb::arg("p"), nb::arg("R"), "(3): (6, 6), leg velocity = J [v; omega]");
+    module.def(
+        "forward_kinematics",
+        [](const PlatformFile& platform, const Vector6& dl) {
+            const std::optional<Pose> pose = forward_kinematics(platform.geometry, dl);
+            if (!pose) {
+                throw InputError("dl: found leg displacements of no pose, expected ones near home");
+            }
+            return std::pair{pose->p_m, pose->R};
+        },
+        nb::arg("platform"), nb::arg("dl"), "(p, R) from leg displacements, by Newton's method from home");
+    module.def("rotation_from_rpy", &rotation_from_rpy, nb::arg("rpy"), "Rz(yaw) Ry(pitch) Rx(roll)");
+    module.def("rpy_from_rotation", &rpy_from_rotation, nb::arg("R"));
+}
+
+void bind_dynamics(nb::module_& module) {
+    module.def(
+        "mass_matrix",
+        [](const PlatformFile& platform, const Load& load, const Matrix3& R) {
+            return mass_matrix(body_of(platform, load), R);
+        },
+        nb::arg("platform"), nb::arg("load"), nb::arg("R"), "(18): (6, 6) about O_A, base axes");
+    module.def(
+        "coupling_matrix",
+        [](const PlatformFile& platform, const Load& load, const Matrix3& R) {
+            return coupling_matrix(body_of(platform, load), R);
+        },
+        nb::arg("platform"), nb::arg("load"), nb::arg("R"), "(19): (6, 6)");
+    module.def(
+        "gravity_wrench",
+        [](const PlatformFile& platform, const Load& load, const Matrix3& R) {
+            return gravity_wrench(body_of(platform, load), R, platform.gravity_m_s2);
+        },
+        nb::arg("platform"), nb::arg("load"), nb::arg("R"), "G of (11): holds the platform against gravity");
+    module.def(
+        "bias_wrench",
+        [](const PlatformFile& platform, const Load& load, const Matrix3& R, const Vector3& w) {
+            return bias_wrench(body_of(platform, load), R, w);
+        },
+        nb::arg("platform"), nb::arg("load"), nb::arg("R"), nb::arg("w"),
+        "centripetal and gyroscopic terms of (11)");
+    module.def(
+        "acceleration",
+        [](const PlatformFile& platform, const Load& load, const Vector3& p, const Matrix3& R,
+           const Vector6& V, const Vector6& leg_force) {
+            return acceleration(platform.geometry, body_of(platform, load), platform.gravity_m_s2, {p, R},
+                                twist_of(V), leg_force);
+        },
+        nb::arg("platform"), nb::arg("load"), nb::arg("p"), nb::arg("R"), nb::arg("V"), nb::arg("leg_force"),
+        "(11), (12): d/dt [v; omega] under leg forces");
+    module.def(
+        "leg_forces",
+        [](const PlatformFile& platform, const Load& load, const Vector3& p, const Matrix3& R,
+           const Vector6& V, const Vector6& twist_rate) {
+            return leg_forces(platform.geometry, body_of(platform, load), platform.gravity_m_s2, {p, R},
+                              twist_of(V), twist_rate);
+        },
+        nb::arg("platform"), nb::arg("load"), nb::arg("p"), nb::arg("R"), nb::arg("V"), nb::arg("twist_rate"),
+        "Inverse dynamics: leg forces that give d/dt [v; omega]");
+}
+
+} // namespace
+
+void bind_sim(nb::module_& module) {
+    nb::exception<InputError>(module, "InputError", PyExc_ValueError);
+    bind_load(module);
+    bind_platform(module);
+    bind_scenario(module);
+    bind_kinematics(module);
+    bind_dynamics(module);
+}
