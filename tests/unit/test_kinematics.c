@@ -176,6 +176,36 @@ static void test_kinematics_refuses_legs_that_no_pose_has(void) {
     TEST_ASSERT_EQUAL_UINT32(77, motion.newton_steps);
 }
 
+static void test_home_height_is_found_for_hinges_far_below_the_control_point(void) {
+    // GIVEN a control point 2.5 m above the upper hinges
+    hexload_config_t config = paper_machine();
+    for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
+        config.geometry.platform_hinge_m[leg][2] = HEXLOAD_REAL(-2.5);
+    }
+    hexload_kinematics_t kinematics;
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_OK, hexload_kinematics_init(&kinematics, &config));
+    TEST_ASSERT_DOUBLE_WITHIN(2e-6, 2.5 + 0.798276, (double)kinematics.home_height_m);
+}
+
+static void test_kinematics_comes_back_from_a_bad_start(void) {
+    // GIVEN a search that starts from a pose upside down and far away, as a faulty sample may leave behind
+    const hexload_config_t config = paper_machine();
+    uint64_t seed = 9;
+    for (int run = 0; run < 200; run++) {
+        hexload_kinematics_t kinematics;
+        hexload_motion_t motion;
+        TEST_ASSERT_EQUAL_INT(HEXLOAD_OK, hexload_kinematics_init(&kinematics, &config));
+        const pose_t pose = random_pose(&seed);
+        const hexload_leg_sample_t sample = sample_of(&config, &kinematics, &pose);
+        for (int k = 0; k < 3; k++) {
+            kinematics.p_m[k] = (hexload_real_t)(100.0 * uniform(&seed));
+        }
+        // WHEN the next good sample comes THEN it is not refused
+        TEST_ASSERT_EQUAL_INT(HEXLOAD_OK,
+                              hexload_kinematics_solve(&kinematics, &config, &sample, 1, &motion));
+    }
+}
+
 static void test_kinematics_refuses_legs_too_short_to_reach_the_platform(void) {
     hexload_config_t config = paper_machine();
     for (int leg = 0; leg < 6; leg++) {
@@ -204,6 +234,8 @@ int main(void) {
     RUN_TEST(test_twist_put_back_gives_the_leg_velocities);
     RUN_TEST(test_kinematics_needs_one_newton_step_from_tick_to_tick);
     RUN_TEST(test_kinematics_refuses_legs_that_no_pose_has);
+    RUN_TEST(test_home_height_is_found_for_hinges_far_below_the_control_point);
+    RUN_TEST(test_kinematics_comes_back_from_a_bad_start);
     RUN_TEST(test_kinematics_refuses_legs_too_short_to_reach_the_platform);
     RUN_TEST(test_kinematics_refuses_a_machine_that_is_singular_at_home);
     return UNITY_END();

@@ -43,12 +43,31 @@ static void test_leg_sample_refuses_a_leg_without_length(void) {
                           hexload_leg_sample_check(&gate, &config, &sample, &gap_ticks, &health));
 }
 
+static void test_leg_sample_refuses_what_no_sensor_of_the_machine_can_say(void) {
+    const hexload_config_t config = paper_machine();
+    hexload_leg_gate_t gate;
+    uint32_t gap_ticks = 0, health = 0;
+    hexload_leg_sample_init(&gate);
+    hexload_leg_sample_t fast = {0}, strong = {0}, edge = {0};
+    fast.velocity_m_s[1] = HEXLOAD_REAL(-10.1);
+    strong.force_n[5] = HEXLOAD_REAL(1.01e6);
+    edge.velocity_m_s[1] = HEXLOAD_REAL(-10.0);
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_ERR_SAMPLE,
+                          hexload_leg_sample_check(&gate, &config, &fast, &gap_ticks, &health));
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_ERR_SAMPLE,
+                          hexload_leg_sample_check(&gate, &config, &strong, &gap_ticks, &health));
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_OK, hexload_leg_sample_check(&gate, &config, &edge, &gap_ticks, &health));
+}
+
 static void test_leg_sample_says_when_a_leg_is_beyond_its_stroke(void) {
     hexload_leg_sample_t sample = {.tick = 8};
     uint32_t gap_ticks = 0, health = 0;
-    sample.displacement_m[2] = HEXLOAD_REAL(0.31);
-    TEST_ASSERT_EQUAL_INT(HEXLOAD_OK, check_after(7, &sample, &gap_ticks, &health));
-    TEST_ASSERT_EQUAL_UINT32(1u << HEXLOAD_HEALTH_LEG_OUT_OF_STROKE, health);
+    const hexload_real_t beyond_m[2] = {HEXLOAD_REAL(0.31), HEXLOAD_REAL(-0.31)};
+    for (int n = 0; n < 2; n++) {
+        sample.displacement_m[2] = beyond_m[n];
+        TEST_ASSERT_EQUAL_INT(HEXLOAD_OK, check_after(7, &sample, &gap_ticks, &health));
+        TEST_ASSERT_EQUAL_UINT32(1u << HEXLOAD_HEALTH_LEG_OUT_OF_STROKE, health);
+    }
 }
 
 static void test_leg_sample_counts_the_ticks_since_the_last(void) {
@@ -90,6 +109,7 @@ int main(void) {
     UNITY_BEGIN();
     RUN_TEST(test_leg_sample_refuses_a_channel_that_is_not_finite);
     RUN_TEST(test_leg_sample_refuses_a_leg_without_length);
+    RUN_TEST(test_leg_sample_refuses_what_no_sensor_of_the_machine_can_say);
     RUN_TEST(test_leg_sample_says_when_a_leg_is_beyond_its_stroke);
     RUN_TEST(test_leg_sample_counts_the_ticks_since_the_last);
     RUN_TEST(test_leg_sample_refuses_time_that_stands_still_or_runs_backwards);
