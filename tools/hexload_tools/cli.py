@@ -37,7 +37,7 @@ def demo() -> None:
 def test(
     preset: Annotated[Optional[list[str]], typer.Option(help="Only this build preset; may be repeated.")] = None,
     quick: Annotated[bool, typer.Option("--quick", help="Only the preset host.")] = False,
-    regex: Annotated[Optional[str], typer.Option("-R", "--regex", help="Only tests whose name matches.")] = None,
+    regex: Annotated[Optional[str], typer.Option("-R", "--regex", help="Only tests whose name matches, with all that they print.")] = None,
 ) -> None:
     """Builds and runs every test; the last line reads 'N passed, N failed'.
 

@@ -68,7 +68,7 @@ def _run_preset(preset: str, regex: str | None) -> Outcome:
         str(junit),
     ]
     command += ["--label-regex", PRESET_LABELS[preset]] if PRESET_LABELS[preset] else []
-    command += ["--tests-regex", regex] if regex else []
+    command += ["--tests-regex", regex, "--verbose"] if regex else []
     print(f"[hexload] testing {preset} ...", flush=True)
     status = subprocess.run(command, cwd=project.ROOT).returncode
     outcome = read_junit(preset, junit)

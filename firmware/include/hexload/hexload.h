@@ -2,10 +2,10 @@
 /// hexload: identifies the load on a Gough-Stewart platform, tick by tick. The header that applications
 /// include.
 ///
-///     static const hexload_config_t config = { ... };      // hexload_config_default() shows every field
+///     static const hexload_config_t config = { ... }; // hexload_config_default() shows every field
 ///     static hexload_t estimator;
-///     hexload_init(&estimator, &config);                    // once
-///     hexload_tick(&estimator, &config, &sample, &estimate) // every sampling period
+///     status = hexload_init(&estimator, &config);                     // once
+///     status = hexload_tick(&estimator, &config, &sample, &estimate); // every sampling period
 ///
 /// All lasting memory is in hexload_t: no heap, no hidden statics, so instances are independent.
 /// The caller owns it and may copy it. No function blocks, allocates, prints or keeps a pointer.

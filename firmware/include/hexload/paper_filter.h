@@ -1,13 +1,13 @@
 /// @file paper_filter.h
-/// Fourth stage: the paper's seven-state extended Kalman filter, (24)-(36), corrected. EQUATIONS.md derives
-/// it.
+/// Fourth stage: the paper's seven-state extended Kalman filter, (24)-(36), corrected as EQUATIONS.md
+/// derives.
 ///
 /// Euler's equation about the centre of mass of platform + load, in platform axes. With r its position seen
-/// from O_A and F, N the legs' wrench it holds for every tilt and every motion, gravity included (it has no
-/// moment there):
+/// from O_A and F, N the legs' wrench, it holds for every tilt and every motion, gravity included (which has
+/// no moment there):
 ///
-///     D omega' + omega x D omega = N - r x F,  D = Ip + I + (m_a m_l / m) diag(s^2, s^2, 0),  s = dz -
-///     platform com z
+///     D omega' + omega x D omega = N - r x F
+///     D = Ip + I + (m_a m_l / m) diag(s^2, s^2, 0),  s = dz - com_z of the platform
 ///
 /// Unknown are dz and the load's central inertias Ixx, Iyy, Izz; the load's centre of mass is taken on the z
 /// axis and its products of inertia as zero, as in the paper.
@@ -69,11 +69,10 @@ typedef struct hexload_paper_filter {
 void hexload_paper_filter_init(hexload_paper_filter_t* self, const hexload_config_t* config);
 
 /// One time update (32) and one measurement update (36).
-/// @param gap_ticks 0 for the first sample: only the measurement update; more than longest_gap_ticks: rates
-/// restart.
+/// @param gap_ticks 0 for the first sample, which sets the rates; more than longest_gap_ticks: rates restart.
 /// @param[in,out] health sets RATE_RESEEDED, MEASUREMENT_GATED, INERTIA_BOUNDED, COVARIANCE_BOUNDED,
 /// FILTER_RESTARTED.
-/// Reentrant; no loop depends on data.
+/// Reentrant, constant time but for these cases, which are shorter.
 void hexload_paper_filter_step(hexload_paper_filter_t* self, const hexload_config_t* config,
                                const hexload_leg_sample_t* sample, const hexload_motion_t* motion,
                                const hexload_wrench_t* wrench, uint32_t gap_ticks, uint32_t* health);
