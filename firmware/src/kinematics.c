@@ -183,6 +183,14 @@ static void predict_pose(const hexload_kinematics_t* self, const hexload_config_
     }
 }
 
+/// Newton can end in another assembly of the same legs, such as the mirror image below the base. No platform
+/// moves farther from home than a leg's length or turns by 90 degrees.
+static bool is_near_home(const hexload_motion_t* motion, const hexload_geometry_t* geometry) {
+    const hexload_real_t reach_m = geometry->home_leg_length_m[0];
+    const hexload_real_t half_turn = motion->quaternion[0] * motion->quaternion[0]; // cos^2 of half the angle
+    return dot3(motion->p_m, motion->p_m) < reach_m * reach_m && half_turn > HEXLOAD_REAL(0.5);
+}
+
 hexload_status_t hexload_kinematics_solve(hexload_kinematics_t* self, const hexload_config_t* config,
                                           const hexload_leg_sample_t* sample, uint32_t gap_ticks,
                                           hexload_motion_t* motion) {
@@ -190,12 +198,16 @@ hexload_status_t hexload_kinematics_solve(hexload_kinematics_t* self, const hexl
     lu6_t jacobian;
     predict_pose(self, config, gap_ticks, &found);
     hexload_status_t status = find_pose(self, &config->geometry, sample, &found, &jacobian);
-    if (status != HEXLOAD_OK) { // the last pose may be the bad one: home is in every workspace
+    if (status != HEXLOAD_OK ||
+        !is_near_home(&found, &config->geometry)) { // the last pose may be the bad one
         found = (hexload_motion_t){.quaternion = {HEXLOAD_REAL(1.0)}};
         status = find_pose(self, &config->geometry, sample, &found, &jacobian);
     }
     if (status != HEXLOAD_OK) {
         return status;
+    }
+    if (!is_near_home(&found, &config->geometry)) {
+        return HEXLOAD_ERR_POSE;
     }
     lu6_solve(&jacobian, sample->velocity_m_s, found.twist); // inverse of (3)
     for (int k = 0; k < 3; k++) {

@@ -160,6 +160,27 @@ static void test_kinematics_needs_one_newton_step_from_tick_to_tick(void) {
     }
 }
 
+static void test_kinematics_does_not_stay_in_another_assembly_of_the_legs(void) {
+    // GIVEN a search that starts from the mirror image of the pose below the base, where the legs fit just as
+    // well
+    const hexload_config_t config = paper_machine();
+    uint64_t seed = 10;
+    for (int run = 0; run < 200; run++) {
+        hexload_kinematics_t kinematics;
+        hexload_motion_t motion;
+        TEST_ASSERT_EQUAL_INT(HEXLOAD_OK, hexload_kinematics_init(&kinematics, &config));
+        const pose_t pose = random_pose(&seed);
+        const hexload_leg_sample_t sample = sample_of(&config, &kinematics, &pose);
+        kinematics.p_m[2] = HEXLOAD_REAL(-2.0) * kinematics.home_height_m;
+        // WHEN the next sample comes THEN the pose above the base is found
+        TEST_ASSERT_EQUAL_INT(HEXLOAD_OK,
+                              hexload_kinematics_solve(&kinematics, &config, &sample, 1, &motion));
+        for (int k = 0; k < 3; k++) {
+            TEST_ASSERT_DOUBLE_WITHIN(pose_tolerance, pose.p_m[k], (double)motion.p_m[k]);
+        }
+    }
+}
+
 static void test_kinematics_refuses_legs_that_no_pose_has(void) {
     // GIVEN one leg 0.8 m longer than all others
     const hexload_config_t config = paper_machine();
@@ -233,6 +254,7 @@ int main(void) {
     RUN_TEST(test_jacobian_agrees_with_finite_differences);
     RUN_TEST(test_twist_put_back_gives_the_leg_velocities);
     RUN_TEST(test_kinematics_needs_one_newton_step_from_tick_to_tick);
+    RUN_TEST(test_kinematics_does_not_stay_in_another_assembly_of_the_legs);
     RUN_TEST(test_kinematics_refuses_legs_that_no_pose_has);
     RUN_TEST(test_home_height_is_found_for_hinges_far_below_the_control_point);
     RUN_TEST(test_kinematics_comes_back_from_a_bad_start);

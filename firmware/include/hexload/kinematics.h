@@ -39,9 +39,9 @@ HEXLOAD_MUST_USE hexload_status_t hexload_kinematics_init(hexload_kinematics_t* 
                                                           const hexload_config_t* config);
 
 /// Forward kinematics by Newton's method, started from the last pose carried on by the last twist and, where
-/// that finds nothing, from home; then the
-/// Jacobian and the twist in the new pose. Leg lengths of the result agree with the displacements to a few
-/// ulp.
+/// that finds nothing near home, from home; then the Jacobian and the twist in the new pose. Leg lengths of
+/// the result agree with the displacements to a few ulp. Poses beyond a leg's length or 90 degrees from home
+/// are other assemblies of the same legs and count as not found.
 /// @param gap_ticks periods since the last call, as hexload_leg_sample_check() gives it.
 /// @return HEXLOAD_OK, HEXLOAD_ERR_POSE or HEXLOAD_ERR_SINGULAR; then self and motion do not change.
 ///         Reentrant. Worst case: 2 (HEXLOAD_NEWTON_STEPS_MAX + 1) factorisations of a 6 x 6 matrix; 2 on a

@@ -101,6 +101,9 @@ void print_summary(const sim::Scenario& scenario, const sim::RunCounts& counts, 
     for (std::size_t i = 0; last && i < names.size(); ++i) {
         fmt::print("  {:<4} {:10.4f} +- {:.2g}\n", names[i], last->value[i], last->sigma[i]);
     }
+    if (last) {
+        fmt::print("  verdict: {}\n", last->verdict);
+    }
 }
 
 void simulate(const Options& options) {
