@@ -107,30 +107,37 @@ static void measure_rate(const hexload_config_t* config, const hexload_motion_t*
     }
 }
 
+/// Value held within -most..most; sets the health bit when that changes it.
+static hexload_real_t bound_noise(hexload_real_t value, hexload_real_t most, uint32_t* health) {
+    if (value <= most && value >= -most) {
+        return value;
+    }
+    hexload_health_set(health, HEXLOAD_HEALTH_NOISE_BOUNDED);
+    return hexload_min(hexload_max(value, -most), most);
+}
+
 /// Takes out what force noise alone has done in this update. It stands in the Jacobian as it does in the
 /// innovation: its variance there looks like motion and shrinks P, its product with itself moves the inertias
 /// (D15). A spike counts as noise of its size; it can at most double a variance
 /// and move dz by one sigma.
 static void remove_noise_effects(hexload_paper_filter_t* self, hexload_real_t S[3][3],
-                                 const hexload_real_t prior_variance[3]) {
+                                 const hexload_real_t prior_variance[3], uint32_t* health) {
+    const hexload_real_t one = HEXLOAD_REAL(1.0);
     hexload_jacobian_noise_t* noise = &self->jacobian_noise;
     hexload_real_t* dz_variance = &self->param_cov[HEXLOAD_PAPER_DZ][HEXLOAD_PAPER_DZ];
     for (int i = 0; i < 3; i++) {
         const int own = HEXLOAD_PAPER_IXX + i;
         hexload_real_t* variance = &self->param_cov[own][own];
         const hexload_real_t kept = self->rate_cov[i][i] / prior_variance[i]; // 1 - K
-        const hexload_real_t false_share =
-            hexload_min(*variance * noise->inertia[i] / S[i][i], HEXLOAD_REAL(1.0));
+        const hexload_real_t false_share = bound_noise(*variance * noise->inertia[i] / S[i][i], one, health);
         self->param[own] -= self->noise_lever_kg_m2[i] * false_share;
         *variance += *variance * false_share;
         noise->inertia[i] *= kept * kept;
         if (i < 2) {
-            const hexload_real_t dz_sigma = hexload_sqrt(*dz_variance);
             const hexload_real_t dz_move =
                 *dz_variance * self->noise_lever_kg_m2[i] * noise->mixed[i] / S[i][i];
-            self->param[HEXLOAD_PAPER_DZ] -= hexload_min(hexload_max(dz_move, -dz_sigma), dz_sigma);
-            *dz_variance +=
-                *dz_variance * hexload_min(*dz_variance * noise->dz[i] / S[i][i], HEXLOAD_REAL(1.0));
+            self->param[HEXLOAD_PAPER_DZ] -= bound_noise(dz_move, hexload_sqrt(*dz_variance), health);
+            *dz_variance += *dz_variance * bound_noise(*dz_variance * noise->dz[i] / S[i][i], one, health);
             noise->dz[i] *= kept * kept;
             noise->mixed[i] *= kept * kept;
         }
@@ -250,7 +257,7 @@ static void update(hexload_paper_filter_t* self, const hexload_config_t* config,
                                               self->rate_cov[2][2]};
     self->gated = 0;
     correct(self, L, whitened);
-    remove_noise_effects(self, S, prior_variance);
+    remove_noise_effects(self, S, prior_variance, health);
     bound_covariance(self, health);
     bound_inertia(self, health);
 }

@@ -39,6 +39,8 @@ const char* hexload_health_name(hexload_health_bit_t bit) {
         return "inconsistent";
     case HEXLOAD_HEALTH_FILTER_RESTARTED:
         return "filter restarted";
+    case HEXLOAD_HEALTH_NOISE_BOUNDED:
+        return "noise removal bounded";
     case HEXLOAD_HEALTH_BITS:
     default:
         return "unknown health bit";

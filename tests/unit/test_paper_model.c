@@ -420,6 +420,31 @@ static void test_force_noise_is_taken_out_of_variance_and_value(void) {
     TEST_ASSERT_DOUBLE_WITHIN(0.01 * dz_variance, dz_variance, (double)noisy.filter.param_cov[0][0]);
 }
 
+static void test_noise_removal_beyond_its_bound_is_held_and_said(void) {
+    static const double far_beyond = 1e3; // makes each share of noise exceed one by orders of magnitude
+    for (int n = 0; n < 3; n++) {
+        // GIVEN a filter whose Jacobian has gathered too much noise of one kind: as after a spike in a force
+        fixture_t quiet = make_fixture();
+        make_innovation_zero(&quiet, 1e-3);
+        fixture_t noisy = quiet;
+        hexload_jacobian_noise_t* noise = &noisy.filter.jacobian_noise;
+        hexload_real_t* const kinds[3] = {&noise->inertia[1], &noise->dz[1], &noise->mixed[1]};
+        *kinds[n] = (hexload_real_t)far_beyond;
+        // WHEN both take the same step
+        TEST_ASSERT_EQUAL_UINT32(0, step(&quiet, 1));
+        const uint32_t health = step(&noisy, 1);
+        // THEN the bound is said, no variance has more than doubled, and dz has moved by one sigma at most
+        TEST_ASSERT_BITS_HIGH(1u << HEXLOAD_HEALTH_NOISE_BOUNDED, health);
+        const double sigma = sqrt((double)quiet.filter.param_cov[0][0]);
+        TEST_ASSERT_DOUBLE_WITHIN(1.001 * sigma, (double)quiet.filter.param[0],
+                                  (double)noisy.filter.param[0]);
+        for (int k = 0; k < HEXLOAD_PAPER_DIM; k++) {
+            const double variance = (double)quiet.filter.param_cov[k][k];
+            TEST_ASSERT_TRUE((double)noisy.filter.param_cov[k][k] <= 2.001 * variance);
+        }
+    }
+}
+
 static void test_variances_stay_between_floor_and_prior(void) {
     // GIVEN an inertia below zero, one variance far below its floor and one above its prior, with
     // correlations
@@ -517,6 +542,7 @@ int main(void) {
     RUN_TEST(test_what_the_linearisation_leaves_out_stands_in_the_noise);
     RUN_TEST(test_block_step_is_the_dense_filters);
     RUN_TEST(test_force_noise_is_taken_out_of_variance_and_value);
+    RUN_TEST(test_noise_removal_beyond_its_bound_is_held_and_said);
     RUN_TEST(test_variances_stay_between_floor_and_prior);
     RUN_TEST(test_restart_of_the_rates_forgets_all_that_hung_on_them);
     RUN_TEST(test_rates_restart_when_rounding_has_cost_p_its_sign);

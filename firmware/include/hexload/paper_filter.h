@@ -71,7 +71,7 @@ void hexload_paper_filter_init(hexload_paper_filter_t* self, const hexload_confi
 /// One time update (32) and one measurement update (36).
 /// @param gap_ticks 0 for the first sample, which sets the rates; more than longest_gap_ticks: rates restart.
 /// @param[in,out] health sets RATE_RESEEDED, MEASUREMENT_GATED, INERTIA_BOUNDED, COVARIANCE_BOUNDED,
-/// FILTER_RESTARTED.
+/// FILTER_RESTARTED, NOISE_BOUNDED.
 /// Reentrant, constant time but for these cases, which are shorter.
 void hexload_paper_filter_step(hexload_paper_filter_t* self, const hexload_config_t* config,
                                const hexload_leg_sample_t* sample, const hexload_motion_t* motion,

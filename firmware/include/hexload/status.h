@@ -36,7 +36,9 @@ typedef enum hexload_health_bit {
     HEXLOAD_HEALTH_NOT_EXCITED = 6,        ///< the motion has told (nearly) nothing about a parameter
     HEXLOAD_HEALTH_INCONSISTENT = 7, ///< innovations or inertias contradict the model or the stated sigmas
     HEXLOAD_HEALTH_FILTER_RESTARTED = 8, ///< a number was no longer finite: the filter began anew
-    HEXLOAD_HEALTH_BITS = 9
+    HEXLOAD_HEALTH_NOISE_BOUNDED =
+        9, ///< removal of the force noise's effects was held: a spike, or sigmas too small
+    HEXLOAD_HEALTH_BITS = 10
 } hexload_health_bit_t;
 
 /// Health of the last accepted tick and how often each bit was set since the start. Counters saturate.
