@@ -1,0 +1,289 @@
+#include "app/app.h"
+
+#include "app/saturate.h"
+
+#include <hexload_dbc.h>
+
+#include <stddef.h>
+
+// Codes of the DBC are those of the header.
+#define SAME_STATES(message)                                                                                 \
+    _Static_assert((int)HEXLOAD_DBC_##message##_STATE_IDLE_CHOICE == HEXLOAD_APP_IDLE &&                     \
+                       (int)HEXLOAD_DBC_##message##_STATE_ARMED_CHOICE == HEXLOAD_APP_ARMED &&               \
+                       (int)HEXLOAD_DBC_##message##_STATE_ESTIMATING_CHOICE == HEXLOAD_APP_ESTIMATING &&     \
+                       (int)HEXLOAD_DBC_##message##_STATE_CONVERGED_CHOICE == HEXLOAD_APP_CONVERGED &&       \
+                       (int)HEXLOAD_DBC_##message##_STATE_FAULT_CHOICE == HEXLOAD_APP_FAULT,                 \
+                   "states of the DBC")
+SAME_STATES(HEALTH_FD);
+SAME_STATES(ANSWER_PAGE);
+SAME_STATES(ACKNOWLEDGE);
+SAME_STATES(CONTROLLER_STATUS);
+
+#define SAME_FAULTS(message)                                                                                 \
+    _Static_assert(                                                                                          \
+        (int)HEXLOAD_DBC_##message##_FAULT_NONE_CHOICE == HEXLOAD_FAULT_NONE &&                              \
+            (int)HEXLOAD_DBC_##message##_FAULT_SAMPLE_TIMEOUT_CHOICE == HEXLOAD_FAULT_SAMPLE_TIMEOUT &&      \
+            (int)HEXLOAD_DBC_##message##_FAULT_SAMPLES_REFUSED_CHOICE == HEXLOAD_FAULT_SAMPLES_REFUSED &&    \
+            (int)HEXLOAD_DBC_##message##_FAULT_WRONG_PROFILE_CHOICE == HEXLOAD_FAULT_WRONG_PROFILE &&        \
+            (int)HEXLOAD_DBC_##message##_FAULT_SECOND_CONTROLLER_CHOICE ==                                   \
+                HEXLOAD_FAULT_SECOND_CONTROLLER &&                                                           \
+            (int)HEXLOAD_DBC_##message##_FAULT_BUS_DOWN_CHOICE == HEXLOAD_FAULT_BUS_DOWN,                    \
+        "faults of the DBC")
+SAME_FAULTS(HEALTH_FD);
+SAME_FAULTS(ANSWER_PAGE);
+SAME_FAULTS(ACKNOWLEDGE);
+SAME_FAULTS(CONTROLLER_STATUS);
+
+enum { SHORTEST_TIMEOUT_MS = 5, LONGEST_TIMEOUT_MS = 60000, LONGEST_LOCKSTEP_TIMEOUT_MS = 600000 };
+
+void hexload_app_settings_default(hexload_app_settings_t* settings) {
+    *settings = (hexload_app_settings_t){
+        .sample_timeout_ms = 100,
+        .lockstep_timeout_ms = 10000,
+        .refused_limit = 100,
+    };
+}
+
+static bool is_in(uint32_t value, uint32_t least, uint32_t most) {
+    return value >= least && value <= most;
+}
+
+/// What the estimator would say before its first sample.
+static void forget_estimate(hexload_app_t* self) {
+    hexload_estimate_t* estimate = &self->estimate;
+    *estimate = (hexload_estimate_t){.verdict = HEXLOAD_VERDICT_NOT_EXCITED,
+                                     .nis = self->estimator.paper_filter.nis,
+                                     .nis_mean = self->estimator.supervisor.nis_mean};
+    hexload_paper_filter_read(&self->estimator.paper_filter, estimate->value, estimate->sigma);
+    for (int k = 0; k < HEXLOAD_PAPER_DIM; k++) {
+        estimate->parameter_verdict[k] = HEXLOAD_VERDICT_NOT_EXCITED;
+    }
+}
+
+/// A fresh estimator and counters that start from 0.
+static hexload_status_t begin_anew(hexload_app_t* self) {
+    const hexload_status_t status = hexload_init(&self->estimator, &self->config);
+    if (status != HEXLOAD_OK) {
+        return status;
+    }
+    forget_estimate(self);
+    self->fault = HEXLOAD_FAULT_NONE;
+    self->silence_ms = 0;
+    self->refused_in_a_row = 0;
+    self->samples_missing = 0;
+    self->last_tick = 0;
+    return HEXLOAD_OK;
+}
+
+hexload_status_t hexload_app_init(hexload_app_t* self, const hexload_config_t* config,
+                                  const hexload_app_settings_t* settings) {
+    if (!is_in(settings->sample_timeout_ms, SHORTEST_TIMEOUT_MS, LONGEST_TIMEOUT_MS) ||
+        !is_in(settings->lockstep_timeout_ms, SHORTEST_TIMEOUT_MS, LONGEST_LOCKSTEP_TIMEOUT_MS) ||
+        settings->refused_limit == 0) {
+        return HEXLOAD_ERR_CONFIG;
+    }
+    const hexload_status_t status = hexload_init(&self->estimator, config);
+    if (status != HEXLOAD_OK) {
+        return status;
+    }
+    self->config = *config;
+    self->settings = *settings;
+    self->state = HEXLOAD_APP_IDLE;
+    self->pacing = HEXLOAD_PACING_REAL_TIME;
+    return begin_anew(self);
+}
+
+static hexload_bus_result_t start(hexload_app_t* self, float argument) {
+    if (self->state != HEXLOAD_APP_IDLE) {
+        return HEXLOAD_RESULT_WRONG_STATE;
+    }
+    if (argument != (float)HEXLOAD_PACING_REAL_TIME && argument != (float)HEXLOAD_PACING_LOCKSTEP) {
+        return HEXLOAD_RESULT_BAD_ARGUMENT;
+    }
+    if (begin_anew(self) != HEXLOAD_OK) {
+        return HEXLOAD_RESULT_NOT_AVAILABLE; // not reached: every configuration was checked when it came
+    }
+    self->pacing =
+        argument == (float)HEXLOAD_PACING_LOCKSTEP ? HEXLOAD_PACING_LOCKSTEP : HEXLOAD_PACING_REAL_TIME;
+    self->state = HEXLOAD_APP_ARMED;
+    return HEXLOAD_RESULT_DONE;
+}
+
+static hexload_bus_result_t stop(hexload_app_t* self) {
+    if (self->state == HEXLOAD_APP_FAULT) {
+        return HEXLOAD_RESULT_WRONG_STATE;
+    }
+    self->state = HEXLOAD_APP_IDLE;
+    return HEXLOAD_RESULT_DONE;
+}
+
+static hexload_bus_result_t reset(hexload_app_t* self) {
+    if (begin_anew(self) != HEXLOAD_OK) {
+        return HEXLOAD_RESULT_NOT_AVAILABLE; // not reached, as in start()
+    }
+    self->state = HEXLOAD_APP_IDLE;
+    return HEXLOAD_RESULT_DONE;
+}
+
+static hexload_bus_result_t select_filter(const hexload_app_t* self, float argument) {
+    if (self->state != HEXLOAD_APP_IDLE) {
+        return HEXLOAD_RESULT_WRONG_STATE;
+    }
+    if (argument == (float)HEXLOAD_FILTER_PAPER) {
+        return HEXLOAD_RESULT_DONE;
+    }
+    return argument == (float)HEXLOAD_FILTER_MOMENTUM ? HEXLOAD_RESULT_NOT_AVAILABLE
+                                                      : HEXLOAD_RESULT_BAD_ARGUMENT;
+}
+
+static bool has_safe_prior(const hexload_config_t* config) {
+    hexload_config_t safe = *config;
+    hexload_config_set_prior(&safe, HEXLOAD_PRIOR_SAFE);
+    bool is_same = safe.paper.prior_dz_sigma_m == config->paper.prior_dz_sigma_m;
+    for (int k = 0; k < 3; k++) {
+        is_same =
+            is_same && safe.paper.prior_inertia_sigma_kg_m2[k] == config->paper.prior_inertia_sigma_kg_m2[k];
+    }
+    return is_same;
+}
+
+/// The safe prior goes with the mass; another one stays as it was configured.
+static hexload_bus_result_t set_known_mass(hexload_app_t* self, float mass_kg) {
+    if (self->state != HEXLOAD_APP_IDLE) {
+        return HEXLOAD_RESULT_WRONG_STATE;
+    }
+    const bool is_safe = has_safe_prior(&self->config);
+    hexload_config_t config = self->config;
+    config.paper.load_mass_kg = (hexload_real_t)mass_kg;
+    if (is_safe) {
+        hexload_config_set_prior(&config, HEXLOAD_PRIOR_SAFE);
+    }
+    if (hexload_config_check(&config, NULL) != HEXLOAD_OK) {
+        return HEXLOAD_RESULT_BAD_ARGUMENT;
+    }
+    self->config = config;
+    return HEXLOAD_RESULT_DONE;
+}
+
+static hexload_bus_result_t carry_out(hexload_app_t* self, const hexload_bus_command_t* command) {
+    switch (command->kind) {
+    case HEXLOAD_COMMAND_START:
+        return start(self, command->argument);
+    case HEXLOAD_COMMAND_STOP:
+        return stop(self);
+    case HEXLOAD_COMMAND_RESET:
+        return reset(self);
+    case HEXLOAD_COMMAND_SELECT_FILTER:
+        return select_filter(self, command->argument);
+    case HEXLOAD_COMMAND_SET_KNOWN_MASS:
+        return set_known_mass(self, command->argument);
+    default:
+        return HEXLOAD_RESULT_UNKNOWN_COMMAND;
+    }
+}
+
+void hexload_app_command(hexload_app_t* self, const hexload_bus_command_t* command,
+                         hexload_bus_acknowledge_t* acknowledge) {
+    acknowledge->kind = command->kind;
+    acknowledge->sequence = command->sequence;
+    acknowledge->result = (uint8_t)carry_out(self, command);
+    acknowledge->state = (uint8_t)self->state;
+    acknowledge->fault = (uint8_t)self->fault;
+}
+
+static bool is_running(const hexload_app_t* self) {
+    return self->state == HEXLOAD_APP_ARMED || self->state == HEXLOAD_APP_ESTIMATING ||
+           self->state == HEXLOAD_APP_CONVERGED;
+}
+
+static void take_estimate(hexload_app_t* self, uint32_t tick) {
+    if (self->state != HEXLOAD_APP_ARMED) { // the first sample has none before it
+        hexload_count(&self->samples_missing, tick - self->last_tick - 1);
+    }
+    self->last_tick = tick;
+    self->refused_in_a_row = 0;
+    self->state =
+        self->estimate.verdict == HEXLOAD_VERDICT_CONVERGED ? HEXLOAD_APP_CONVERGED : HEXLOAD_APP_ESTIMATING;
+}
+
+static hexload_status_t run(hexload_app_t* self, const hexload_leg_sample_t* sample) {
+    self->silence_ms = 0;
+    const hexload_status_t status = hexload_tick(&self->estimator, &self->config, sample, &self->estimate);
+    if (status == HEXLOAD_OK) {
+        take_estimate(self, sample->tick);
+        return status;
+    }
+    hexload_count(&self->refused_in_a_row, 1);
+    if (self->refused_in_a_row >= self->settings.refused_limit) {
+        hexload_app_set_fault(self, HEXLOAD_FAULT_SAMPLES_REFUSED);
+    }
+    return status;
+}
+
+void hexload_app_sample(hexload_app_t* self, const hexload_leg_sample_t* sample,
+                        hexload_bus_answer_t* answer) {
+    const hexload_status_t status = is_running(self) ? run(self, sample) : HEXLOAD_OK;
+    answer->tick = sample->tick;
+    answer->status = (int8_t)status;
+    answer->state = (uint8_t)self->state;
+    answer->fault = (uint8_t)self->fault;
+    answer->health = (uint16_t)self->estimator.health.bits;
+    answer->refused = self->estimator.health.refused;
+    answer->estimate = self->estimate;
+}
+
+void hexload_app_elapse(hexload_app_t* self, uint32_t elapsed_ms) {
+    if (self->state != HEXLOAD_APP_ESTIMATING && self->state != HEXLOAD_APP_CONVERGED) {
+        return;
+    }
+    hexload_count(&self->silence_ms, elapsed_ms);
+    const uint32_t limit_ms = self->pacing == HEXLOAD_PACING_LOCKSTEP ? self->settings.lockstep_timeout_ms
+                                                                      : self->settings.sample_timeout_ms;
+    if (self->silence_ms >= limit_ms) {
+        hexload_app_set_fault(self, HEXLOAD_FAULT_SAMPLE_TIMEOUT);
+    }
+}
+
+void hexload_app_set_fault(hexload_app_t* self, hexload_app_fault_t fault) {
+    if (self->state == HEXLOAD_APP_FAULT || fault == HEXLOAD_FAULT_NONE) {
+        return;
+    }
+    self->state = HEXLOAD_APP_FAULT;
+    self->fault = fault;
+}
+
+const char* hexload_app_state_name(hexload_app_state_t state) {
+    switch (state) {
+    case HEXLOAD_APP_IDLE:
+        return "idle";
+    case HEXLOAD_APP_ARMED:
+        return "armed";
+    case HEXLOAD_APP_ESTIMATING:
+        return "estimating";
+    case HEXLOAD_APP_CONVERGED:
+        return "converged";
+    case HEXLOAD_APP_FAULT:
+        return "fault";
+    default:
+        return "unknown state";
+    }
+}
+
+const char* hexload_app_fault_name(hexload_app_fault_t fault) {
+    switch (fault) {
+    case HEXLOAD_FAULT_NONE:
+        return "no fault";
+    case HEXLOAD_FAULT_SAMPLE_TIMEOUT:
+        return "no samples";
+    case HEXLOAD_FAULT_SAMPLES_REFUSED:
+        return "samples refused";
+    case HEXLOAD_FAULT_WRONG_PROFILE:
+        return "samples of the other bus profile";
+    case HEXLOAD_FAULT_SECOND_CONTROLLER:
+        return "second controller on the bus";
+    case HEXLOAD_FAULT_BUS_DOWN:
+        return "bus down";
+    default:
+        return "unknown fault";
+    }
+}

@@ -1,0 +1,91 @@
+/// @file app.h
+/// The controller application: when the estimator runs, what commands do, what counts as a fault.
+///
+///             START                first sample            verdict converged
+///     IDLE ----------> ARMED -----------------> ESTIMATING <-----------------> CONVERGED
+///       ^                |                          |           any other         |
+///       +---- STOP ------+--------------------------+-----------------------------+
+///       +---- RESET ---- FAULT <---- time-out, estimator refuses, wrong profile, second controller, bus down
+///
+/// No frames and no I/O here: node.h connects it to a bus, a port may also call it directly.
+#ifndef HEXLOAD_APP_APP_H
+#define HEXLOAD_APP_APP_H
+
+#include "bus/bus.h"
+
+HEXLOAD_DECLS_BEGIN
+
+typedef enum hexload_app_state {
+    HEXLOAD_APP_IDLE = 0,
+    HEXLOAD_APP_ARMED = 1,
+    HEXLOAD_APP_ESTIMATING = 2,
+    HEXLOAD_APP_CONVERGED = 3,
+    HEXLOAD_APP_FAULT = 4,
+} hexload_app_state_t;
+
+/// Why the application is in FAULT; RESET clears it.
+typedef enum hexload_app_fault {
+    HEXLOAD_FAULT_NONE = 0,
+    HEXLOAD_FAULT_SAMPLE_TIMEOUT = 1,    ///< the source of samples fell silent; ARMED waits without limit
+    HEXLOAD_FAULT_SAMPLES_REFUSED = 2,   ///< refused_limit samples in a row
+    HEXLOAD_FAULT_WRONG_PROFILE = 3,     ///< samples of the other profile are on the bus
+    HEXLOAD_FAULT_SECOND_CONTROLLER = 4, ///< another node sends a controller's frames
+    HEXLOAD_FAULT_BUS_DOWN = 5,          ///< the port cannot send or receive
+} hexload_app_fault_t;
+
+typedef struct hexload_app_settings {
+    uint32_t sample_timeout_ms;   ///< silence in real time after which ESTIMATING ends in FAULT; 5..60000
+    uint32_t lockstep_timeout_ms; ///< the same in lockstep, where the source may be slow; 5..600000
+    uint32_t refused_limit;       ///< samples refused in a row that end in FAULT; >= 1
+} hexload_app_settings_t;
+
+typedef struct hexload_app {
+    hexload_config_t config; ///< a copy: commands change it
+    hexload_app_settings_t settings;
+    hexload_t estimator;
+    hexload_estimate_t estimate; ///< last
+    hexload_app_state_t state;
+    hexload_app_fault_t fault;
+    hexload_pacing_t pacing;
+    uint32_t silence_ms; ///< since the last sample
+    uint32_t refused_in_a_row;
+    uint32_t samples_missing; ///< ticks without a sample since START, saturating
+    uint32_t last_tick;       ///< of the last accepted sample
+} hexload_app_t;
+
+/// 100 ms, 10 s, 100 samples.
+void hexload_app_settings_default(hexload_app_settings_t* settings);
+
+/// Enters IDLE.
+/// @return what hexload_init() says of config; HEXLOAD_ERR_CONFIG also for settings out of range. Then self
+///         is unchanged.
+HEXLOAD_MUST_USE hexload_status_t hexload_app_init(hexload_app_t* self, const hexload_config_t* config,
+                                                   const hexload_app_settings_t* settings);
+
+/// Carries out a command. START: from IDLE only; begins with a fresh estimator. STOP: to IDLE from anywhere
+/// but FAULT; the last estimate stays readable. RESET: to IDLE from anywhere, fresh estimator. SELECT_FILTER,
+/// SET_KNOWN_MASS: in IDLE only; a mass that hexload_config_check() refuses changes nothing. The safe prior
+/// goes with a new mass; a prior that was configured otherwise stays.
+/// @param[out] acknowledge all but profile, which node.h knows.
+void hexload_app_command(hexload_app_t* self, const hexload_bus_command_t* command,
+                         hexload_bus_acknowledge_t* acknowledge);
+
+/// One leg sample: runs hexload_tick() in ARMED, ESTIMATING and CONVERGED. In every state the answer is
+/// filled in (with the last estimate), so that a source in lockstep hears why nothing moves. Worst case:
+/// hexload_tick().
+/// @param[out] answer all but missing_legs, which node.h knows.
+void hexload_app_sample(hexload_app_t* self, const hexload_leg_sample_t* sample,
+                        hexload_bus_answer_t* answer);
+
+/// Time passes: call it every millisecond, or with the milliseconds since the last call.
+void hexload_app_elapse(hexload_app_t* self, uint32_t elapsed_ms);
+
+/// The caller found a reason to stop. The first fault stays until RESET.
+void hexload_app_set_fault(hexload_app_t* self, hexload_app_fault_t fault);
+
+const char* hexload_app_state_name(hexload_app_state_t state); ///< "idle" ...; never NULL, static storage
+const char* hexload_app_fault_name(hexload_app_fault_t fault); ///< e.g. "no samples"; likewise
+
+HEXLOAD_DECLS_END
+
+#endif

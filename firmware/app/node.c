@@ -1,0 +1,185 @@
+#include "app/node.h"
+
+#include "app/saturate.h"
+
+#include <stddef.h>
+
+// The lasting memory of a node, its estimator included.
+_Static_assert(sizeof(hexload_node_t) <= 2048 * sizeof(hexload_real_t) / sizeof(float),
+               "a node fits in 2 KiB");
+
+hexload_status_t hexload_node_init(hexload_node_t* self, const hexload_config_t* config,
+                                   const hexload_app_settings_t* settings, hexload_bus_profile_t profile,
+                                   const hexload_port_t* port) {
+    const hexload_status_t status = hexload_app_init(&self->app, config, settings);
+    if (status != HEXLOAD_OK) {
+        return status;
+    }
+    self->port = *port;
+    hexload_sample_assembly_init(&self->assembly, profile);
+    self->answer = (hexload_bus_answer_t){0};
+    self->status = (hexload_bus_controller_status_t){
+        .version = {HEXLOAD_VERSION_MAJOR, HEXLOAD_VERSION_MINOR, HEXLOAD_VERSION_PATCH},
+        .profile = (uint8_t)profile};
+    self->age_ms = 0;
+    self->leg_silence_ms = 0;
+    self->status_wait_ms = 0;
+    self->send_failed = 0;
+    self->answer_page = 0;
+    self->status_page = 0;
+    self->heard_controller = false;
+    return HEXLOAD_OK;
+}
+
+bool hexload_node_is_active(const hexload_node_t* self) {
+    return self->age_ms >= HEXLOAD_NODE_LISTEN_MS && !self->heard_controller;
+}
+
+static bool send(hexload_node_t* self, const hexload_bus_frame_t* frame) {
+    const bool is_queued = self->port.send(self->port.context, frame);
+    if (!is_queued) {
+        hexload_count(&self->send_failed, 1);
+    }
+    return is_queued;
+}
+
+static void carry_out(hexload_node_t* self, const hexload_bus_command_t* command) {
+    hexload_bus_acknowledge_t acknowledge = {.profile = self->status.profile};
+    hexload_bus_frame_t frame;
+    hexload_app_command(&self->app, command, &acknowledge);
+    self->answer_page = 0; // each run's answers begin with page 0, whatever was before it
+    hexload_bus_encode_acknowledge(&acknowledge, &frame);
+    (void)send(self, &frame);
+}
+
+/// Classic: the next page of the answer that is being sent; page 0 begins with this one. A change of fault
+/// does not wait for the round to end.
+static int page_answer(hexload_node_t* self, const hexload_bus_answer_t* answer, hexload_bus_frame_t* frame) {
+    if (answer->tick % HEXLOAD_BUS_ANSWER_PERIOD != 0) {
+        return 0;
+    }
+    if (self->answer_page == 0 || self->answer.fault != answer->fault) {
+        self->answer = *answer;
+        self->answer_page = 0;
+    }
+    self->answer.tick = answer->tick; // each page tells the sample just processed
+    const int count = hexload_bus_encode_answer(HEXLOAD_BUS_CLASSIC, &self->answer, self->answer_page, frame);
+    self->answer_page = (uint8_t)((self->answer_page + 1) % HEXLOAD_BUS_ANSWER_PAGES);
+    return count;
+}
+
+static void send_answer(hexload_node_t* self, const hexload_bus_answer_t* answer) {
+    hexload_bus_frame_t frames[HEXLOAD_BUS_ANSWER_FRAMES];
+    const int count = self->assembly.profile == HEXLOAD_BUS_CLASSIC
+                          ? page_answer(self, answer, frames)
+                          : hexload_bus_encode_answer(HEXLOAD_BUS_FD, answer, 0, frames);
+    if (count < 0) { // a number that is not finite, which the estimator never gives
+        hexload_count(&self->send_failed, 1);
+    }
+    for (int n = 0; n < count; n++) {
+        (void)send(self, &frames[n]);
+    }
+}
+
+/// Remembers the least time that was left in a period. 0 stands for "not measured", so none left at all reads
+/// -1.
+static void note_time(hexload_node_t* self, uint32_t begin_us) {
+    const uint32_t used_us = self->port.clock_us(self->port.context) - begin_us;
+    const int32_t period_us = (int32_t)(self->app.config.tick_s * HEXLOAD_REAL(1e6) + HEXLOAD_REAL(0.5));
+    const int32_t left_us = used_us < INT32_MAX ? period_us - (int32_t)used_us : -INT32_MAX;
+    if (self->status.time_margin_us == 0 || left_us < self->status.time_margin_us) {
+        self->status.time_margin_us = left_us != 0 ? left_us : -1;
+    }
+}
+
+static void process(hexload_node_t* self, const hexload_leg_sample_t* sample) {
+    const bool has_clock = self->port.clock_us != NULL;
+    const uint32_t begin_us = has_clock ? self->port.clock_us(self->port.context) : 0;
+    hexload_bus_answer_t answer = {.missing_legs = self->assembly.missing_legs};
+    hexload_app_sample(&self->app, sample, &answer);
+    send_answer(self, &answer);
+    if (has_clock) {
+        note_time(self, begin_us);
+    }
+}
+
+static hexload_bus_status_t take_sample_frame(hexload_node_t* self, const hexload_bus_frame_t* frame) {
+    hexload_leg_sample_t sample;
+    const hexload_bus_status_t status = hexload_sample_assembly_add(&self->assembly, frame, &sample);
+    if (status == HEXLOAD_BUS_OK || status == HEXLOAD_BUS_PARTIAL) {
+        self->leg_silence_ms = 0;
+    }
+    if (status == HEXLOAD_BUS_OK && hexload_node_is_active(self)) {
+        process(self, &sample);
+    }
+    if (status == HEXLOAD_BUS_ERR_PROFILE) {
+        hexload_app_set_fault(&self->app, HEXLOAD_FAULT_WRONG_PROFILE);
+    }
+    return status;
+}
+
+void hexload_node_receive(hexload_node_t* self, const hexload_bus_frame_t* frame) {
+    if (hexload_bus_is_from_controller(frame)) {
+        self->heard_controller = self->heard_controller || self->age_ms < HEXLOAD_NODE_LISTEN_MS;
+        hexload_app_set_fault(&self->app, HEXLOAD_FAULT_SECOND_CONTROLLER);
+        return;
+    }
+    hexload_bus_command_t command;
+    hexload_bus_status_t status = hexload_bus_decode_command(frame, &command);
+    if (status == HEXLOAD_BUS_OK && hexload_node_is_active(self)) {
+        carry_out(self, &command);
+    } else if (status == HEXLOAD_BUS_OTHER) {
+        status = take_sample_frame(self, frame);
+    }
+    if (status < 0) {
+        hexload_count(&self->status.frames_refused, 1);
+    }
+}
+
+static void send_status(hexload_node_t* self) {
+    hexload_bus_controller_status_t* status = &self->status;
+    const int page = self->status_page;
+    hexload_bus_frame_t frame;
+    status->state = (uint8_t)self->app.state;
+    status->fault = (uint8_t)self->app.fault;
+    status->tick = self->app.last_tick;
+    status->samples_missing = self->app.samples_missing;
+    status->samples_refused = self->app.estimator.health.refused;
+    if (self->port.stack_margin_bytes != NULL) {
+        status->stack_margin_bytes = self->port.stack_margin_bytes(self->port.context);
+    }
+    hexload_bus_encode_status(status, page, &frame);
+    if (send(self, &frame) && page == HEXLOAD_BUS_TIME_MARGIN_PAGE) {
+        status->time_margin_us = 0;
+    }
+    self->status_page = (uint8_t)((page + 1) % HEXLOAD_BUS_STATUS_PAGES);
+}
+
+void hexload_node_period(hexload_node_t* self, uint32_t periods) {
+    if (periods == 0) {
+        return;
+    }
+    hexload_count(&self->status.overruns, periods - 1);
+    hexload_count(&self->age_ms, periods);
+    hexload_count(&self->leg_silence_ms, periods);
+    hexload_count(&self->status_wait_ms, periods);
+    hexload_app_elapse(&self->app, periods);
+    if (self->app.pacing == HEXLOAD_PACING_REAL_TIME && self->leg_silence_ms >= HEXLOAD_NODE_TICK_LOST_MS) {
+        hexload_sample_assembly_lose_tick(&self->assembly);
+    }
+    if (self->status_wait_ms >= HEXLOAD_NODE_STATUS_PERIOD_MS && hexload_node_is_active(self)) {
+        self->status_wait_ms = 0;
+        send_status(self);
+    }
+}
+
+void hexload_node_bus_state(hexload_node_t* self, bool is_up) {
+    if (!is_up) {
+        hexload_app_set_fault(&self->app, HEXLOAD_FAULT_BUS_DOWN);
+        hexload_sample_assembly_lose_tick(&self->assembly);
+    } else if (self->app.fault == HEXLOAD_FAULT_BUS_DOWN) {
+        const hexload_bus_command_t reset = {.kind = HEXLOAD_COMMAND_RESET};
+        hexload_bus_acknowledge_t unused;
+        hexload_app_command(&self->app, &reset, &unused);
+    }
+}

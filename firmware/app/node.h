@@ -1,0 +1,64 @@
+/// @file node.h
+/// The application as a node on a CAN bus: frames in, frames out.
+///
+/// A port calls hexload_node_receive() for each received frame and hexload_node_period() every millisecond,
+/// from one thread, frames first. A sample is processed when its last frame arrives: the answer does not wait
+/// for the next period. Frames that the node sent itself must not come back.
+///
+/// A node that hears another controller while it listens stays silent until it is started anew: it neither
+/// answers nor carries out commands. One that is active and hears another goes on answering and sending its
+/// status, with the fault.
+#ifndef HEXLOAD_APP_NODE_H
+#define HEXLOAD_APP_NODE_H
+
+#include "app/app.h"
+#include "app/port.h"
+#include "bus/sample_assembly.h"
+
+HEXLOAD_DECLS_BEGIN
+
+enum {
+    HEXLOAD_NODE_LISTEN_MS = 250,       ///< silent after the start, to hear a controller that is there
+    HEXLOAD_NODE_STATUS_PERIOD_MS = 50, ///< one status page
+    HEXLOAD_NODE_TICK_LOST_MS = 8,      ///< real time: a longer silence makes the four-bit tick ambiguous
+};
+
+typedef struct hexload_node {
+    hexload_app_t app;
+    hexload_port_t port;
+    hexload_sample_assembly_t assembly;
+    hexload_bus_answer_t answer; ///< classic: the one whose pages are being sent
+    hexload_bus_controller_status_t status;
+    uint32_t age_ms;         ///< since the start, saturating
+    uint32_t leg_silence_ms; ///< since the last frame of a sample, saturating
+    uint32_t status_wait_ms; ///< since the last status page
+    uint32_t send_failed;    ///< frames that the port could not queue, saturating
+    uint8_t answer_page;     ///< next one
+    uint8_t status_page;     ///< next one
+    bool heard_controller;   ///< while listening
+} hexload_node_t;
+
+/// @return as hexload_app_init().
+HEXLOAD_MUST_USE hexload_status_t hexload_node_init(hexload_node_t* self, const hexload_config_t* config,
+                                                    const hexload_app_settings_t* settings,
+                                                    hexload_bus_profile_t profile,
+                                                    const hexload_port_t* port);
+
+/// One received frame: command, part of a sample, or a sign of a second controller. Worst case:
+/// hexload_tick() and three frames sent.
+void hexload_node_receive(hexload_node_t* self, const hexload_bus_frame_t* frame);
+
+/// Periods of 1 ms that have passed since the last call: 1 when the port keeps its time; more are counted as
+/// overruns.
+void hexload_node_period(hexload_node_t* self, uint32_t periods);
+
+/// The bus is down (sets FAULT_BUS_DOWN) or up again (clears that fault: RESET). May be called in every
+/// period.
+void hexload_node_bus_state(hexload_node_t* self, bool is_up);
+
+/// Past the listening time, and no other controller was heard.
+bool hexload_node_is_active(const hexload_node_t* self);
+
+HEXLOAD_DECLS_END
+
+#endif

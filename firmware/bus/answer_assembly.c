@@ -1,0 +1,111 @@
+#include "bus/answer_assembly.h"
+
+#include "bus/answer_frames.h"
+
+enum {
+    ALL_FD_PARTS = (1 << HEXLOAD_BUS_ANSWER_FRAMES) - 1,
+    ALL_PAGES = (1 << HEXLOAD_BUS_ANSWER_PAGES) - 1,
+};
+
+/// Farther apart, a whole round of pages may have been lost between two pages that seem to follow one
+/// another.
+enum { LONGEST_PAGE_STEP_TICKS = HEXLOAD_BUS_ANSWER_PAGES * HEXLOAD_BUS_ANSWER_PERIOD };
+
+static uint32_t all_parts(const hexload_answer_assembly_t* self) {
+    return self->profile == HEXLOAD_BUS_FD ? ALL_FD_PARTS : ALL_PAGES;
+}
+
+void hexload_answer_assembly_init(hexload_answer_assembly_t* self, hexload_bus_profile_t profile) {
+    *self = (hexload_answer_assembly_t){.profile = profile};
+}
+
+/// Gives up an answer that has begun and is not whole.
+static void give_up(hexload_answer_assembly_t* self) {
+    if (self->parts != 0 && self->parts != all_parts(self) && self->incomplete < UINT32_MAX) {
+        self->incomplete++;
+    }
+    self->parts = 0;
+}
+
+static hexload_bus_status_t add_fd(hexload_answer_assembly_t* self, const hexload_bus_frame_t* frame,
+                                   uint32_t* answered_tick, hexload_bus_answer_t* answer) {
+    hexload_bus_answer_t next = self->answer;
+    int part = 0;
+    const hexload_bus_status_t status = hexload_answer_decode_fd(frame, &part, &next);
+    if (status != HEXLOAD_BUS_OK) {
+        return status;
+    }
+    const uint32_t bit = UINT32_C(1) << part;
+    const uint32_t ahead = next.tick - self->answer.tick;
+    // an estimate begins an answer, also one of an earlier tick: the source of samples may have restarted
+    const bool is_first = part == HEXLOAD_ANSWER_ESTIMATE;
+    const bool is_doubled = ahead == 0 && (self->parts & bit) != 0;
+    if (!is_first && self->parts != 0 && (is_doubled || ahead > UINT32_MAX / 2)) {
+        return HEXLOAD_BUS_ERR_TICK;
+    }
+    if (is_first || ahead != 0) {
+        give_up(self);
+    }
+    self->answer = next;
+    self->parts |= bit;
+    *answered_tick = next.tick;
+    if (part != HEXLOAD_ANSWER_HEALTH) {
+        return HEXLOAD_BUS_PARTIAL;
+    }
+    const bool is_whole = self->parts == ALL_FD_PARTS;
+    give_up(self);
+    self->parts = ALL_FD_PARTS; // what still comes of this tick is late
+    if (is_whole) {
+        *answer = self->answer;
+    }
+    return is_whole ? HEXLOAD_BUS_OK : HEXLOAD_BUS_PARTIAL;
+}
+
+/// The tick with these low 16 bits that is nearest to near_tick.
+static uint32_t whole_tick(uint16_t tick_low, uint32_t near_tick) {
+    const uint32_t half = UINT32_C(1) << 15;
+    const uint32_t ahead = (tick_low - near_tick + half) & 0xFFFFu; // 0 .. 2^16 - 1: the distance plus half
+    return near_tick + ahead - half;
+}
+
+static hexload_bus_status_t add_page(hexload_answer_assembly_t* self, const hexload_bus_frame_t* frame,
+                                     uint32_t near_tick, uint32_t* answered_tick,
+                                     hexload_bus_answer_t* answer) {
+    hexload_bus_answer_t next = self->answer;
+    int page = 0;
+    uint16_t tick_low = 0;
+    const hexload_bus_status_t status = hexload_answer_decode_page(frame, &page, &tick_low, &next);
+    if (status != HEXLOAD_BUS_OK) {
+        return status;
+    }
+    const uint32_t tick = whole_tick(tick_low, near_tick);
+    const uint32_t ahead = tick - self->page_tick;
+    if (page == 0) {
+        give_up(self);
+        next.tick = tick;
+    } else if (self->parts != 0 && (ahead == 0 || ahead > UINT32_MAX / 2)) {
+        return HEXLOAD_BUS_ERR_TICK;
+    } else if (self->parts != (UINT32_C(1) << page) - 1 || ahead > LONGEST_PAGE_STEP_TICKS) {
+        give_up(self); // pages were lost: wait for the next page 0
+        *answered_tick = tick;
+        return HEXLOAD_BUS_PARTIAL;
+    }
+    self->answer = next;
+    self->page_tick = tick;
+    self->parts |= UINT32_C(1) << page;
+    *answered_tick = tick;
+    if (self->parts != ALL_PAGES) {
+        return HEXLOAD_BUS_PARTIAL;
+    }
+    *answer = self->answer;
+    return HEXLOAD_BUS_OK;
+}
+
+hexload_bus_status_t hexload_answer_assembly_add(hexload_answer_assembly_t* self,
+                                                 const hexload_bus_frame_t* frame, uint32_t near_tick,
+                                                 uint32_t* answered_tick, hexload_bus_answer_t* answer) {
+    const hexload_bus_status_t status = self->profile == HEXLOAD_BUS_FD
+                                            ? add_fd(self, frame, answered_tick, answer)
+                                            : add_page(self, frame, near_tick, answered_tick, answer);
+    return status == HEXLOAD_BUS_OTHER ? hexload_answer_check_profile(frame, self->profile) : status;
+}

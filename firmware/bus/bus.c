@@ -1,0 +1,261 @@
+#include "bus/bus.h"
+
+#include "bus/frame.h"
+
+#include <hexload_dbc.h>
+
+// Codes of the DBC are those of the header. The application checks its own.
+_Static_assert((int)HEXLOAD_DBC_COMMAND_COMMAND_START_CHOICE == HEXLOAD_COMMAND_START &&
+                   (int)HEXLOAD_DBC_COMMAND_COMMAND_STOP_CHOICE == HEXLOAD_COMMAND_STOP &&
+                   (int)HEXLOAD_DBC_COMMAND_COMMAND_RESET_CHOICE == HEXLOAD_COMMAND_RESET &&
+                   (int)HEXLOAD_DBC_COMMAND_COMMAND_SELECT_FILTER_CHOICE == HEXLOAD_COMMAND_SELECT_FILTER &&
+                   (int)HEXLOAD_DBC_COMMAND_COMMAND_SET_KNOWN_MASS_CHOICE == HEXLOAD_COMMAND_SET_KNOWN_MASS,
+               "commands of the DBC");
+_Static_assert((int)HEXLOAD_DBC_ESTIMATE_FD_FILTER_PAPER_CHOICE == HEXLOAD_FILTER_PAPER &&
+                   (int)HEXLOAD_DBC_ESTIMATE_FD_FILTER_MOMENTUM_CHOICE == HEXLOAD_FILTER_MOMENTUM,
+               "filters of the DBC");
+_Static_assert((int)HEXLOAD_DBC_ACKNOWLEDGE_RESULT_DONE_CHOICE == HEXLOAD_RESULT_DONE &&
+                   (int)HEXLOAD_DBC_ACKNOWLEDGE_RESULT_UNKNOWN_COMMAND_CHOICE ==
+                       HEXLOAD_RESULT_UNKNOWN_COMMAND &&
+                   (int)HEXLOAD_DBC_ACKNOWLEDGE_RESULT_WRONG_STATE_CHOICE == HEXLOAD_RESULT_WRONG_STATE &&
+                   (int)HEXLOAD_DBC_ACKNOWLEDGE_RESULT_BAD_ARGUMENT_CHOICE == HEXLOAD_RESULT_BAD_ARGUMENT &&
+                   (int)HEXLOAD_DBC_ACKNOWLEDGE_RESULT_NOT_AVAILABLE_CHOICE == HEXLOAD_RESULT_NOT_AVAILABLE,
+               "results of the DBC");
+_Static_assert((int)HEXLOAD_DBC_ACKNOWLEDGE_PROFILE_FD_CHOICE == HEXLOAD_BUS_FD &&
+                   (int)HEXLOAD_DBC_ACKNOWLEDGE_PROFILE_CLASSIC_CHOICE == HEXLOAD_BUS_CLASSIC,
+               "profiles of the DBC");
+_Static_assert((int)HEXLOAD_DBC_CONTROLLER_STATUS_PROFILE_FD_CHOICE == HEXLOAD_BUS_FD &&
+                   (int)HEXLOAD_DBC_CONTROLLER_STATUS_PROFILE_CLASSIC_CHOICE == HEXLOAD_BUS_CLASSIC,
+               "profiles of the DBC");
+
+static const hexload_frame_layout_t command_layout = {HEXLOAD_DBC_COMMAND_FRAME_ID,
+                                                      HEXLOAD_DBC_COMMAND_LENGTH, HEXLOAD_FRAME_CRC16};
+static const hexload_frame_layout_t acknowledge_layout = {
+    HEXLOAD_DBC_ACKNOWLEDGE_FRAME_ID, HEXLOAD_DBC_ACKNOWLEDGE_LENGTH, HEXLOAD_FRAME_CRC16};
+static const hexload_frame_layout_t status_layout = {
+    HEXLOAD_DBC_CONTROLLER_STATUS_FRAME_ID, HEXLOAD_DBC_CONTROLLER_STATUS_LENGTH, HEXLOAD_FRAME_CRC8};
+
+enum {
+    PAGE_VERSION = HEXLOAD_DBC_CONTROLLER_STATUS_PAGE_VERSION_CHOICE,
+    PAGE_TICK = HEXLOAD_DBC_CONTROLLER_STATUS_PAGE_TICK_CHOICE,
+    PAGE_OVERRUNS = HEXLOAD_DBC_CONTROLLER_STATUS_PAGE_OVERRUNS_CHOICE,
+    PAGE_STACK_MARGIN = HEXLOAD_DBC_CONTROLLER_STATUS_PAGE_STACK_MARGIN_CHOICE,
+    PAGE_TIME_MARGIN = HEXLOAD_DBC_CONTROLLER_STATUS_PAGE_TIME_MARGIN_CHOICE,
+    PAGE_SAMPLES_MISSING = HEXLOAD_DBC_CONTROLLER_STATUS_PAGE_SAMPLES_MISSING_CHOICE,
+    PAGE_FRAMES_REFUSED = HEXLOAD_DBC_CONTROLLER_STATUS_PAGE_FRAMES_REFUSED_CHOICE,
+    PAGE_SAMPLES_REFUSED = HEXLOAD_DBC_CONTROLLER_STATUS_PAGE_SAMPLES_REFUSED_CHOICE,
+};
+_Static_assert((int)PAGE_SAMPLES_REFUSED == HEXLOAD_BUS_STATUS_PAGES - 1 &&
+                   (int)PAGE_TIME_MARGIN == HEXLOAD_BUS_TIME_MARGIN_PAGE,
+               "pages of the DBC");
+
+hexload_bus_status_t hexload_bus_encode_command(const hexload_bus_command_t* command,
+                                                hexload_bus_frame_t* frame) {
+    if (!isfinite(command->argument)) {
+        return HEXLOAD_BUS_ERR_VALUE;
+    }
+    const struct hexload_dbc_command_t message = {
+        .command = command->kind, .sequence = command->sequence, .argument = command->argument};
+    hexload_frame_begin(frame, &command_layout);
+    (void)hexload_dbc_command_pack(frame->data, &message, sizeof frame->data);
+    hexload_frame_seal(frame, &command_layout);
+    return HEXLOAD_BUS_OK;
+}
+
+hexload_bus_status_t hexload_bus_decode_command(const hexload_bus_frame_t* frame,
+                                                hexload_bus_command_t* command) {
+    const hexload_bus_status_t status = hexload_frame_check(frame, &command_layout);
+    if (status != HEXLOAD_BUS_OK) {
+        return status;
+    }
+    struct hexload_dbc_command_t message;
+    (void)hexload_dbc_command_unpack(&message, frame->data, sizeof frame->data);
+    if (!isfinite(message.argument)) {
+        return HEXLOAD_BUS_ERR_VALUE;
+    }
+    *command = (hexload_bus_command_t){
+        .kind = message.command, .sequence = message.sequence, .argument = message.argument};
+    return HEXLOAD_BUS_OK;
+}
+
+void hexload_bus_encode_acknowledge(const hexload_bus_acknowledge_t* acknowledge,
+                                    hexload_bus_frame_t* frame) {
+    const struct hexload_dbc_acknowledge_t message = {
+        .command = acknowledge->kind,
+        .sequence = acknowledge->sequence,
+        .result = acknowledge->result,
+        .state = acknowledge->state,
+        .fault = acknowledge->fault,
+        .profile = acknowledge->profile,
+    };
+    hexload_frame_begin(frame, &acknowledge_layout);
+    (void)hexload_dbc_acknowledge_pack(frame->data, &message, sizeof frame->data);
+    hexload_frame_seal(frame, &acknowledge_layout);
+}
+
+hexload_bus_status_t hexload_bus_decode_acknowledge(const hexload_bus_frame_t* frame,
+                                                    hexload_bus_acknowledge_t* acknowledge) {
+    const hexload_bus_status_t status = hexload_frame_check(frame, &acknowledge_layout);
+    if (status != HEXLOAD_BUS_OK) {
+        return status;
+    }
+    struct hexload_dbc_acknowledge_t message;
+    (void)hexload_dbc_acknowledge_unpack(&message, frame->data, sizeof frame->data);
+    if (!hexload_dbc_acknowledge_result_is_in_range(message.result) ||
+        !hexload_dbc_acknowledge_state_is_in_range(message.state) ||
+        !hexload_dbc_acknowledge_fault_is_in_range(message.fault) ||
+        !hexload_dbc_acknowledge_profile_is_in_range(message.profile)) {
+        return HEXLOAD_BUS_ERR_VALUE;
+    }
+    *acknowledge = (hexload_bus_acknowledge_t){
+        .kind = message.command,
+        .sequence = message.sequence,
+        .result = message.result,
+        .state = message.state,
+        .fault = message.fault,
+        .profile = message.profile,
+    };
+    return HEXLOAD_BUS_OK;
+}
+
+/// The codec writes the signals of the page alone.
+void hexload_bus_encode_status(const hexload_bus_controller_status_t* status, int page,
+                               hexload_bus_frame_t* frame) {
+    const struct hexload_dbc_controller_status_t message = {
+        .page = (uint8_t)page,
+        .state = status->state,
+        .fault = status->fault,
+        .version_major = status->version[0],
+        .version_minor = status->version[1],
+        .version_patch = status->version[2],
+        .profile = status->profile,
+        .tick = status->tick,
+        .overruns = status->overruns,
+        .stack_margin = status->stack_margin_bytes,
+        .time_margin = status->time_margin_us,
+        .samples_missing = status->samples_missing,
+        .frames_refused = status->frames_refused,
+        .samples_refused = status->samples_refused,
+    };
+    hexload_frame_begin(frame, &status_layout);
+    (void)hexload_dbc_controller_status_pack(frame->data, &message, sizeof frame->data);
+    hexload_frame_seal(frame, &status_layout);
+}
+
+static void take_status_page(const struct hexload_dbc_controller_status_t* message,
+                             hexload_bus_controller_status_t* status) {
+    switch (message->page) {
+    case PAGE_VERSION:
+        status->version[0] = message->version_major;
+        status->version[1] = message->version_minor;
+        status->version[2] = message->version_patch;
+        status->profile = message->profile;
+        break;
+    case PAGE_TICK:
+        status->tick = message->tick;
+        break;
+    case PAGE_OVERRUNS:
+        status->overruns = message->overruns;
+        break;
+    case PAGE_STACK_MARGIN:
+        status->stack_margin_bytes = message->stack_margin;
+        break;
+    case PAGE_TIME_MARGIN:
+        status->time_margin_us = message->time_margin;
+        break;
+    case PAGE_SAMPLES_MISSING:
+        status->samples_missing = message->samples_missing;
+        break;
+    case PAGE_FRAMES_REFUSED:
+        status->frames_refused = message->frames_refused;
+        break;
+    default:
+        status->samples_refused = message->samples_refused;
+        break;
+    }
+}
+
+hexload_bus_status_t hexload_bus_decode_status(const hexload_bus_frame_t* frame,
+                                               hexload_bus_controller_status_t* status) {
+    const hexload_bus_status_t check = hexload_frame_check(frame, &status_layout);
+    if (check != HEXLOAD_BUS_OK) {
+        return check;
+    }
+    struct hexload_dbc_controller_status_t message = {0};
+    (void)hexload_dbc_controller_status_unpack(&message, frame->data, sizeof frame->data);
+    if (!hexload_dbc_controller_status_page_is_in_range(message.page) ||
+        !hexload_dbc_controller_status_state_is_in_range(message.state) ||
+        !hexload_dbc_controller_status_fault_is_in_range(message.fault) ||
+        !hexload_dbc_controller_status_profile_is_in_range(message.profile)) {
+        return HEXLOAD_BUS_ERR_VALUE;
+    }
+    status->state = message.state;
+    status->fault = message.fault;
+    take_status_page(&message, status);
+    return HEXLOAD_BUS_OK;
+}
+
+bool hexload_bus_is_from_controller(const hexload_bus_frame_t* frame) {
+    switch (frame->id) {
+    case HEXLOAD_DBC_ESTIMATE_FD_FRAME_ID:
+    case HEXLOAD_DBC_SIGMA_FD_FRAME_ID:
+    case HEXLOAD_DBC_HEALTH_FD_FRAME_ID:
+    case HEXLOAD_DBC_ANSWER_PAGE_FRAME_ID:
+    case HEXLOAD_DBC_ACKNOWLEDGE_FRAME_ID:
+    case HEXLOAD_DBC_CONTROLLER_STATUS_FRAME_ID:
+        return true;
+    default:
+        return false;
+    }
+}
+
+const char* hexload_bus_profile_name(hexload_bus_profile_t profile) {
+    switch (profile) {
+    case HEXLOAD_BUS_FD:
+        return "fd";
+    case HEXLOAD_BUS_CLASSIC:
+        return "classic";
+    default:
+        return "unknown profile";
+    }
+}
+
+const char* hexload_bus_status_name(hexload_bus_status_t status) {
+    switch (status) {
+    case HEXLOAD_BUS_OK:
+        return "ok";
+    case HEXLOAD_BUS_OTHER:
+        return "frame of another kind";
+    case HEXLOAD_BUS_PARTIAL:
+        return "more frames needed";
+    case HEXLOAD_BUS_ERR_LENGTH:
+        return "wrong length or format";
+    case HEXLOAD_BUS_ERR_CRC:
+        return "wrong checksum";
+    case HEXLOAD_BUS_ERR_VALUE:
+        return "value not usable";
+    case HEXLOAD_BUS_ERR_TICK:
+        return "late or doubled frame";
+    case HEXLOAD_BUS_ERR_PROFILE:
+        return "frame of the other profile";
+    default:
+        return "unknown status";
+    }
+}
+
+const char* hexload_bus_result_name(hexload_bus_result_t result) {
+    switch (result) {
+    case HEXLOAD_RESULT_DONE:
+        return "done";
+    case HEXLOAD_RESULT_UNKNOWN_COMMAND:
+        return "unknown command";
+    case HEXLOAD_RESULT_WRONG_STATE:
+        return "wrong state";
+    case HEXLOAD_RESULT_BAD_ARGUMENT:
+        return "bad argument";
+    case HEXLOAD_RESULT_NOT_AVAILABLE:
+        return "not available";
+    default:
+        return "unknown result";
+    }
+}

@@ -1,0 +1,94 @@
+#include "bus/sample_assembly.h"
+
+#include "bus/sample_frames.h"
+
+enum { ALL_LEGS = (1 << HEXLOAD_LEGS) - 1 };
+
+/// Ticks that a leg frame may be ahead of the last one; the rest of the four-bit range is behind it.
+enum { FARTHEST_AHEAD = HEXLOAD_BUS_TICK_PERIOD / 2 };
+
+void hexload_sample_assembly_init(hexload_sample_assembly_t* self, hexload_bus_profile_t profile) {
+    *self = (hexload_sample_assembly_t){.profile = profile, .legs = ALL_LEGS};
+}
+
+/// Ends the present tick: if legs are missing, the sample is given up.
+static void end_tick(hexload_sample_assembly_t* self) {
+    if (self->legs == ALL_LEGS) {
+        return;
+    }
+    self->missing_legs = (uint8_t)(ALL_LEGS & ~self->legs);
+    if (self->incomplete < UINT32_MAX) {
+        self->incomplete++;
+    }
+    self->legs = ALL_LEGS;
+}
+
+static void begin_tick(hexload_sample_assembly_t* self, uint32_t tick) {
+    end_tick(self);
+    self->sample.tick = tick;
+    self->legs = 0;
+}
+
+void hexload_sample_assembly_lose_tick(hexload_sample_assembly_t* self) {
+    end_tick(self);
+    self->has_tick = false;
+}
+
+static hexload_bus_status_t add_leg(hexload_sample_assembly_t* self, const hexload_leg_frame_t* leg,
+                                    hexload_leg_sample_t* sample) {
+    if (!self->has_tick) {
+        return HEXLOAD_BUS_PARTIAL;
+    }
+    const uint32_t ahead = (leg->tick_low - self->sample.tick) % HEXLOAD_BUS_TICK_PERIOD;
+    const uint8_t bit = (uint8_t)(1u << leg->leg);
+    if (ahead > FARTHEST_AHEAD || (ahead == 0 && (self->legs & bit) != 0)) {
+        return HEXLOAD_BUS_ERR_TICK;
+    }
+    if (ahead > 0) {
+        begin_tick(self, self->sample.tick + ahead);
+    }
+    self->legs = (uint8_t)(self->legs | bit);
+    self->sample.displacement_m[leg->leg] = leg->displacement_m;
+    self->sample.velocity_m_s[leg->leg] = leg->velocity_m_s;
+    self->sample.force_n[leg->leg] = leg->force_n;
+    if (self->legs != ALL_LEGS) {
+        return HEXLOAD_BUS_PARTIAL;
+    }
+    *sample = self->sample;
+    return HEXLOAD_BUS_OK;
+}
+
+static hexload_bus_status_t add_classic(hexload_sample_assembly_t* self, const hexload_bus_frame_t* frame,
+                                        hexload_leg_sample_t* sample) {
+    uint32_t tick = 0;
+    hexload_bus_status_t status = hexload_sample_decode_tick(frame, &tick);
+    if (status == HEXLOAD_BUS_OK) {
+        begin_tick(self, tick);
+        self->has_tick = true;
+        return HEXLOAD_BUS_PARTIAL;
+    }
+    if (status != HEXLOAD_BUS_OTHER) {
+        return status;
+    }
+    hexload_leg_frame_t leg;
+    status = hexload_sample_decode_leg(frame, &leg);
+    return status == HEXLOAD_BUS_OK ? add_leg(self, &leg, sample) : status;
+}
+
+static hexload_bus_status_t add_fd(hexload_sample_assembly_t* self, const hexload_bus_frame_t* frame,
+                                   hexload_leg_sample_t* sample) {
+    const hexload_bus_status_t status = hexload_sample_decode_fd(frame, &self->sample);
+    if (status == HEXLOAD_BUS_OK) {
+        self->has_tick = true;
+        *sample = self->sample;
+    }
+    return status;
+}
+
+hexload_bus_status_t hexload_sample_assembly_add(hexload_sample_assembly_t* self,
+                                                 const hexload_bus_frame_t* frame,
+                                                 hexload_leg_sample_t* sample) {
+    const hexload_bus_status_t status =
+        self->profile == HEXLOAD_BUS_FD ? add_fd(self, frame, sample) : add_classic(self, frame, sample);
+    return status == HEXLOAD_BUS_OTHER ? hexload_sample_check_profile(frame, self->profile) : status;
+}

@@ -1,0 +1,41 @@
+/// @file sample_assembly.h
+/// Leg samples from frames, in either profile.
+///
+/// FD: each frame is a whole sample; hexload_tick() refuses late and doubled ones. Classic: six leg frames
+/// with the tick's low four bits, in any order. The frame with the whole tick that comes before them at
+/// multiples of HEXLOAD_BUS_TICK_PERIOD sets the upper bits and begins that tick anew, so that a source may
+/// restart at any tick. Before the first such frame, and after hexload_sample_assembly_lose_tick(), leg
+/// frames are not used. Leg frames up to eight ticks ahead begin a new tick and end the one before: if legs
+/// were missing there, that sample is lost and missing_legs says which. The others are late.
+#ifndef HEXLOAD_BUS_SAMPLE_ASSEMBLY_H
+#define HEXLOAD_BUS_SAMPLE_ASSEMBLY_H
+
+#include "bus/bus.h"
+
+HEXLOAD_DECLS_BEGIN
+
+typedef struct hexload_sample_assembly {
+    hexload_bus_profile_t profile;
+    hexload_leg_sample_t sample;
+    uint8_t legs;         ///< bit n: leg n + 1 of sample.tick has come
+    bool has_tick;        ///< the whole tick is known
+    uint8_t missing_legs; ///< of the last incomplete sample; 0: none so far
+    uint32_t incomplete;  ///< samples given up, saturating
+} hexload_sample_assembly_t;
+
+void hexload_sample_assembly_init(hexload_sample_assembly_t* self, hexload_bus_profile_t profile);
+
+/// Takes one frame.
+/// @param[out] sample written with HEXLOAD_BUS_OK only.
+/// @return HEXLOAD_BUS_OK: sample is whole. HEXLOAD_BUS_PARTIAL, _OTHER: go on. _ERR_LENGTH, _ERR_CRC,
+///         _ERR_VALUE, _ERR_TICK, _ERR_PROFILE: the frame is refused and what was assembled stays.
+HEXLOAD_MUST_USE hexload_bus_status_t hexload_sample_assembly_add(hexload_sample_assembly_t* self,
+                                                                  const hexload_bus_frame_t* frame,
+                                                                  hexload_leg_sample_t* sample);
+
+/// Classic: after a silence in which the four-bit tick may have gone round, wait for the next whole tick.
+void hexload_sample_assembly_lose_tick(hexload_sample_assembly_t* self);
+
+HEXLOAD_DECLS_END
+
+#endif

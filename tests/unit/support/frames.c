@@ -1,0 +1,145 @@
+#include "frames.h"
+
+#include "bus/crc.h"
+
+#include <string.h>
+
+hexload_leg_sample_t numbered_sample(uint32_t tick) {
+    hexload_leg_sample_t sample = {.tick = tick};
+    for (int leg = 0; leg < HEXLOAD_LEGS; leg++) { // 4096 ticks of 2e-6 m and 2e-5 m/s are within the range
+        const double number = (double)(tick % 4096) * 8 + leg;
+        sample.displacement_m[leg] = (hexload_real_t)(2e-6 * number);
+        sample.velocity_m_s[leg] = (hexload_real_t)(-2e-5 * number);
+        sample.force_n[leg] = (hexload_real_t)(0.5 * number);
+    }
+    return sample;
+}
+
+hexload_leg_sample_t random_sample(uint32_t tick, uint64_t* seed) {
+    hexload_leg_sample_t sample = {.tick = tick};
+    for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
+        sample.displacement_m[leg] = (hexload_real_t)(1.048 * uniform(seed));
+        sample.velocity_m_s[leg] = (hexload_real_t)(10.48 * uniform(seed));
+        sample.force_n[leg] = (hexload_real_t)(262143.0 * uniform(seed));
+    }
+    return sample;
+}
+
+hexload_bus_answer_t numbered_answer(uint32_t tick) {
+    const hexload_real_t number = (hexload_real_t)(tick % 1000 + 1);
+    hexload_bus_answer_t answer = {.tick = tick,
+                                   .status = HEXLOAD_ERR_POSE,
+                                   .state = 3,
+                                   .fault = 2,
+                                   .missing_legs = (uint8_t)(1 + tick % 63),
+                                   .health = (uint16_t)(1 + tick % 511),
+                                   .refused = 7 * tick + 1};
+    for (int k = 0; k < HEXLOAD_PAPER_DIM; k++) {
+        answer.estimate.value[k] = number * (hexload_real_t)(k + 1);
+        answer.estimate.sigma[k] = number / (hexload_real_t)(8 << k);
+        answer.estimate.parameter_verdict[k] = (hexload_verdict_t)(k ^ 1);
+    }
+    answer.estimate.verdict = HEXLOAD_VERDICT_INCONSISTENT;
+    answer.estimate.nis = number / 2;
+    answer.estimate.nis_mean = number / 4;
+    return answer;
+}
+
+void assert_same_answer(const hexload_bus_answer_t* expected, const hexload_bus_answer_t* found) {
+    const hexload_estimate_t *e = &expected->estimate, *f = &found->estimate;
+    TEST_ASSERT_EQUAL_UINT32(expected->tick, found->tick);
+    TEST_ASSERT_EQUAL_INT8(expected->status, found->status);
+    TEST_ASSERT_EQUAL_UINT8(expected->state, found->state);
+    TEST_ASSERT_EQUAL_UINT8(expected->fault, found->fault);
+    TEST_ASSERT_EQUAL_HEX8(expected->missing_legs, found->missing_legs);
+    TEST_ASSERT_EQUAL_HEX16(expected->health, found->health);
+    TEST_ASSERT_EQUAL_UINT32(expected->refused, found->refused);
+    for (int k = 0; k < HEXLOAD_PAPER_DIM; k++) {
+        TEST_ASSERT_TRUE((float)e->value[k] == (float)f->value[k]);
+        TEST_ASSERT_TRUE((float)e->sigma[k] == (float)f->sigma[k]);
+        TEST_ASSERT_EQUAL_INT(e->parameter_verdict[k], f->parameter_verdict[k]);
+    }
+    TEST_ASSERT_EQUAL_INT(e->verdict, f->verdict);
+    TEST_ASSERT_TRUE((float)e->nis == (float)f->nis);
+    TEST_ASSERT_TRUE((float)e->nis_mean == (float)f->nis_mean);
+}
+
+int encode_sample(hexload_bus_profile_t profile, const hexload_leg_sample_t* sample,
+                  hexload_bus_frame_t frames[HEXLOAD_BUS_SAMPLE_FRAMES]) {
+    uint32_t saturated = 0;
+    const int count = hexload_bus_encode_sample(profile, sample, frames, &saturated);
+    TEST_ASSERT_GREATER_THAN_INT(0, count);
+    TEST_ASSERT_EQUAL_UINT32(0, saturated);
+    return count;
+}
+
+int encode_answer(hexload_bus_profile_t profile, const hexload_bus_answer_t* answer, int page,
+                  hexload_bus_frame_t frames[HEXLOAD_BUS_ANSWER_FRAMES]) {
+    const int count = hexload_bus_encode_answer(profile, answer, page, frames);
+    TEST_ASSERT_GREATER_THAN_INT(0, count);
+    return count;
+}
+
+static int checksum_bytes(uint32_t id) {
+    switch (id) {
+    case ID_COMMAND:
+    case ID_ACKNOWLEDGE:
+        return 2;
+    case ID_ANSWER_PAGE:
+    case ID_CONTROLLER_STATUS:
+        return 1;
+    case ID_LEG_SAMPLE_FD:
+    case ID_ESTIMATE_FD:
+    case ID_SIGMA_FD:
+    case ID_HEALTH_FD:
+        return 4;
+    default:
+        return 0;
+    }
+}
+
+void seal(hexload_bus_frame_t* frame) {
+    const int bytes = checksum_bytes(frame->id);
+    if (frame->length < bytes) {
+        return;
+    }
+    const size_t count = (size_t)(frame->length - bytes);
+    uint32_t crc = bytes == 4   ? hexload_crc32(frame->data, count)
+                   : bytes == 2 ? hexload_crc16(frame->data, count)
+                                : hexload_crc8(frame->data, count);
+    for (int n = 0; n < bytes; n++) {
+        frame->data[count + (size_t)n] = (uint8_t)(crc >> (8 * n));
+    }
+}
+
+static uint32_t random_below(uint32_t limit, uint64_t* seed) {
+    return (uint32_t)((uniform(seed) + 1.0) / 2.0 * (double)limit * 0.999999);
+}
+
+hexload_bus_frame_t random_frame(uint64_t* seed) {
+    static const uint32_t ids[] = {ID_COMMAND,      ID_SAMPLE_TICK, ID_LEG_SAMPLE_FD,
+                                   ID_LEG_SAMPLE_1, 0x082,          0x083,
+                                   0x084,           0x085,          0x086,
+                                   ID_ESTIMATE_FD,  ID_SIGMA_FD,    ID_HEALTH_FD,
+                                   ID_ANSWER_PAGE,  ID_ACKNOWLEDGE, ID_CONTROLLER_STATUS};
+    static const uint8_t lengths[] = {0, 1, 2, 3, 4, 5, 6, 7, 8, 12, 16, 20, 24, 32, 48, 64};
+    hexload_bus_frame_t frame = {.id = random_below(0x800, seed)};
+    if (random_below(4, seed) != 0) {
+        frame.id = ids[random_below(sizeof ids / sizeof ids[0], seed)];
+    }
+    frame.length = lengths[random_below(sizeof lengths, seed)];
+    if (random_below(2, seed) != 0) {
+        frame.length = frame.id == ID_LEG_SAMPLE_FD                             ? 64
+                       : frame.id == ID_SAMPLE_TICK                             ? 4
+                       : frame.id >= ID_ESTIMATE_FD && frame.id <= ID_HEALTH_FD ? 32
+                                                                                : 8;
+    }
+    frame.is_fd = frame.length > 8 || random_below(8, seed) == 0;
+    for (int n = 0; n < HEXLOAD_BUS_FRAME_BYTES; n++) { // also beyond the length: nobody may look there
+        frame.data[n] = (uint8_t)random_below(256, seed);
+    }
+    if (random_below(2, seed) != 0) {
+        seal(&frame);
+    }
+    return frame;
+}

@@ -1,0 +1,48 @@
+/// @file frames.h
+/// Frames for the tests of the bus: identifiers as the contract prints them, and ways to damage a frame.
+#ifndef HEXLOAD_TEST_FRAMES_H
+#define HEXLOAD_TEST_FRAMES_H
+
+#include "machine.h"
+
+#include "bus/bus.h"
+
+// Written down from the contract, not taken from the generated codec.
+enum {
+    ID_COMMAND = 0x010,
+    ID_SAMPLE_TICK = 0x07F,
+    ID_LEG_SAMPLE_FD = 0x080,
+    ID_LEG_SAMPLE_1 = 0x081,
+    ID_ESTIMATE_FD = 0x101,
+    ID_SIGMA_FD = 0x102,
+    ID_HEALTH_FD = 0x103,
+    ID_ANSWER_PAGE = 0x104,
+    ID_ACKNOWLEDGE = 0x110,
+    ID_CONTROLLER_STATUS = 0x120,
+};
+
+/// A sample whose channels say which tick and leg they are of, on the classic profile's steps.
+hexload_leg_sample_t numbered_sample(uint32_t tick);
+
+/// Random channels within the classic profile's ranges.
+hexload_leg_sample_t random_sample(uint32_t tick, uint64_t* seed);
+
+/// An answer whose every field differs from 0 and says which tick it is of.
+hexload_bus_answer_t numbered_answer(uint32_t tick);
+
+/// Fails unless all that goes over the bus is equal.
+void assert_same_answer(const hexload_bus_answer_t* expected, const hexload_bus_answer_t* found);
+
+/// Encodes, and fails unless that gives frames.
+int encode_sample(hexload_bus_profile_t profile, const hexload_leg_sample_t* sample,
+                  hexload_bus_frame_t frames[HEXLOAD_BUS_SAMPLE_FRAMES]);
+int encode_answer(hexload_bus_profile_t profile, const hexload_bus_answer_t* answer, int page,
+                  hexload_bus_frame_t frames[HEXLOAD_BUS_ANSWER_FRAMES]);
+
+/// Writes the checksum anew after a change; its size by identifier, as in the contract.
+void seal(hexload_bus_frame_t* frame);
+
+/// A random frame; often with an identifier and a length of the contract.
+hexload_bus_frame_t random_frame(uint64_t* seed);
+
+#endif

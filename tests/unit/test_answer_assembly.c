@@ -1,0 +1,347 @@
+#include "frames.h"
+
+#include "bus/answer_assembly.h"
+
+void setUp(void) {}
+void tearDown(void) {}
+
+typedef struct bench {
+    hexload_answer_assembly_t assembly;
+    hexload_bus_answer_t answer; ///< last whole one
+    uint32_t answered_tick;
+    uint32_t near_tick;
+} bench_t;
+
+static bench_t started(hexload_bus_profile_t profile) {
+    bench_t bench = {.answer = {.tick = 12345}, .answered_tick = 54321};
+    hexload_answer_assembly_init(&bench.assembly, profile);
+    return bench;
+}
+
+static hexload_bus_status_t add(bench_t* bench, const hexload_bus_frame_t* frame) {
+    return hexload_answer_assembly_add(&bench->assembly, frame, bench->near_tick, &bench->answered_tick,
+                                       &bench->answer);
+}
+
+enum { ESTIMATE, SIGMA, HEALTH };
+
+typedef struct fd {
+    hexload_bus_frame_t part[HEXLOAD_BUS_ANSWER_FRAMES];
+} fd_t;
+
+static fd_t fd_frames(uint32_t tick) {
+    const hexload_bus_answer_t answer = numbered_answer(tick);
+    fd_t frames;
+    encode_answer(HEXLOAD_BUS_FD, &answer, 0, frames.part);
+    return frames;
+}
+
+static void assert_answer(const bench_t* bench, uint32_t tick) {
+    const hexload_bus_answer_t expected = numbered_answer(tick);
+    assert_same_answer(&expected, &bench->answer);
+}
+
+/// All three frames; the status of the last.
+static hexload_bus_status_t add_fd_answer(bench_t* bench, uint32_t tick) {
+    const fd_t frames = fd_frames(tick);
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_PARTIAL, add(bench, &frames.part[ESTIMATE]));
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_PARTIAL, add(bench, &frames.part[SIGMA]));
+    return add(bench, &frames.part[HEALTH]);
+}
+
+/// Page `page` of the answer that began at first_tick, sent two ticks per page later.
+static hexload_bus_frame_t page_frame(uint32_t first_tick, int page) {
+    hexload_bus_frame_t frames[HEXLOAD_BUS_ANSWER_FRAMES];
+    hexload_bus_answer_t answer = numbered_answer(first_tick);
+    answer.tick += HEXLOAD_BUS_ANSWER_PERIOD * (uint32_t)page;
+    encode_answer(HEXLOAD_BUS_CLASSIC, &answer, page, frames);
+    return frames[0];
+}
+
+/// Pages first .. last; the status of the last.
+static hexload_bus_status_t add_pages(bench_t* bench, uint32_t first_tick, int first, int last) {
+    hexload_bus_status_t status = HEXLOAD_BUS_PARTIAL;
+    for (int page = first; page <= last; page++) {
+        const hexload_bus_frame_t frame = page_frame(first_tick, page);
+        const uint32_t tick = first_tick + HEXLOAD_BUS_ANSWER_PERIOD * (uint32_t)page;
+        TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_PARTIAL, status);
+        bench->near_tick = tick + 1; // the next sample is out already
+        status = add(bench, &frame);
+        TEST_ASSERT_EQUAL_UINT32(tick, bench->answered_tick);
+    }
+    return status;
+}
+
+static void test_estimate_sigma_and_health_of_a_tick_make_an_answer(void) {
+    bench_t bench = started(HEXLOAD_BUS_FD);
+    for (uint32_t n = 0; n < 20; n++) {
+        const uint32_t tick = UINT32_MAX - 9 + n;
+        TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_OK, add_fd_answer(&bench, tick));
+        TEST_ASSERT_EQUAL_UINT32(tick, bench.answered_tick);
+        assert_answer(&bench, tick);
+    }
+    TEST_ASSERT_EQUAL_UINT32(0, bench.assembly.incomplete);
+}
+
+static void test_an_fd_answer_without_one_of_its_frames_is_given_up(void) {
+    for (int missing = ESTIMATE; missing <= HEALTH; missing++) {
+        bench_t bench = started(HEXLOAD_BUS_FD);
+        TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_OK, add_fd_answer(&bench, 4));
+        const fd_t frames = fd_frames(5);
+        for (int part = ESTIMATE; part <= HEALTH; part++) {
+            if (part != missing) {
+                TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_PARTIAL, add(&bench, &frames.part[part]));
+                TEST_ASSERT_EQUAL_UINT32(5, bench.answered_tick); // lockstep goes on
+            }
+        }
+        assert_answer(&bench, 4);
+        TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_OK, add_fd_answer(&bench, 6));
+        assert_answer(&bench, 6);
+        TEST_ASSERT_EQUAL_UINT32(1, bench.assembly.incomplete);
+    }
+}
+
+static void test_late_and_doubled_fd_frames_are_refused(void) {
+    bench_t bench = started(HEXLOAD_BUS_FD);
+    const fd_t old = fd_frames(7), now = fd_frames(8);
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_OK, add_fd_answer(&bench, 7));
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_ERR_TICK, add(&bench, &old.part[SIGMA]));
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_ERR_TICK, add(&bench, &old.part[HEALTH]));
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_PARTIAL, add(&bench, &now.part[ESTIMATE]));
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_ERR_TICK, add(&bench, &old.part[SIGMA]));
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_ERR_TICK, add(&bench, &old.part[HEALTH]));
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_PARTIAL, add(&bench, &now.part[SIGMA]));
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_ERR_TICK, add(&bench, &now.part[SIGMA]));
+    TEST_ASSERT_EQUAL_UINT32(8, bench.answered_tick);
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_OK, add(&bench, &now.part[HEALTH]));
+    assert_answer(&bench, 8);
+    TEST_ASSERT_EQUAL_UINT32(0, bench.assembly.incomplete);
+}
+
+static void test_fd_answers_begin_anew_when_the_source_of_samples_restarts(void) {
+    const uint32_t restart[3] = {0, 1000, 5000}; // 1000: the tick that was just being answered
+    for (int n = 0; n < 3; n++) {
+        bench_t bench = started(HEXLOAD_BUS_FD);
+        const fd_t old = fd_frames(1000);
+        TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_PARTIAL, add(&bench, &old.part[ESTIMATE]));
+        TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_PARTIAL, add(&bench, &old.part[SIGMA]));
+        TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_OK, add_fd_answer(&bench, restart[n]));
+        assert_answer(&bench, restart[n]);
+        TEST_ASSERT_EQUAL_UINT32(1, bench.assembly.incomplete);
+    }
+}
+
+static void test_thirteen_pages_make_an_answer_of_the_tick_of_the_first(void) {
+    bench_t bench = started(HEXLOAD_BUS_CLASSIC);
+    // over the end of 16 and of 32 bits
+    for (uint32_t first_tick = UINT32_MAX - 26 * 3000 + 1; first_tick != 26 * 10; first_tick += 26) {
+        TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_OK, add_pages(&bench, first_tick, 0, HEXLOAD_BUS_ANSWER_PAGES - 1));
+        assert_answer(&bench, first_tick);
+    }
+    TEST_ASSERT_EQUAL_UINT32(0, bench.assembly.incomplete);
+}
+
+static void test_the_sixteen_bits_of_a_page_are_completed_with_the_nearest_tick(void) {
+    const struct {
+        uint32_t near, sent;
+    } cases[] = {{0x0001FFFE, 0x00020002}, {0x00020002, 0x0001FFFE}, {0x00017FFE, 0x00010000},
+                 {0x00010000, 0x00017FFE}, {0x00000002, 0xFFFFFFFE}, {0xFFFFFFFE, 0x00000002}};
+    for (int n = 0; n < 6; n++) {
+        bench_t bench = started(HEXLOAD_BUS_CLASSIC);
+        const hexload_bus_frame_t frame = page_frame(cases[n].sent, 0);
+        bench.near_tick = cases[n].near;
+        TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_PARTIAL, add(&bench, &frame));
+        TEST_ASSERT_EQUAL_HEX32(cases[n].sent, bench.answered_tick);
+    }
+}
+
+static void test_pages_before_the_first_page_0_answer_samples_but_make_no_answer(void) {
+    bench_t bench = started(HEXLOAD_BUS_CLASSIC);
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_PARTIAL, add_pages(&bench, 100, 5, HEXLOAD_BUS_ANSWER_PAGES - 1));
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_OK, add_pages(&bench, 126, 0, HEXLOAD_BUS_ANSWER_PAGES - 1));
+    assert_answer(&bench, 126);
+    TEST_ASSERT_EQUAL_UINT32(0, bench.assembly.incomplete);
+}
+
+static void test_a_lost_page_costs_its_answer_only(void) {
+    for (int missing = 0; missing < HEXLOAD_BUS_ANSWER_PAGES; missing++) {
+        bench_t bench = started(HEXLOAD_BUS_CLASSIC);
+        TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_OK, add_pages(&bench, 0, 0, HEXLOAD_BUS_ANSWER_PAGES - 1));
+        TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_PARTIAL, add_pages(&bench, 26, 0, missing - 1));
+        TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_PARTIAL,
+                              add_pages(&bench, 26, missing + 1, HEXLOAD_BUS_ANSWER_PAGES - 1));
+        assert_answer(&bench, 0);
+        TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_OK, add_pages(&bench, 52, 0, HEXLOAD_BUS_ANSWER_PAGES - 1));
+        assert_answer(&bench, 52);
+        // page 0 missing: nothing had begun
+        TEST_ASSERT_EQUAL_UINT32(missing > 0, bench.assembly.incomplete);
+    }
+}
+
+static void test_a_whole_lost_round_does_not_join_two_answers(void) {
+    // GIVEN an answer whose first half has come
+    bench_t bench = started(HEXLOAD_BUS_CLASSIC);
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_PARTIAL, add_pages(&bench, 0, 0, 5));
+    // WHEN as many pages are lost as one answer has, and the seventh of the next answer follows
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_PARTIAL, add_pages(&bench, 26, 6, HEXLOAD_BUS_ANSWER_PAGES - 1));
+    // THEN no answer comes out of the two halves
+    TEST_ASSERT_EQUAL_UINT32(12345, bench.answer.tick);
+    TEST_ASSERT_EQUAL_UINT32(1, bench.assembly.incomplete);
+}
+
+static void test_late_and_doubled_pages_are_refused(void) {
+    bench_t bench = started(HEXLOAD_BUS_CLASSIC);
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_PARTIAL, add_pages(&bench, 0, 0, 6));
+    for (int page = 1; page <= 6; page++) {
+        const hexload_bus_frame_t again = page_frame(0, page);
+        TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_ERR_TICK, add(&bench, &again));
+    }
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_OK, add_pages(&bench, 0, 7, HEXLOAD_BUS_ANSWER_PAGES - 1));
+    assert_answer(&bench, 0);
+    const hexload_bus_frame_t last = page_frame(0, HEXLOAD_BUS_ANSWER_PAGES - 1);
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_ERR_TICK, add(&bench, &last));
+    TEST_ASSERT_EQUAL_UINT32(0, bench.assembly.incomplete);
+}
+
+static void test_a_page_0_begins_anew_at_any_time(void) {
+    bench_t bench = started(HEXLOAD_BUS_CLASSIC);
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_PARTIAL, add_pages(&bench, 500, 0, 8));
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_OK, add_pages(&bench, 0, 0, HEXLOAD_BUS_ANSWER_PAGES - 1));
+    assert_answer(&bench, 0);
+    TEST_ASSERT_EQUAL_UINT32(1, bench.assembly.incomplete);
+}
+
+static void test_each_flipped_bit_of_an_answer_is_noticed(void) {
+    bench_t fd = started(HEXLOAD_BUS_FD), classic = started(HEXLOAD_BUS_CLASSIC);
+    fd_t frames = fd_frames(3);
+    for (int bit = 0; bit < 32 * 8; bit++) {
+        for (int part = ESTIMATE; part <= HEALTH; part++) {
+            frames.part[part].data[bit / 8] ^= (uint8_t)(1u << (bit % 8));
+            TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_ERR_CRC, add(&fd, &frames.part[part]));
+            frames.part[part].data[bit / 8] ^= (uint8_t)(1u << (bit % 8));
+        }
+    }
+    for (int page = 0; page < HEXLOAD_BUS_ANSWER_PAGES; page++) {
+        hexload_bus_frame_t frame = page_frame(0, page);
+        for (int bit = 0; bit < 64; bit++) {
+            frame.data[bit / 8] ^= (uint8_t)(1u << (bit % 8));
+            TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_ERR_CRC, add(&classic, &frame));
+            frame.data[bit / 8] ^= (uint8_t)(1u << (bit % 8));
+        }
+    }
+    TEST_ASSERT_EQUAL_HEX32(0, fd.assembly.parts | classic.assembly.parts);
+}
+
+/// Overwrites bytes, seals, and expects the frame to be refused for its value.
+static void assert_refused(bench_t* bench, hexload_bus_frame_t frame, int first, int count, uint32_t value) {
+    for (int n = 0; n < count; n++) {
+        frame.data[first + n] = (uint8_t)(value >> (8 * n));
+    }
+    seal(&frame);
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_ERR_VALUE, add(bench, &frame));
+}
+
+static void test_unknown_codes_and_numbers_that_are_not_finite_are_refused(void) {
+    bench_t fd = started(HEXLOAD_BUS_FD), classic = started(HEXLOAD_BUS_CLASSIC);
+    const fd_t frames = fd_frames(3);
+    const uint32_t nan_bits = 0x7FC00000u, infinity_bits = 0xFF800000u;
+    for (int part = ESTIMATE; part <= SIGMA; part++) {
+        assert_refused(&fd, frames.part[part], 4, 1, 1); // the momentum filter
+        for (int number = 0; number < 5; number++) {
+            assert_refused(&fd, frames.part[part], 8 + 4 * number, 4, nan_bits);
+            assert_refused(&fd, frames.part[part], 8 + 4 * number, 4, infinity_bits);
+        }
+    }
+    const uint32_t beyond[8] = {1, 5, 6, 4, 4, 4, 4, 4}; // status, state, fault, five verdicts
+    for (int code = 0; code < 8; code++) {
+        assert_refused(&fd, frames.part[HEALTH], 4 + code, 1, beyond[code]);
+    }
+    assert_refused(&classic, page_frame(0, 0), 0, 1, HEXLOAD_BUS_ANSWER_PAGES);
+    assert_refused(&classic, page_frame(0, 0), 5, 1, 0x05); // state
+    assert_refused(&classic, page_frame(0, 0), 5, 1, 0x40); // verdict
+    assert_refused(&classic, page_frame(0, 0), 6, 1, 0x06); // fault
+    assert_refused(&classic, page_frame(0, 0), 6, 1, 0x10); // filter
+    for (int page = 1; page <= 10; page++) {
+        assert_refused(&classic, page_frame(0, page), 3, 4, nan_bits);
+    }
+    const uint32_t verdicts[4] = {0x0004, 0x0040, 0x0400, 0x4000};
+    for (int n = 0; n < 4; n++) {
+        assert_refused(&classic, page_frame(0, 11), 3, 2, verdicts[n]);
+    }
+    assert_refused(&classic, page_frame(0, 11), 5, 1, 0xFA); // status -6
+    TEST_ASSERT_EQUAL_HEX32(0, fd.assembly.parts | classic.assembly.parts);
+}
+
+static void test_answers_of_the_other_profile_are_told_from_strange_frames(void) {
+    bench_t fd = started(HEXLOAD_BUS_FD), classic = started(HEXLOAD_BUS_CLASSIC);
+    fd_t frames = fd_frames(3);
+    hexload_bus_frame_t page = page_frame(0, 3);
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_ERR_PROFILE, add(&fd, &page));
+    page.length = 7;
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_ERR_LENGTH, add(&fd, &page));
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_ERR_LENGTH, add(&classic, &page));
+    for (int part = ESTIMATE; part <= HEALTH; part++) {
+        TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_ERR_PROFILE, add(&classic, &frames.part[part]));
+        frames.part[part].length = 24;
+        TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_ERR_LENGTH, add(&classic, &frames.part[part]));
+        TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_ERR_LENGTH, add(&fd, &frames.part[part]));
+    }
+    for (page.id = 0; page.id < 0x800; page.id++) {
+        if (page.id < ID_ESTIMATE_FD || page.id > ID_ANSWER_PAGE) {
+            TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_OTHER, add(&fd, &page));
+            TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_OTHER, add(&classic, &page));
+        }
+    }
+}
+
+static void test_among_losses_and_garbage_no_answer_mixes_ticks(void) {
+    uint64_t seed = 5;
+    bench_t fd = started(HEXLOAD_BUS_FD), classic = started(HEXLOAD_BUS_CLASSIC);
+    int whole[2] = {0};
+    for (uint32_t tick = 0; tick < 26 * 800; tick++) {
+        // GIVEN random frames, sealed or not; one that a controller might have sent would need a forger
+        hexload_bus_frame_t garbage = random_frame(&seed);
+        if (garbage.id < ID_ESTIMATE_FD || garbage.id > ID_ANSWER_PAGE || garbage.length % 8 != 0) {
+            TEST_ASSERT_NOT_EQUAL(HEXLOAD_BUS_OK, add(&fd, &garbage));
+            TEST_ASSERT_NOT_EQUAL(HEXLOAD_BUS_OK, add(&classic, &garbage));
+        }
+        fd.near_tick = classic.near_tick = tick;
+        // WHEN frames get lost now and then THEN every answer that comes out is of one tick
+        const fd_t frames = fd_frames(tick);
+        for (int part = ESTIMATE; part <= HEALTH; part++) {
+            if (uniform(&seed) < 0.95 && add(&fd, &frames.part[part]) == HEXLOAD_BUS_OK) {
+                assert_answer(&fd, tick);
+                whole[0]++;
+            }
+        }
+        if (tick % HEXLOAD_BUS_ANSWER_PERIOD == 0 && uniform(&seed) < 0.95) {
+            const hexload_bus_frame_t page = page_frame(tick - tick % 26, (int)(tick % 26 / 2));
+            if (add(&classic, &page) == HEXLOAD_BUS_OK) {
+                assert_answer(&classic, tick - tick % 26);
+                whole[1]++;
+            }
+        }
+    }
+    TEST_ASSERT_GREATER_THAN_INT(18000, whole[0]); // 0.975^3 of 20800 is 19300
+    TEST_ASSERT_GREATER_THAN_INT(500, whole[1]);   // 0.975^13 of 800 is 580
+}
+
+int main(void) {
+    UNITY_BEGIN();
+    RUN_TEST(test_estimate_sigma_and_health_of_a_tick_make_an_answer);
+    RUN_TEST(test_an_fd_answer_without_one_of_its_frames_is_given_up);
+    RUN_TEST(test_late_and_doubled_fd_frames_are_refused);
+    RUN_TEST(test_fd_answers_begin_anew_when_the_source_of_samples_restarts);
+    RUN_TEST(test_thirteen_pages_make_an_answer_of_the_tick_of_the_first);
+    RUN_TEST(test_the_sixteen_bits_of_a_page_are_completed_with_the_nearest_tick);
+    RUN_TEST(test_pages_before_the_first_page_0_answer_samples_but_make_no_answer);
+    RUN_TEST(test_a_lost_page_costs_its_answer_only);
+    RUN_TEST(test_a_whole_lost_round_does_not_join_two_answers);
+    RUN_TEST(test_late_and_doubled_pages_are_refused);
+    RUN_TEST(test_a_page_0_begins_anew_at_any_time);
+    RUN_TEST(test_each_flipped_bit_of_an_answer_is_noticed);
+    RUN_TEST(test_unknown_codes_and_numbers_that_are_not_finite_are_refused);
+    RUN_TEST(test_answers_of_the_other_profile_are_told_from_strange_frames);
+    RUN_TEST(test_among_losses_and_garbage_no_answer_mixes_ticks);
+    return UNITY_END();
+}

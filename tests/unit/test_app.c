@@ -1,0 +1,404 @@
+#include "motion.h"
+
+#include "app/app.h"
+
+#include <string.h>
+
+void setUp(void) {}
+void tearDown(void) {}
+
+static const body_t paper_load = {500.0, {0.0, 0.0, 0.3}, {25.0, 25.0, 25.0, 0.0, 0.0, 0.0}};
+
+static hexload_app_t idle_app(void) {
+    const hexload_config_t config = paper_machine();
+    hexload_app_settings_t settings;
+    hexload_app_t app;
+    hexload_app_settings_default(&settings);
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_OK, hexload_app_init(&app, &config, &settings));
+    return app;
+}
+
+static hexload_bus_result_t command(hexload_app_t* app, uint8_t kind, float argument) {
+    const hexload_bus_command_t order = {
+        .kind = kind, .sequence = (uint8_t)(kind + 100), .argument = argument};
+    hexload_bus_acknowledge_t acknowledge = {0};
+    hexload_app_command(app, &order, &acknowledge);
+    TEST_ASSERT_EQUAL_UINT8(kind, acknowledge.kind);
+    TEST_ASSERT_EQUAL_UINT8(kind + 100, acknowledge.sequence);
+    TEST_ASSERT_EQUAL_UINT8(app->state, acknowledge.state);
+    TEST_ASSERT_EQUAL_UINT8(app->fault, acknowledge.fault);
+    return (hexload_bus_result_t)acknowledge.result;
+}
+
+static hexload_leg_sample_t sample_at(const hexload_app_t* app, uint32_t tick) {
+    const motion_t motion = paper_motion(0.02);
+    return perfect_sample(&app->config, &paper_load, &motion, (double)app->estimator.kinematics.home_height_m,
+                          tick);
+}
+
+static hexload_bus_answer_t give(hexload_app_t* app, uint32_t tick) {
+    const hexload_leg_sample_t sample = sample_at(app, tick);
+    hexload_bus_answer_t answer = {0};
+    hexload_app_sample(app, &sample, &answer);
+    return answer;
+}
+
+static hexload_bus_answer_t give_bad(hexload_app_t* app, uint32_t tick) {
+    hexload_leg_sample_t sample = sample_at(app, tick);
+    hexload_bus_answer_t answer = {0};
+    sample.force_n[2] = HEXLOAD_REAL(2e8);
+    hexload_app_sample(app, &sample, &answer);
+    return answer;
+}
+
+/// An application in the wanted state, with three samples behind it if it runs.
+static hexload_app_t app_in(hexload_app_state_t state) {
+    hexload_app_t app = idle_app();
+    if (state == HEXLOAD_APP_IDLE) {
+        return app;
+    }
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_RESULT_DONE,
+                          command(&app, HEXLOAD_COMMAND_START, HEXLOAD_PACING_REAL_TIME));
+    if (state == HEXLOAD_APP_CONVERGED) { // any sigma below its prior will do
+        app.config.paper.converged_relative_sigma = HEXLOAD_REAL(1.0);
+    }
+    for (uint32_t tick = 0; state != HEXLOAD_APP_ARMED && app.state != state && tick < 2000; tick++) {
+        (void)give(&app, tick);
+        if (state == HEXLOAD_APP_FAULT) {
+            hexload_app_set_fault(&app, HEXLOAD_FAULT_BUS_DOWN);
+        }
+    }
+    TEST_ASSERT_EQUAL_INT(state, app.state);
+    return app;
+}
+
+static void test_init_refuses_what_is_out_of_range_and_leaves_the_instance_alone(void) {
+    const hexload_config_t good = paper_machine();
+    hexload_config_t bad = good;
+    hexload_app_settings_t settings[8];
+    hexload_app_t app, before;
+    for (int n = 0; n < 8; n++) {
+        hexload_app_settings_default(&settings[n]);
+    }
+    settings[1].sample_timeout_ms = 4;
+    settings[2].sample_timeout_ms = 60001;
+    settings[3].lockstep_timeout_ms = 4;
+    settings[4].lockstep_timeout_ms = 600001;
+    settings[5].refused_limit = 0;
+    settings[6].sample_timeout_ms = 5;
+    settings[7].lockstep_timeout_ms = 600000;
+    bad.tick_s = HEXLOAD_REAL(0.0);
+    memset(&app, 0x5A, sizeof app);
+    memcpy(&before, &app, sizeof before);
+    for (int n = 0; n < 6; n++) {
+        TEST_ASSERT_EQUAL_INT(HEXLOAD_ERR_CONFIG,
+                              hexload_app_init(&app, n == 0 ? &bad : &good, &settings[n]));
+        TEST_ASSERT_EQUAL_MEMORY(&before, &app, sizeof before);
+    }
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_OK, hexload_app_init(&app, &good, &settings[6]));
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_OK, hexload_app_init(&app, &good, &settings[7]));
+}
+
+static void test_an_idle_application_answers_samples_and_estimates_nothing(void) {
+    hexload_app_t app = idle_app();
+    const hexload_bus_answer_t answer = give(&app, 77);
+    TEST_ASSERT_EQUAL_UINT32(77, answer.tick);
+    TEST_ASSERT_EQUAL_UINT8(HEXLOAD_APP_IDLE, answer.state);
+    TEST_ASSERT_EQUAL_INT8(HEXLOAD_OK, answer.status);
+    TEST_ASSERT_EQUAL_UINT32(0, app.estimator.leg_gate.accepted);
+    // the answer is what is known before the first sample: the prior
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_VERDICT_NOT_EXCITED, answer.estimate.verdict);
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_VERDICT_NOT_EXCITED, answer.estimate.parameter_verdict[HEXLOAD_PAPER_IZZ]);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-6, 0.0, (double)answer.estimate.value[HEXLOAD_PAPER_DZ]);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-6, 0.31622777, (double)answer.estimate.sigma[HEXLOAD_PAPER_DZ]);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-6, 3.0, (double)answer.estimate.nis_mean);
+}
+
+static void test_start_first_sample_and_verdict_lead_through_the_states(void) {
+    hexload_app_t app = idle_app();
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_APP_IDLE, app.state);
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_RESULT_DONE, command(&app, HEXLOAD_COMMAND_START, HEXLOAD_PACING_LOCKSTEP));
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_APP_ARMED, app.state);
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_PACING_LOCKSTEP, app.pacing);
+    TEST_ASSERT_EQUAL_UINT8(HEXLOAD_APP_ESTIMATING, give(&app, 0).state);
+    // GIVEN a limit that every sigma is soon below
+    app.config.paper.converged_relative_sigma = HEXLOAD_REAL(1.0);
+    uint32_t tick = 1;
+    while (app.state == HEXLOAD_APP_ESTIMATING && tick < 2000) {
+        const hexload_bus_answer_t answer = give(&app, tick++);
+        const bool has_converged = answer.estimate.verdict == HEXLOAD_VERDICT_CONVERGED;
+        TEST_ASSERT_EQUAL_UINT8(has_converged ? HEXLOAD_APP_CONVERGED : HEXLOAD_APP_ESTIMATING, answer.state);
+    }
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_APP_CONVERGED, app.state);
+    // WHEN the verdict is another again THEN the state is too
+    app.config.paper.converged_relative_sigma = HEXLOAD_REAL(1e-6);
+    TEST_ASSERT_EQUAL_UINT8(HEXLOAD_APP_ESTIMATING, give(&app, tick).state);
+}
+
+static void test_a_refused_first_sample_leaves_the_application_armed(void) {
+    hexload_app_t app = app_in(HEXLOAD_APP_ARMED);
+    const hexload_bus_answer_t answer = give_bad(&app, 5);
+    TEST_ASSERT_EQUAL_UINT8(HEXLOAD_APP_ARMED, answer.state);
+    TEST_ASSERT_EQUAL_INT8(HEXLOAD_ERR_SAMPLE, answer.status);
+    TEST_ASSERT_EQUAL_UINT32(1, answer.refused);
+    TEST_ASSERT_EQUAL_UINT8(HEXLOAD_APP_ESTIMATING, give(&app, 6).state);
+}
+
+static void test_the_application_estimates_what_the_estimator_alone_does(void) {
+    hexload_app_t app = app_in(HEXLOAD_APP_ARMED);
+    hexload_t alone;
+    hexload_estimate_t estimate;
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_OK, hexload_init(&alone, &app.config));
+    for (uint32_t tick = 10; tick < 200; tick++) {
+        const hexload_leg_sample_t sample = sample_at(&app, tick);
+        const hexload_bus_answer_t answer = give(&app, tick);
+        TEST_ASSERT_EQUAL_INT(HEXLOAD_OK, hexload_tick(&alone, &app.config, &sample, &estimate));
+        TEST_ASSERT_EQUAL_MEMORY(estimate.value, answer.estimate.value, sizeof estimate.value);
+        TEST_ASSERT_EQUAL_MEMORY(estimate.sigma, answer.estimate.sigma, sizeof estimate.sigma);
+        TEST_ASSERT_EQUAL_HEX16(alone.health.bits, answer.health);
+        TEST_ASSERT_EQUAL_INT8(HEXLOAD_OK, answer.status);
+    }
+}
+
+static void test_start_is_for_the_idle_state_and_known_pacings_only(void) {
+    for (int state = HEXLOAD_APP_ARMED; state <= HEXLOAD_APP_FAULT; state++) {
+        hexload_app_t app = app_in((hexload_app_state_t)state);
+        TEST_ASSERT_EQUAL_INT(HEXLOAD_RESULT_WRONG_STATE, command(&app, HEXLOAD_COMMAND_START, 0.0f));
+        TEST_ASSERT_EQUAL_INT(state, app.state);
+    }
+    const float wrong[4] = {2.0f, 0.5f, -1.0f, 1e30f};
+    for (int n = 0; n < 4; n++) {
+        hexload_app_t app = idle_app();
+        TEST_ASSERT_EQUAL_INT(HEXLOAD_RESULT_BAD_ARGUMENT, command(&app, HEXLOAD_COMMAND_START, wrong[n]));
+        TEST_ASSERT_EQUAL_INT(HEXLOAD_APP_IDLE, app.state);
+    }
+}
+
+static void test_stop_keeps_the_estimate_and_start_begins_afresh(void) {
+    hexload_app_t app = app_in(HEXLOAD_APP_ARMED);
+    for (uint32_t tick = 500; tick < 600; tick++) {
+        (void)give(&app, tick);
+    }
+    const hexload_estimate_t last = app.estimate;
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_RESULT_DONE, command(&app, HEXLOAD_COMMAND_STOP, 0.0f));
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_APP_IDLE, app.state);
+    const hexload_bus_answer_t answer = give(&app, 600);
+    TEST_ASSERT_EQUAL_MEMORY(last.value, answer.estimate.value, sizeof last.value);
+    TEST_ASSERT_EQUAL_UINT32(599, app.estimate.tick);
+    // a source that counts from 0 again is accepted after START, and nothing of the first run is left
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_RESULT_DONE, command(&app, HEXLOAD_COMMAND_START, 0.0f));
+    hexload_app_t fresh = app_in(HEXLOAD_APP_ARMED);
+    for (uint32_t tick = 0; tick < 50; tick++) {
+        const hexload_bus_answer_t again = give(&app, tick), first = give(&fresh, tick);
+        TEST_ASSERT_EQUAL_MEMORY(first.estimate.value, again.estimate.value, sizeof first.estimate.value);
+        TEST_ASSERT_EQUAL_INT8(HEXLOAD_OK, again.status);
+    }
+    TEST_ASSERT_EQUAL_UINT32(0, app.samples_missing);
+}
+
+static void test_stop_is_refused_in_fault_only(void) {
+    for (int state = HEXLOAD_APP_IDLE; state <= HEXLOAD_APP_FAULT; state++) {
+        hexload_app_t app = app_in((hexload_app_state_t)state);
+        const bool is_fault = state == HEXLOAD_APP_FAULT;
+        TEST_ASSERT_EQUAL_INT(is_fault ? HEXLOAD_RESULT_WRONG_STATE : HEXLOAD_RESULT_DONE,
+                              command(&app, HEXLOAD_COMMAND_STOP, 0.0f));
+        TEST_ASSERT_EQUAL_INT(is_fault ? HEXLOAD_APP_FAULT : HEXLOAD_APP_IDLE, app.state);
+    }
+}
+
+static void test_reset_leads_to_idle_from_anywhere_and_forgets(void) {
+    for (int state = HEXLOAD_APP_IDLE; state <= HEXLOAD_APP_FAULT; state++) {
+        hexload_app_t app = app_in((hexload_app_state_t)state);
+        (void)give_bad(&app, 4000);
+        TEST_ASSERT_EQUAL_INT(HEXLOAD_RESULT_DONE, command(&app, HEXLOAD_COMMAND_RESET, 0.0f));
+        TEST_ASSERT_EQUAL_INT(HEXLOAD_APP_IDLE, app.state);
+        TEST_ASSERT_EQUAL_INT(HEXLOAD_FAULT_NONE, app.fault);
+        const hexload_app_t fresh = idle_app();
+        const hexload_bus_answer_t answer = give(&app, 3);
+        TEST_ASSERT_EQUAL_MEMORY(fresh.estimate.sigma, answer.estimate.sigma, sizeof answer.estimate.sigma);
+        TEST_ASSERT_EQUAL_MEMORY(fresh.estimate.value, answer.estimate.value, sizeof answer.estimate.value);
+        TEST_ASSERT_EQUAL_UINT32(0, answer.refused);
+    }
+}
+
+static void test_filters_are_selected_in_idle_and_only_those_there_are(void) {
+    hexload_app_t app = idle_app();
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_RESULT_DONE, command(&app, HEXLOAD_COMMAND_SELECT_FILTER, 0.0f));
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_RESULT_NOT_AVAILABLE, command(&app, HEXLOAD_COMMAND_SELECT_FILTER, 1.0f));
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_RESULT_BAD_ARGUMENT, command(&app, HEXLOAD_COMMAND_SELECT_FILTER, 0.5f));
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_RESULT_BAD_ARGUMENT, command(&app, HEXLOAD_COMMAND_SELECT_FILTER, 2.0f));
+    for (int state = HEXLOAD_APP_ARMED; state <= HEXLOAD_APP_FAULT; state++) {
+        app = app_in((hexload_app_state_t)state);
+        TEST_ASSERT_EQUAL_INT(HEXLOAD_RESULT_WRONG_STATE, command(&app, HEXLOAD_COMMAND_SELECT_FILTER, 0.0f));
+    }
+}
+
+static void test_a_known_mass_takes_the_safe_prior_along(void) {
+    hexload_app_t app = idle_app();
+    hexload_config_t expected = app.config;
+    expected.paper.load_mass_kg = HEXLOAD_REAL(320.5);
+    hexload_config_set_prior(&expected, HEXLOAD_PRIOR_SAFE);
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_RESULT_DONE, command(&app, HEXLOAD_COMMAND_SET_KNOWN_MASS, 320.5f));
+    TEST_ASSERT_EQUAL_MEMORY(&expected.paper, &app.config.paper, sizeof expected.paper);
+    // START uses it
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_RESULT_DONE, command(&app, HEXLOAD_COMMAND_START, 0.0f));
+    TEST_ASSERT_DOUBLE_WITHIN(1e-3, 320.5 * 0.04472136,
+                              (double)give(&app, 0).estimate.sigma[HEXLOAD_PAPER_IXX]);
+}
+
+static void test_a_known_mass_leaves_a_prior_of_ones_own_alone(void) {
+    hexload_config_t config = paper_machine();
+    hexload_app_settings_t settings;
+    hexload_app_t app;
+    hexload_config_set_prior(&config, HEXLOAD_PRIOR_PRINTED);
+    hexload_app_settings_default(&settings);
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_OK, hexload_app_init(&app, &config, &settings));
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_RESULT_DONE, command(&app, HEXLOAD_COMMAND_SET_KNOWN_MASS, 320.5f));
+    config.paper.load_mass_kg = HEXLOAD_REAL(320.5);
+    TEST_ASSERT_EQUAL_MEMORY(&config.paper, &app.config.paper, sizeof config.paper);
+}
+
+static void test_an_impossible_mass_or_state_changes_nothing(void) {
+    const float wrong[4] = {0.0f, -5.0f, 1.1e6f, 1e30f};
+    hexload_app_t app = idle_app();
+    const hexload_config_t before = app.config;
+    for (int n = 0; n < 4; n++) {
+        TEST_ASSERT_EQUAL_INT(HEXLOAD_RESULT_BAD_ARGUMENT,
+                              command(&app, HEXLOAD_COMMAND_SET_KNOWN_MASS, wrong[n]));
+        TEST_ASSERT_EQUAL_MEMORY(&before, &app.config, sizeof before);
+    }
+    for (int state = HEXLOAD_APP_ARMED; state <= HEXLOAD_APP_FAULT; state++) {
+        app = app_in((hexload_app_state_t)state);
+        TEST_ASSERT_EQUAL_INT(HEXLOAD_RESULT_WRONG_STATE,
+                              command(&app, HEXLOAD_COMMAND_SET_KNOWN_MASS, 300.0f));
+        TEST_ASSERT_TRUE(app.config.paper.load_mass_kg == HEXLOAD_REAL(500.0));
+    }
+}
+
+static void test_an_unknown_command_is_acknowledged_as_such(void) {
+    for (int kind = 0; kind < 256; kind++) {
+        if (kind < HEXLOAD_COMMAND_START || kind > HEXLOAD_COMMAND_SET_KNOWN_MASS) {
+            hexload_app_t app = idle_app();
+            TEST_ASSERT_EQUAL_INT(HEXLOAD_RESULT_UNKNOWN_COMMAND, command(&app, (uint8_t)kind, 0.0f));
+        }
+    }
+}
+
+static void test_a_silent_source_ends_in_fault_after_the_limit_of_the_pacing(void) {
+    const uint32_t limit_ms[2] = {100, 10000}; // real time, lockstep
+    for (int pacing = 0; pacing < 2; pacing++) {
+        hexload_app_t app = idle_app();
+        (void)command(&app, HEXLOAD_COMMAND_START, (float)pacing);
+        (void)give(&app, 0);
+        for (uint32_t ms = 1; ms < limit_ms[pacing]; ms++) {
+            hexload_app_elapse(&app, 1);
+        }
+        TEST_ASSERT_EQUAL_INT(HEXLOAD_APP_ESTIMATING, app.state);
+        (void)give(&app, 1); // the silence begins anew
+        hexload_app_elapse(&app, limit_ms[pacing] - 1);
+        (void)give_bad(&app, 2); // also with a sample that is refused: the source is not silent
+        hexload_app_elapse(&app, limit_ms[pacing] - 1);
+        TEST_ASSERT_EQUAL_INT(HEXLOAD_APP_ESTIMATING, app.state);
+        hexload_app_elapse(&app, 1);
+        TEST_ASSERT_EQUAL_INT(HEXLOAD_APP_FAULT, app.state);
+        TEST_ASSERT_EQUAL_INT(HEXLOAD_FAULT_SAMPLE_TIMEOUT, app.fault);
+    }
+}
+
+static void test_a_converged_application_times_out_too_the_others_wait(void) {
+    for (int state = HEXLOAD_APP_IDLE; state <= HEXLOAD_APP_CONVERGED; state++) {
+        hexload_app_t app = app_in((hexload_app_state_t)state);
+        hexload_app_elapse(&app, UINT32_MAX);
+        hexload_app_elapse(&app, UINT32_MAX); // the silence saturates
+        const bool waits = state == HEXLOAD_APP_IDLE || state == HEXLOAD_APP_ARMED;
+        TEST_ASSERT_EQUAL_INT(waits ? (hexload_app_state_t)state : HEXLOAD_APP_FAULT, app.state);
+    }
+}
+
+static void test_as_many_refused_samples_in_a_row_as_allowed_end_in_fault(void) {
+    hexload_app_t app = app_in(HEXLOAD_APP_ARMED);
+    (void)give(&app, 0);
+    for (uint32_t n = 0; n < 99; n++) {
+        TEST_ASSERT_EQUAL_UINT8(HEXLOAD_APP_ESTIMATING, give_bad(&app, 1 + n).state);
+    }
+    (void)give(&app, 100); // one good sample in between: the row is broken
+    for (uint32_t n = 0; n < 99; n++) {
+        TEST_ASSERT_EQUAL_UINT8(HEXLOAD_APP_ESTIMATING, give(&app, 100).state); // an old tick
+    }
+    const hexload_bus_answer_t last = give(&app, 100);
+    TEST_ASSERT_EQUAL_UINT8(HEXLOAD_APP_FAULT, last.state);
+    TEST_ASSERT_EQUAL_UINT8(HEXLOAD_FAULT_SAMPLES_REFUSED, last.fault);
+    TEST_ASSERT_EQUAL_INT8(HEXLOAD_ERR_TICK, last.status);
+    TEST_ASSERT_EQUAL_UINT32(199, last.refused);
+}
+
+static void test_missing_ticks_are_counted_and_told_by_the_health_of_the_sample_after(void) {
+    const uint16_t missing = 1u << HEXLOAD_HEALTH_SAMPLE_MISSING;
+    hexload_app_t app = app_in(HEXLOAD_APP_ARMED);
+    TEST_ASSERT_EQUAL_HEX16(0, give(&app, 40).health & missing); // the first has none before it
+    TEST_ASSERT_EQUAL_HEX16(0, give(&app, 41).health & missing);
+    TEST_ASSERT_EQUAL_HEX16(missing, give(&app, 45).health & missing);
+    TEST_ASSERT_EQUAL_HEX16(0, give(&app, 46).health & missing);
+    TEST_ASSERT_EQUAL_UINT32(3, app.samples_missing);
+    (void)give_bad(&app, 47); // no whole sample of that tick either
+    TEST_ASSERT_EQUAL_HEX16(missing, give(&app, 48).health & missing);
+    TEST_ASSERT_EQUAL_UINT32(4, app.samples_missing);
+    TEST_ASSERT_EQUAL_UINT32(48, app.last_tick);
+}
+
+static void test_the_first_fault_stays_until_reset_and_samples_are_answered_with_it(void) {
+    hexload_app_t app = app_in(HEXLOAD_APP_ESTIMATING);
+    const hexload_estimate_t last = app.estimate;
+    hexload_app_set_fault(&app, HEXLOAD_FAULT_NONE);
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_APP_ESTIMATING, app.state);
+    hexload_app_set_fault(&app, HEXLOAD_FAULT_WRONG_PROFILE);
+    hexload_app_set_fault(&app, HEXLOAD_FAULT_SECOND_CONTROLLER);
+    const hexload_bus_answer_t answer = give(&app, 50);
+    TEST_ASSERT_EQUAL_UINT32(50, answer.tick);
+    TEST_ASSERT_EQUAL_UINT8(HEXLOAD_APP_FAULT, answer.state);
+    TEST_ASSERT_EQUAL_UINT8(HEXLOAD_FAULT_WRONG_PROFILE, answer.fault);
+    TEST_ASSERT_EQUAL_MEMORY(last.value, answer.estimate.value, sizeof last.value);
+    TEST_ASSERT_EQUAL_UINT32(last.tick, app.estimate.tick);
+}
+
+static void test_every_state_and_fault_has_a_name_of_its_own(void) {
+    for (int n = 0; n <= HEXLOAD_APP_FAULT; n++) {
+        for (int m = 0; m < n; m++) {
+            TEST_ASSERT_NOT_EQUAL(0, strcmp(hexload_app_state_name((hexload_app_state_t)n),
+                                            hexload_app_state_name((hexload_app_state_t)m)));
+        }
+    }
+    for (int n = 0; n <= HEXLOAD_FAULT_BUS_DOWN; n++) {
+        for (int m = 0; m < n; m++) {
+            TEST_ASSERT_NOT_EQUAL(0, strcmp(hexload_app_fault_name((hexload_app_fault_t)n),
+                                            hexload_app_fault_name((hexload_app_fault_t)m)));
+        }
+    }
+    TEST_ASSERT_EQUAL_STRING("unknown state", hexload_app_state_name((hexload_app_state_t)99));
+    TEST_ASSERT_EQUAL_STRING("unknown fault", hexload_app_fault_name((hexload_app_fault_t)99));
+}
+
+int main(void) {
+    UNITY_BEGIN();
+    RUN_TEST(test_init_refuses_what_is_out_of_range_and_leaves_the_instance_alone);
+    RUN_TEST(test_an_idle_application_answers_samples_and_estimates_nothing);
+    RUN_TEST(test_start_first_sample_and_verdict_lead_through_the_states);
+    RUN_TEST(test_a_refused_first_sample_leaves_the_application_armed);
+    RUN_TEST(test_the_application_estimates_what_the_estimator_alone_does);
+    RUN_TEST(test_start_is_for_the_idle_state_and_known_pacings_only);
+    RUN_TEST(test_stop_keeps_the_estimate_and_start_begins_afresh);
+    RUN_TEST(test_stop_is_refused_in_fault_only);
+    RUN_TEST(test_reset_leads_to_idle_from_anywhere_and_forgets);
+    RUN_TEST(test_filters_are_selected_in_idle_and_only_those_there_are);
+    RUN_TEST(test_a_known_mass_takes_the_safe_prior_along);
+    RUN_TEST(test_a_known_mass_leaves_a_prior_of_ones_own_alone);
+    RUN_TEST(test_an_impossible_mass_or_state_changes_nothing);
+    RUN_TEST(test_an_unknown_command_is_acknowledged_as_such);
+    RUN_TEST(test_a_silent_source_ends_in_fault_after_the_limit_of_the_pacing);
+    RUN_TEST(test_a_converged_application_times_out_too_the_others_wait);
+    RUN_TEST(test_as_many_refused_samples_in_a_row_as_allowed_end_in_fault);
+    RUN_TEST(test_missing_ticks_are_counted_and_told_by_the_health_of_the_sample_after);
+    RUN_TEST(test_the_first_fault_stays_until_reset_and_samples_are_answered_with_it);
+    RUN_TEST(test_every_state_and_fault_has_a_name_of_its_own);
+    return UNITY_END();
+}

@@ -1,0 +1,440 @@
+#include "frames.h"
+
+#include "bus/crc.h"
+#include "bus/sample_assembly.h"
+
+#include <string.h>
+
+void setUp(void) {}
+void tearDown(void) {}
+
+/// Steps and ranges that the contract promises.
+typedef struct promise {
+    hexload_bus_profile_t profile;
+    double step[3]; ///< displacement m, velocity m/s, force N
+    int32_t largest;
+} promise_t;
+
+static const promise_t promises[2] = {
+    {HEXLOAD_BUS_FD, {0.5e-6, 2e-6, 0.125}, 8388607},
+    {HEXLOAD_BUS_CLASSIC, {2e-6, 20e-6, 0.5}, 524287},
+};
+
+static hexload_real_t* channel(hexload_leg_sample_t* sample, int quantity) {
+    return quantity == 0 ? sample->displacement_m : quantity == 1 ? sample->velocity_m_s : sample->force_n;
+}
+
+/// Over the bus and back. The tick is a multiple of HEXLOAD_BUS_TICK_PERIOD.
+static hexload_leg_sample_t carry(hexload_bus_profile_t profile, const hexload_leg_sample_t* sample,
+                                  uint32_t* saturated) {
+    hexload_bus_frame_t frames[HEXLOAD_BUS_SAMPLE_FRAMES];
+    hexload_sample_assembly_t assembly;
+    hexload_leg_sample_t found = {0};
+    hexload_bus_status_t status = HEXLOAD_BUS_PARTIAL;
+    const int count = hexload_bus_encode_sample(profile, sample, frames, saturated);
+    hexload_sample_assembly_init(&assembly, profile);
+    for (int n = 0; n < count; n++) {
+        TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_PARTIAL, status);
+        status = hexload_sample_assembly_add(&assembly, &frames[n], &found);
+    }
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_OK, status);
+    TEST_ASSERT_EQUAL_UINT32(sample->tick, found.tick);
+    return found;
+}
+
+/// Half a step; the step as float32 is off by 3e-8, quotient, product and the value itself round once each.
+static double largest_error(const promise_t* promise, int quantity, double value) {
+    return 0.5 * promise->step[quantity] + 4 * 1.1920929e-7 * fabs(value);
+}
+
+static void test_checksums_have_the_check_values_of_the_catalogue(void) {
+    const uint8_t digits[9] = {'1', '2', '3', '4', '5', '6', '7', '8', '9'};
+    TEST_ASSERT_EQUAL_HEX8(0x4B, hexload_crc8(digits, sizeof digits));
+    TEST_ASSERT_EQUAL_HEX16(0x29B1, hexload_crc16(digits, sizeof digits));
+    TEST_ASSERT_EQUAL_HEX32(0xCBF43926, hexload_crc32(digits, sizeof digits));
+}
+
+static void test_a_sample_comes_back_within_half_a_step(void) {
+    for (int p = 0; p < 2; p++) {
+        const promise_t* promise = &promises[p];
+        uint64_t seed = 1;
+        for (int n = 0; n < 20000; n++) {
+            // GIVEN random values over the whole range, and both ends of it
+            hexload_leg_sample_t sample = {.tick = (uint32_t)n * HEXLOAD_BUS_TICK_PERIOD};
+            for (int k = 0; k < 3 * HEXLOAD_LEGS; k++) {
+                const double part = n == 0 ? 1.0 : n == 1 ? -1.0 : uniform(&seed);
+                channel(&sample, k / HEXLOAD_LEGS)[k % HEXLOAD_LEGS] =
+                    (hexload_real_t)(part * promise->largest * promise->step[k / HEXLOAD_LEGS]);
+            }
+            // WHEN they go over the bus
+            uint32_t saturated = 0;
+            hexload_leg_sample_t found = carry(promise->profile, &sample, &saturated);
+            // THEN none is farther off than half a step
+            TEST_ASSERT_EQUAL_UINT32(0, saturated);
+            for (int k = 0; k < 3 * HEXLOAD_LEGS; k++) {
+                const int quantity = k / HEXLOAD_LEGS;
+                const double sent = (double)channel(&sample, quantity)[k % HEXLOAD_LEGS];
+                const double got = (double)channel(&found, quantity)[k % HEXLOAD_LEGS];
+                TEST_ASSERT_DOUBLE_WITHIN(largest_error(promise, quantity, sent), sent, got);
+            }
+        }
+    }
+}
+
+static void test_rounding_is_to_the_nearest_step_on_both_sides_of_zero(void) {
+    for (int p = 0; p < 2; p++) {
+        for (int quantity = 0; quantity < 3; quantity++) {
+            const double step = promises[p].step[quantity];
+            const double sent[4] = {10.49, 10.51, -10.49, -10.51}, nearest[4] = {10, 11, -10, -11};
+            hexload_leg_sample_t sample = {0};
+            uint32_t saturated = 0;
+            for (int leg = 0; leg < 4; leg++) {
+                channel(&sample, quantity)[leg] = (hexload_real_t)(sent[leg] * step);
+            }
+            hexload_leg_sample_t found = carry(promises[p].profile, &sample, &saturated);
+            for (int leg = 0; leg < 4; leg++) {
+                TEST_ASSERT_DOUBLE_WITHIN(1e-3 * step, nearest[leg] * step,
+                                          (double)channel(&found, quantity)[leg]);
+            }
+        }
+    }
+}
+
+static void test_a_channel_beyond_the_range_arrives_as_its_end_and_is_counted(void) {
+    const double beyond[] = {1.001, 2.0, 1e6, 1e30};
+    for (int p = 0; p < 2; p++) {
+        for (int k = 0; k < 3 * HEXLOAD_LEGS; k++) {
+            const int quantity = k / HEXLOAD_LEGS, leg = k % HEXLOAD_LEGS;
+            const double end = promises[p].largest * promises[p].step[quantity];
+            for (int n = 0; n < 8; n++) {
+                const double sign = n < 4 ? 1.0 : -1.0;
+                hexload_leg_sample_t sample = {0};
+                uint32_t saturated = 5;
+                channel(&sample, quantity)[leg] = (hexload_real_t)(sign * beyond[n % 4] * end);
+                hexload_leg_sample_t found = carry(promises[p].profile, &sample, &saturated);
+                TEST_ASSERT_EQUAL_UINT32(6, saturated);
+                TEST_ASSERT_DOUBLE_WITHIN(4 * 1.1920929e-7 * end, sign * end,
+                                          (double)channel(&found, quantity)[leg]);
+            }
+        }
+    }
+}
+
+static void test_a_channel_that_is_not_finite_is_not_sent(void) {
+    const hexload_real_t wrong[3] = {(hexload_real_t)NAN, (hexload_real_t)INFINITY,
+                                     -(hexload_real_t)INFINITY};
+    for (int p = 0; p < 2; p++) {
+        for (int k = 0; k < 3 * 3 * HEXLOAD_LEGS; k++) {
+            hexload_leg_sample_t sample = {0};
+            hexload_bus_frame_t frames[HEXLOAD_BUS_SAMPLE_FRAMES];
+            uint32_t saturated = 0;
+            channel(&sample, k / 3 % 3)[k / 9] = wrong[k % 3];
+            TEST_ASSERT_EQUAL_INT(
+                HEXLOAD_BUS_ERR_VALUE,
+                hexload_bus_encode_sample(promises[p].profile, &sample, frames, &saturated));
+            TEST_ASSERT_EQUAL_UINT32(0, saturated);
+        }
+    }
+}
+
+static void test_frames_have_identifier_format_and_length_of_the_contract(void) {
+    const hexload_leg_sample_t sample = numbered_sample(32);
+    const hexload_bus_answer_t answer = numbered_answer(32);
+    hexload_bus_frame_t frames[HEXLOAD_BUS_SAMPLE_FRAMES];
+    // FD
+    TEST_ASSERT_EQUAL_INT(1, encode_sample(HEXLOAD_BUS_FD, &sample, frames));
+    TEST_ASSERT_EQUAL_HEX32(ID_LEG_SAMPLE_FD, frames[0].id);
+    TEST_ASSERT_EQUAL_UINT8(64, frames[0].length);
+    TEST_ASSERT_TRUE(frames[0].is_fd);
+    TEST_ASSERT_EQUAL_INT(3, encode_answer(HEXLOAD_BUS_FD, &answer, 0, frames));
+    for (uint32_t n = 0; n < 3; n++) {
+        TEST_ASSERT_EQUAL_HEX32(ID_ESTIMATE_FD + n, frames[n].id);
+        TEST_ASSERT_EQUAL_UINT8(32, frames[n].length);
+        TEST_ASSERT_TRUE(frames[n].is_fd);
+    }
+    // Classic: the whole tick first, then the legs
+    TEST_ASSERT_EQUAL_INT(7, encode_sample(HEXLOAD_BUS_CLASSIC, &sample, frames));
+    TEST_ASSERT_EQUAL_HEX32(ID_SAMPLE_TICK, frames[0].id);
+    TEST_ASSERT_EQUAL_UINT8(4, frames[0].length);
+    for (uint32_t leg = 0; leg < HEXLOAD_LEGS; leg++) {
+        TEST_ASSERT_EQUAL_HEX32(ID_LEG_SAMPLE_1 + leg, frames[1 + leg].id);
+        TEST_ASSERT_EQUAL_UINT8(8, frames[1 + leg].length);
+        TEST_ASSERT_FALSE(frames[1 + leg].is_fd);
+    }
+    TEST_ASSERT_EQUAL_INT(1, encode_answer(HEXLOAD_BUS_CLASSIC, &answer, 12, frames));
+    TEST_ASSERT_EQUAL_HEX32(ID_ANSWER_PAGE, frames[0].id);
+    TEST_ASSERT_EQUAL_UINT8(8, frames[0].length);
+    TEST_ASSERT_FALSE(frames[0].is_fd);
+}
+
+static void test_the_whole_tick_is_sent_at_multiples_of_sixteen_only(void) {
+    for (uint32_t tick = 0; tick < 64; tick++) {
+        const hexload_leg_sample_t sample = numbered_sample(tick);
+        hexload_bus_frame_t frames[HEXLOAD_BUS_SAMPLE_FRAMES];
+        TEST_ASSERT_EQUAL_INT(tick % 16 == 0 ? 7 : 6, encode_sample(HEXLOAD_BUS_CLASSIC, &sample, frames));
+    }
+}
+
+static void test_an_answer_that_is_not_finite_is_not_sent(void) {
+    for (int k = 0; k < 2 * HEXLOAD_PAPER_DIM + 2; k++) {
+        hexload_bus_answer_t answer = numbered_answer(1);
+        hexload_bus_frame_t frames[HEXLOAD_BUS_ANSWER_FRAMES];
+        hexload_estimate_t* estimate = &answer.estimate;
+        hexload_real_t* const numbers[] = {&estimate->value[0], &estimate->value[1], &estimate->value[2],
+                                           &estimate->value[3], &estimate->sigma[0], &estimate->sigma[1],
+                                           &estimate->sigma[2], &estimate->sigma[3], &estimate->nis,
+                                           &estimate->nis_mean};
+        *numbers[k] = (hexload_real_t)NAN;
+        TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_ERR_VALUE,
+                              hexload_bus_encode_answer(HEXLOAD_BUS_FD, &answer, 0, frames));
+        TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_ERR_VALUE,
+                              hexload_bus_encode_answer(HEXLOAD_BUS_CLASSIC, &answer, 0, frames));
+    }
+}
+
+static hexload_bus_frame_t command_frame(uint8_t kind, float argument) {
+    const hexload_bus_command_t command = {.kind = kind, .sequence = 17, .argument = argument};
+    hexload_bus_frame_t frame;
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_OK, hexload_bus_encode_command(&command, &frame));
+    return frame;
+}
+
+static void test_a_command_comes_back_also_an_unknown_one(void) {
+    for (int kind = 0; kind < 256; kind++) {
+        const hexload_bus_frame_t frame = command_frame((uint8_t)kind, -3.25f);
+        hexload_bus_command_t found = {0};
+        TEST_ASSERT_EQUAL_HEX32(ID_COMMAND, frame.id);
+        TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_OK, hexload_bus_decode_command(&frame, &found));
+        TEST_ASSERT_EQUAL_UINT8(kind, found.kind);
+        TEST_ASSERT_EQUAL_UINT8(17, found.sequence);
+        TEST_ASSERT_TRUE(found.argument == -3.25f);
+    }
+}
+
+static void test_a_command_argument_that_is_not_finite_is_refused_on_both_sides(void) {
+    const hexload_bus_command_t command = {.kind = HEXLOAD_COMMAND_SET_KNOWN_MASS, .argument = NAN};
+    hexload_bus_frame_t frame;
+    hexload_bus_command_t found = {.kind = 99};
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_ERR_VALUE, hexload_bus_encode_command(&command, &frame));
+    frame = command_frame(HEXLOAD_COMMAND_SET_KNOWN_MASS, 500.0f);
+    const float infinite = -INFINITY;
+    memcpy(&frame.data[2], &infinite, sizeof infinite);
+    seal(&frame);
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_ERR_VALUE, hexload_bus_decode_command(&frame, &found));
+    TEST_ASSERT_EQUAL_UINT8(99, found.kind);
+}
+
+static const hexload_bus_acknowledge_t some_acknowledge = {
+    .kind = 200, .sequence = 3, .result = 4, .state = 4, .fault = 5, .profile = 1};
+
+static void test_an_acknowledge_comes_back(void) {
+    hexload_bus_frame_t frame;
+    hexload_bus_acknowledge_t found = {0};
+    hexload_bus_encode_acknowledge(&some_acknowledge, &frame);
+    TEST_ASSERT_EQUAL_HEX32(ID_ACKNOWLEDGE, frame.id);
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_OK, hexload_bus_decode_acknowledge(&frame, &found));
+    TEST_ASSERT_EQUAL_MEMORY(&some_acknowledge, &found, sizeof found);
+}
+
+static void test_an_acknowledge_with_an_unknown_code_is_refused(void) {
+    const hexload_bus_acknowledge_t unknown[4] = {
+        {.result = 5}, {.state = 5, .kind = 1}, {.fault = 6}, {.profile = 2}};
+    for (int n = 0; n < 4; n++) {
+        hexload_bus_frame_t frame;
+        hexload_bus_acknowledge_t found = some_acknowledge;
+        hexload_bus_encode_acknowledge(&unknown[n], &frame);
+        TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_ERR_VALUE, hexload_bus_decode_acknowledge(&frame, &found));
+        TEST_ASSERT_EQUAL_MEMORY(&some_acknowledge, &found, sizeof found);
+    }
+}
+
+static const hexload_bus_controller_status_t some_status = {
+    .version = {1, 2, 3},
+    .profile = 1,
+    .state = 4,
+    .fault = 5,
+    .tick = 0xFFFFFFF0u,
+    .overruns = 7,
+    .stack_margin_bytes = 8000,
+    .time_margin_us = -250,
+    .samples_missing = 9,
+    .frames_refused = 0xFFFFFFFFu,
+    .samples_refused = 11,
+};
+
+static void assert_same_status(const hexload_bus_controller_status_t* expected,
+                               const hexload_bus_controller_status_t* found) {
+    TEST_ASSERT_EQUAL_UINT8_ARRAY(expected->version, found->version, 3);
+    TEST_ASSERT_EQUAL_UINT8(expected->profile, found->profile);
+    TEST_ASSERT_EQUAL_UINT8(expected->state, found->state);
+    TEST_ASSERT_EQUAL_UINT8(expected->fault, found->fault);
+    TEST_ASSERT_EQUAL_UINT32(expected->tick, found->tick);
+    TEST_ASSERT_EQUAL_UINT32(expected->overruns, found->overruns);
+    TEST_ASSERT_EQUAL_UINT32(expected->stack_margin_bytes, found->stack_margin_bytes);
+    TEST_ASSERT_EQUAL_INT32(expected->time_margin_us, found->time_margin_us);
+    TEST_ASSERT_EQUAL_UINT32(expected->samples_missing, found->samples_missing);
+    TEST_ASSERT_EQUAL_UINT32(expected->frames_refused, found->frames_refused);
+    TEST_ASSERT_EQUAL_UINT32(expected->samples_refused, found->samples_refused);
+}
+
+static void test_status_pages_put_together_are_the_status(void) {
+    hexload_bus_controller_status_t found = {0};
+    for (int page = 0; page < HEXLOAD_BUS_STATUS_PAGES; page++) {
+        hexload_bus_frame_t frame;
+        hexload_bus_encode_status(&some_status, page, &frame);
+        TEST_ASSERT_EQUAL_HEX32(ID_CONTROLLER_STATUS, frame.id);
+        TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_OK, hexload_bus_decode_status(&frame, &found));
+        // state and fault are in every page
+        TEST_ASSERT_EQUAL_UINT8(4, found.state);
+        TEST_ASSERT_EQUAL_UINT8(5, found.fault);
+    }
+    assert_same_status(&some_status, &found);
+}
+
+static void test_a_status_page_changes_its_own_fields_only(void) {
+    const hexload_bus_controller_status_t zero = {0};
+    for (int page = 0; page < HEXLOAD_BUS_STATUS_PAGES; page++) {
+        hexload_bus_frame_t frame;
+        hexload_bus_controller_status_t found = some_status;
+        hexload_bus_encode_status(&zero, page, &frame);
+        TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_OK, hexload_bus_decode_status(&frame, &found));
+        // THEN the other pages of what was found, put over zero, and this one of some_status are all of it
+        hexload_bus_controller_status_t rest = {0};
+        for (int other = 0; other < HEXLOAD_BUS_STATUS_PAGES; other++) {
+            hexload_bus_encode_status(other == page ? &some_status : &found, other, &frame);
+            TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_OK, hexload_bus_decode_status(&frame, &rest));
+        }
+        rest.state = some_status.state;
+        rest.fault = some_status.fault;
+        assert_same_status(&some_status, &rest);
+    }
+}
+
+static void test_a_status_with_an_unknown_code_is_refused(void) {
+    const hexload_bus_controller_status_t unknown[3] = {{.state = 5}, {.fault = 6}, {.profile = 2}};
+    for (int n = 0; n < 4; n++) {
+        hexload_bus_frame_t frame;
+        hexload_bus_controller_status_t found = some_status;
+        hexload_bus_encode_status(n < 3 ? &unknown[n] : &some_status, n < 3 ? 0 : HEXLOAD_BUS_STATUS_PAGES,
+                                  &frame);
+        TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_ERR_VALUE, hexload_bus_decode_status(&frame, &found));
+        assert_same_status(&some_status, &found);
+    }
+}
+
+/// Decodes as what the identifier says it is.
+static hexload_bus_status_t decode(const hexload_bus_frame_t* frame) {
+    hexload_bus_command_t command;
+    hexload_bus_acknowledge_t acknowledge;
+    hexload_bus_controller_status_t status;
+    switch (frame->id) {
+    case ID_COMMAND:
+        return hexload_bus_decode_command(frame, &command);
+    case ID_ACKNOWLEDGE:
+        return hexload_bus_decode_acknowledge(frame, &acknowledge);
+    default:
+        return hexload_bus_decode_status(frame, &status);
+    }
+}
+
+static void sealed_frames(hexload_bus_frame_t frames[3]) {
+    frames[0] = command_frame(HEXLOAD_COMMAND_START, 1.0f);
+    hexload_bus_encode_acknowledge(&some_acknowledge, &frames[1]);
+    hexload_bus_encode_status(&some_status, 4, &frames[2]);
+}
+
+static void test_each_flipped_bit_is_noticed(void) {
+    hexload_bus_frame_t frames[3];
+    sealed_frames(frames);
+    for (int n = 0; n < 3; n++) {
+        TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_OK, decode(&frames[n]));
+        for (int bit = 0; bit < 64; bit++) {
+            frames[n].data[bit / 8] ^= (uint8_t)(1u << (bit % 8));
+            TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_ERR_CRC, decode(&frames[n]));
+            frames[n].data[bit / 8] ^= (uint8_t)(1u << (bit % 8));
+        }
+    }
+}
+
+static void test_another_length_or_format_is_refused(void) {
+    hexload_bus_frame_t frames[3];
+    sealed_frames(frames);
+    for (int n = 0; n < 3; n++) {
+        for (int length = 0; length <= HEXLOAD_BUS_FRAME_BYTES; length++) {
+            hexload_bus_frame_t frame = frames[n];
+            frame.length = (uint8_t)length;
+            TEST_ASSERT_EQUAL_INT(length == 8 ? HEXLOAD_BUS_OK : HEXLOAD_BUS_ERR_LENGTH, decode(&frame));
+        }
+        frames[n].is_fd = true;
+        TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_ERR_LENGTH, decode(&frames[n]));
+    }
+}
+
+static void test_decoders_pass_over_every_other_identifier(void) {
+    hexload_bus_frame_t frame = command_frame(HEXLOAD_COMMAND_START, 0.0f);
+    hexload_bus_command_t command;
+    hexload_bus_acknowledge_t acknowledge;
+    hexload_bus_controller_status_t status;
+    for (frame.id = 0; frame.id < 0x800; frame.id++) {
+        TEST_ASSERT_EQUAL_INT(frame.id != ID_COMMAND,
+                              hexload_bus_decode_command(&frame, &command) == HEXLOAD_BUS_OTHER);
+        TEST_ASSERT_EQUAL_INT(frame.id != ID_ACKNOWLEDGE,
+                              hexload_bus_decode_acknowledge(&frame, &acknowledge) == HEXLOAD_BUS_OTHER);
+        TEST_ASSERT_EQUAL_INT(frame.id != ID_CONTROLLER_STATUS,
+                              hexload_bus_decode_status(&frame, &status) == HEXLOAD_BUS_OTHER);
+    }
+}
+
+static void test_only_a_controllers_identifiers_are_a_controllers(void) {
+    hexload_bus_frame_t frame = {0};
+    for (frame.id = 0; frame.id < 0x800; frame.id++) {
+        const bool is_expected =
+            (frame.id >= 0x101 && frame.id <= 0x104) || frame.id == 0x110 || frame.id == 0x120;
+        TEST_ASSERT_EQUAL_INT(is_expected, hexload_bus_is_from_controller(&frame));
+    }
+}
+
+static void test_every_code_has_a_name_of_its_own(void) {
+    const char* const fallback[3] = {hexload_bus_status_name((hexload_bus_status_t)99),
+                                     hexload_bus_result_name((hexload_bus_result_t)99),
+                                     hexload_bus_profile_name((hexload_bus_profile_t)99)};
+    const char* names[3][8] = {{0}};
+    for (int n = 0; n < 8; n++) {
+        names[0][n] = hexload_bus_status_name((hexload_bus_status_t)(n - 5));
+        names[1][n] = n < 5 ? hexload_bus_result_name((hexload_bus_result_t)n) : NULL;
+        names[2][n] = n < 2 ? hexload_bus_profile_name((hexload_bus_profile_t)n) : NULL;
+    }
+    for (int kind = 0; kind < 3; kind++) {
+        for (int n = 0; n < 8 && names[kind][n] != NULL; n++) {
+            TEST_ASSERT_NOT_EQUAL(0, strcmp(names[kind][n], fallback[kind]));
+            for (int m = 0; m < n; m++) {
+                TEST_ASSERT_NOT_EQUAL(0, strcmp(names[kind][n], names[kind][m]));
+            }
+        }
+    }
+}
+
+int main(void) {
+    UNITY_BEGIN();
+    RUN_TEST(test_checksums_have_the_check_values_of_the_catalogue);
+    RUN_TEST(test_a_sample_comes_back_within_half_a_step);
+    RUN_TEST(test_rounding_is_to_the_nearest_step_on_both_sides_of_zero);
+    RUN_TEST(test_a_channel_beyond_the_range_arrives_as_its_end_and_is_counted);
+    RUN_TEST(test_a_channel_that_is_not_finite_is_not_sent);
+    RUN_TEST(test_frames_have_identifier_format_and_length_of_the_contract);
+    RUN_TEST(test_the_whole_tick_is_sent_at_multiples_of_sixteen_only);
+    RUN_TEST(test_an_answer_that_is_not_finite_is_not_sent);
+    RUN_TEST(test_a_command_comes_back_also_an_unknown_one);
+    RUN_TEST(test_a_command_argument_that_is_not_finite_is_refused_on_both_sides);
+    RUN_TEST(test_an_acknowledge_comes_back);
+    RUN_TEST(test_an_acknowledge_with_an_unknown_code_is_refused);
+    RUN_TEST(test_status_pages_put_together_are_the_status);
+    RUN_TEST(test_a_status_page_changes_its_own_fields_only);
+    RUN_TEST(test_a_status_with_an_unknown_code_is_refused);
+    RUN_TEST(test_each_flipped_bit_is_noticed);
+    RUN_TEST(test_another_length_or_format_is_refused);
+    RUN_TEST(test_decoders_pass_over_every_other_identifier);
+    RUN_TEST(test_only_a_controllers_identifiers_are_a_controllers);
+    RUN_TEST(test_every_code_has_a_name_of_its_own);
+    return UNITY_END();
+}

@@ -1,0 +1,557 @@
+#include "frames.h"
+#include "motion.h"
+
+#include "app/node.h"
+#include "bus/answer_assembly.h"
+
+#include <stdio.h>
+#include <string.h>
+
+void setUp(void) {}
+void tearDown(void) {}
+
+enum { LOG_FRAMES = 4096 };
+
+/// A port that remembers what was sent, with a clock that advances by the same step at each look.
+typedef struct machine {
+    hexload_bus_frame_t sent[LOG_FRAMES];
+    int count;
+    bool is_full;
+    uint32_t now_us;
+    uint32_t step_us;
+    uint32_t stack_bytes;
+} machine_t;
+
+static machine_t machine;
+static hexload_node_t node;
+
+static bool log_frame(void* context, const hexload_bus_frame_t* frame) {
+    machine_t* self = (machine_t*)context;
+    if (self->is_full) {
+        return false;
+    }
+    TEST_ASSERT_LESS_THAN_INT(LOG_FRAMES, self->count);
+    self->sent[self->count++] = *frame;
+    return true;
+}
+
+static uint32_t look_at_clock(void* context) {
+    machine_t* self = (machine_t*)context;
+    self->now_us += self->step_us;
+    return self->now_us;
+}
+
+static uint32_t measure_stack(void* context) {
+    const machine_t* self = (const machine_t*)context;
+    return self->stack_bytes;
+}
+
+static void begin_listening(hexload_bus_profile_t profile) {
+    const hexload_config_t config = paper_machine();
+    const hexload_port_t port = {&machine, log_frame, look_at_clock, measure_stack};
+    hexload_app_settings_t settings;
+    hexload_app_settings_default(&settings);
+    machine = (machine_t){.now_us = UINT32_MAX - 1000, .step_us = 300, .stack_bytes = 4321};
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_OK, hexload_node_init(&node, &config, &settings, profile, &port));
+}
+
+static void pass(uint32_t periods) {
+    for (uint32_t n = 0; n < periods; n++) {
+        hexload_node_period(&node, 1);
+    }
+}
+
+static void begin_active(hexload_bus_profile_t profile) {
+    begin_listening(profile);
+    pass(HEXLOAD_NODE_LISTEN_MS);
+    TEST_ASSERT_TRUE(hexload_node_is_active(&node));
+    machine.count = 0;
+}
+
+static void command(uint8_t kind, float argument) {
+    const hexload_bus_command_t order = {.kind = kind, .sequence = 42, .argument = argument};
+    hexload_bus_frame_t frame;
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_OK, hexload_bus_encode_command(&order, &frame));
+    hexload_node_receive(&node, &frame);
+}
+
+static void begin_run(hexload_bus_profile_t profile, hexload_pacing_t pacing) {
+    begin_active(profile);
+    command(HEXLOAD_COMMAND_START, (float)pacing);
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_APP_ARMED, node.app.state);
+    machine.count = 0;
+}
+
+static hexload_leg_sample_t sample_at(uint32_t tick) {
+    static const body_t load = {500.0, {0.0, 0.0, 0.3}, {25.0, 25.0, 25.0, 0.0, 0.0, 0.0}};
+    const motion_t motion = paper_motion(0.02);
+    const double height_m = (double)node.app.estimator.kinematics.home_height_m;
+    return perfect_sample(&node.app.config, &load, &motion, height_m, tick);
+}
+
+/// The frames of a tick; `lost`: this one does not arrive, -1 all do.
+static void give_without(hexload_bus_profile_t profile, uint32_t tick, int lost) {
+    const hexload_leg_sample_t sample = sample_at(tick);
+    hexload_bus_frame_t frames[HEXLOAD_BUS_SAMPLE_FRAMES];
+    const int count = encode_sample(profile, &sample, frames);
+    for (int n = 0; n < count; n++) {
+        if (n != lost) {
+            hexload_node_receive(&node, &frames[n]);
+        }
+    }
+}
+
+static void give(hexload_bus_profile_t profile, uint32_t tick) {
+    give_without(profile, tick, -1);
+}
+
+/// Puts together the last answer among the frames sent so far; returns how many there were.
+static int read_answers(hexload_bus_profile_t profile, uint32_t near_tick, hexload_bus_answer_t* answer) {
+    hexload_answer_assembly_t assembly;
+    uint32_t answered_tick = 0;
+    int count = 0;
+    hexload_answer_assembly_init(&assembly, profile);
+    for (int n = 0; n < machine.count; n++) {
+        count += hexload_answer_assembly_add(&assembly, &machine.sent[n], near_tick, &answered_tick,
+                                             answer) == HEXLOAD_BUS_OK;
+    }
+    return count;
+}
+
+/// The status as a monitor that heard a whole round of pages knows it.
+static hexload_bus_controller_status_t read_status(void) {
+    hexload_bus_controller_status_t status = {0};
+    machine.count = 0;
+    for (int page = 0; page < HEXLOAD_BUS_STATUS_PAGES; page++) {
+        pass(HEXLOAD_NODE_STATUS_PERIOD_MS);
+    }
+    for (int n = 0; n < machine.count; n++) {
+        TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_OK, hexload_bus_decode_status(&machine.sent[n], &status));
+    }
+    return status;
+}
+
+static hexload_bus_acknowledge_t last_acknowledge(void) {
+    hexload_bus_acknowledge_t acknowledge = {0};
+    TEST_ASSERT_GREATER_THAN_INT(0, machine.count);
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_OK,
+                          hexload_bus_decode_acknowledge(&machine.sent[machine.count - 1], &acknowledge));
+    return acknowledge;
+}
+
+static void test_init_refuses_a_bad_configuration_and_leaves_the_instance_alone(void) {
+    hexload_config_t config = paper_machine();
+    const hexload_port_t port = {.send = log_frame};
+    hexload_app_settings_t settings;
+    hexload_node_t before;
+    hexload_app_settings_default(&settings);
+    config.tick_s = HEXLOAD_REAL(1.0);
+    memset(&node, 0x5A, sizeof node);
+    memcpy(&before, &node, sizeof before);
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_ERR_CONFIG,
+                          hexload_node_init(&node, &config, &settings, HEXLOAD_BUS_FD, &port));
+    TEST_ASSERT_EQUAL_MEMORY(&before, &node, sizeof before);
+}
+
+static void test_a_listening_node_sends_nothing_and_does_nothing(void) {
+    begin_listening(HEXLOAD_BUS_FD);
+    for (uint32_t ms = 0; ms < HEXLOAD_NODE_LISTEN_MS; ms++) {
+        TEST_ASSERT_FALSE(hexload_node_is_active(&node));
+        command(HEXLOAD_COMMAND_START, 0.0f);
+        give(HEXLOAD_BUS_FD, ms);
+        TEST_ASSERT_EQUAL_INT(HEXLOAD_APP_IDLE, node.app.state);
+        TEST_ASSERT_EQUAL_INT(0, machine.count);
+        pass(1);
+    }
+    TEST_ASSERT_TRUE(hexload_node_is_active(&node));
+    command(HEXLOAD_COMMAND_START, 0.0f);
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_APP_ARMED, node.app.state);
+}
+
+static void test_a_node_that_hears_a_controller_while_listening_stays_silent(void) {
+    const uint32_t ids[6] = {ID_ESTIMATE_FD, ID_SIGMA_FD,    ID_HEALTH_FD,
+                             ID_ANSWER_PAGE, ID_ACKNOWLEDGE, ID_CONTROLLER_STATUS};
+    for (int n = 0; n < 6; n++) {
+        begin_listening(HEXLOAD_BUS_FD);
+        pass(HEXLOAD_NODE_LISTEN_MS - 1);
+        const hexload_bus_frame_t others = {.id = ids[n], .length = 8};
+        hexload_node_receive(&node, &others);
+        for (uint32_t tick = 0; tick < 2 * HEXLOAD_NODE_LISTEN_MS; tick++) {
+            command(HEXLOAD_COMMAND_RESET, 0.0f);
+            give(HEXLOAD_BUS_FD, tick);
+            pass(1);
+        }
+        TEST_ASSERT_FALSE(hexload_node_is_active(&node));
+        TEST_ASSERT_EQUAL_INT(HEXLOAD_FAULT_SECOND_CONTROLLER, node.app.fault);
+        TEST_ASSERT_EQUAL_INT(0, machine.count);
+    }
+}
+
+static void test_an_active_node_that_hears_another_controller_says_so(void) {
+    begin_run(HEXLOAD_BUS_FD, HEXLOAD_PACING_REAL_TIME);
+    give(HEXLOAD_BUS_FD, 0);
+    const hexload_bus_frame_t others = {.id = ID_HEALTH_FD, .is_fd = true, .length = 32};
+    hexload_node_receive(&node, &others);
+    // THEN samples are answered with the fault, and the status tells it
+    hexload_bus_answer_t answer;
+    machine.count = 0;
+    give(HEXLOAD_BUS_FD, 1);
+    TEST_ASSERT_EQUAL_INT(1, read_answers(HEXLOAD_BUS_FD, 1, &answer));
+    TEST_ASSERT_EQUAL_UINT8(HEXLOAD_APP_FAULT, answer.state);
+    TEST_ASSERT_EQUAL_UINT8(HEXLOAD_FAULT_SECOND_CONTROLLER, answer.fault);
+    TEST_ASSERT_EQUAL_UINT8(HEXLOAD_FAULT_SECOND_CONTROLLER, read_status().fault);
+    // and RESET helps once the other one is gone
+    command(HEXLOAD_COMMAND_RESET, 0.0f);
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_APP_IDLE, node.app.state);
+}
+
+static void test_a_command_is_acknowledged_with_state_and_profile(void) {
+    for (int profile = 0; profile < 2; profile++) {
+        begin_active((hexload_bus_profile_t)profile);
+        command(HEXLOAD_COMMAND_START, 1.0f);
+        hexload_bus_acknowledge_t acknowledge = last_acknowledge();
+        TEST_ASSERT_EQUAL_INT(1, machine.count);
+        TEST_ASSERT_EQUAL_UINT8(HEXLOAD_COMMAND_START, acknowledge.kind);
+        TEST_ASSERT_EQUAL_UINT8(42, acknowledge.sequence);
+        TEST_ASSERT_EQUAL_UINT8(HEXLOAD_RESULT_DONE, acknowledge.result);
+        TEST_ASSERT_EQUAL_UINT8(HEXLOAD_APP_ARMED, acknowledge.state);
+        TEST_ASSERT_EQUAL_UINT8(profile, acknowledge.profile);
+        command(200, 0.0f);
+        acknowledge = last_acknowledge();
+        TEST_ASSERT_EQUAL_UINT8(HEXLOAD_RESULT_UNKNOWN_COMMAND, acknowledge.result);
+        TEST_ASSERT_EQUAL_UINT32(0, node.status.frames_refused);
+    }
+}
+
+static void test_a_damaged_command_is_counted_and_neither_carried_out_nor_acknowledged(void) {
+    begin_active(HEXLOAD_BUS_FD);
+    const hexload_bus_command_t start = {.kind = HEXLOAD_COMMAND_START};
+    hexload_bus_frame_t frame;
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_OK, hexload_bus_encode_command(&start, &frame));
+    frame.data[2] ^= 1;
+    hexload_node_receive(&node, &frame);
+    TEST_ASSERT_EQUAL_INT(0, machine.count);
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_APP_IDLE, node.app.state);
+    TEST_ASSERT_EQUAL_UINT32(1, read_status().frames_refused);
+}
+
+static void test_each_fd_sample_is_answered_at_once(void) {
+    begin_run(HEXLOAD_BUS_FD, HEXLOAD_PACING_LOCKSTEP);
+    for (uint32_t tick = 7; tick < 300; tick++) {
+        hexload_bus_answer_t answer;
+        machine.count = 0;
+        give(HEXLOAD_BUS_FD, tick);
+        TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_ANSWER_FRAMES, machine.count);
+        TEST_ASSERT_EQUAL_INT(1, read_answers(HEXLOAD_BUS_FD, tick, &answer));
+        TEST_ASSERT_EQUAL_UINT32(tick, answer.tick);
+        TEST_ASSERT_EQUAL_UINT8(node.app.state, answer.state);
+        TEST_ASSERT_TRUE(node.app.estimate.tick == tick);
+        TEST_ASSERT_TRUE((float)node.app.estimate.value[HEXLOAD_PAPER_DZ] ==
+                         (float)answer.estimate.value[HEXLOAD_PAPER_DZ]);
+    }
+}
+
+static void test_classic_samples_are_answered_with_one_page_at_every_second_tick(void) {
+    begin_run(HEXLOAD_BUS_CLASSIC, HEXLOAD_PACING_LOCKSTEP);
+    hexload_bus_answer_t answer;
+    hexload_estimate_t at_first_page = {0};
+    for (uint32_t tick = 0; tick < 52; tick++) {
+        machine.count = tick == 26 ? 0 : machine.count;
+        const int before = machine.count;
+        give(HEXLOAD_BUS_CLASSIC, tick);
+        TEST_ASSERT_EQUAL_INT(tick % 2 == 0, machine.count - before);
+        at_first_page = tick == 26 ? node.app.estimate : at_first_page;
+    }
+    TEST_ASSERT_EQUAL_INT(1, read_answers(HEXLOAD_BUS_CLASSIC, 51, &answer));
+    TEST_ASSERT_EQUAL_UINT32(26, answer.tick);
+    for (int k = 0; k < HEXLOAD_PAPER_DIM; k++) {
+        TEST_ASSERT_TRUE((float)at_first_page.value[k] == (float)answer.estimate.value[k]);
+        TEST_ASSERT_TRUE((float)at_first_page.sigma[k] == (float)answer.estimate.sigma[k]);
+    }
+}
+
+static void test_each_run_begins_its_classic_answers_with_page_zero(void) {
+    // GIVEN a run that ended in the middle of a round of pages
+    hexload_bus_answer_t answer;
+    begin_run(HEXLOAD_BUS_CLASSIC, HEXLOAD_PACING_LOCKSTEP);
+    for (uint32_t tick = 0; tick < 5; tick++) {
+        give(HEXLOAD_BUS_CLASSIC, tick);
+    }
+    // WHEN a second run begins
+    command(HEXLOAD_COMMAND_RESET, 0.0f);
+    command(HEXLOAD_COMMAND_START, (float)HEXLOAD_PACING_LOCKSTEP);
+    machine.count = 0;
+    for (uint32_t tick = 0; tick < HEXLOAD_BUS_ANSWER_PAGES * HEXLOAD_BUS_ANSWER_PERIOD; tick++) {
+        give(HEXLOAD_BUS_CLASSIC, tick);
+    }
+    // THEN its first round of pages is a whole answer, to its first sample
+    TEST_ASSERT_EQUAL_INT(1, read_answers(HEXLOAD_BUS_CLASSIC, 0, &answer));
+    TEST_ASSERT_EQUAL_UINT32(0, answer.tick);
+}
+
+static void test_idle_and_fault_answer_samples_too(void) {
+    for (int state = 0; state < 2; state++) {
+        begin_active(HEXLOAD_BUS_FD);
+        hexload_bus_answer_t answer;
+        hexload_app_set_fault(&node.app, state == 0 ? HEXLOAD_FAULT_NONE : HEXLOAD_FAULT_SAMPLES_REFUSED);
+        give(HEXLOAD_BUS_FD, 3);
+        TEST_ASSERT_EQUAL_INT(1, read_answers(HEXLOAD_BUS_FD, 3, &answer));
+        TEST_ASSERT_EQUAL_UINT8(state == 0 ? HEXLOAD_APP_IDLE : HEXLOAD_APP_FAULT, answer.state);
+    }
+}
+
+static void test_start_among_flowing_classic_samples_estimates_from_the_next_tick(void) {
+    begin_active(HEXLOAD_BUS_CLASSIC);
+    for (uint32_t tick = 16; tick < 37; tick++) {
+        give(HEXLOAD_BUS_CLASSIC, tick);
+        pass(1);
+    }
+    command(HEXLOAD_COMMAND_START, HEXLOAD_PACING_REAL_TIME);
+    give(HEXLOAD_BUS_CLASSIC, 37);
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_APP_ESTIMATING, node.app.state);
+    TEST_ASSERT_EQUAL_UINT32(37, node.app.estimate.tick);
+}
+
+static void test_a_lost_leg_frame_shows_in_answer_health_and_status(void) {
+    begin_run(HEXLOAD_BUS_CLASSIC, HEXLOAD_PACING_REAL_TIME);
+    for (uint32_t tick = 0; tick < 26 + 26; tick++) {
+        machine.count = tick == 26 ? 0 : machine.count;
+        give_without(HEXLOAD_BUS_CLASSIC, tick, tick == 25 ? 3 : -1); // leg 4 of tick 25
+        pass(1);
+    }
+    hexload_bus_answer_t answer;
+    TEST_ASSERT_EQUAL_INT(1, read_answers(HEXLOAD_BUS_CLASSIC, 51, &answer));
+    TEST_ASSERT_EQUAL_UINT32(26, answer.tick);
+    TEST_ASSERT_EQUAL_HEX8(0x08, answer.missing_legs);
+    TEST_ASSERT_BITS_HIGH(1u << HEXLOAD_HEALTH_SAMPLE_MISSING, answer.health);
+    TEST_ASSERT_EQUAL_UINT32(1, read_status().samples_missing);
+}
+
+static void test_a_change_of_fault_does_not_wait_for_the_round_of_pages_to_end(void) {
+    begin_run(HEXLOAD_BUS_CLASSIC, HEXLOAD_PACING_REAL_TIME);
+    for (uint32_t tick = 0; tick < 10; tick++) {
+        give(HEXLOAD_BUS_CLASSIC, tick);
+    }
+    hexload_app_set_fault(&node.app, HEXLOAD_FAULT_SAMPLES_REFUSED);
+    machine.count = 0;
+    give(HEXLOAD_BUS_CLASSIC, 10);
+    TEST_ASSERT_EQUAL_INT(1, machine.count);
+    TEST_ASSERT_EQUAL_UINT8(0, machine.sent[0].data[0]); // page 0
+    TEST_ASSERT_EQUAL_UINT8(HEXLOAD_FAULT_SAMPLES_REFUSED, machine.sent[0].data[6] & 0x0F);
+}
+
+static void test_samples_of_the_other_profile_are_a_fault_at_once(void) {
+    for (int profile = 0; profile < 2; profile++) {
+        const hexload_bus_profile_t own = (hexload_bus_profile_t)profile,
+                                    other = (hexload_bus_profile_t)(1 - profile);
+        begin_active(own);
+        give(other, 3);
+        TEST_ASSERT_EQUAL_INT(HEXLOAD_FAULT_WRONG_PROFILE, node.app.fault);
+        TEST_ASSERT_EQUAL_UINT8(HEXLOAD_FAULT_WRONG_PROFILE, read_status().fault);
+    }
+}
+
+static void test_status_pages_go_out_one_by_one_every_fifty_milliseconds(void) {
+    begin_active(HEXLOAD_BUS_FD);
+    for (int n = 0; n < 3 * HEXLOAD_BUS_STATUS_PAGES; n++) {
+        pass(HEXLOAD_NODE_STATUS_PERIOD_MS - 1);
+        TEST_ASSERT_EQUAL_INT(n, machine.count);
+        pass(1);
+        TEST_ASSERT_EQUAL_INT(n + 1, machine.count);
+        TEST_ASSERT_EQUAL_HEX32(ID_CONTROLLER_STATUS, machine.sent[n].id);
+        TEST_ASSERT_EQUAL_UINT8((n + machine.sent[0].data[0]) % HEXLOAD_BUS_STATUS_PAGES,
+                                machine.sent[n].data[0]);
+    }
+}
+
+static void test_the_status_tells_version_tick_and_counters(void) {
+    begin_run(HEXLOAD_BUS_FD, HEXLOAD_PACING_LOCKSTEP);
+    give(HEXLOAD_BUS_FD, 100);
+    give(HEXLOAD_BUS_FD, 104);
+    give(HEXLOAD_BUS_FD, 104); // refused
+    hexload_node_period(&node, 0);
+    hexload_node_period(&node, 4); // three periods missed
+    const hexload_bus_controller_status_t status = read_status();
+    char version[16];
+    (void)snprintf(version, sizeof version, "%d.%d.%d", status.version[0], status.version[1],
+                   status.version[2]);
+    TEST_ASSERT_EQUAL_STRING(HEXLOAD_VERSION, version);
+    TEST_ASSERT_EQUAL_UINT8(HEXLOAD_BUS_FD, status.profile);
+    TEST_ASSERT_EQUAL_UINT8(HEXLOAD_APP_ESTIMATING, status.state);
+    TEST_ASSERT_EQUAL_UINT32(104, status.tick);
+    TEST_ASSERT_EQUAL_UINT32(3, status.overruns);
+    TEST_ASSERT_EQUAL_UINT32(4321, status.stack_margin_bytes);
+    TEST_ASSERT_EQUAL_UINT32(3, status.samples_missing);
+    TEST_ASSERT_EQUAL_UINT32(1, status.samples_refused);
+    TEST_ASSERT_EQUAL_UINT32(0, status.frames_refused);
+}
+
+static void test_counters_stay_at_their_largest_value(void) {
+    begin_run(HEXLOAD_BUS_FD, HEXLOAD_PACING_LOCKSTEP);
+    for (uint32_t n = 0; n < 4; n++) {
+        node.app.silence_ms = 0; // only the counters are of interest
+        hexload_node_period(&node, n == 0 ? 9000 : UINT32_MAX / 2);
+        node.app.state = n == 0 ? HEXLOAD_APP_ARMED : HEXLOAD_APP_ESTIMATING;
+        give(HEXLOAD_BUS_FD, n * (UINT32_MAX / 2));
+    }
+    TEST_ASSERT_EQUAL_UINT32(UINT32_MAX, node.status.overruns);
+    TEST_ASSERT_EQUAL_UINT32(UINT32_MAX, node.app.samples_missing);
+    TEST_ASSERT_TRUE(hexload_node_is_active(&node)); // the age, too
+}
+
+static void test_the_time_margin_is_the_least_since_it_was_last_told(void) {
+    begin_run(HEXLOAD_BUS_FD, HEXLOAD_PACING_LOCKSTEP);
+    machine.step_us = 300;
+    give(HEXLOAD_BUS_FD, 0);
+    machine.step_us = 800;
+    give(HEXLOAD_BUS_FD, 1);
+    machine.step_us = 400;
+    give(HEXLOAD_BUS_FD, 2);
+    TEST_ASSERT_EQUAL_INT32(200, read_status().time_margin_us);
+    TEST_ASSERT_EQUAL_INT32(0, read_status().time_margin_us); // nothing measured since
+    machine.step_us = 1700; // more than the period, and the clock wraps on the way
+    machine.now_us = UINT32_MAX - 2000;
+    give(HEXLOAD_BUS_FD, 3);
+    TEST_ASSERT_EQUAL_INT32(-700, read_status().time_margin_us);
+    machine.step_us = 1000; // none left; 0 would read "not measured"
+    give(HEXLOAD_BUS_FD, 4);
+    TEST_ASSERT_EQUAL_INT32(-1, read_status().time_margin_us);
+}
+
+static void test_a_port_without_clock_and_stack_measure_will_do(void) {
+    const hexload_config_t config = paper_machine();
+    const hexload_port_t port = {&machine, log_frame, NULL, NULL};
+    hexload_app_settings_t settings;
+    hexload_app_settings_default(&settings);
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_OK, hexload_node_init(&node, &config, &settings, HEXLOAD_BUS_FD, &port));
+    pass(HEXLOAD_NODE_LISTEN_MS);
+    give(HEXLOAD_BUS_FD, 0);
+    const hexload_bus_controller_status_t status = read_status();
+    TEST_ASSERT_EQUAL_INT32(0, status.time_margin_us);
+    TEST_ASSERT_EQUAL_UINT32(0, status.stack_margin_bytes);
+}
+
+static void test_frames_that_cannot_be_queued_are_counted_and_work_goes_on(void) {
+    begin_run(HEXLOAD_BUS_FD, HEXLOAD_PACING_REAL_TIME);
+    machine.is_full = true;
+    give(HEXLOAD_BUS_FD, 0);
+    command(HEXLOAD_COMMAND_SELECT_FILTER, 0.0f);
+    TEST_ASSERT_EQUAL_UINT32(4, node.send_failed);
+    machine.is_full = false;
+    give(HEXLOAD_BUS_FD, 1);
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_ANSWER_FRAMES, machine.count);
+    TEST_ASSERT_EQUAL_UINT32(1, node.app.estimate.tick);
+}
+
+static void test_after_eight_silent_milliseconds_classic_waits_for_the_whole_tick(void) {
+    // seven: the four bits are still unambiguous
+    begin_run(HEXLOAD_BUS_CLASSIC, HEXLOAD_PACING_REAL_TIME);
+    give(HEXLOAD_BUS_CLASSIC, 16);
+    pass(HEXLOAD_NODE_TICK_LOST_MS - 1);
+    give(HEXLOAD_BUS_CLASSIC, 23);
+    TEST_ASSERT_EQUAL_UINT32(23, node.app.last_tick);
+    // eight: the next samples are not used until the whole tick comes
+    pass(HEXLOAD_NODE_TICK_LOST_MS);
+    give(HEXLOAD_BUS_CLASSIC, 31);
+    TEST_ASSERT_EQUAL_UINT32(23, node.app.last_tick);
+    give(HEXLOAD_BUS_CLASSIC, 32);
+    TEST_ASSERT_EQUAL_UINT32(32, node.app.last_tick);
+}
+
+static void test_in_lockstep_silence_does_not_lose_the_tick(void) {
+    begin_run(HEXLOAD_BUS_CLASSIC, HEXLOAD_PACING_LOCKSTEP);
+    give(HEXLOAD_BUS_CLASSIC, 16);
+    pass(5000);
+    give(HEXLOAD_BUS_CLASSIC, 17);
+    TEST_ASSERT_EQUAL_UINT32(17, node.app.last_tick);
+}
+
+static void test_a_silent_source_is_a_fault_that_the_status_tells(void) {
+    begin_run(HEXLOAD_BUS_FD, HEXLOAD_PACING_REAL_TIME);
+    give(HEXLOAD_BUS_FD, 0);
+    pass(99);
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_APP_ESTIMATING, node.app.state);
+    pass(1);
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_APP_FAULT, node.app.state);
+    TEST_ASSERT_EQUAL_UINT8(HEXLOAD_FAULT_SAMPLE_TIMEOUT, read_status().fault);
+}
+
+static void test_a_bus_that_goes_down_and_up_leads_over_fault_to_idle(void) {
+    begin_run(HEXLOAD_BUS_CLASSIC, HEXLOAD_PACING_REAL_TIME);
+    give(HEXLOAD_BUS_CLASSIC, 16);
+    hexload_node_bus_state(&node, true); // nothing changes while it is up
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_APP_ESTIMATING, node.app.state);
+    hexload_node_bus_state(&node, false);
+    hexload_node_bus_state(&node, false);
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_FAULT_BUS_DOWN, node.app.fault);
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_APP_FAULT, node.app.state);
+    hexload_node_bus_state(&node, true);
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_APP_IDLE, node.app.state);
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_FAULT_NONE, node.app.fault);
+    // the source may have gone on meanwhile: legs are of use after the next whole tick
+    command(HEXLOAD_COMMAND_START, HEXLOAD_PACING_REAL_TIME);
+    give(HEXLOAD_BUS_CLASSIC, 19);
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_APP_ARMED, node.app.state);
+    give(HEXLOAD_BUS_CLASSIC, 32);
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_APP_ESTIMATING, node.app.state);
+}
+
+static void test_a_bus_that_comes_up_clears_no_other_fault(void) {
+    begin_active(HEXLOAD_BUS_FD);
+    hexload_app_set_fault(&node.app, HEXLOAD_FAULT_WRONG_PROFILE);
+    hexload_node_bus_state(&node, false);
+    hexload_node_bus_state(&node, true);
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_FAULT_WRONG_PROFILE, node.app.fault);
+}
+
+static void test_random_frames_do_no_harm(void) {
+    uint64_t seed = 11;
+    for (int profile = 0; profile < 2; profile++) {
+        begin_active((hexload_bus_profile_t)profile);
+        for (int n = 0; n < 100000; n++) {
+            const hexload_bus_frame_t frame = random_frame(&seed);
+            hexload_node_receive(&node, &frame);
+            pass(n % 4 == 0);
+            machine.count = 0;
+            TEST_ASSERT_TRUE(node.app.state <= HEXLOAD_APP_FAULT);
+            TEST_ASSERT_EQUAL_INT(node.app.state == HEXLOAD_APP_FAULT, node.app.fault != HEXLOAD_FAULT_NONE);
+        }
+        // whatever came: RESET and START make it work again
+        command(HEXLOAD_COMMAND_RESET, 0.0f);
+        command(HEXLOAD_COMMAND_SET_KNOWN_MASS, 500.0f);
+        command(HEXLOAD_COMMAND_START, HEXLOAD_PACING_REAL_TIME);
+        give((hexload_bus_profile_t)profile, 16);
+        TEST_ASSERT_EQUAL_INT(HEXLOAD_APP_ESTIMATING, node.app.state);
+    }
+}
+
+int main(void) {
+    UNITY_BEGIN();
+    RUN_TEST(test_init_refuses_a_bad_configuration_and_leaves_the_instance_alone);
+    RUN_TEST(test_a_listening_node_sends_nothing_and_does_nothing);
+    RUN_TEST(test_a_node_that_hears_a_controller_while_listening_stays_silent);
+    RUN_TEST(test_an_active_node_that_hears_another_controller_says_so);
+    RUN_TEST(test_a_command_is_acknowledged_with_state_and_profile);
+    RUN_TEST(test_a_damaged_command_is_counted_and_neither_carried_out_nor_acknowledged);
+    RUN_TEST(test_each_fd_sample_is_answered_at_once);
+    RUN_TEST(test_classic_samples_are_answered_with_one_page_at_every_second_tick);
+    RUN_TEST(test_each_run_begins_its_classic_answers_with_page_zero);
+    RUN_TEST(test_idle_and_fault_answer_samples_too);
+    RUN_TEST(test_start_among_flowing_classic_samples_estimates_from_the_next_tick);
+    RUN_TEST(test_a_lost_leg_frame_shows_in_answer_health_and_status);
+    RUN_TEST(test_a_change_of_fault_does_not_wait_for_the_round_of_pages_to_end);
+    RUN_TEST(test_samples_of_the_other_profile_are_a_fault_at_once);
+    RUN_TEST(test_status_pages_go_out_one_by_one_every_fifty_milliseconds);
+    RUN_TEST(test_the_status_tells_version_tick_and_counters);
+    RUN_TEST(test_counters_stay_at_their_largest_value);
+    RUN_TEST(test_the_time_margin_is_the_least_since_it_was_last_told);
+    RUN_TEST(test_a_port_without_clock_and_stack_measure_will_do);
+    RUN_TEST(test_frames_that_cannot_be_queued_are_counted_and_work_goes_on);
+    RUN_TEST(test_after_eight_silent_milliseconds_classic_waits_for_the_whole_tick);
+    RUN_TEST(test_in_lockstep_silence_does_not_lose_the_tick);
+    RUN_TEST(test_a_silent_source_is_a_fault_that_the_status_tells);
+    RUN_TEST(test_a_bus_that_goes_down_and_up_leads_over_fault_to_idle);
+    RUN_TEST(test_a_bus_that_comes_up_clears_no_other_fault);
+    RUN_TEST(test_random_frames_do_no_harm);
+    return UNITY_END();
+}
