@@ -58,11 +58,64 @@ toml::table health_ticks(const std::vector<HealthCount>& health) {
     return table;
 }
 
+std::int64_t whole(std::uint64_t count) {
+    return static_cast<std::int64_t>(count);
+}
+
+// Frames are counted only in real time: commands and status pages go by the clock.
+toml::table bus(const std::optional<BusCounts>& bus, Pacing pacing) {
+    if (!bus) {
+        return toml::table{{"name", "inproc"}};
+    }
+    toml::table table{
+        {"name", bus->name},
+        {"profile", bus->profile},
+        {"samples", whole(bus->samples)},
+        {"unsent", whole(bus->unsent)},
+        {"saturated", whole(bus->saturated)},
+        {"answers_expected", whole(bus->expected)},
+        {"answers", whole(bus->answers)},
+        {"answers_missing", whole(bus->missing)},
+        {"answers_late", whole(bus->late)},
+        {"rejoins", whole(bus->rejoins)},
+        {"outages", whole(bus->outages)},
+    };
+    if (pacing == Pacing::real_time) {
+        table.insert("frames_sent", whole(bus->frames_sent));
+        table.insert("frames_received", whole(bus->frames_received));
+        table.insert("send_retries", whole(bus->send_retries));
+        table.insert("send_failures", whole(bus->send_failures));
+        table.insert("receive_drops", whole(bus->receive_drops));
+        table.insert("error_frames", whole(bus->error_frames));
+    }
+    return table;
+}
+
+toml::table quantiles_us(const DurationHistogram& histogram) {
+    return toml::table{{"p50", histogram.quantile_us(0.5)},
+                       {"p90", histogram.quantile_us(0.9)},
+                       {"p99", histogram.quantile_us(0.99)},
+                       {"p99_9", histogram.quantile_us(0.999)},
+                       {"max", histogram.longest_us()}};
+}
+
+toml::table pacing(const PacingResult& result) {
+    toml::table table{{"mode", name_of(result.mode)}};
+    if (result.counts != nullptr) {
+        table.insert("periods", whole(result.counts->periods));
+        table.insert("overruns", whole(result.counts->overruns));
+        table.insert("lateness_us", quantiles_us(result.counts->lateness));
+        table.insert("work_us", quantiles_us(result.counts->work));
+        table.insert("real_time_priority", result.has_priority);
+        table.insert("locked_memory", result.has_locked_memory);
+    }
+    return table;
+}
+
 } // namespace
 
 std::string run_meta_json(const Scenario& scenario, const PlatformFile& platform, const Simulator& simulator,
                           const RunResult& result) {
-    const auto whole = [](std::uint32_t count) { return static_cast<std::int64_t>(count); };
     const MassProperties body = simulator.body_at_start();
     const Matrix3 home = Matrix3::Identity();
     const toml::table meta{
@@ -83,6 +136,8 @@ std::string run_meta_json(const Scenario& scenario, const PlatformFile& platform
         {"estimator", toml::table{{"kind", name_of(platform.estimator.kind)},
                                   {"prior", name_of(platform.estimator.prior)}}},
         {"health_ticks", health_ticks(result.health)},
+        {"bus", bus(result.bus, result.pacing.mode)},
+        {"pacing", pacing(result.pacing)},
     };
     std::ostringstream document;
     document << toml::json_formatter{meta} << '\n';

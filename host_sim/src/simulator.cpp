@@ -73,24 +73,25 @@ LegReference Simulator::leg_reference(const Motion& motion) const {
             (jacobian(legs) * motion.twist().stacked()).array()};
 }
 
-RunCounts run(Simulator& simulator, EstimatorLink* link, const TickObserver& observer) {
+RunCounts run(Simulator& simulator, EstimatorLink* link, const TickObserver& observer, Pacer* pacer) {
     RunCounts counts;
     while (counts.ticks < simulator.ticks()) {
         const Tick tick = simulator.step();
+        if (pacer != nullptr) {
+            pacer->wait(); // with the sample ready, so that it leaves on time
+        }
         ++counts.ticks;
-        std::optional<EstimateRow> estimate;
+        std::span<const EstimateRow> estimates;
         if (!tick.sample) {
             ++counts.missing;
         } else if (link != nullptr) {
-            estimate = link->step(*tick.sample);
-            if (!estimate) {
-                ++counts.refused;
-            }
+            estimates = link->step(*tick.sample);
         }
         if (observer) {
-            observer(tick, estimate);
+            observer(tick, estimates);
         }
     }
+    counts.refused = link != nullptr ? link->refused() : 0;
     return counts;
 }
 

@@ -27,7 +27,7 @@ std::filesystem::path write_run(const ScratchFolder& scratch, const std::string&
     directory.write_inputs(scenario);
     const RunCounts counts =
         run(simulator, nullptr, [&](const Tick& tick, const auto&) { directory.write(tick); });
-    directory.finish(scenario, platform, simulator, {counts, {}});
+    directory.finish(scenario, platform, simulator, {.counts = counts});
     return scratch.path(name);
 }
 
@@ -42,14 +42,27 @@ class FussyLink : public EstimatorLink {
     std::span<const std::string_view> parameter_names() const override {
         return {};
     }
-    std::optional<EstimateRow> step(const LegSample& sample) override {
+    std::span<const EstimateRow> step(const LegSample& sample) override {
         if (sample.tick % 3 == 0) {
-            return std::nullopt;
+            ++refused_;
+            return {};
         }
-        EstimateRow row;
-        row.t_s = sample.t_s;
-        return row;
+        row_.t_s = sample.t_s;
+        return {&row_, 1};
     }
+    std::uint32_t refused() const override {
+        return refused_;
+    }
+    std::string last_refusal() const override {
+        return "fussy";
+    }
+    std::vector<HealthCount> health_counts() const override {
+        return {};
+    }
+
+  private:
+    EstimateRow row_;
+    std::uint32_t refused_ = 0;
 };
 
 } // namespace
@@ -115,9 +128,10 @@ SCENARIO("a run has a truth row per tick and a log row per sample that arrived")
         const PlatformFile platform = load_platform_file(scenario.platform);
         Simulator simulator(platform, scenario);
         FussyLink link;
-        std::uint32_t estimates = 0;
-        const RunCounts counts = run(
-            simulator, &link, [&](const Tick&, const auto& estimate) { estimates += estimate ? 1U : 0U; });
+        std::size_t estimates = 0;
+        const RunCounts counts = run(simulator, &link, [&](const Tick&, std::span<const EstimateRow> rows) {
+            estimates += rows.size();
+        });
         const auto directory = write_run(scratch, "run", scenario);
         WHEN("rows are counted") {
             THEN("they add up") {

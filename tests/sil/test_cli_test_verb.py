@@ -34,6 +34,23 @@ def test_passed_failed_and_not_run_tests_are_told_apart(tmp_path):
     assert (result.passed, result.failed, result.seconds) == (2, ("t2", "t3", "t4"), 2.5)
 
 
+def test_only_a_test_that_says_so_has_been_skipped(tmp_path):
+    # GIVEN a ctest result of a test that ended with the status for a skip, and of one whose program is missing
+    path = tmp_path / "host.xml"
+    messages = ("SKIP_RETURN_CODE=77", "Unable to find executable")
+    cases = "".join(f'<testcase name="{m[:4]}" status="notrun"><skipped message="{m}"/></testcase>' for m in messages)
+    path.write_text(f"<testsuite>{cases}</testsuite>")
+    # WHEN it is read THEN the first has been skipped and the second has failed
+    result = verb.read_junit("host", path)
+    assert (result.skipped, result.failed) == (("SKIP",), ("Unab",))
+
+
+def test_skips_are_in_the_last_line(presets, capsys):
+    presets["host"] = verb.Outcome("host", 5, (), 1.0, ("hil_vcan",))
+    assert verb.run_tests(["host"], None) == 0
+    assert capsys.readouterr().out.splitlines()[-1] == "5 passed, 0 failed, 1 skipped"
+
+
 def test_no_result_file_means_that_no_test_ran(tmp_path):
     assert verb.read_junit("host", tmp_path / "none.xml").passed == 0
 

@@ -1,5 +1,6 @@
 """Configures and builds a CMake preset: silent when nothing is to do, one line and a log file otherwise."""
 
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -30,12 +31,19 @@ def _configure(preset: str, directory: Path) -> None:
     generated = directory / "build.ninja"
     presets = project.ROOT / "CMakePresets.json"
     interpreter = Path(sys.prefix) / "pyvenv.cfg"  # newer than the build when the environment has been remade
-    if generated.exists() and generated.stat().st_mtime > max(presets.stat().st_mtime, interpreter.stat().st_mtime):
+    is_new = generated.exists() and generated.stat().st_mtime > max(presets.stat().st_mtime, interpreter.stat().st_mtime)
+    if is_new and not _lacks_jdk(directory):
         return
     definitions = [f"-DPython_EXECUTABLE={sys.executable}", f"-DUNITY_ROOT={project.BUILD / 'deps' / 'unity'}"]
     command = ["cmake", "--preset", preset, *definitions]
     _stage(f"configuring {preset}", command, LOGS / f"configure-{preset}.log")
     generated.touch()
+
+
+def _lacks_jdk(directory: Path) -> bool:
+    """The build was configured before there was a JDK, without lcm-spy's types."""
+    cache = (directory / "CMakeCache.txt").read_text()
+    return "Java_JAVAC_EXECUTABLE-NOTFOUND" in cache and shutil.which("javac") is not None
 
 
 def _nothing_to_do(directory: Path, targets: tuple[str, ...]) -> bool:

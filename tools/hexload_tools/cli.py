@@ -20,6 +20,7 @@ app = typer.Typer(
 
 Estimator = Literal["paper", "momentum"]
 Prior = Literal["safe", "printed"]
+Profile = Literal["fd", "classic"]
 
 
 @app.command()
@@ -41,6 +42,10 @@ def test(
 ) -> None:
     """Builds and runs every test; the last line reads 'N passed, N failed'.
 
+    The CAN tests run on this kernel when vcan0 is up with mtu 72, else in the virtual machine (hexload vm). A machine that
+    can have neither skips them and says so; with HEXLOAD_REQUIRE_VCAN=1, or CI=true, that is a failure. Results are in
+    build/junit, what the CAN and LCM tests leave behind is in build/artefacts.
+
     Example:  hexload test --quick -R kinematics
     """
     from hexload_tools import test as verb
@@ -61,24 +66,62 @@ def sim(
     ] = None,
     estimator: Annotated[Optional[Estimator], typer.Option(help="Instead of the platform file's.")] = None,
     prior: Annotated[Optional[Prior], typer.Option(help="Start covariance, instead of the platform file's.")] = None,
+    bus: Annotated[
+        Optional[str],
+        typer.Option(help="Run simulator and controller as two programs on this bus: socketcan:INTERFACE, udp_multicast:GROUP[:PORT]."),
+    ] = None,
+    profile: Annotated[Optional[Profile], typer.Option(help="Frames of the bus: CAN FD or classic CAN.  [default: fd]")] = None,
+    lockstep: Annotated[bool, typer.Option("--lockstep", help="Tick k + 1 follows when tick k is answered (default on a bus).")] = False,
+    real_time: Annotated[bool, typer.Option("--real-time", help="One tick per millisecond, by the clock.")] = False,
+    feed: Annotated[
+        Optional[str], typer.Option(help="Run simulator and controller as two programs on LCM instead of a bus: lcm, lcm:URL.")
+    ] = None,
+    publish: Annotated[
+        Optional[str], typer.Option(help="Tell the run on LCM, samples and truth, for hexload spy and lcm-logger: lcm, lcm:URL.")
+    ] = None,
+    answer_timeout: Annotated[
+        Optional[float], typer.Option(help="Seconds of the controller's silence that end a run in lockstep, or are told in real time.")
+    ] = None,
+    external_controller: Annotated[
+        bool, typer.Option("--external-controller", help="The controller is on the bus already: do not start hexload_ecu.")
+    ] = False,
     force: Annotated[bool, typer.Option("--force", help="Overwrite the run directory given by --out.")] = False,
     quiet: Annotated[bool, typer.Option("--quiet", help="No progress, no summary.")] = False,
 ) -> None:
     """Runs a scenario in closed loop and writes a run directory: log, truth, estimates, metadata.
 
+    Status on a bus: 3 the controller is silent, 4 it speaks another profile, 5 a second one is on the bus, 6 the bus is down, 7
+    the controller is in fault.
+
     Example:  hexload sim paper --seed 7 --out runs/seven
+
+    Example:  hexload vm -- tools/hexload sim paper --bus socketcan:vcan0 --lockstep
     """
     from hexload_tools import sim as verb
 
-    given = {"--duration": duration, "--substeps": substeps, "--estimator": estimator, "--prior": prior}
+    given = {
+        "--duration": duration,
+        "--substeps": substeps,
+        "--estimator": estimator,
+        "--prior": prior,
+        "--bus": bus,
+        "--profile": profile,
+        "--feed": feed,
+        "--publish": publish,
+        "--answer-timeout": answer_timeout,
+    }
     options = [word for name, value in given.items() if value is not None for word in (name, str(value))]
-    options += [name for name, wanted in (("--force", force), ("--quiet", quiet)) if wanted]
-    print(verb.run_simulation(scenario, out, seed, tuple(options)))
+    flags = {"--force": force, "--quiet": quiet, "--lockstep": lockstep, "--real-time": real_time}
+    options += [name for name, wanted in flags.items() if wanted]
+    controller = None
+    if (bus not in (None, "inproc") or feed) and not external_controller:
+        controller = verb.controller_options(bus, feed, profile, prior, real_time)
+    print(verb.run_simulation(scenario, out, seed, tuple(options), controller))
 
 
 @app.command()
 def replay(
-    log: Annotated[Path, typer.Argument(help="Leg log, .csv or .csv.gz: t,dl1..dl6,vl1..vl6,f1..f6 in SI units.")],
+    log: Annotated[Path, typer.Argument(help="Leg log: .csv or .csv.gz (t,dl1..dl6,vl1..vl6,f1..f6 in SI units), candump, .blf, .asc or LCM event log.")],
     platform: Annotated[Path, typer.Option(help="Platform file (.toml).")],
     out: Annotated[Path, typer.Option(help="Estimates to write (.csv), one row per tick.")],
     estimator: Annotated[Optional[Estimator], typer.Option(help="Instead of the platform file's.")] = None,
@@ -114,13 +157,100 @@ def report(
 
 @app.command()
 def bench() -> None:
-    """Measures the simulator's speed, alone and with the firmware, against a MuJoCo model of the same platform.
+    """Measures the simulator's speed beside MuJoCo's, and the firmware's instructions and memory on a Cortex-M7.
+
+    The controller is emulated; its instructions are counted stage by stage, and beside those of other filters.
 
     Example:  hexload bench
     """
     from hexload_tools import bench as verb
 
     verb.run_bench()
+
+
+@app.command()
+def spy(
+    url: Annotated[str, typer.Option(help="LCM's URL; the default stays within this computer.")] = "udpm://239.255.76.67:7667?ttl=0",
+) -> None:
+    """Opens lcm-spy with hexload's types, so that it decodes what simulator, controller and bridge publish.
+
+    A double click on a channel opens it, one on a number draws it. Without a screen: xvfb-run -a tools/hexload spy.
+
+    Example:  hexload spy & hexload sim paper --real-time --publish lcm
+    """
+    from hexload_tools import spy as verb
+
+    verb.run_spy(url)
+
+
+@app.command()
+def bridge(
+    bus: Annotated[str, typer.Option(help="Bus to listen on: socketcan:INTERFACE, udp_multicast:GROUP[:PORT].")],
+    profile: Annotated[Optional[Profile], typer.Option(help="Frames of the bus.  [default: fd]")] = None,
+    lcm: Annotated[Optional[str], typer.Option(help="LCM's URL.  [default: udpm://239.255.76.67:7667?ttl=0]")] = None,
+    samples: Annotated[bool, typer.Option("--samples", help="Publish the leg samples too, as the bus rounds them.")] = False,
+) -> None:
+    """Listens on a CAN bus, never sends, and publishes on LCM what it carried: estimates, health, bus statistics.
+
+    Ends with Ctrl-C, with a summary.
+
+    Example:  hexload bridge --bus socketcan:can0 --samples
+    """
+    from hexload_tools import bridge as verb
+
+    given = {"--bus": bus, "--profile": profile, "--lcm": lcm}
+    options = [word for name, value in given.items() if value is not None for word in (name, value)]
+    verb.run_bridge((*options, *(["--samples"] if samples else [])))
+
+
+@app.command(context_settings={"allow_interspersed_args": False})
+def vm(
+    command: Annotated[list[str], typer.Argument(help="Command and its arguments.", metavar="-- COMMAND...")],
+    out: Annotated[Optional[Path], typer.Option(help="Folder that the guest sees as /out.  [default: build/vm]")] = None,
+    memory: Annotated[int, typer.Option(min=256, help="MiB; half of it is the room for files.")] = 1024,
+    cpus: Annotated[int, typer.Option(min=1, help="Processors.")] = 2,
+    timeout: Annotated[
+        Optional[float], typer.Option(min=0, help="Seconds that COMMAND may take; then the status is 124.")
+    ] = None,
+    kvm: Annotated[bool, typer.Option("--kvm", help="Hardware virtualisation: faster; can hang in a nested machine.")] = False,
+) -> None:
+    """Runs COMMAND in a small virtual machine whose kernel has CAN: vcan0 is up, for classic and FD frames.
+
+    For machines without AF_CAN (containers, CI runners, WSL2). COMMAND runs as root, in the current folder, on the
+    machine's own files; its output and exit status are passed on, its input is empty. What it writes vanishes, except in
+    /out. HEXLOAD_*, LCM_*, PYTHONPATH, PATH and CI are passed on; HEXLOAD_VM=1 and HEXLOAD_ARTEFACTS=/out are set. The only
+    network is loopback, with multicast for LCM. The guest's console is in console.log in the folder of --out.
+
+    Example:  hexload vm -- sh -c 'candump -n 1 vcan0 & sleep 1; cansend vcan0 123#11'
+    """
+    from hexload_tools import vm as verb
+
+    machine = verb.Machine(out or verb.DEFAULT_OUT, memory, cpus, timeout, kvm)
+    raise typer.Exit(verb.run_in_guest(command, machine))
+
+
+@app.command()
+def doctor() -> None:
+    """Says what this machine can do of what the tests need (CAN, multicast, LCM spy, real time), and how to mend the rest.
+
+    Status 0 when `hexload test` has all that it needs, directly or in the virtual machine; else 1. Changes nothing.
+
+    Example:  hexload doctor
+    """
+    from hexload_tools import doctor as verb
+
+    raise typer.Exit(verb.run_doctor())
+
+
+@app.command(hidden=True)
+def bus_document() -> None:
+    """Writes firmware/bus/README.md anew from hexload.dbc, after a change of the CAN contract.
+
+    Example:  hexload bus-document
+    """
+    from hexload_tools import bus_document as verb
+
+    print(verb.write_document())
 
 
 def main() -> None:

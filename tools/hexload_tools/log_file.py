@@ -26,6 +26,7 @@ class LegLog:
     displacement_m: NDArray[np.float64]  # (n, 6), positive = extended
     velocity_m_s: NDArray[np.float64]  # (n, 6)
     force_n: NDArray[np.float64]  # (n, 6), positive pushes the platform away from the base
+    remarks: tuple[str, ...] = ()  # what the reader left out, for the user
 
 
 def read_log(path: Path) -> LegLog:

@@ -11,6 +11,7 @@ BUILD = ROOT / "build"
 RUNS = BUILD / "runs"
 SCENARIOS = ROOT / "host_sim" / "scenarios"
 DEFAULT_PRESET = "host"
+PROGRAMS = ("hexload_sim_app", "hexload_ecu", "hexload_bridge", "hexload_native", "hexload_lcm_python")  # CMake targets behind the verbs
 
 
 def preset_directory(preset: str) -> Path:
@@ -31,10 +32,23 @@ def simulator() -> Path:
     return build_directory() / "host_sim" / "hexload_sim"
 
 
+def controller() -> Path:
+    return build_directory() / "firmware" / "ports" / "linux" / "hexload_ecu"
+
+
 def native_module() -> ModuleType:
     """The extension hexload_native: the firmware's C and the plant's kinematics, called from Python."""
+    return _built_module("hexload_native")
+
+
+def message_type(name: str) -> type:
+    """An LCM type of lcm_types, e.g. leg_sample_t."""
+    return getattr(_built_module(f"hexload.{name}"), name)
+
+
+def _built_module(name: str) -> ModuleType:
     directory = str(build_directory() / "python")
     if directory not in sys.path:
         sys.path.insert(0, directory)
     importlib.invalidate_caches()
-    return importlib.import_module("hexload_native")
+    return importlib.import_module(name)

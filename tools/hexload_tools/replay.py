@@ -11,25 +11,26 @@ from rich.table import Table
 from hexload_tools import build, project
 from hexload_tools.atomic_file import replaced_when_done
 from hexload_tools.errors import InputError
-from hexload_tools.log_file import read_log
+from hexload_tools.log_formats import read_any_log
 from hexload_tools.table3 import DIGITS, SYMBOLS, UNITS
 
 
 def replay_log(log: Path, platform_file: Path, estimator: str | None, prior: str | None, out: Path) -> dict:
-    """Writes the estimates CSV to `out`, one row per log row, and returns what hexload_native.replay returns.
+    """Writes the estimates CSV to `out`, one row per log row, and returns what hexload_native.replay returns, with the log reader's remarks.
 
     `estimator` and `prior` override the platform file's [estimator] table.
     """
-    samples = read_log(log)
+    samples = read_any_log(log)
     build.ensure_built("hexload_native")
     native = project.native_module()
     platform = _load_platform(native, platform_file)
     legs = [_as_float32(part) for part in (samples.displacement_m, samples.velocity_m_s, samples.force_n)]
     with replaced_when_done(out) as temporary:
         try:
-            return native.replay(platform, estimator, prior, samples.t_s, *legs, str(temporary))
+            result = native.replay(platform, estimator, prior, samples.t_s, *legs, str(temporary))
         except ValueError as error:
             raise InputError(f"{log} with {platform_file}: {error}") from None
+    return result | {"remarks": samples.remarks}
 
 
 def _as_float32(values: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -59,4 +60,6 @@ def print_summary(result: dict, out: Path) -> None:
     print(f"health:    {health or 'no remark'}")
     if result["refused"]:
         print(f"refused:   {result['refused']} samples, the first at {result['first_refusal']}")
+    for remark in result["remarks"]:
+        print(f"log:       {remark}")
     print(f"estimates: {out}")

@@ -96,7 +96,7 @@ class Answer {
         return times_.empty();
     }
 
-    nb::dict finish(const InprocLink& link, const std::string& first_refusal) && {
+    nb::dict finish(const EstimatorLink& link, const std::string& first_refusal) && {
         const auto names = link.parameter_names();
         const std::size_t rows = times_.size();
         nb::list name_list;
@@ -146,9 +146,9 @@ nb::dict replay(const PlatformFile& platform, const std::optional<std::string>& 
                                           .displacement_m = legs_of_row(displacement_m, row),
                                           .velocity_m_s = legs_of_row(velocity_m_s, row),
                                           .force_n = legs_of_row(force_n, row)});
-        if (estimate) {
-            file.write(*estimate);
-            answer.add(*estimate, link->parameter_names().size());
+        if (!estimate.empty()) {
+            file.write(estimate.front());
+            answer.add(estimate.front(), link->parameter_names().size());
         } else if (first_refusal.empty()) {
             first_refusal = "t = " + std::to_string(t(row)) + " s: " + link->last_refusal();
         }
@@ -201,6 +201,16 @@ class FirmwareKinematics {
 } // namespace
 
 void bind_firmware(nb::module_& module) {
+    module.def(
+        "config_bytes",
+        [](const PlatformFile& platform, double sampling_s) {
+            const hexload_config_t config = checked_firmware_config(platform, platform.estimator, sampling_s);
+            return nb::bytes(&config, sizeof config);
+        },
+        nb::arg("platform"), nb::arg("sampling_s"),
+        "The firmware's configuration as it lies in memory: numbers of 32 bits in the float build, so a "
+        "32-bit "
+        "controller can\nread it. ValueError names what is wrong.");
     module.def("replay", &replay, nb::arg("platform"), nb::arg("estimator").none(), nb::arg("prior").none(),
                nb::arg("t"), nb::arg("displacement_m"), nb::arg("velocity_m_s"), nb::arg("force_n"),
                nb::arg("out_path"),

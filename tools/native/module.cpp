@@ -5,4 +5,5 @@ NB_MODULE(HEXLOAD_MODULE, module) {
     module.doc() = "hexload's plant (host_sim) and firmware. Conventions: firmware/include/hexload/config.h.";
     bind_sim(module);
     bind_firmware(module);
+    bind_bus(module);
 }

@@ -1,5 +1,11 @@
-// hexload_sim SCENARIO.toml --out DIR: runs a scenario in closed loop with the estimator's firmware in
-// process and writes a run directory.
+// hexload_sim SCENARIO.toml --out DIR: runs a scenario in closed loop, with the estimator's firmware in
+// process or on a controller at the other end of a bus, and writes a run directory.
+#include "options.hpp"
+
+#include "can_link.hpp"
+#include "lcm_link.hpp"
+#include "lcm_publisher.hpp"
+
 #include <hexload_sim/estimate_file.hpp>
 #include <hexload_sim/inproc_link.hpp>
 #include <hexload_sim/input_error.hpp>
@@ -7,64 +13,28 @@
 #include <hexload_sim/scenario.hpp>
 #include <hexload_sim/simulator.hpp>
 
+#include "ports/linux/real_time.hpp"
+
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
 
 #include <chrono>
-#include <initializer_list>
-#include <limits>
-#include <map>
+#include <memory>
 #include <optional>
 #include <string>
+#include <thread>
 
 #include <unistd.h>
 
 namespace {
 
 namespace sim = hexload::sim;
+namespace port = hexload::port;
+namespace message = hexload::message;
 
-constexpr int exit_bad_input = 2;
 constexpr std::uint32_t ticks_per_progress = 200;
-
-struct Options {
-    std::string scenario;
-    std::string out;
-    std::optional<std::int64_t> seed;
-    std::optional<double> duration_s;
-    std::optional<std::int64_t> substeps;
-    std::optional<sim::EstimatorKind> estimator;
-    std::optional<sim::PaperPrior> prior;
-    bool force = false;
-    bool quiet = false;
-};
-
-template <typename Enum> std::map<std::string, Enum> by_name(std::initializer_list<Enum> values) {
-    std::map<std::string, Enum> names;
-    for (const Enum value : values) {
-        names.emplace(sim::name_of(value), value);
-    }
-    return names;
-}
-
-void declare(CLI::App& app, Options& options) {
-    const auto estimators = by_name({sim::EstimatorKind::paper, sim::EstimatorKind::momentum});
-    const auto priors = by_name({sim::PaperPrior::safe, sim::PaperPrior::printed});
-    app.add_option("scenario", options.scenario, "scenario file (TOML)")->required();
-    app.add_option("--out", options.out, "run directory to write")->required();
-    app.add_option("--seed", options.seed, "seed of motion and noise")
-        ->check(CLI::Range(std::int64_t{0}, std::numeric_limits<std::int64_t>::max()));
-    app.add_option("--duration", options.duration_s, "length of the run in s")
-        ->check(CLI::Range(sim::duration_min_s, sim::duration_max_s));
-    app.add_option("--substeps", options.substeps, "RK4 steps per 1 ms tick")
-        ->check(CLI::Range(std::int64_t{1}, sim::substeps_max));
-    app.add_option("--estimator", options.estimator,
-                   "estimator: paper, momentum (default: the platform file's)")
-        ->transform(CLI::CheckedTransformer(estimators));
-    app.add_option("--prior", options.prior, "start covariance of the paper's filter: safe or printed")
-        ->transform(CLI::CheckedTransformer(priors));
-    app.add_flag("--force", options.force, "replace an existing run directory");
-    app.add_flag("--quiet", options.quiet, "no progress, no summary");
-}
+constexpr double lockstep_timeout_s = 2.0;
+constexpr double real_time_timeout_s = 0.1;
 
 sim::Scenario scenario_of(const Options& options) {
     sim::Scenario scenario = sim::load_scenario(options.scenario);
@@ -81,6 +51,40 @@ sim::PlatformFile platform_of(const Options& options, const sim::Scenario& scena
     return platform;
 }
 
+std::unique_ptr<sim::EstimatorLink> make_link(const Options& options, const sim::PlatformFile& platform) {
+    if (options.is_in_process()) {
+        if (options.lockstep) {
+            throw sim::InputError("--lockstep: found with --bus inproc, expected a bus to wait for");
+        }
+        return sim::make_inproc_link(platform, platform.estimator);
+    }
+    const double timeout_s =
+        options.answer_timeout_s.value_or(options.real_time ? real_time_timeout_s : lockstep_timeout_s);
+    sim::CanLinkSettings settings;
+    settings.profile = options.profile;
+    settings.answer_timeout =
+        std::chrono::ceil<std::chrono::milliseconds>(std::chrono::duration<double>(timeout_s));
+    settings.tell = [](const std::string& line) { fmt::print(stderr, "hexload_sim: {}\n", line); };
+    if (!options.feed.empty()) {
+        const std::string url = message::url_of(options.feed);
+        return options.real_time ? sim::make_real_time_lcm_link(url, settings)
+                                 : sim::make_lockstep_lcm_link(url, settings);
+    }
+    auto channel = port::open_can_channel(options.bus, options.profile);
+    return options.real_time ? sim::make_real_time_link(std::move(channel), settings)
+                             : sim::make_lockstep_link(std::move(channel), settings);
+}
+
+std::unique_ptr<sim::LcmPublisher> make_publisher(const Options& options, const sim::PlatformFile& platform) {
+    if (options.publish.empty()) {
+        return nullptr;
+    }
+    const bool feeds =
+        !options.feed.empty() && message::url_of(options.feed) == message::url_of(options.publish);
+    return std::make_unique<sim::LcmPublisher>(message::url_of(options.publish), platform.geometry,
+                                               feeds ? sim::PublishSamples::no : sim::PublishSamples::yes);
+}
+
 void show_progress(std::uint32_t done, std::uint32_t total) {
     constexpr std::size_t width = 40;
     const std::size_t filled = width * done / total;
@@ -90,12 +94,40 @@ void show_progress(std::uint32_t done, std::uint32_t total) {
     }
 }
 
-void print_summary(const sim::Scenario& scenario, const sim::RunCounts& counts, const sim::InprocLink& link,
-                   const std::optional<sim::EstimateRow>& last, double elapsed_s) {
+void print_bus(const sim::BusCounts& bus) {
+    fmt::print("  {}, profile {}: {} samples, {} answers, {} missing, {} late\n", bus.name, bus.profile,
+               bus.samples, bus.answers, bus.missing, bus.late);
+    fmt::print("  frames: {} sent, {} received, {} not sent, {} dropped on receipt, {} error frames\n",
+               bus.frames_sent, bus.frames_received, bus.send_failures, bus.receive_drops, bus.error_frames);
+    if (bus.rejoins + bus.outages > 0) {
+        fmt::print("  the bus went down {} times, the controller was started again {} times\n", bus.outages,
+                   bus.rejoins);
+    }
+    if (!bus.advice.empty()) {
+        fmt::print("  {}\n", bus.advice);
+    }
+}
+
+void print_pacing(const sim::PacingCounts& pacing) {
+    fmt::print("  {} periods of 1 ms, {} overruns; late by {} us (median), {} us (99 %), {} us (longest)\n",
+               pacing.periods, pacing.overruns, pacing.lateness.quantile_us(0.5),
+               pacing.lateness.quantile_us(0.99), pacing.lateness.longest_us());
+}
+
+void print_summary(const sim::Scenario& scenario, const sim::RunResult& result,
+                   const sim::EstimatorLink& link, const std::optional<sim::EstimateRow>& last,
+                   double elapsed_s) {
+    const sim::RunCounts& counts = result.counts;
     fmt::print("{}: {} ticks, {} samples missing, {} refused, {:.2f} s, {:.0f} x real time\n", scenario.name,
                counts.ticks, counts.missing, counts.refused, elapsed_s, scenario.duration_s / elapsed_s);
     if (counts.refused > 0) {
         fmt::print("  last refusal: {}\n", link.last_refusal());
+    }
+    if (result.bus) {
+        print_bus(*result.bus);
+    }
+    if (result.pacing.counts != nullptr) {
+        print_pacing(*result.pacing.counts);
     }
     const auto names = link.parameter_names();
     for (std::size_t i = 0; last && i < names.size(); ++i) {
@@ -106,36 +138,133 @@ void print_summary(const sim::Scenario& scenario, const sim::RunCounts& counts, 
     }
 }
 
-void simulate(const Options& options) {
+// Writes what comes out of the loop, tick by tick.
+class Recorder {
+  public:
+    Recorder(sim::RunDirectory& directory, const sim::EstimatorLink& link, std::uint32_t ticks, bool show)
+        : directory_(directory), estimates_(directory.file("estimates.csv"), link.parameter_names()),
+          ticks_(ticks), show_(show) {}
+
+    void write(const sim::Tick& tick, std::span<const sim::EstimateRow> rows) {
+        directory_.write(tick);
+        write(rows);
+        if (show_ && (tick.index % ticks_per_progress == 0 || tick.index + 1 == ticks_)) {
+            show_progress(tick.index + 1, ticks_);
+        }
+    }
+    void write(std::span<const sim::EstimateRow> rows) {
+        for (const sim::EstimateRow& row : rows) {
+            estimates_.write(row);
+            last_ = row;
+        }
+    }
+    void close() {
+        estimates_.close();
+    }
+    const std::optional<sim::EstimateRow>& last() const {
+        return last_;
+    }
+
+  private:
+    sim::RunDirectory& directory_;
+    sim::EstimateFile estimates_;
+    std::uint32_t ticks_;
+    bool show_;
+    std::optional<sim::EstimateRow> last_;
+};
+
+// The run's clock and what the system granted it; idle unless in real time.
+struct RealTime {
+    explicit RealTime(bool wanted) : is_wanted(wanted) {
+        // On a single processor a simulator that is too slow would leave nothing to the controller.
+        if (wanted && std::thread::hardware_concurrency() > 1) {
+            rights = port::request_real_time(port::simulator_priority);
+        }
+    }
+    sim::PacingResult result(sim::Pacing mode) const {
+        if (!is_wanted) {
+            return {.mode = mode};
+        }
+        return {mode, &pacer.counts(), rights.has_priority, rights.has_locked_memory};
+    }
+
+    bool is_wanted;
+    sim::MonotonicClock clock;
+    sim::Pacer pacer{clock};
+    port::RealTimeRights rights;
+};
+
+ExitStatus simulate(const Options& options) {
     const sim::Scenario scenario = scenario_of(options);
     const sim::PlatformFile platform = platform_of(options, scenario);
     sim::Simulator simulator(platform, scenario);
-    const auto link = sim::make_inproc_link(platform, platform.estimator);
+    const auto link = make_link(options, platform);
+    const auto publisher = make_publisher(options, platform);
     sim::RunDirectory directory(options.out, options.force);
     directory.write_inputs(scenario);
-    sim::EstimateFile estimates(directory.file("estimates.csv"), link->parameter_names());
+    Recorder recorder(directory, *link, simulator.ticks(), !options.quiet && isatty(STDERR_FILENO) != 0);
+    RealTime real_time(options.real_time);
 
-    const bool progress = !options.quiet && isatty(STDERR_FILENO) != 0;
-    std::optional<sim::EstimateRow> last;
+    link->start();
     const auto start = std::chrono::steady_clock::now();
-    const sim::RunCounts counts = sim::run(
-        simulator, link.get(), [&](const sim::Tick& tick, const std::optional<sim::EstimateRow>& estimate) {
-            directory.write(tick);
-            if (estimate) {
-                estimates.write(*estimate);
-                last = estimate;
+    sim::RunResult result;
+    result.counts = sim::run(
+        simulator, link.get(),
+        [&](const sim::Tick& tick, std::span<const sim::EstimateRow> rows) {
+            recorder.write(tick, rows);
+            if (publisher) {
+                publisher->publish(tick, simulator.load());
             }
-            if (progress && (tick.index % ticks_per_progress == 0 || tick.index + 1 == simulator.ticks())) {
-                show_progress(tick.index + 1, simulator.ticks());
-            }
-        });
-    estimates.close();
-    directory.finish(scenario, platform, simulator, {counts, link->health_counts()});
+        },
+        options.real_time ? &real_time.pacer : nullptr);
+    recorder.write(link->finish());
+    result.counts.refused = link->refused(); // with the last answers
     const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - start;
+    recorder.close();
+    result.health = link->health_counts();
+    result.bus = link->bus_counts();
+    result.pacing = real_time.result(options.pacing());
+    directory.finish(scenario, platform, simulator, result);
     if (!options.quiet) {
-        print_summary(scenario, counts, *link, last, elapsed.count());
+        print_summary(scenario, result, *link, recorder.last(), elapsed.count());
+        if (publisher && publisher->failed() > 0) {
+            fmt::print("  {} messages not published\n", publisher->failed());
+        }
         fmt::print("written to {}\n", options.out);
     }
+    if (result.bus && result.bus->ends_silent) {
+        fmt::print(stderr, "hexload_sim: {}: the controller was silent at the end of the run\n",
+                   result.bus->name);
+        return exit_silent_controller;
+    }
+    return exit_done;
+}
+
+ExitStatus status_of(sim::LinkFailure failure) {
+    switch (failure) {
+    case sim::LinkFailure::silent_controller:
+        return exit_silent_controller;
+    case sim::LinkFailure::wrong_profile:
+        return exit_wrong_profile;
+    case sim::LinkFailure::second_controller:
+        return exit_second_controller;
+    case sim::LinkFailure::bus_down:
+        return exit_bus_down;
+    case sim::LinkFailure::controller_fault:
+        break;
+    }
+    return exit_controller_fault;
+}
+
+ExitStatus status_of(const std::exception& error) {
+    if (const auto* link = dynamic_cast<const sim::LinkError*>(&error)) {
+        return status_of(link->failure());
+    }
+    const bool is_name = dynamic_cast<const port::ChannelNameError*>(&error) != nullptr ||
+                         dynamic_cast<const message::UrlError*>(&error) != nullptr;
+    const bool is_transport = dynamic_cast<const port::ChannelError*>(&error) != nullptr ||
+                              dynamic_cast<const message::SessionError*>(&error) != nullptr;
+    return is_transport && !is_name ? exit_bus_down : exit_bad_input;
 }
 
 } // namespace
@@ -148,13 +277,12 @@ int main(int argc, char** argv) {
     try {
         app.parse(argc, argv);
     } catch (const CLI::ParseError& error) {
-        return app.exit(error) == 0 ? 0 : exit_bad_input;
+        return app.exit(error) == 0 ? exit_done : exit_bad_input;
     }
     try {
-        simulate(options);
+        return simulate(options);
     } catch (const std::exception& error) {
         fmt::print(stderr, "hexload_sim: {}\n", error.what());
-        return exit_bad_input;
+        return status_of(error);
     }
-    return 0;
 }

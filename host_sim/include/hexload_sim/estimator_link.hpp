@@ -7,7 +7,10 @@
 #include <cstdint>
 #include <optional>
 #include <span>
+#include <stdexcept>
+#include <string>
 #include <string_view>
+#include <vector>
 
 namespace hexload::sim {
 
@@ -21,12 +24,61 @@ struct LegSample {
 };
 
 struct EstimateRow {
-    double t_s = 0.0;
+    double t_s = 0.0;               // of the sample that it belongs to
     std::array<double, 10> value{}; // the first parameter_names().size() entries are used
     std::array<double, 10> sigma{};
     double nis = 0.0;
     std::string_view verdict;
     std::uint32_t health = 0;
+};
+
+struct HealthCount {
+    std::string name; // as in hexload/status.h
+    std::uint32_t ticks = 0;
+};
+
+// Why a run over a bus cannot go on.
+enum class LinkFailure {
+    silent_controller,
+    wrong_profile,
+    second_controller,
+    bus_down,
+    controller_fault, // it says that it cannot go on, or answers what was not asked
+};
+
+class LinkError : public std::runtime_error {
+  public:
+    LinkError(LinkFailure failure, const std::string& message)
+        : std::runtime_error(message), failure_(failure) {}
+    LinkFailure failure() const {
+        return failure_;
+    }
+
+  private:
+    LinkFailure failure_;
+};
+
+// Tick accounting of a bus: samples = sent + unsent, answers expected = answers + missing.
+struct BusCounts {
+    std::string name;
+    std::string profile;
+    std::string advice;       // against the failures that were counted; empty: none needed
+    bool ends_silent = false; // the controller's answers had stopped before the end of the run
+    std::uint64_t samples = 0;
+    std::uint64_t unsent = 0;    // samples that the bus did not take
+    std::uint64_t saturated = 0; // channels that were beyond their signal's range
+    std::uint64_t expected = 0;  // answers due to the samples sent
+    std::uint64_t answers = 0;
+    std::uint64_t missing = 0; // answers that never came whole
+    std::uint64_t late = 0;    // answers that were not there when the next tick was sent
+    std::uint64_t rejoins = 0; // times that the controller was started again
+    std::uint64_t outages = 0; // times that the bus went down
+    std::uint64_t frames_sent = 0;
+    std::uint64_t frames_received = 0;
+    std::uint64_t send_retries = 0;
+    std::uint64_t send_failures = 0;
+    std::uint64_t receive_drops = 0;
+    std::uint64_t error_frames = 0;
 };
 
 class EstimatorLink {
@@ -38,8 +90,30 @@ class EstimatorLink {
 
     virtual std::span<const std::string_view> parameter_names() const = 0;
 
-    // Nothing: the estimator refused the sample.
-    virtual std::optional<EstimateRow> step(const LegSample& sample) = 0;
+    // Before the first sample: makes the estimator ready. Throws LinkError.
+    virtual void start() {}
+
+    // Hands over a sample; returns the estimates that have come by now, oldest first. In process and in
+    // lockstep that is the sample's own, if it has one; in real time it may be an earlier one's. Nothing:
+    // none has come, or the estimator refused the sample. Valid until the next call. Throws LinkError.
+    virtual std::span<const EstimateRow> step(const LegSample& sample) = 0;
+
+    // After the last sample: the estimates that were still under way. Throws LinkError.
+    virtual std::span<const EstimateRow> finish() {
+        return {};
+    }
+
+    // Samples that the estimator refused, and the firmware's word for the last refusal.
+    virtual std::uint32_t refused() const = 0;
+    virtual std::string last_refusal() const = 0;
+
+    // How often each health bit was set since the start, in the firmware's order.
+    virtual std::vector<HealthCount> health_counts() const = 0;
+
+    // Nothing: there is no bus.
+    virtual std::optional<BusCounts> bus_counts() const {
+        return std::nullopt;
+    }
 };
 
 } // namespace hexload::sim

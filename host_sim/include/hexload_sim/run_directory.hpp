@@ -1,13 +1,16 @@
 // What a run leaves behind: scenario.toml, platform.toml, log.csv, truth.csv, estimates.csv, meta.json. The
-// same scenario and seed give the same bytes; no clock, host name or path goes in.
+// same scenario and seed give the same bytes; no host name or path goes in, and what was measured by a clock
+// only in real time.
 #pragma once
 
-#include <hexload_sim/inproc_link.hpp>
+#include <hexload_sim/estimator_link.hpp>
+#include <hexload_sim/pacer.hpp>
 #include <hexload_sim/simulator.hpp>
 
 #include <cstdio>
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -36,7 +39,9 @@ class CsvFile {
 
 struct RunResult {
     RunCounts counts;
-    std::vector<HealthCount> health;
+    std::vector<HealthCount> health = {};
+    std::optional<BusCounts> bus = {}; // nothing: in process
+    PacingResult pacing = {};
 };
 
 // Written beside its final name and renamed by finish(), so that a run directory is whole or absent.

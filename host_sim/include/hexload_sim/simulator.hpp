@@ -4,6 +4,7 @@
 
 #include <hexload_sim/controller.hpp>
 #include <hexload_sim/estimator_link.hpp>
+#include <hexload_sim/pacer.hpp>
 #include <hexload_sim/plant.hpp>
 #include <hexload_sim/scenario.hpp>
 #include <hexload_sim/sensors.hpp>
@@ -13,6 +14,7 @@
 #include <functional>
 #include <memory>
 #include <optional>
+#include <span>
 
 namespace hexload::sim {
 
@@ -51,6 +53,11 @@ class Simulator {
     }
     MassProperties body_at_start() const;
 
+    // The load that the platform carries in the tick that step() returned last.
+    const Load& load() const {
+        return scenario_.loads[next_load_ - 1].load;
+    }
+
   private:
     void change_load();
     LegReference leg_reference(const Motion& motion) const;
@@ -72,11 +79,13 @@ struct RunCounts {
     std::uint32_t refused = 0; // samples refused by the estimator
 };
 
-// Called after each tick; the estimate is absent if the sample was lost or refused, or without a link.
-using TickObserver = std::function<void(const Tick&, const std::optional<EstimateRow>&)>;
+// Called after each tick with the estimates that came in it.
+using TickObserver = std::function<void(const Tick&, std::span<const EstimateRow>)>;
 
 // Runs the whole scenario in closed loop. Without a link (nullptr) the plant runs alone; the observer may be
-// empty.
-RunCounts run(Simulator& simulator, EstimatorLink* link, const TickObserver& observer = {});
+// empty. Without a pacer (nullptr) ticks follow each other as fast as they are done. Neither starts nor
+// finishes the link. Throws LinkError.
+RunCounts run(Simulator& simulator, EstimatorLink* link, const TickObserver& observer = {},
+              Pacer* pacer = nullptr);
 
 } // namespace hexload::sim

@@ -1,5 +1,7 @@
 #include "firmware_config.hpp"
 
+#include <hexload_sim/input_error.hpp>
+
 #include <algorithm>
 
 namespace hexload::sim {
@@ -20,6 +22,15 @@ void copy(const Eigen::Matrix<double, size, 1>& from, hexload_real_t (&to)[count
 
 void copy_to_firmware(const Vector6& from, hexload_real_t (&to)[HEXLOAD_LEGS]) {
     copy(from, to);
+}
+
+hexload_leg_sample_t firmware_sample(const LegSample& sample) {
+    hexload_leg_sample_t legs{};
+    legs.tick = sample.tick;
+    copy_to_firmware(sample.displacement_m, legs.displacement_m);
+    copy_to_firmware(sample.velocity_m_s, legs.velocity_m_s);
+    copy_to_firmware(sample.force_n, legs.force_n);
+    return legs;
 }
 
 hexload_config_t firmware_config(const PlatformFile& platform, const EstimatorSettings& settings,
@@ -52,6 +63,24 @@ hexload_config_t firmware_config(const PlatformFile& platform, const EstimatorSe
     }
     hexload_config_set_prior(&config,
                              settings.prior == PaperPrior::safe ? HEXLOAD_PRIOR_SAFE : HEXLOAD_PRIOR_PRINTED);
+    return config;
+}
+
+hexload_config_t checked_firmware_config(const PlatformFile& platform, const EstimatorSettings& settings,
+                                         double sampling_s) {
+    if (settings.kind == EstimatorKind::momentum) {
+        throw InputError("estimator: found momentum, expected paper: this version has no other");
+    }
+    if (!platform.known_mass_kg) {
+        throw InputError(
+            "load.known_mass_kg: found nothing, expected the load's mass, which the paper's filter needs");
+    }
+    const hexload_config_t config = firmware_config(platform, settings, sampling_s);
+    const char* bad_field = nullptr;
+    if (hexload_config_check(&config, &bad_field) != HEXLOAD_OK) {
+        throw InputError(std::string("the estimator refuses its configuration: ") + bad_field +
+                         " is out of range");
+    }
     return config;
 }
 

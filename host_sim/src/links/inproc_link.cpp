@@ -1,25 +1,17 @@
 #include <hexload_sim/inproc_link.hpp>
 #include <hexload_sim/input_error.hpp>
 
+#include "estimate_row.hpp"
 #include "firmware_config.hpp"
-
-#include <algorithm>
 
 namespace hexload::sim {
 
 namespace {
 
-constexpr std::array<std::string_view, HEXLOAD_PAPER_DIM> paper_parameters = {"dz", "Ixx", "Iyy", "Izz"};
-
-class PaperLink final : public InprocLink {
+class PaperLink final : public EstimatorLink {
   public:
     PaperLink(const PlatformFile& platform, const EstimatorSettings& settings, double sampling_s)
-        : config_(firmware_config(platform, settings, sampling_s)) {
-        const char* bad_field = nullptr;
-        if (hexload_config_check(&config_, &bad_field) != HEXLOAD_OK) {
-            throw InputError(std::string("the estimator refuses its configuration: ") + bad_field +
-                             " is out of range");
-        }
+        : config_(checked_firmware_config(platform, settings, sampling_s)) {
         const hexload_status_t status = hexload_init(&estimator_, &config_);
         if (status != HEXLOAD_OK) {
             throw InputError(std::string("the estimator refuses the geometry: ") +
@@ -28,37 +20,22 @@ class PaperLink final : public InprocLink {
     }
 
     std::span<const std::string_view> parameter_names() const override {
-        return paper_parameters;
+        return paper_parameter_names();
     }
 
-    std::optional<EstimateRow> step(const LegSample& sample) override {
-        hexload_leg_sample_t legs{};
-        legs.tick = sample.tick;
-        copy_to_firmware(sample.displacement_m, legs.displacement_m);
-        copy_to_firmware(sample.velocity_m_s, legs.velocity_m_s);
-        copy_to_firmware(sample.force_n, legs.force_n);
+    std::span<const EstimateRow> step(const LegSample& sample) override {
+        const hexload_leg_sample_t legs = firmware_sample(sample);
         hexload_estimate_t estimate;
         last_status_ = hexload_tick(&estimator_, &config_, &legs, &estimate);
         if (last_status_ != HEXLOAD_OK) {
-            return std::nullopt;
+            return {};
         }
-        EstimateRow row;
-        row.t_s = sample.t_s;
-        std::copy(std::begin(estimate.value), std::end(estimate.value), row.value.begin());
-        std::copy(std::begin(estimate.sigma), std::end(estimate.sigma), row.sigma.begin());
-        row.nis = static_cast<double>(estimate.nis);
-        row.verdict = hexload_verdict_name(estimate.verdict);
-        row.health = estimator_.health.bits;
-        return row;
+        row_ = estimate_row(estimate, sample.t_s, estimator_.health.bits);
+        return {&row_, 1};
     }
 
     std::vector<HealthCount> health_counts() const override {
-        std::vector<HealthCount> counts;
-        for (int bit = 0; bit < HEXLOAD_HEALTH_BITS; bit++) {
-            counts.push_back(
-                {hexload_health_name(static_cast<hexload_health_bit_t>(bit)), estimator_.health.count[bit]});
-        }
-        return counts;
+        return named_health_counts(estimator_.health.count);
     }
 
     std::uint32_t refused() const override {
@@ -73,19 +50,13 @@ class PaperLink final : public InprocLink {
     hexload_config_t config_;
     hexload_t estimator_{};
     hexload_status_t last_status_ = HEXLOAD_OK;
+    EstimateRow row_;
 };
 
 } // namespace
 
-std::unique_ptr<InprocLink> make_inproc_link(const PlatformFile& platform, const EstimatorSettings& settings,
-                                             double sampling_s) {
-    if (settings.kind == EstimatorKind::momentum) {
-        throw InputError("estimator: found momentum, expected paper: this version has no other");
-    }
-    if (!platform.known_mass_kg) {
-        throw InputError(
-            "load.known_mass_kg: found nothing, expected the load's mass, which the paper's filter needs");
-    }
+std::unique_ptr<EstimatorLink> make_inproc_link(const PlatformFile& platform,
+                                                const EstimatorSettings& settings, double sampling_s) {
     return std::make_unique<PaperLink>(platform, settings, sampling_s);
 }
 

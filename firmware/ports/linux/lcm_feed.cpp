@@ -1,0 +1,79 @@
+#include "lcm_feed.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <stdexcept>
+
+namespace hexload::port {
+
+LcmFeed::LcmFeed(const std::string& url, const hexload_config_t& config,
+                 const hexload_app_settings_t& settings)
+    : session_(url),
+      samples_(session_.subscribe<leg_sample_t>([this](const leg_sample_t& message) { take(message); })),
+      commands_(session_.subscribe<command_t>([this](const command_t& message) { take(message); })),
+      descriptor_(session_.descriptor()) {
+    const hexload_status_t status = hexload_app_init(&app_, &config, &settings);
+    if (status != HEXLOAD_OK) {
+        throw std::invalid_argument(std::string("the controller refuses its configuration: ") +
+                                    hexload_status_name(status));
+    }
+}
+
+void LcmFeed::receive() {
+    session_.handle(std::chrono::milliseconds{0});
+}
+
+void LcmFeed::period(std::uint32_t periods) {
+    overruns_ += periods > 1 ? periods - 1 : 0;
+    hexload_app_elapse(&app_, periods);
+}
+
+void LcmFeed::take(const leg_sample_t& message) {
+    const auto sample = leg_sample_of(message);
+    if (!sample) {
+        ++refused_;
+        return;
+    }
+    hexload_bus_answer_t answer{};
+    hexload_app_sample(&app_, &*sample, &answer);
+    estimate_t estimate = estimate_message(answer);
+    health_t health = health_message(answer, app_.samples_missing);
+    estimates_.send(estimate);
+    healths_.send(health);
+}
+
+void LcmFeed::take(const command_t& message) {
+    const auto command = command_of(message);
+    if (!command) {
+        ++refused_;
+        return;
+    }
+    hexload_bus_acknowledge_t acknowledge{};
+    if (std::isfinite(command->argument)) {
+        hexload_app_command(&app_, &*command, &acknowledge);
+    } else {
+        acknowledge = {.kind = command->kind,
+                       .sequence = command->sequence,
+                       .result = HEXLOAD_RESULT_BAD_ARGUMENT,
+                       .state = static_cast<std::uint8_t>(app_.state),
+                       .fault = static_cast<std::uint8_t>(app_.fault),
+                       .profile = HEXLOAD_BUS_FD};
+    }
+    acknowledge_t reply = acknowledge_message(acknowledge, app_.last_tick);
+    acknowledges_.send(reply);
+}
+
+std::string LcmFeed::description() const {
+    return "LCM " + session_.url();
+}
+
+std::string LcmFeed::summary() const {
+    return fmt::format(
+        "{} samples and {} commands received, {} messages lost, {} refused, {} answers sent, {} failed; "
+        "{} periods overrun",
+        samples_.received(), commands_.received(), samples_.lost() + commands_.lost(), refused_,
+        healths_.sent(), estimates_.failed() + healths_.failed() + acknowledges_.failed(), overruns_);
+}
+
+} // namespace hexload::port

@@ -1,0 +1,31 @@
+// What the controller says of itself: a line per change of state, with the cause of a fault and its remedy.
+#pragma once
+
+#include "app/app.h"
+
+#include <chrono>
+#include <optional>
+#include <string>
+
+namespace hexload::port {
+
+class StateReport {
+  public:
+    using Clock = std::chrono::steady_clock;
+
+    StateReport(hexload_bus_profile_t profile, bool faults_only)
+        : profile_(profile), faults_only_(faults_only) {}
+
+    // The line for a change since the last call. Estimating and converged may alternate with every sample:
+    // they are told once per second at most.
+    std::optional<std::string> changed(const hexload_app_t& app, Clock::time_point now);
+
+  private:
+    hexload_bus_profile_t profile_;
+    bool faults_only_;
+    hexload_app_state_t state_ = HEXLOAD_APP_IDLE;
+    hexload_app_fault_t fault_ = HEXLOAD_FAULT_NONE;
+    Clock::time_point last_progress_{};
+};
+
+} // namespace hexload::port

@@ -1,0 +1,88 @@
+#include "options.hpp"
+
+#include <hexload_sim/scenario.hpp>
+
+#include <CLI/CLI.hpp>
+
+#include <initializer_list>
+#include <limits>
+#include <map>
+
+namespace {
+
+namespace sim = hexload::sim;
+
+constexpr const char* footer = "Exit status: 0 done, 2 bad option or file, 3 the controller is silent, 4 it "
+                               "speaks another profile, 5 a second\n"
+                               "controller is on the bus, 6 the bus is down or cannot be opened, 7 the "
+                               "controller is in fault or answers out of order.\n"
+                               "In real time a run goes on when the controller falls silent or the bus goes "
+                               "down, and counts what was lost; status 3 says that\n"
+                               "the controller was still silent at the end.\n"
+                               "Example: hexload_sim paper.toml --out run --bus socketcan:vcan0 --real-time";
+
+template <typename Enum> std::map<std::string, Enum> by_name(std::initializer_list<Enum> values) {
+    std::map<std::string, Enum> names;
+    for (const Enum value : values) {
+        names.emplace(sim::name_of(value), value);
+    }
+    return names;
+}
+
+void declare_experiment(CLI::App& app, Options& options) {
+    const auto estimators = by_name({sim::EstimatorKind::paper, sim::EstimatorKind::momentum});
+    const auto priors = by_name({sim::PaperPrior::safe, sim::PaperPrior::printed});
+    app.add_option("scenario", options.scenario, "scenario file (TOML)")->required();
+    app.add_option("--out", options.out, "run directory to write")->required();
+    app.add_option("--seed", options.seed, "seed of motion and noise")
+        ->check(CLI::Range(std::int64_t{0}, std::numeric_limits<std::int64_t>::max()));
+    app.add_option("--duration", options.duration_s, "length of the run in s")
+        ->check(CLI::Range(sim::duration_min_s, sim::duration_max_s));
+    app.add_option("--substeps", options.substeps, "RK4 steps per 1 ms tick")
+        ->check(CLI::Range(std::int64_t{1}, sim::substeps_max));
+    app.add_option("--estimator", options.estimator,
+                   "estimator: paper, momentum (default: the platform file's)")
+        ->transform(CLI::CheckedTransformer(estimators));
+    app.add_option("--prior", options.prior, "start covariance of the paper's filter: safe or printed")
+        ->transform(CLI::CheckedTransformer(priors));
+}
+
+void declare_bus(CLI::App& app, Options& options) {
+    const std::map<std::string, hexload_bus_profile_t> profiles = {{"fd", HEXLOAD_BUS_FD},
+                                                                   {"classic", HEXLOAD_BUS_CLASSIC}};
+    auto* bus = app.add_option(
+        "--bus", options.bus,
+        "where the estimator is: inproc (default), socketcan:INTERFACE, udp_multicast:GROUP[:PORT]");
+    auto* profile = app.add_option("--profile", options.profile, "frames of the bus: fd (default) or classic")
+                        ->transform(CLI::CheckedTransformer(profiles));
+    app.add_option("--feed", options.feed, "the estimator is not on a bus but on LCM: lcm, lcm:URL")
+        ->excludes(bus, profile);
+    app.add_option("--publish", options.publish,
+                   "tell the run on LCM, samples and truth, for lcm-spy and lcm-logger: lcm, lcm:URL");
+    auto* lockstep = app.add_flag("--lockstep", options.lockstep,
+                                  "tick k + 1 follows when tick k is answered (default on a bus)");
+    app.add_flag("--real-time", options.real_time, "one tick per millisecond, by the clock")
+        ->excludes(lockstep);
+    app.add_option(
+           "--answer-timeout", options.answer_timeout_s,
+           "silence of the controller, in s, that ends a run in lockstep (default 2) or is told in real time "
+           "(default 0.1)")
+        ->check(CLI::Range(0.001, 3600.0));
+}
+
+} // namespace
+
+sim::Pacing Options::pacing() const {
+    if (real_time) {
+        return sim::Pacing::real_time;
+    }
+    return is_in_process() ? sim::Pacing::free_running : sim::Pacing::lockstep;
+}
+
+void declare(CLI::App& app, Options& options) {
+    declare_experiment(app, options);
+    declare_bus(app, options);
+    app.add_flag("--force", options.force, "replace an existing run directory");
+    app.add_flag("--quiet", options.quiet, "no progress, no summary");
+    app.footer(footer);
+}

@@ -1,0 +1,51 @@
+// The command line of hexload_sim.
+#pragma once
+
+#include "bus/bus.h"
+
+#include <hexload_sim/pacer.hpp>
+#include <hexload_sim/platform_file.hpp>
+
+#include <cstdint>
+#include <optional>
+#include <string>
+
+namespace CLI {
+class App;
+}
+
+enum ExitStatus {
+    exit_done = 0,
+    exit_bad_input = 2,
+    exit_silent_controller = 3,
+    exit_wrong_profile = 4,
+    exit_second_controller = 5,
+    exit_bus_down = 6,
+    exit_controller_fault = 7,
+};
+
+struct Options {
+    std::string scenario;
+    std::string out;
+    std::optional<std::int64_t> seed;
+    std::optional<double> duration_s;
+    std::optional<std::int64_t> substeps;
+    std::optional<hexload::sim::EstimatorKind> estimator;
+    std::optional<hexload::sim::PaperPrior> prior;
+    std::string bus = "inproc";
+    hexload_bus_profile_t profile = HEXLOAD_BUS_FD;
+    std::string feed;    // lcm or lcm:URL: the controller is there, not on a bus
+    std::string publish; // lcm or lcm:URL: the run is told there
+    std::optional<double> answer_timeout_s;
+    bool lockstep = false;
+    bool real_time = false;
+    bool force = false;
+    bool quiet = false;
+
+    bool is_in_process() const {
+        return bus == "inproc" && feed.empty();
+    }
+    hexload::sim::Pacing pacing() const;
+};
+
+void declare(CLI::App& app, Options& options);

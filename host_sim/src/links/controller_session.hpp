@@ -1,0 +1,96 @@
+// What both ways of running over a bus share: commands and their acknowledges, samples out, answers in, and
+// the signs of a controller that is not the one expected.
+#pragma once
+
+#include "bus_link.hpp"
+
+#include <bitset>
+#include <optional>
+
+namespace hexload::sim {
+
+class ControllerSession {
+  public:
+    using Clock = std::chrono::steady_clock;
+    static constexpr std::chrono::milliseconds command_repeat{100};
+
+    ControllerSession(std::unique_ptr<ControllerWire> wire, const LinkSettings& settings);
+
+    // Sends a command again and again until it is acknowledged. Throws LinkError: no acknowledge until the
+    // time-out, refused, wrong profile.
+    void command(hexload_bus_command_kind_t kind, float argument, std::chrono::milliseconds timeout);
+
+    // Sends it once; the acknowledge comes as news.
+    void send_command(hexload_bus_command_kind_t kind, float argument);
+
+    // False: the bus did not take all of it. Waits for room in its queue, `deadline` at most.
+    bool send(const LegSample& sample, std::chrono::microseconds deadline);
+
+    // What comes next; nothing when nothing came in time. Throws LinkError for what the one controller of
+    // this profile would not send.
+    std::optional<BusNews> read(std::chrono::microseconds timeout);
+
+    // Throws LinkError for faults that a new start does not mend, and for all when `any` is set.
+    void refuse_fault(std::uint8_t fault, bool any) const;
+
+    bool is_up() const {
+        return wire_->is_up();
+    }
+    // Whether the controller is to answer the sample of this tick.
+    bool answers(std::uint32_t tick) const {
+        return wire_->answers(tick);
+    }
+    // Newest tick whose answer has come: all of it (FD), or its page (classic).
+    std::optional<std::uint32_t> last_answered() const {
+        return last_answered_;
+    }
+    std::uint64_t incomplete_answers() const {
+        return wire_->incomplete_answers();
+    }
+    Clock::time_point now() const {
+        return settings_.now();
+    }
+    const LinkSettings& settings() const {
+        return settings_;
+    }
+
+    // The message begins with the name of the bus.
+    [[noreturn]] void fail(LinkFailure failure, const std::string& message) const;
+    void tell(const std::string& message) const;
+
+    // The bus's own counters, the others zero.
+    BusCounts counts() const {
+        return wire_->counts();
+    }
+
+  private:
+    void check_acknowledge(const hexload_bus_acknowledge_t& acknowledge);
+    void note_answered(const AnswerPart& part);
+
+    std::unique_ptr<ControllerWire> wire_;
+    LinkSettings settings_;
+    std::uint32_t newest_tick_ = 0;
+    std::optional<std::uint32_t> last_answered_;
+    std::uint8_t sequence_ = 0;
+    std::bitset<256> acknowledged_; // by sequence number of the command
+};
+
+// The part of an EstimatorLink that is the same in lockstep and in real time.
+class AnswerBook {
+  public:
+    // The row of an answer, unless its sample was refused or nothing is being estimated.
+    std::optional<EstimateRow> take(const hexload_bus_answer_t& answer);
+
+    std::uint32_t refused() const {
+        return refused_;
+    }
+    std::string last_refusal() const;
+    std::vector<HealthCount> health_counts() const;
+
+  private:
+    std::uint32_t refused_ = 0;
+    std::uint32_t health_count_[HEXLOAD_HEALTH_BITS]{};
+    hexload_status_t last_status_ = HEXLOAD_OK;
+};
+
+} // namespace hexload::sim

@@ -1,0 +1,16 @@
+// From the firmware's estimate to the row of the estimates file.
+#pragma once
+
+#include <hexload_sim/estimator_link.hpp>
+
+#include <hexload/hexload.h>
+
+namespace hexload::sim {
+
+std::span<const std::string_view> paper_parameter_names();
+
+EstimateRow estimate_row(const hexload_estimate_t& estimate, double t_s, std::uint32_t health_bits);
+
+std::vector<HealthCount> named_health_counts(const std::uint32_t (&count)[HEXLOAD_HEALTH_BITS]);
+
+} // namespace hexload::sim

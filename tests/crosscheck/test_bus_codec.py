@@ -1,0 +1,418 @@
+"""The firmware's CAN codec against cantools: two readers of one DBC, and checksums by zlib and bit by bit.
+
+C encodes and cantools decodes, then the other way round; random bytes go into every decoder.
+"""
+
+import math
+import struct
+import zlib
+
+import cantools
+import pytest
+from hypothesis import example, given, settings
+from hypothesis import strategies as st
+
+from hexload_tools.bus_document import DBC, profile
+from hexload_tools.project import native_module
+
+bus = native_module().bus
+contract = cantools.database.load_file(DBC)
+
+FLOAT32_EPSILON = 2.0**-23
+PROFILES = ("fd", "classic")
+PARAMETERS = ("dz", "Ixx", "Iyy", "Izz")
+KINDS = {"displacement_m": "displacement", "velocity_m_s": "velocity", "force_n": "force"}
+
+uint = {bits: st.integers(0, 2**bits - 1) for bits in (8, 16, 32)}
+float32 = st.floats(width=32, allow_nan=False, allow_infinity=False)
+tuned = settings(max_examples=300, deadline=None)
+
+
+def crc_bitwise(data, polynomial, start, final, bits):
+    """Most significant bit first, as the standards print it."""
+    crc = start
+    for byte in data:
+        crc ^= byte << (bits - 8)
+        for _ in range(8):
+            crc = (crc << 1) ^ polynomial if crc >> (bits - 1) else crc << 1
+            crc &= 2**bits - 1
+    return crc ^ final
+
+
+def checksum(data, bits):
+    if bits == 32:
+        return zlib.crc32(data)
+    polynomial, start, final = {8: (0x1D, 0xFF, 0xFF), 16: (0x1021, 0xFFFF, 0)}[bits]
+    return crc_bitwise(data, polynomial, start, final, bits)
+
+
+def checksum_bits(message):
+    return next((signal.length for signal in message.signals if signal.name.startswith("crc")), 0)
+
+
+def decode(frame):
+    """By cantools, as numbers; identifier, format, length and checksum are the contract's."""
+    identifier, is_fd, data = frame
+    message = contract.get_message_by_frame_id(identifier)
+    assert (is_fd, len(data)) == (message.is_fd, message.length)
+    signals = message.decode(data, decode_choices=False)
+    bits = checksum_bits(message)
+    if bits:
+        assert signals[f"crc{bits}"] == checksum(data[: -bits // 8], bits)
+    return message.name, signals
+
+
+def encode(name, signals):
+    """By cantools, with the checksum."""
+    message = contract.get_message_by_name(name)
+    bits = checksum_bits(message)
+    values = {**signals, f"crc{bits}": 0} if bits else signals
+    data = message.encode(values, strict=True)
+    if bits:
+        data = data[: -bits // 8] + checksum(data[: -bits // 8], bits).to_bytes(bits // 8, "little")
+    return message.frame_id, message.is_fd, bytes(data)
+
+
+def channel_signal(name, kind, leg):
+    """The DBC's signal of a channel; leg counts from 1."""
+    if name == "fd":
+        return contract.get_message_by_name("LegSampleFd").get_signal_by_name(f"{kind}_{leg}")
+    return contract.get_message_by_name(f"LegSample{leg}").get_signal_by_name(kind)
+
+
+def largest(name, kind):
+    return float(channel_signal(name, kind, 1).maximum)
+
+
+@st.composite
+def samples(draw, name, beyond=1.0):
+    """Tick and channels, up to `beyond` times the range."""
+    sample = {"tick": draw(uint[32])}
+    for field, kind in KINDS.items():
+        end = beyond * largest(name, kind)
+        sample[field] = [draw(st.floats(-end, end)) for _ in range(6)]
+    return sample
+
+
+def sample_signals(name, sample, frames):
+    """What cantools finds in the frames of a sample: {kind: six values}."""
+    decoded = [decode(frame) for frame in frames]
+    if name == "fd":
+        [(_, signals)] = decoded
+        assert (signals["tick"], signals["version"]) == (sample["tick"], 1)
+        return {kind: [signals[f"{kind}_{leg}"] for leg in range(1, 7)] for kind in KINDS.values()}
+    if sample["tick"] % 16 == 0:
+        assert decoded.pop(0) == ("SampleTick", {"tick": sample["tick"]})
+    assert [message for message, _ in decoded] == [f"LegSample{leg}" for leg in range(1, 7)]
+    assert all(signals["tick_low"] == sample["tick"] % 16 for _, signals in decoded)
+    return {kind: [signals[kind] for _, signals in decoded] for kind in KINDS.values()}
+
+
+@pytest.mark.parametrize("name", PROFILES)
+def test_cantools_finds_what_the_firmware_sent_within_half_a_step(name):
+    @tuned
+    @given(samples(name))
+    def check(sample):
+        frames, saturated = bus.encode_sample(name, **sample)
+        found = sample_signals(name, sample, frames)
+        assert saturated == 0
+        for field, kind in KINDS.items():
+            step = float(channel_signal(name, kind, 1).scale)
+            for sent, got in zip(sample[field], found[kind]):
+                # the firmware's number is float32, its step too; dividing rounds once more
+                assert abs(got - sent) <= 0.5 * step + 2 * FLOAT32_EPSILON * abs(sent)
+
+    check()
+
+
+@pytest.mark.parametrize("name", PROFILES)
+def test_channels_beyond_the_range_are_sent_as_its_end_and_counted(name):
+    @tuned
+    @given(samples(name, beyond=4.0))
+    def check(sample):
+        frames, saturated = bus.encode_sample(name, **sample)
+        found = sample_signals(name, sample, frames)
+        beyond = 0
+        for field, kind in KINDS.items():
+            end, step = largest(name, kind), float(channel_signal(name, kind, 1).scale)
+            for sent, got in zip(sample[field], found[kind]):
+                if abs(sent) > end + step:
+                    beyond += 1
+                    assert got == pytest.approx(math.copysign(end, sent), rel=1e-12)
+                if abs(sent) < end:
+                    assert abs(got - sent) <= 0.5 * step + 2 * FLOAT32_EPSILON * abs(sent)
+        assert beyond <= saturated <= 18
+
+    check()
+
+
+@pytest.mark.parametrize("name", PROFILES)
+@pytest.mark.parametrize("wrong", [math.nan, math.inf, -math.inf])
+def test_a_channel_that_is_not_finite_is_not_sent(name, wrong):
+    for channel in range(18):
+        sample = {field: [0.0] * 6 for field in KINDS}
+        sample[list(KINDS)[channel // 6]][channel % 6] = wrong
+        with pytest.raises(ValueError, match="value not usable"):
+            bus.encode_sample(name, 1, **sample)
+
+
+def sample_frames(name, sample):
+    """By cantools, on the steps; a classic sample begins with its whole tick."""
+    if name == "fd":
+        signals = {f"{kind}_{leg + 1}": sample[field][leg] for field, kind in KINDS.items() for leg in range(6)}
+        return [encode("LegSampleFd", {"tick": sample["tick"], "version": 1, **signals})]
+    legs = [
+        encode(
+            f"LegSample{leg + 1}",
+            {"tick_low": sample["tick"] % 16, **{kind: sample[field][leg] for field, kind in KINDS.items()}},
+        )
+        for leg in range(6)
+    ]
+    return [encode("SampleTick", {"tick": sample["tick"]}), *legs]
+
+
+@pytest.mark.parametrize("name", PROFILES)
+def test_the_firmware_finds_what_cantools_sent(name):
+    @tuned
+    @given(samples(name))
+    def check(sample):
+        # GIVEN channels that cantools encodes (it rounds to the nearest step) and whose steps it knows exactly
+        sample["tick"] -= sample["tick"] % 16
+        frames = sample_frames(name, sample)
+        exact = sample_signals(name, sample, frames)
+        # WHEN the firmware puts the frames together
+        assembly = bus.SampleAssembly(name)
+        results = [assembly.add(frame) for frame in frames]
+        # THEN it has the sample, in float32: step and product round once each
+        assert [status for status, _ in results[:-1]] == ["more frames needed"] * (len(frames) - 1)
+        status, found = results[-1]
+        assert status == "ok" and found["tick"] == sample["tick"]
+        for field, kind in KINDS.items():
+            assert found[field] == pytest.approx(exact[kind], rel=FLOAT32_EPSILON, abs=1e-30)
+
+    check()
+
+
+@st.composite
+def answers(draw):
+    return {
+        "tick": draw(uint[32]),
+        "status": draw(st.integers(-5, 0)),
+        "state": draw(st.integers(0, 4)),
+        "fault": draw(st.integers(0, 5)),
+        "missing_legs": draw(st.integers(0, 63)),
+        "health": draw(st.integers(0, 511)),
+        "refused": draw(uint[32]),
+        "value": [draw(float32) for _ in PARAMETERS],
+        "sigma": [draw(float32) for _ in PARAMETERS],
+        "parameter_verdict": [draw(st.integers(0, 3)) for _ in PARAMETERS],
+        "verdict": draw(st.integers(0, 3)),
+        "nis": draw(float32),
+        "nis_mean": draw(float32),
+    }
+
+
+def answer_of(signals):
+    """The fields of an answer, from the signals of all its frames."""
+    return {
+        **{name: signals[name] for name in ("status", "state", "fault", "missing_legs", "health", "refused")},
+        **{name: signals[name] for name in ("verdict", "nis", "nis_mean")},
+        "value": [signals[name] for name in PARAMETERS],
+        "sigma": [signals[f"sigma_{name}"] for name in PARAMETERS],
+        "parameter_verdict": [signals[f"verdict_{name}"] for name in PARAMETERS],
+    }
+
+
+def without_tick(answer):
+    return {name: value for name, value in answer.items() if name != "tick"}
+
+
+@tuned
+@given(answers())
+def test_cantools_finds_the_answer_that_the_firmware_sent_in_fd(answer):
+    decoded = [decode(frame) for frame in bus.encode_answer("fd", answer, 0)]
+    assert [name for name, _ in decoded] == ["EstimateFd", "SigmaFd", "HealthFd"]
+    assert all(signals["tick"] == answer["tick"] for _, signals in decoded)
+    assert all(signals.get("filter", 0) == 0 for _, signals in decoded)
+    merged = {name: value for _, signals in decoded for name, value in signals.items()}
+    assert answer_of(merged) == without_tick(answer)
+
+
+@tuned
+@given(answers())
+def test_cantools_finds_the_answer_that_the_firmware_sent_in_classic_pages(answer):
+    merged = {}
+    for page in range(13):
+        [(name, signals)] = map(decode, bus.encode_answer("classic", answer, page))
+        assert (name, signals["page"], signals["tick_low"]) == ("AnswerPage", page, answer["tick"] % 2**16)
+        merged |= signals
+    assert merged["filter"] == 0
+    assert answer_of(merged) == without_tick(answer)
+
+
+def floored(answer):
+    """Within the DBC's ranges, which cantools insists on: inertias, sigmas and NIS are not negative."""
+    return {
+        **answer,
+        "value": [answer["value"][0], *map(abs, answer["value"][1:])],
+        "sigma": [*map(abs, answer["sigma"])],
+        "nis": abs(answer["nis"]),
+        "nis_mean": abs(answer["nis_mean"]),
+    }
+
+
+def signals_of(answer):
+    return {
+        **answer,
+        "filter": 0,
+        **dict(zip(PARAMETERS, answer["value"])),
+        **{f"sigma_{name}": value for name, value in zip(PARAMETERS, answer["sigma"])},
+        **{f"verdict_{name}": value for name, value in zip(PARAMETERS, answer["parameter_verdict"])},
+    }
+
+
+def chosen(message, signals):
+    return {signal.name: signals[signal.name] for signal in message.signals if signal.name in signals}
+
+
+@tuned
+@given(answers())
+def test_the_firmware_finds_the_answer_that_cantools_sent_in_fd(answer):
+    answer = floored(answer)
+    assembly = bus.AnswerAssembly("fd")
+    for name in ("EstimateFd", "SigmaFd", "HealthFd"):
+        status, found = assembly.add(encode(name, chosen(contract.get_message_by_name(name), signals_of(answer))), 0)
+    assert status == "ok"
+    assert found == answer
+
+
+@tuned
+@given(answers())
+@example({**dict.fromkeys(("tick", "status", "state", "fault", "missing_legs", "health", "refused", "verdict"), 0),
+          "value": [0.0] * 4, "sigma": [0.0] * 4, "parameter_verdict": [0] * 4, "nis": 0.0, "nis_mean": 0.0})
+def test_the_firmware_finds_the_answer_that_cantools_sent_in_classic_pages(answer):
+    answer = floored(answer)
+    assembly = bus.AnswerAssembly("classic")
+    message = contract.get_message_by_name("AnswerPage")
+    for page in range(13):
+        tick = (answer["tick"] + 2 * page) % 2**32
+        signals = {**signals_of(answer), "page": page, "tick_low": tick % 2**16}
+        wanted = {signal.name for signal in message.signals if (signal.multiplexer_ids or [page]) == [page]}
+        status, found = assembly.add(encode("AnswerPage", {n: v for n, v in signals.items() if n in wanted}), tick)
+        assert status == ("ok" if page == 12 else "more frames needed")
+    assert found == answer
+
+
+@tuned
+@given(st.integers(1, 5), uint[8], st.floats(-(2.0**19), 2.0**19, width=32))
+def test_commands_are_the_same_in_both_directions(kind, sequence, argument):
+    frame = bus.encode_command(kind, sequence, argument)
+    name, signals = decode(frame)
+    assert name == "Command"
+    assert (signals["command"], signals["sequence"], signals["argument"]) == (kind, sequence, argument)
+    again = encode("Command", {"command": kind, "sequence": sequence, "argument": argument})
+    assert again == frame
+    assert bus.decode_command(again) == ("ok", {"kind": kind, "sequence": sequence, "argument": argument})
+
+
+@tuned
+@given(st.integers(1, 5), uint[8], st.integers(0, 4), st.integers(0, 4), st.integers(0, 5), st.integers(0, 1))
+def test_acknowledges_are_the_same_in_both_directions(kind, sequence, result, state, fault, profile_code):
+    fields = {"sequence": sequence, "result": result, "state": state, "fault": fault, "profile": profile_code}
+    frame = bus.encode_acknowledge({"kind": kind, **fields})
+    name, signals = decode(frame)
+    assert name == "Acknowledge"
+    assert {n: signals[n] for n in fields} == fields and signals["command"] == kind
+    again = encode("Acknowledge", {"command": kind, **fields})
+    assert again == frame
+    assert bus.decode_acknowledge(again) == ("ok", {"kind": kind, **fields})
+
+
+STATUS_PAGES = [  # page -> {signal: field}
+    {"version_major": None, "version_minor": None, "version_patch": None, "profile": "profile"},
+    {"tick": "tick"},
+    {"overruns": "overruns"},
+    {"stack_margin": "stack_margin_bytes"},
+    {"time_margin": "time_margin_us"},
+    {"samples_missing": "samples_missing"},
+    {"frames_refused": "frames_refused"},
+    {"samples_refused": "samples_refused"},
+]
+
+
+@st.composite
+def statuses(draw):
+    counters = ("tick", "overruns", "stack_margin_bytes", "samples_missing", "frames_refused", "samples_refused")
+    return {
+        "version": [draw(uint[8]) for _ in range(3)],
+        "profile": draw(st.integers(0, 1)),
+        "state": draw(st.integers(0, 4)),
+        "fault": draw(st.integers(0, 5)),
+        "time_margin_us": draw(st.integers(-(2**31), 2**31 - 1)),
+        **{name: draw(uint[32]) for name in counters},
+    }
+
+
+@tuned
+@given(statuses())
+def test_status_pages_are_the_same_in_both_directions(status):
+    versions = dict(zip(("version_major", "version_minor", "version_patch"), status["version"]))
+    for page, fields in enumerate(STATUS_PAGES):
+        expected = {signal: versions[signal] if field is None else status[field] for signal, field in fields.items()}
+        head = {"page": page, "state": status["state"], "fault": status["fault"]}
+        frame = bus.encode_status(status, page)
+        name, signals = decode(frame)
+        signals.pop("crc8")
+        assert (name, signals) == ("ControllerStatus", {**head, **expected})
+        again = encode("ControllerStatus", {**head, **expected})
+        assert again == frame
+        result, found = bus.decode_status(again)
+        assert result == "ok"
+        assert all(found[field] == status[field] for field in fields.values() if field)
+        assert page > 0 or found["version"] == status["version"]
+
+
+def decoders():
+    """One function of a frame for every way in."""
+    return [
+        bus.decode_command,
+        bus.decode_acknowledge,
+        bus.decode_status,
+        *(bus.SampleAssembly(name).add for name in PROFILES),
+        *(lambda frame, assembly=bus.AnswerAssembly(name): assembly.add(frame, 1000) for name in PROFILES),
+    ]
+
+
+identifiers = st.one_of(st.integers(0, 2**11 - 1), st.sampled_from([m.frame_id for m in contract.messages]))
+
+
+@settings(max_examples=3000, deadline=None)
+@given(identifiers, st.booleans(), st.binary(max_size=64), st.booleans())
+def test_random_bytes_are_refused_or_are_what_cantools_reads(identifier, is_fd, data, sealed):
+    message = next((m for m in contract.messages if m.frame_id == identifier), None)
+    bits = checksum_bits(message) if message else 0
+    if sealed and bits and len(data) >= bits // 8:
+        data = data[: -bits // 8] + checksum(data[: -bits // 8], bits).to_bytes(bits // 8, "little")
+    frame = (identifier, is_fd, data)
+    statuses_found = [decoder(frame)[0] for decoder in decoders()]
+    if message is None:
+        assert set(statuses_found) == {"frame of another kind"}
+    elif (is_fd, len(data)) != (message.is_fd, message.length):
+        assert set(statuses_found) == {"frame of another kind", "wrong length or format"}
+    elif bits and data != data[: -bits // 8] + checksum(data[: -bits // 8], bits).to_bytes(bits // 8, "little"):
+        allowed = {"frame of another kind", "wrong checksum", "frame of the other profile"}
+        assert "wrong checksum" in statuses_found and set(statuses_found) <= allowed
+    elif "ok" in statuses_found:
+        decode(frame)
+    if message and profile(message) != "both" and (is_fd, len(data)) == (message.is_fd, message.length):
+        assert "frame of the other profile" in statuses_found
+
+
+def test_the_number_that_a_range_leaves_unused_is_refused():
+    # GIVEN the most negative 24-bit and 20-bit numbers, sealed
+    data = bytes(4) + bytes([0, 0, 0x80]) + bytes(51) + bytes([1, 0])
+    fd = (0x080, True, data + zlib.crc32(data).to_bytes(4, "little"))
+    classic = (0x081, False, struct.pack("<Q", 1 << 19))
+    # WHEN they come THEN they are no numbers
+    assert bus.SampleAssembly("fd").add(fd) == ("value not usable", None)
+    assert bus.SampleAssembly("classic").add(classic) == ("value not usable", None)

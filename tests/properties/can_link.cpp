@@ -1,0 +1,523 @@
+#include "can_link.hpp"
+
+#include "app/app.h"
+#include "bus/sample_assembly.h"
+
+#include <hexload_sim/sensors.hpp>
+
+#include <doctest/doctest.h>
+
+#include <deque>
+#include <map>
+#include <set>
+
+using namespace hexload::sim;
+using namespace std::chrono_literals;
+
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+// The controller's side of the bus, with everything that can be wrong with it.
+struct Controller {
+    hexload_bus_profile_t profile = HEXLOAD_BUS_FD;
+    std::uint8_t state = HEXLOAD_APP_ESTIMATING; // as told in answers
+    std::uint8_t fault = HEXLOAD_FAULT_NONE;
+    int deaf_to = 0; // commands that it does not hear
+    bool doubles_acknowledges = false;
+    bool doubles_answers = false;
+    std::uint32_t silent_from = UINT32_MAX;         // tick
+    std::set<std::uint32_t> unanswered;             // ticks
+    std::map<std::uint32_t, std::uint32_t> instead; // answers to another tick than the one asked
+    std::map<std::uint32_t, std::uint32_t> held;    // answer to a tick goes out after another tick
+};
+
+// A bus with that controller on it. Time passes only while somebody waits for a frame.
+class ScriptedChannel final : public hexload::port::CanChannel {
+  public:
+    ScriptedChannel(Controller& controller, Clock::time_point& now, bool& is_up)
+        : controller_(controller), now_(now), is_up_(is_up) {
+        name_ = "scripted";
+        hexload_sample_assembly_init(&assembly_, controller.profile);
+    }
+    int descriptor() const override {
+        return -1;
+    }
+    bool is_up() const override {
+        return is_up_;
+    }
+    bool send(const hexload_bus_frame_t& frame, std::chrono::microseconds) override {
+        if (!is_up_) {
+            return false;
+        }
+        hexload_bus_command_t command;
+        hexload_leg_sample_t sample;
+        if (hexload_bus_decode_command(&frame, &command) == HEXLOAD_BUS_OK) {
+            acknowledge(command);
+        } else if (hexload_sample_assembly_add(&assembly_, &frame, &sample) == HEXLOAD_BUS_OK) {
+            answer(sample.tick);
+        }
+        return true;
+    }
+    std::optional<hexload_bus_frame_t> receive(std::chrono::microseconds timeout) override {
+        if (coming_.empty()) {
+            now_ += timeout;
+            return std::nullopt;
+        }
+        const hexload_bus_frame_t frame = coming_.front();
+        coming_.pop_front();
+        return frame;
+    }
+
+  private:
+    void acknowledge(const hexload_bus_command_t& command) {
+        if (controller_.deaf_to > 0) {
+            --controller_.deaf_to;
+            return;
+        }
+        if (command.kind == HEXLOAD_COMMAND_RESET) {
+            controller_.state = HEXLOAD_APP_IDLE;
+            controller_.fault = HEXLOAD_FAULT_NONE;
+        } else if (command.kind == HEXLOAD_COMMAND_START) {
+            controller_.state = HEXLOAD_APP_ESTIMATING;
+        }
+        const hexload_bus_acknowledge_t acknowledge{
+            command.kind,      command.sequence,  HEXLOAD_RESULT_DONE,
+            controller_.state, controller_.fault, static_cast<std::uint8_t>(controller_.profile)};
+        hexload_bus_frame_t frame;
+        hexload_bus_encode_acknowledge(&acknowledge, &frame);
+        coming_.insert(coming_.end(), controller_.doubles_acknowledges ? 2 : 1, frame);
+    }
+
+    void answer(std::uint32_t tick) {
+        if (tick >= controller_.silent_from) {
+            return;
+        }
+        if (const auto instead = controller_.instead.find(tick); instead != controller_.instead.end()) {
+            send_answer(instead->second);
+        } else if (!controller_.unanswered.contains(tick) && !controller_.held.contains(tick)) {
+            send_answer(tick);
+        }
+        for (const auto& [held, until] : controller_.held) {
+            if (until == tick) {
+                send_answer(held);
+            }
+        }
+    }
+
+    void send_answer(std::uint32_t tick) {
+        if (controller_.profile == HEXLOAD_BUS_CLASSIC && tick % HEXLOAD_BUS_ANSWER_PERIOD != 0) {
+            return;
+        }
+        hexload_bus_answer_t answer{};
+        answer.tick = tick;
+        answer.state = controller_.state;
+        answer.fault = controller_.fault;
+        answer.estimate.value[HEXLOAD_PAPER_DZ] = static_cast<hexload_real_t>(tick);
+        paged_ = page_ == 0 ? answer : paged_; // all pages are of the answer that page 0 began
+        paged_.tick = tick;
+        const bool is_fd = controller_.profile == HEXLOAD_BUS_FD;
+        hexload_bus_frame_t frames[HEXLOAD_BUS_ANSWER_FRAMES];
+        const int count =
+            hexload_bus_encode_answer(controller_.profile, is_fd ? &answer : &paged_, page_, frames);
+        page_ = (page_ + 1) % HEXLOAD_BUS_ANSWER_PAGES;
+        for (int time = 0; time < (controller_.doubles_answers ? 2 : 1); ++time) {
+            coming_.insert(coming_.end(), frames, frames + count);
+        }
+    }
+
+    Controller& controller_;
+    Clock::time_point& now_;
+    bool& is_up_;
+    hexload_sample_assembly_t assembly_{};
+    int page_ = 0;
+    hexload_bus_answer_t paged_{};
+    std::deque<hexload_bus_frame_t> coming_;
+};
+
+// A link, what it told, and the controls of the other side.
+class Bench {
+  public:
+    explicit Bench(bool real_time, hexload_bus_profile_t profile = HEXLOAD_BUS_FD) {
+        controller.profile = profile;
+        settings_.profile = profile;
+        settings_.answer_timeout = 2000ms;
+        settings_.tell = [this](const std::string& line) { told.push_back(line); };
+        settings_.now = [this] { return now; };
+        real_time_ = real_time;
+    }
+    EstimatorLink& link() {
+        if (!link_) {
+            auto channel = std::make_unique<ScriptedChannel>(controller, now, is_up);
+            link_ = real_time_ ? make_real_time_link(std::move(channel), settings_)
+                               : make_lockstep_link(std::move(channel), settings_);
+        }
+        return *link_;
+    }
+    std::vector<EstimateRow> step(std::uint32_t tick) {
+        now += real_time_ ? 1ms : 0ms;
+        LegSample sample;
+        sample.tick = tick;
+        sample.t_s = tick / 1000.0;
+        const auto rows = link().step(sample);
+        return {rows.begin(), rows.end()};
+    }
+    std::vector<EstimateRow> steps(std::uint32_t first, std::uint32_t last) {
+        std::vector<EstimateRow> rows;
+        for (std::uint32_t tick = first; tick <= last; ++tick) {
+            const auto more = step(tick);
+            rows.insert(rows.end(), more.begin(), more.end());
+        }
+        return rows;
+    }
+    BusCounts counts() {
+        return *link().bus_counts();
+    }
+    // The settings, for a simulator of another profile than the controller's.
+    void speak(hexload_bus_profile_t profile) {
+        settings_.profile = profile;
+    }
+
+    Controller controller;
+    Clock::time_point now{};
+    bool is_up = true;
+    std::vector<std::string> told;
+
+  private:
+    CanLinkSettings settings_;
+    bool real_time_ = false;
+    std::unique_ptr<EstimatorLink> link_;
+};
+
+// The failure and its message, "FAILURE: MESSAGE".
+template <typename Action> std::string failure_of(Action action) {
+    static const std::map<LinkFailure, std::string> names = {
+        {LinkFailure::silent_controller, "silent"},    {LinkFailure::wrong_profile, "profile"},
+        {LinkFailure::second_controller, "second"},    {LinkFailure::bus_down, "bus"},
+        {LinkFailure::controller_fault, "controller"},
+    };
+    try {
+        action();
+    } catch (const LinkError& error) {
+        return names.at(error.failure()) + ": " + error.what();
+    }
+    return "no failure";
+}
+
+bool contains(const std::string& text, const std::string& part) {
+    return text.find(part) != std::string::npos;
+}
+
+} // namespace
+
+SCENARIO("in lockstep each tick has the answer of its own sample") {
+    GIVEN("a controller that speaks FD") {
+        Bench bench(false);
+        bench.link().start();
+        WHEN("100 ticks are run") {
+            const auto rows = bench.steps(0, 99);
+            THEN("there is a row of each") {
+                REQUIRE(rows.size() == 100);
+                for (std::size_t tick = 0; tick < 100; ++tick) {
+                    CHECK(rows[tick].value[0] == static_cast<double>(tick));
+                    CHECK(rows[tick].t_s == static_cast<double>(tick) / 1000.0);
+                }
+                CHECK(bench.counts().answers == 100);
+            }
+        }
+    }
+    GIVEN("a controller that speaks classic") {
+        Bench bench(false, HEXLOAD_BUS_CLASSIC);
+        bench.link().start();
+        WHEN("100 ticks are run") {
+            const auto rows = bench.steps(0, 99);
+            THEN("every second one is answered, and 13 answers make a row of the tick of the first") {
+                CHECK(bench.counts().samples == 100);
+                CHECK(bench.counts().answers == 50);
+                REQUIRE(rows.size() == 3);
+                CHECK(rows[0].t_s == 0.0);
+                CHECK(rows[1].t_s == 0.026);
+                CHECK(rows[2].t_s == 0.052);
+                CHECK(rows[1].value[0] == 26.0);
+            }
+        }
+    }
+}
+
+SCENARIO("in lockstep a silent controller is diagnosed") {
+    GIVEN("a bus without a controller") {
+        Bench bench(false);
+        bench.controller.deaf_to = 1000;
+        WHEN("the link starts") {
+            const auto before = bench.now;
+            const std::string failure = failure_of([&] { bench.link().start(); });
+            THEN("it says so after its time-out") {
+                CHECK(contains(failure, "silent: scripted: no controller acknowledges RESET within 2000 ms"));
+                CHECK(bench.now - before == 2000ms);
+            }
+        }
+    }
+    GIVEN("a controller that does not hear the first fifteen commands") {
+        Bench bench(false);
+        bench.controller.deaf_to = 15;
+        WHEN("the link starts") {
+            const std::string failure = failure_of([&] { bench.link().start(); });
+            THEN("it is heard in the end") {
+                CHECK(failure == "no failure");
+                CHECK(bench.steps(0, 0).size() == 1);
+            }
+        }
+    }
+    GIVEN("a controller that falls silent at tick 5") {
+        Bench bench(false);
+        bench.controller.silent_from = 5;
+        bench.link().start();
+        WHEN("the run gets there") {
+            bench.steps(0, 4);
+            const auto before = bench.now;
+            const std::string failure = failure_of([&] { bench.step(5); });
+            THEN("the message names the tick, after the time-out") {
+                CHECK(contains(
+                    failure,
+                    "silent: scripted: the controller is silent since tick 5 (last answer to tick 4)"));
+                CHECK(bench.now - before >= 2000ms);
+                CHECK(bench.now - before <= 2001ms);
+            }
+        }
+    }
+}
+
+SCENARIO("a controller of the wrong profile is diagnosed at the start") {
+    GIVEN("a controller that speaks classic and a simulator that speaks FD") {
+        Bench bench(false, HEXLOAD_BUS_CLASSIC);
+        bench.speak(HEXLOAD_BUS_FD);
+        WHEN("the link starts") {
+            const std::string failure = failure_of([&] { bench.link().start(); });
+            THEN("both profiles and the option are named") {
+                CHECK(contains(
+                    failure,
+                    "profile: scripted: the controller speaks the profile classic, this simulator fd"));
+                CHECK(contains(failure, "--profile"));
+            }
+        }
+    }
+}
+
+SCENARIO("a second controller on the bus is noticed") {
+    GIVEN("two acknowledges of each command") {
+        Bench bench(false);
+        bench.controller.doubles_acknowledges = true;
+        WHEN("the link starts and runs") {
+            const std::string failure = failure_of([&] {
+                bench.link().start();
+                bench.step(0);
+            });
+            THEN("it says so") {
+                CHECK(contains(failure,
+                               "second: scripted: two acknowledges of one command: a second controller"));
+            }
+        }
+    }
+    GIVEN("two answers to each tick, in either profile, in lockstep or in real time") {
+        for (const bool real_time : {false, true}) {
+            for (const auto profile : {HEXLOAD_BUS_FD, HEXLOAD_BUS_CLASSIC}) {
+                CAPTURE(real_time);
+                CAPTURE(hexload_bus_profile_name(profile));
+                Bench bench(real_time, profile);
+                bench.controller.doubles_answers = true;
+                bench.link().start();
+                WHEN("a few ticks are run") {
+                    const std::string failure = failure_of([&] { bench.steps(0, 4); });
+                    THEN("it says so") {
+                        CHECK(contains(failure, "second: scripted: two answers to"));
+                        CHECK(contains(failure, "a second controller is on the bus"));
+                    }
+                }
+            }
+        }
+    }
+}
+
+SCENARIO("in lockstep answers that do not fit end the run") {
+    GIVEN("a controller that answers tick 7 with the answer to tick 9") {
+        Bench bench(false);
+        bench.controller.instead = {{7, 9}};
+        bench.link().start();
+        WHEN("the run gets there") {
+            const std::string failure = failure_of([&] { bench.steps(0, 8); });
+            THEN("both ticks are named") {
+                CHECK(contains(
+                    failure,
+                    "controller: scripted: answer out of order: found one to tick 9, expected tick 7"));
+            }
+        }
+    }
+    GIVEN("a controller that goes into fault at tick 3") {
+        Bench bench(false);
+        bench.link().start();
+        bench.steps(0, 2);
+        bench.controller.state = HEXLOAD_APP_FAULT;
+        bench.controller.fault = HEXLOAD_FAULT_SAMPLES_REFUSED;
+        WHEN("it answers") {
+            const std::string failure = failure_of([&] { bench.step(3); });
+            THEN("the fault is named") {
+                CHECK(contains(failure, "controller: scripted: the controller is in fault"));
+                CHECK(contains(failure, hexload_app_fault_name(HEXLOAD_FAULT_SAMPLES_REFUSED)));
+            }
+        }
+    }
+    GIVEN("a controller that was restarted at tick 3") {
+        Bench bench(false);
+        bench.link().start();
+        bench.steps(0, 2);
+        bench.controller.state = HEXLOAD_APP_IDLE;
+        WHEN("it answers") {
+            const std::string failure = failure_of([&] { bench.step(3); });
+            THEN("the restart is named") {
+                CHECK(contains(failure, "controller: scripted: the controller has stopped at tick 3"));
+            }
+        }
+    }
+    GIVEN("a bus that goes down after tick 2") {
+        Bench bench(false);
+        bench.link().start();
+        bench.steps(0, 2);
+        bench.is_up = false;
+        WHEN("tick 3 is sent") {
+            const std::string failure = failure_of([&] { bench.step(3); });
+            THEN("the bus is named") {
+                CHECK(contains(failure, "bus: scripted: tick 3 cannot be sent: the bus is down"));
+            }
+        }
+    }
+}
+
+SCENARIO("in real time every tick is answered or counted") {
+    GIVEN("a controller that drops two answers and is three ticks late with two more") {
+        Bench bench(true);
+        bench.controller.unanswered = {10, 11};
+        bench.controller.held = {{20, 23}, {21, 23}, {22, 23}, {23, 23}};
+        bench.link().start();
+        WHEN("40 ticks are run") {
+            auto rows = bench.steps(0, 39);
+            const auto rest = bench.link().finish();
+            rows.insert(rows.end(), rest.begin(), rest.end());
+            THEN("answers and missing add up, and late ones are counted") {
+                const BusCounts counts = bench.counts();
+                CHECK(counts.samples == 40);
+                CHECK(counts.expected == 40);
+                CHECK(counts.answers == 38);
+                CHECK(counts.missing == 2);
+                CHECK(counts.late == 2); // 20 and 21; 22 came with the next tick
+                CHECK(rows.size() == 38);
+            }
+        }
+    }
+    GIVEN("a controller that sends 1500 answers at once, after the last tick") {
+        Bench bench(true);
+        for (std::uint32_t tick = 0; tick < 1500; ++tick) {
+            bench.controller.held.emplace(tick, 1499);
+        }
+        bench.link().start();
+        WHEN("the ticks are run") {
+            bench.steps(0, 1499);
+            THEN("those that are more than 1000 ticks late count as missing") {
+                CHECK(bench.counts().expected == 1500);
+                CHECK(bench.counts().missing == 499);
+                CHECK(bench.counts().answers == 1001);
+                CHECK(bench.counts().late == 999); // 1498 and 1499 are in time
+            }
+        }
+    }
+    GIVEN("a controller that speaks classic") {
+        Bench bench(true, HEXLOAD_BUS_CLASSIC);
+        bench.controller.unanswered = {10};
+        bench.link().start();
+        WHEN("40 ticks are run") {
+            bench.steps(0, 39);
+            bench.link().finish();
+            THEN("answers are expected at every second tick") {
+                CHECK(bench.counts().expected == 20);
+                CHECK(bench.counts().answers == 19);
+                CHECK(bench.counts().missing == 1);
+            }
+        }
+    }
+}
+
+SCENARIO("in real time a controller that was restarted is started again") {
+    GIVEN("a run of 10 ticks") {
+        Bench bench(true);
+        bench.link().start();
+        bench.steps(0, 9);
+        WHEN("the controller says that it is idle") {
+            bench.controller.state = HEXLOAD_APP_IDLE;
+            const auto while_idle = bench.step(10);
+            const auto rows = bench.steps(11, 300);
+            THEN("it gets START, rows go on, and the rejoin is told and counted") {
+                CHECK(while_idle.empty());
+                CHECK(bench.controller.state == HEXLOAD_APP_ESTIMATING);
+                CHECK(rows.size() >= 289);
+                CHECK(bench.counts().rejoins == 1);
+                REQUIRE(bench.told.size() == 1);
+                CHECK(contains(bench.told[0], "the controller has been started again at tick"));
+            }
+        }
+        WHEN("the controller says that it has missed samples") {
+            bench.controller.state = HEXLOAD_APP_FAULT;
+            bench.controller.fault = HEXLOAD_FAULT_SAMPLE_TIMEOUT;
+            bench.steps(10, 300);
+            THEN("it gets RESET and START") {
+                CHECK(bench.controller.state == HEXLOAD_APP_ESTIMATING);
+                CHECK(bench.counts().rejoins == 1);
+            }
+        }
+        WHEN("the controller has a fault that a new start does not mend") {
+            bench.controller.state = HEXLOAD_APP_FAULT;
+            bench.controller.fault = HEXLOAD_FAULT_SECOND_CONTROLLER;
+            const std::string failure = failure_of([&] { bench.steps(10, 12); });
+            THEN("the run ends with its name") {
+                CHECK(contains(failure, "second: scripted: the controller is in fault"));
+            }
+        }
+    }
+}
+
+SCENARIO("in real time outages are survived, told once each way and counted") {
+    GIVEN("a run of 10 ticks") {
+        Bench bench(true);
+        bench.link().start();
+        bench.steps(0, 9);
+        WHEN("the bus is down for 20 ticks") {
+            bench.is_up = false;
+            bench.steps(10, 29);
+            bench.is_up = true;
+            const auto rows = bench.steps(30, 39);
+            bench.link().finish();
+            THEN("the samples of the outage are counted as not sent, and the others as answered") {
+                const BusCounts counts = bench.counts();
+                CHECK(counts.outages == 1);
+                CHECK(counts.samples == 40);
+                CHECK(counts.unsent == 20);
+                CHECK(counts.answers == 20);
+                CHECK(counts.missing == 0);
+                CHECK(rows.size() == 10);
+                REQUIRE(bench.told.size() == 2);
+                CHECK(contains(bench.told[0], "the bus is down since tick 10"));
+                CHECK(contains(bench.told[1], "the bus is up again at tick 30"));
+            }
+        }
+        WHEN("the controller falls silent for good") {
+            bench.controller.silent_from = 10;
+            bench.steps(10, 4000);
+            bench.link().finish();
+            THEN("that is told once, and the run ends as silent with every tick counted") {
+                REQUIRE(bench.told.size() == 1);
+                CHECK(contains(bench.told[0], "the controller is silent since tick 10"));
+                CHECK(bench.counts().ends_silent);
+                CHECK(bench.counts().answers == 10);
+                CHECK(bench.counts().missing == 3991);
+            }
+        }
+    }
+}

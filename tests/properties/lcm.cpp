@@ -1,0 +1,188 @@
+#include "ports/linux/lcm_messages.hpp"
+
+#include <hexload_lcm/session.hpp>
+
+#include <doctest/doctest.h>
+
+#include <vector>
+
+using namespace hexload;
+using namespace std::chrono_literals;
+
+namespace {
+
+// Every field has a value of its own.
+hexload_bus_answer_t some_answer() {
+    hexload_bus_answer_t answer{};
+    answer.tick = 4'294'967'295U;
+    answer.status = HEXLOAD_ERR_POSE;
+    answer.state = HEXLOAD_APP_CONVERGED;
+    answer.fault = HEXLOAD_FAULT_SAMPLES_REFUSED;
+    answer.missing_legs = 0x2A;
+    answer.health = 0x1A5;
+    answer.refused = 123'456;
+    for (int k = 0; k < HEXLOAD_PAPER_DIM; ++k) {
+        answer.estimate.value[k] = static_cast<hexload_real_t>(1.5 + k);
+        answer.estimate.sigma[k] = static_cast<hexload_real_t>(0.25 + k);
+        answer.estimate.parameter_verdict[k] = static_cast<hexload_verdict_t>(k);
+    }
+    answer.estimate.verdict = HEXLOAD_VERDICT_INCONSISTENT;
+    answer.estimate.nis = 3.25F;
+    answer.estimate.nis_mean = 2.75F;
+    return answer;
+}
+
+} // namespace
+
+TEST_CASE("the channel of a type has its name") {
+    CHECK(message::channel_of<leg_sample_t>() == "HEXLOAD_LEG_SAMPLE");
+    CHECK(message::channel_of<estimate_t>() == "HEXLOAD_ESTIMATE");
+}
+
+TEST_CASE("an option names LCM with or without a URL, and nothing else") {
+    CHECK(message::url_of("lcm") == message::default_url);
+    CHECK(message::url_of("lcm:memq://") == "memq://");
+    for (const char* bad : {"", "lcm:", "lcmx", "udpm://239.255.76.67:7667", "can0"}) {
+        CAPTURE(bad);
+        CHECK_THROWS_AS(message::url_of(bad), message::UrlError);
+    }
+}
+
+TEST_CASE("a URL that LCM does not know is refused with an example") {
+    CHECK_THROWS_WITH_AS(message::Session("carrier-pigeon://"),
+                         "carrier-pigeon://: found no way to open it, expected an LCM URL, e.g. "
+                         "udpm://239.255.76.67:7667?ttl=0",
+                         message::SessionError);
+}
+
+TEST_CASE("lost messages are counted, a restarted source is not a loss") {
+    // GIVEN a channel that loses 2 and then 1 message, and whose source begins anew twice
+    message::GapCounter counter;
+    for (const std::int64_t sequence : {5, 6, 9, 10, 12, 0, 1, 1}) {
+        counter.take(sequence);
+    }
+    // THEN what came before the first message is unknown, and the rest is accounted for
+    CHECK(counter.received() == 8);
+    CHECK(counter.lost() == 3);
+    CHECK(counter.restarts() == 2);
+}
+
+TEST_CASE("messages arrive in order with numbers that follow one another") {
+    // GIVEN a session whose messages come back to it
+    message::Session session("udpm://239.255.76.67:7689?ttl=0");
+    std::vector<std::int64_t> sequences;
+    const message::GapCounter& counter = session.subscribe<leg_sample_t>(
+        [&](const leg_sample_t& sample) { sequences.push_back(sample.sequence); });
+    // WHEN more are sent than LCM's own limit of 30, before any is read
+    message::Publisher<leg_sample_t> publisher(session);
+    for (int k = 0; k < 100; ++k) {
+        leg_sample_t sample{};
+        CHECK(publisher.send(sample));
+    }
+    while (sequences.size() < 100 && session.handle(2000ms)) {
+    }
+    // THEN none is dropped
+    REQUIRE(sequences.size() == 100);
+    CHECK(sequences.front() == 0);
+    CHECK(sequences.back() == 99);
+    CHECK(counter.lost() == 0);
+    CHECK(publisher.sent() == 100);
+    CHECK(publisher.failed() == 0);
+}
+
+TEST_CASE("an answer is the same after its two messages") {
+    const hexload_bus_answer_t answer = some_answer();
+    const auto again = port::answer_of(port::estimate_message(answer), port::health_message(answer, 7));
+    REQUIRE(again);
+    CHECK(again->tick == answer.tick);
+    CHECK(again->status == answer.status);
+    CHECK(again->state == answer.state);
+    CHECK(again->fault == answer.fault);
+    CHECK(again->missing_legs == answer.missing_legs);
+    CHECK(again->health == answer.health);
+    CHECK(again->refused == answer.refused);
+    for (int k = 0; k < HEXLOAD_PAPER_DIM; ++k) {
+        CHECK(again->estimate.value[k] == answer.estimate.value[k]);
+        CHECK(again->estimate.sigma[k] == answer.estimate.sigma[k]);
+        CHECK(again->estimate.parameter_verdict[k] == answer.estimate.parameter_verdict[k]);
+    }
+    CHECK(again->estimate.verdict == answer.estimate.verdict);
+    CHECK(again->estimate.nis == answer.estimate.nis);
+    CHECK(again->estimate.nis_mean == answer.estimate.nis_mean);
+    CHECK(port::health_message(answer, 7).samples_missing == 7);
+    // and its health bits 0, 2, 5, 7 and 8 are told in words
+    CHECK(port::health_message(answer, 7).health ==
+          std::string(hexload_health_name(HEXLOAD_HEALTH_LEG_OUT_OF_STROKE)) + ", " +
+              hexload_health_name(HEXLOAD_HEALTH_RATE_RESEEDED) + ", " +
+              hexload_health_name(HEXLOAD_HEALTH_COVARIANCE_BOUNDED) + ", " +
+              hexload_health_name(HEXLOAD_HEALTH_INCONSISTENT) + ", " +
+              hexload_health_name(static_cast<hexload_health_bit_t>(8)));
+}
+
+TEST_CASE("an answer with an unknown word, another filter or an impossible tick is refused") {
+    const hexload_bus_answer_t answer = some_answer();
+    const std::string unknown_word = "asleep";
+    const estimate_t estimate = port::estimate_message(answer);
+    const health_t health = port::health_message(answer, 0);
+    const auto is_refused = [&](auto change) {
+        estimate_t e = estimate;
+        health_t h = health;
+        change(e, h);
+        return !port::answer_of(e, h);
+    };
+    CHECK_FALSE(is_refused([](estimate_t&, health_t&) {}));
+    CHECK(is_refused([&](estimate_t& e, health_t&) { e.verdict = unknown_word; }));
+    CHECK(is_refused([&](estimate_t& e, health_t&) { e.parameter_verdict[2] = unknown_word; }));
+    CHECK(is_refused([&](estimate_t& e, health_t&) { e.name[0] = unknown_word; }));
+    CHECK(is_refused([&](estimate_t& e, health_t&) { e.count = 0; }));
+    CHECK(is_refused([&](estimate_t&, health_t& h) { h.state = unknown_word; }));
+    CHECK(is_refused([&](estimate_t&, health_t& h) { h.fault = unknown_word; }));
+    CHECK(is_refused([&](estimate_t&, health_t& h) { h.status = unknown_word; }));
+    CHECK(is_refused([&](estimate_t&, health_t& h) { h.tick = -1; }));
+    CHECK(is_refused([&](estimate_t&, health_t& h) { h.tick = 4'294'967'296; }));
+}
+
+TEST_CASE(
+    "samples, commands and acknowledges are the same after the wire, and out-of-range ones are refused") {
+    hexload_leg_sample_t sample{};
+    sample.tick = 77;
+    for (int leg = 0; leg < HEXLOAD_LEGS; ++leg) {
+        sample.displacement_m[leg] = 0.125F + static_cast<float>(leg);
+        sample.velocity_m_s[leg] = 10.5F + static_cast<float>(leg);
+        sample.force_n[leg] = -100.25F - static_cast<float>(leg);
+    }
+    leg_sample_t told = port::leg_sample_message(sample);
+    const auto sample_again = port::leg_sample_of(told);
+    REQUIRE(sample_again);
+    CHECK(sample_again->tick == 77);
+    CHECK(sample_again->displacement_m[5] == sample.displacement_m[5]);
+    CHECK(sample_again->velocity_m_s[4] == sample.velocity_m_s[4]);
+    CHECK(sample_again->force_n[3] == sample.force_n[3]);
+    told.tick = -1;
+    CHECK_FALSE(port::leg_sample_of(told));
+
+    command_t command = port::command_message({HEXLOAD_COMMAND_SET_KNOWN_MASS, 255, 512.5F}, 9);
+    CHECK(command.tick == 9);
+    const auto command_again = port::command_of(command);
+    REQUIRE(command_again);
+    CHECK(command_again->kind == HEXLOAD_COMMAND_SET_KNOWN_MASS);
+    CHECK(command_again->sequence == 255);
+    CHECK(command_again->argument == 512.5F);
+    command.id = 256;
+    CHECK_FALSE(port::command_of(command));
+
+    const hexload_bus_acknowledge_t acknowledge{HEXLOAD_COMMAND_START,        8,
+                                                HEXLOAD_RESULT_WRONG_STATE,   HEXLOAD_APP_FAULT,
+                                                HEXLOAD_FAULT_SAMPLE_TIMEOUT, HEXLOAD_BUS_FD};
+    acknowledge_t reply = port::acknowledge_message(acknowledge, 5);
+    CHECK(reply.done == 0);
+    const auto reply_again = port::acknowledge_of(reply);
+    REQUIRE(reply_again);
+    CHECK(reply_again->kind == acknowledge.kind);
+    CHECK(reply_again->sequence == acknowledge.sequence);
+    CHECK(reply_again->result == acknowledge.result);
+    CHECK(reply_again->state == acknowledge.state);
+    CHECK(reply_again->fault == acknowledge.fault);
+    reply.result = reply.state;
+    CHECK_FALSE(port::acknowledge_of(reply));
+}

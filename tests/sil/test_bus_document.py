@@ -1,0 +1,93 @@
+"""The CAN contract keeps what it promises: documented signals, bus load, quantisation; its document is up to date."""
+
+import pytest
+
+from hexload_tools import bus_document as verb
+
+
+@pytest.fixture(scope="module")
+def contract():
+    return verb.load_contract()
+
+
+def signals(contract):
+    return [(message, signal) for message in contract.messages for signal in message.signals]
+
+
+def test_the_committed_document_is_the_generated_one():
+    assert verb.DOCUMENT.read_text() == verb.document(), "write it anew: tools/hexload bus-document"
+
+
+def test_every_frame_says_what_it_is_who_sends_it_and_in_which_profile(contract):
+    for message in contract.messages:
+        assert message.comment, message.name
+        assert message.senders in (["SIMULATOR"], ["CONTROLLER"]), message.name
+        assert message.is_fd == (verb.profile(message) == "fd"), message.name
+        assert message.is_fd == (message.length > 8), message.name  # the C code tells FD frames by that
+
+
+def test_every_signal_has_comment_range_and_a_unit_or_names_of_its_codes(contract):
+    for message, signal in signals(contract):
+        name = f"{message.name}.{signal.name}"
+        assert signal.comment, name
+        assert signal.minimum is not None and signal.maximum is not None and signal.minimum <= signal.maximum, name
+        assert bool(signal.unit) != bool(signal.choices), name
+        assert signal.byte_order == "little_endian", name
+
+
+def test_every_range_fits_into_its_bits(contract):
+    for message, signal in signals(contract):
+        if signal.is_float:
+            continue
+        least = -(2 ** (signal.length - 1)) if signal.is_signed else 0
+        most = 2 ** (signal.length - signal.is_signed) - 1
+        assert least <= round(float(signal.minimum) / float(signal.scale)), f"{message.name}.{signal.name}"
+        assert most >= round(float(signal.maximum) / float(signal.scale)), f"{message.name}.{signal.name}"
+
+
+def test_every_checksum_ends_its_frame(contract):
+    # GIVEN frames whose checksum the C code writes into the last bytes
+    for message in contract.messages:
+        checksums = [signal for signal in message.signals if signal.name.startswith("crc")]
+        for checksum in checksums:
+            assert checksum.name == f"crc{checksum.length}"
+            assert checksum.start + checksum.length == 8 * message.length, message.name
+        # THEN only the frames without room for one have none
+        has_room = message.is_fd or not message.name.startswith(("SampleTick", "LegSample"))
+        assert len(checksums) == has_room, message.name
+
+
+def test_longest_frames_are_those_of_the_standards(contract):
+    # Davis et al. 2007, "Controller Area Network (CAN) schedulability analysis: refuted, revisited and revised"
+    assert verb.classic_bits(8) == 135
+    assert verb.classic_bits(0) == 55
+    # By hand, n = 64: 17 + 4 + 13 bits; 5 + 512 + 129 + 4 + 21 + 7 bits
+    assert verb.fd_bits(64) == verb.FdBits(nominal=34, data=678)
+    # The shorter checksum, n = 16: 5 + 128 + 33 + 4 + 17 + 6
+    assert verb.fd_bits(16) == verb.FdBits(nominal=34, data=193)
+
+
+def test_the_bus_is_less_than_ninety_percent_busy_in_either_profile(contract):
+    assert 0.5 < verb.bus_load(contract, "classic") < verb.MOST_LOAD
+    assert 0.3 < verb.bus_load(contract, "fd") < verb.MOST_LOAD
+
+
+def test_quantisation_is_below_a_tenth_of_the_nominal_noise(contract):
+    found = list(verb.quantisations(contract))
+    assert len(found) == 2 * 18  # three channels of six legs in two profiles
+    for quantisation in found:
+        assert quantisation.ratio < verb.MOST_QUANTISATION, quantisation
+
+
+def test_all_legs_have_the_steps_and_ranges_of_the_first(contract):
+    # GIVEN that the C code takes the steps of all legs from the first
+    fd = contract.get_message_by_name("LegSampleFd")
+    for kind in ("displacement", "velocity", "force"):
+        legs = [fd.get_signal_by_name(f"{kind}_{leg}") for leg in range(1, 7)]
+        assert len({(leg.scale, leg.offset, leg.minimum, leg.maximum, leg.length) for leg in legs}) == 1
+    classic = [contract.get_message_by_name(f"LegSample{leg}") for leg in range(1, 7)]
+    layouts = {
+        tuple((s.name, s.start, s.length, s.scale, s.offset, s.minimum, s.maximum, s.is_signed) for s in leg.signals)
+        for leg in classic
+    }
+    assert len(layouts) == 1

@@ -1,0 +1,289 @@
+#include "bindings.hpp"
+
+#include "bus/answer_assembly.h"
+#include "bus/bus.h"
+#include "bus/sample_assembly.h"
+
+#include <hexload_sim/input_error.hpp>
+
+#include <nanobind/stl/array.h>
+#include <nanobind/stl/string.h>
+
+#include <algorithm>
+#include <array>
+#include <span>
+
+namespace nb = nanobind;
+using hexload::sim::InputError;
+
+namespace {
+
+using Legs = std::array<double, HEXLOAD_LEGS>;
+using Parameters = std::array<double, HEXLOAD_PAPER_DIM>;
+using Codes = std::array<unsigned, HEXLOAD_PAPER_DIM>;
+
+hexload_bus_profile_t profile_of(const std::string& name) {
+    for (const hexload_bus_profile_t profile : {HEXLOAD_BUS_FD, HEXLOAD_BUS_CLASSIC}) {
+        if (name == hexload_bus_profile_name(profile)) {
+            return profile;
+        }
+    }
+    throw InputError("profile: found " + name + ", expected fd or classic");
+}
+
+// A frame in Python: (id, is_fd, data).
+nb::tuple to_python(const hexload_bus_frame_t& frame) {
+    return nb::make_tuple(frame.id, frame.is_fd, nb::bytes(frame.data, frame.length));
+}
+
+hexload_bus_frame_t from_python(const nb::tuple& frame) {
+    const auto data = nb::cast<nb::bytes>(frame[2]);
+    if (data.size() > HEXLOAD_BUS_FRAME_BYTES) {
+        throw InputError("frame: found " + std::to_string(data.size()) + " bytes, expected 64 or fewer");
+    }
+    hexload_bus_frame_t result{.id = nb::cast<std::uint32_t>(frame[0]),
+                               .is_fd = nb::cast<bool>(frame[1]),
+                               .length = static_cast<std::uint8_t>(data.size()),
+                               .data = {}};
+    std::copy_n(static_cast<const std::uint8_t*>(data.data()), data.size(), result.data);
+    return result;
+}
+
+nb::list to_python(std::span<const hexload_bus_frame_t> frames, int count) {
+    if (count < 0) {
+        throw InputError(hexload_bus_status_name(static_cast<hexload_bus_status_t>(count)));
+    }
+    nb::list list;
+    for (const hexload_bus_frame_t& frame : frames.first(static_cast<std::size_t>(count))) {
+        list.append(to_python(frame));
+    }
+    return list;
+}
+
+template <std::size_t size> std::array<double, size> as_doubles(const hexload_real_t (&values)[size]) {
+    std::array<double, size> result;
+    std::copy_n(values, size, result.begin());
+    return result;
+}
+
+template <std::size_t size>
+void copy_to(const std::array<double, size>& values, hexload_real_t (&out)[size]) {
+    std::transform(values.begin(), values.end(), out,
+                   [](double value) { return static_cast<hexload_real_t>(value); });
+}
+
+template <typename Number> Number field(const nb::dict& fields, const char* name) {
+    return nb::cast<Number>(fields[name]);
+}
+
+nb::tuple encode_sample(const std::string& profile, std::uint32_t tick, const Legs& displacement_m,
+                        const Legs& velocity_m_s, const Legs& force_n) {
+    hexload_leg_sample_t sample{};
+    std::array<hexload_bus_frame_t, HEXLOAD_BUS_SAMPLE_FRAMES> frames;
+    std::uint32_t saturated = 0;
+    sample.tick = tick;
+    copy_to(displacement_m, sample.displacement_m);
+    copy_to(velocity_m_s, sample.velocity_m_s);
+    copy_to(force_n, sample.force_n);
+    const int count = hexload_bus_encode_sample(profile_of(profile), &sample, frames.data(), &saturated);
+    return nb::make_tuple(to_python(frames, count), saturated);
+}
+
+nb::list encode_answer(const std::string& profile, const nb::dict& fields, int page) {
+    hexload_bus_answer_t answer{};
+    std::array<hexload_bus_frame_t, HEXLOAD_BUS_ANSWER_FRAMES> frames;
+    answer.tick = field<std::uint32_t>(fields, "tick");
+    answer.status = field<std::int8_t>(fields, "status");
+    answer.state = field<std::uint8_t>(fields, "state");
+    answer.fault = field<std::uint8_t>(fields, "fault");
+    answer.missing_legs = field<std::uint8_t>(fields, "missing_legs");
+    answer.health = field<std::uint16_t>(fields, "health");
+    answer.refused = field<std::uint32_t>(fields, "refused");
+    copy_to(field<Parameters>(fields, "value"), answer.estimate.value);
+    copy_to(field<Parameters>(fields, "sigma"), answer.estimate.sigma);
+    std::ranges::transform(field<Codes>(fields, "parameter_verdict"), answer.estimate.parameter_verdict,
+                           [](unsigned code) { return static_cast<hexload_verdict_t>(code); });
+    answer.estimate.verdict = static_cast<hexload_verdict_t>(field<unsigned>(fields, "verdict"));
+    answer.estimate.nis = static_cast<hexload_real_t>(field<double>(fields, "nis"));
+    answer.estimate.nis_mean = static_cast<hexload_real_t>(field<double>(fields, "nis_mean"));
+    return to_python(frames, hexload_bus_encode_answer(profile_of(profile), &answer, page, frames.data()));
+}
+
+nb::dict as_dict(const hexload_bus_answer_t& answer) {
+    Codes verdicts;
+    std::copy_n(answer.estimate.parameter_verdict, verdicts.size(), verdicts.begin());
+    nb::dict fields;
+    fields["tick"] = answer.tick;
+    fields["status"] = static_cast<int>(answer.status);
+    fields["state"] = answer.state;
+    fields["fault"] = answer.fault;
+    fields["missing_legs"] = answer.missing_legs;
+    fields["health"] = answer.health;
+    fields["refused"] = answer.refused;
+    fields["value"] = as_doubles(answer.estimate.value);
+    fields["sigma"] = as_doubles(answer.estimate.sigma);
+    fields["parameter_verdict"] = verdicts;
+    fields["verdict"] = static_cast<unsigned>(answer.estimate.verdict);
+    fields["nis"] = static_cast<double>(answer.estimate.nis);
+    fields["nis_mean"] = static_cast<double>(answer.estimate.nis_mean);
+    return fields;
+}
+
+nb::tuple encode_command(std::uint8_t kind, std::uint8_t sequence, float argument) {
+    const hexload_bus_command_t command{.kind = kind, .sequence = sequence, .argument = argument};
+    hexload_bus_frame_t frame;
+    const hexload_bus_status_t status = hexload_bus_encode_command(&command, &frame);
+    if (status != HEXLOAD_BUS_OK) {
+        throw InputError(hexload_bus_status_name(status));
+    }
+    return to_python(frame);
+}
+
+// What a decoder found: the status' name and, when it is "ok", the fields.
+nb::tuple found(hexload_bus_status_t status, const nb::dict& fields) {
+    const nb::object result = status == HEXLOAD_BUS_OK ? nb::object(fields) : nb::none();
+    return nb::make_tuple(hexload_bus_status_name(status), result);
+}
+
+nb::tuple decode_command(const nb::tuple& bytes) {
+    const hexload_bus_frame_t frame = from_python(bytes);
+    hexload_bus_command_t command{};
+    const hexload_bus_status_t status = hexload_bus_decode_command(&frame, &command);
+    nb::dict fields;
+    fields["kind"] = command.kind;
+    fields["sequence"] = command.sequence;
+    fields["argument"] = static_cast<double>(command.argument);
+    return found(status, fields);
+}
+
+nb::tuple encode_acknowledge(const nb::dict& fields) {
+    const hexload_bus_acknowledge_t acknowledge{
+        .kind = field<std::uint8_t>(fields, "kind"),
+        .sequence = field<std::uint8_t>(fields, "sequence"),
+        .result = field<std::uint8_t>(fields, "result"),
+        .state = field<std::uint8_t>(fields, "state"),
+        .fault = field<std::uint8_t>(fields, "fault"),
+        .profile = field<std::uint8_t>(fields, "profile"),
+    };
+    hexload_bus_frame_t frame;
+    hexload_bus_encode_acknowledge(&acknowledge, &frame);
+    return to_python(frame);
+}
+
+nb::tuple decode_acknowledge(const nb::tuple& bytes) {
+    const hexload_bus_frame_t frame = from_python(bytes);
+    hexload_bus_acknowledge_t acknowledge{};
+    const hexload_bus_status_t status = hexload_bus_decode_acknowledge(&frame, &acknowledge);
+    nb::dict fields;
+    fields["kind"] = acknowledge.kind;
+    fields["sequence"] = acknowledge.sequence;
+    fields["result"] = acknowledge.result;
+    fields["state"] = acknowledge.state;
+    fields["fault"] = acknowledge.fault;
+    fields["profile"] = acknowledge.profile;
+    return found(status, fields);
+}
+
+nb::tuple encode_status(const nb::dict& fields, int page) {
+    hexload_bus_controller_status_t status{};
+    std::ranges::copy(field<std::array<std::uint8_t, 3>>(fields, "version"), status.version);
+    status.profile = field<std::uint8_t>(fields, "profile");
+    status.state = field<std::uint8_t>(fields, "state");
+    status.fault = field<std::uint8_t>(fields, "fault");
+    status.tick = field<std::uint32_t>(fields, "tick");
+    status.overruns = field<std::uint32_t>(fields, "overruns");
+    status.stack_margin_bytes = field<std::uint32_t>(fields, "stack_margin_bytes");
+    status.time_margin_us = field<std::int32_t>(fields, "time_margin_us");
+    status.samples_missing = field<std::uint32_t>(fields, "samples_missing");
+    status.frames_refused = field<std::uint32_t>(fields, "frames_refused");
+    status.samples_refused = field<std::uint32_t>(fields, "samples_refused");
+    hexload_bus_frame_t frame;
+    hexload_bus_encode_status(&status, page, &frame);
+    return to_python(frame);
+}
+
+// The status after a page was put over one of zeros.
+nb::tuple decode_status(const nb::tuple& bytes) {
+    const hexload_bus_frame_t frame = from_python(bytes);
+    hexload_bus_controller_status_t status{};
+    const hexload_bus_status_t result = hexload_bus_decode_status(&frame, &status);
+    nb::dict fields;
+    fields["version"] = std::array<unsigned, 3>{status.version[0], status.version[1], status.version[2]};
+    fields["profile"] = status.profile;
+    fields["state"] = status.state;
+    fields["fault"] = status.fault;
+    fields["tick"] = status.tick;
+    fields["overruns"] = status.overruns;
+    fields["stack_margin_bytes"] = status.stack_margin_bytes;
+    fields["time_margin_us"] = status.time_margin_us;
+    fields["samples_missing"] = status.samples_missing;
+    fields["frames_refused"] = status.frames_refused;
+    fields["samples_refused"] = status.samples_refused;
+    return found(result, fields);
+}
+
+class SampleAssembly {
+  public:
+    explicit SampleAssembly(const std::string& profile) {
+        hexload_sample_assembly_init(&assembly_, profile_of(profile));
+    }
+
+    nb::tuple add(const nb::tuple& bytes) {
+        const hexload_bus_frame_t frame = from_python(bytes);
+        hexload_leg_sample_t sample{};
+        const hexload_bus_status_t status = hexload_sample_assembly_add(&assembly_, &frame, &sample);
+        nb::dict fields;
+        fields["tick"] = sample.tick;
+        fields["displacement_m"] = as_doubles(sample.displacement_m);
+        fields["velocity_m_s"] = as_doubles(sample.velocity_m_s);
+        fields["force_n"] = as_doubles(sample.force_n);
+        return found(status, fields);
+    }
+
+  private:
+    hexload_sample_assembly_t assembly_{};
+};
+
+class AnswerAssembly {
+  public:
+    explicit AnswerAssembly(const std::string& profile) {
+        hexload_answer_assembly_init(&assembly_, profile_of(profile));
+    }
+
+    nb::tuple add(const nb::tuple& bytes, std::uint32_t near_tick) {
+        const hexload_bus_frame_t frame = from_python(bytes);
+        hexload_bus_answer_t answer{};
+        std::uint32_t answered_tick = 0;
+        const hexload_bus_status_t status =
+            hexload_answer_assembly_add(&assembly_, &frame, near_tick, &answered_tick, &answer);
+        return found(status, as_dict(answer));
+    }
+
+  private:
+    hexload_answer_assembly_t assembly_{};
+};
+
+} // namespace
+
+void bind_bus(nb::module_& module) {
+    nb::module_ bus = module.def_submodule(
+        "bus", "The firmware's CAN codec. A frame is a tuple (id, is_fd, data); decoders return the name of "
+               "the status and,\nwhen that is \"ok\", a dict of what bus.h calls the fields, else None.");
+    bus.def("encode_sample", &encode_sample, nb::arg("profile"), nb::arg("tick"), nb::arg("displacement_m"),
+            nb::arg("velocity_m_s"), nb::arg("force_n"),
+            "(frames, number of saturated channels). ValueError: a channel is not finite.");
+    bus.def("encode_answer", &encode_answer, nb::arg("profile"), nb::arg("answer"), nb::arg("page"),
+            "Frames of an answer: all (fd) or one page (classic). ValueError: a number is not finite.");
+    bus.def("encode_command", &encode_command, nb::arg("kind"), nb::arg("sequence"), nb::arg("argument"));
+    bus.def("decode_command", &decode_command, nb::arg("frame"));
+    bus.def("encode_acknowledge", &encode_acknowledge, nb::arg("acknowledge"));
+    bus.def("decode_acknowledge", &decode_acknowledge, nb::arg("frame"));
+    bus.def("encode_status", &encode_status, nb::arg("status"), nb::arg("page"));
+    bus.def("decode_status", &decode_status, nb::arg("frame"), "Fields of the other pages are 0.");
+    nb::class_<SampleAssembly>(bus, "SampleAssembly", "Leg samples from frames.")
+        .def(nb::init<const std::string&>(), nb::arg("profile"))
+        .def("add", &SampleAssembly::add, nb::arg("frame"));
+    nb::class_<AnswerAssembly>(bus, "AnswerAssembly", "Answers from frames.")
+        .def(nb::init<const std::string&>(), nb::arg("profile"))
+        .def("add", &AnswerAssembly::add, nb::arg("frame"), nb::arg("near_tick"));
+}
