@@ -1,0 +1,184 @@
+"""Frames of firmware/bus/hexload.dbc as Python reads and writes them: cantools for the signals, the checksums anew."""
+
+import random
+import struct
+import zlib
+from collections.abc import Iterator
+from pathlib import Path
+from typing import NamedTuple
+
+import can
+import cantools
+
+from hexload_tools import project
+
+DBC = cantools.database.load_file(project.ROOT / "firmware" / "bus" / "hexload.dbc")
+BY_ID = {message.frame_id: message for message in DBC.messages}
+COMMANDS = {"start": 1, "stop": 2, "reset": 3, "select filter": 4, "set known mass": 5}
+REAL_TIME, LOCKSTEP = 0.0, 1.0  # arguments of start
+PROFILES = ("fd", "classic")  # in the order of their codes
+PARAMETERS = ("dz", "Ixx", "Iyy", "Izz")
+# By the clock, not by the ticks: a command comes again when its acknowledge is late, and status pages come every 50 ms.
+BY_THE_CLOCK = ("Command", "Acknowledge", "ControllerStatus")
+
+
+def is_of(message, profile: str) -> bool:
+    """Whether frames of this kind are on the bus in this profile."""
+    definition = DBC.dbc.attribute_definitions["HexloadProfile"]
+    attribute = message.dbc.attributes.get("HexloadProfile")
+    name = definition.default_value if attribute is None else definition.choices[attribute.value]
+    return name in (profile, "both")
+
+
+class Frame(NamedTuple):
+    id: int
+    is_fd: bool
+    bit_rate_switch: bool
+    data: bytes
+
+    @property
+    def name(self) -> str:
+        return BY_ID[self.id].name
+
+
+class Signals(NamedTuple):
+    """A decoded frame."""
+
+    name: str
+    values: dict[str, float]
+
+
+def checksum(name: str, data: bytes) -> bytes:
+    """What stands in the last bytes of a frame whose bytes are `data`, by the checksums' published parameters."""
+    message = DBC.get_message_by_name(name)
+    names = {signal.name for signal in message.signals}
+    if "crc32" in names:
+        return zlib.crc32(data[:-4]).to_bytes(4, "little")
+    if "crc16" in names:  # CRC-16/IBM-3740
+        return crc(data[:-2], 16, 0x1021, 0xFFFF, 0).to_bytes(2, "little")
+    if "crc8" in names:  # CRC-8/SAE-J1850
+        return crc(data[:-1], 8, 0x1D, 0xFF, 0xFF).to_bytes(1, "little")
+    return b""
+
+
+def crc(data: bytes, width: int, polynomial: int, start: int, final_xor: int) -> int:
+    """Bit by bit, the most significant first, nothing reflected."""
+    register, top, mask = start, 1 << (width - 1), (1 << width) - 1
+    for byte in data:
+        register ^= byte << (width - 8)
+        for _ in range(8):
+            register = ((register << 1) ^ (polynomial if register & top else 0)) & mask
+    return register ^ final_xor
+
+
+def encode(name: str, **values: float) -> Frame:
+    """A frame with its checksum; signals that are not given are 0. Values may be beyond the contract's range."""
+    message = DBC.get_message_by_name(name)
+    signals = {signal.name: 0 for signal in message.signals} | values
+    data = message.encode(signals, strict=False)
+    end = checksum(name, data)
+    return Frame(message.frame_id, message.is_fd, message.is_fd, data[: len(data) - len(end)] + end)
+
+
+def encode_command(command: str | int, sequence: int, argument: float = 0.0) -> Frame:
+    return encode("Command", command=COMMANDS.get(command, command), sequence=sequence, argument=argument)
+
+
+def decode(frame: Frame, scaled: bool = True) -> Signals:
+    """Numbers, also of codes; `scaled`: in units, else the numbers on the bus."""
+    message = BY_ID[frame.id]
+    return Signals(message.name, message.decode(frame.data, decode_choices=False, scaling=scaled))
+
+
+def assert_fits_contract(frame: Frame) -> None:
+    """Identifier, format, length, and checksum."""
+    message = BY_ID.get(frame.id)
+    assert message is not None, f"found identifier {frame.id:#05x}, expected one of the DBC"
+    assert (frame.is_fd, frame.bit_rate_switch) == (message.is_fd, message.is_fd), message.name
+    assert len(frame.data) == message.length, message.name
+    assert frame.data.endswith(checksum(message.name, frame.data)), f"{message.name}: {frame.data.hex()}"
+
+
+def to_message(frame: Frame) -> can.Message:
+    return can.Message(
+        arbitration_id=frame.id,
+        is_extended_id=False,
+        is_fd=frame.is_fd,
+        bitrate_switch=frame.bit_rate_switch,
+        data=frame.data,
+    )
+
+
+def from_message(message: can.Message) -> Frame:
+    return Frame(message.arbitration_id, message.is_fd, message.is_fd and message.bitrate_switch, bytes(message.data))
+
+
+def read_candump(path: Path) -> list[Frame]:
+    """A log of `candump -L`, without its extended frames: the contract has none. Anything else in it is an error."""
+    frames = []
+    for line in path.read_text().splitlines():
+        _, _, text = line.split(" ")
+        identifier, _, rest = text.partition("#")
+        if len(identifier) > 3:
+            continue
+        is_fd = rest.startswith("#")
+        switches = is_fd and int(rest[1], 16) & 1 == 1
+        frames.append(Frame(int(identifier, 16), is_fd, switches, bytes.fromhex(rest[2:] if is_fd else rest)))
+    return frames
+
+
+def sample_frames_by_tick(frames: list[Frame]) -> list[list[Frame]]:
+    """The frames of each leg sample, in the order of the log."""
+    samples, sample = [], []
+    for frame in frames:
+        if frame.name.startswith(("LegSample", "SampleTick")):
+            sample.append(frame)
+        if frame.name in ("LegSampleFd", "LegSample6"):
+            samples.append(sample)
+            sample = []
+    return samples
+
+
+def sent_with_the_ticks(frames: list[Frame], sender: str) -> list[Frame]:
+    """A sender's frames but for those that go by the clock, in its own order.
+
+    The order of two senders is not that of the log: the kernel hands a frame to one listener after the other, and the
+    first may answer before the last has it.
+    """
+    names = {message.name for message in DBC.messages if sender in message.senders} - set(BY_THE_CLOCK)
+    return [frame for frame in frames if frame.name in names]
+
+
+def answers_of(frames: list[Frame]) -> list[Frame]:
+    return sent_with_the_ticks(frames, "CONTROLLER")
+
+
+def tick_of_fd(frame: Frame) -> int:
+    """The FD frames all begin with the tick."""
+    return struct.unpack_from("<I", frame.data)[0]
+
+
+def garbage(seed: int) -> Iterator[can.Message]:
+    """Frames without end that are none of the contract's: other identifiers, or the simulator's with a wrong length.
+
+    Identifiers of a controller are left out: whoever sends them is a second controller.
+    """
+    source = random.Random(seed)
+    others = [identifier for identifier in range(0x800) if identifier not in BY_ID]
+    simulators = [message for message in DBC.messages if "SIMULATOR" in message.senders]
+    lengths = (*range(9), 12, 16, 20, 24, 32, 48, 64)
+    while True:
+        length, identifier, is_extended = source.choice(lengths), source.choice(others), False
+        kind = source.choice(("other", "wrong length", "extended"))
+        if kind == "wrong length":
+            message = source.choice(simulators)
+            identifier = message.frame_id
+            length = source.choice([length for length in lengths if length != message.length])
+        elif kind == "extended":
+            identifier, is_extended = source.choice([*BY_ID, source.getrandbits(29)]), True
+        yield can.Message(
+            arbitration_id=identifier,
+            is_extended_id=is_extended,
+            is_fd=length > 8 or source.random() < 0.5,
+            data=source.randbytes(length),
+        )

@@ -1,0 +1,198 @@
+"""Fixtures of the loop's tests: the bus, programs that are always ended, and a folder for what a test leaves behind."""
+
+import os
+import re
+import shutil
+import signal
+import subprocess
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import pytest
+
+from loop import SHORT_S, Loop, Peer, Recording
+from hexload_tools import project, vcan, vm
+
+# A generous limit for what takes milliseconds on an idle machine: the guest's processor is emulated.
+PATIENCE_S = 60.0
+OUTPUT_TAIL_LINES = 60
+
+# Where the kernel itself has vcan0, no virtual machine is set up, and none is tested.
+collect_ignore = ["test_00_vm.py"] if vcan.ready() and vm.missing_pieces() else []
+
+
+def pytest_configure(config):
+    config.addinivalue_line("markers", "vcan: needs vcan0; runs on this kernel or in the virtual machine")
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_makereport(item, call):
+    """A failure shows what the programs said; a skip is a failure, as an untested bus is no tested bus."""
+    report = yield
+    if report.failed:
+        for program in getattr(item, "programs", []):
+            report.sections.append((f"{program.title}, kept as {program.log.name}", program.tail()))
+    if report.skipped:
+        report.outcome, report.longrepr = "failed", f"skipped, which counts as failed here: {report.longrepr}"
+    return report
+
+
+class Program:
+    """A running program, its stdout and stderr in a file."""
+
+    def __init__(self, command: list, log: Path):
+        self.title = " ".join([Path(command[0]).name, *map(str, command[1:])])
+        self.log = log
+        with log.open("wb") as output:
+            self.process = subprocess.Popen(
+                [str(word) for word in command], stdin=subprocess.DEVNULL, stdout=output, stderr=subprocess.STDOUT
+            )
+
+    @property
+    def output(self) -> str:
+        return self.log.read_text(errors="replace")
+
+    def tail(self) -> str:
+        return "\n".join(self.output.splitlines()[-OUTPUT_TAIL_LINES:])
+
+    def wait_for(self, pattern: str, patience_s: float = PATIENCE_S) -> re.Match:
+        """Waits until the output matches `pattern` (a regular expression); fails when the program ends before."""
+        until = time.monotonic() + patience_s
+        while True:
+            ended = self.process.poll() is not None
+            match = re.search(pattern, self.output, re.MULTILINE)
+            if match:
+                return match
+            if ended or time.monotonic() > until:
+                how = f"ended with status {self.process.returncode}" if ended else f"was silent for {patience_s:g} s"
+                pytest.fail(f"{self.title}: {how}, expected the output {pattern!r}")
+            time.sleep(0.01)
+
+    def wait(self, patience_s: float = PATIENCE_S) -> int:
+        """The exit status; negative: the signal that ended it."""
+        try:
+            return self.process.wait(patience_s)
+        except subprocess.TimeoutExpired:
+            pytest.fail(f"{self.title}: still running after {patience_s:g} s, expected its end")
+
+    def interrupt(self) -> int:
+        """As Ctrl-C does; returns the exit status."""
+        self.process.send_signal(signal.SIGINT)
+        return self.wait()
+
+    def end(self) -> None:
+        """Ends it, whatever it does."""
+        self.process.terminate()
+        try:
+            self.process.wait(5)
+        except subprocess.TimeoutExpired:
+            self.process.kill()
+            self.process.wait()
+
+
+@pytest.fixture
+def artefacts(request, tmp_path) -> Path:
+    """A folder of the test's own that is kept: under build/artefacts, and in the virtual machine under /out."""
+    kept = os.environ.get("HEXLOAD_ARTEFACTS")
+    folder = Path(kept) / re.sub(r"[^\w.-]+", "_", request.node.name) if kept else tmp_path / "artefacts"
+    folder.mkdir(parents=True, exist_ok=True)
+    return folder
+
+
+@pytest.fixture
+def start(request, tmp_path, artefacts):
+    """start(program, *arguments) -> Program. All are ended with the test, the last one first; their output is kept."""
+    request.node.programs = programs = []
+    # Not straight into the artefacts: from the guest each line would be a round trip to the host.
+    with ended_programs(tmp_path, programs) as starter:
+        yield starter
+    for program in programs:
+        shutil.copy(program.log, artefacts)
+
+
+@contextmanager
+def ended_programs(folder: Path, programs: list[Program]) -> Iterator[Callable[..., Program]]:
+    """Programs that end with the block, the last one first; their output is in `folder`."""
+
+    def starter(*command) -> Program:
+        programs.append(Program(list(command), folder / f"{len(programs)}-{Path(command[0]).name}.log"))
+        return programs[-1]
+
+    try:
+        yield starter
+    finally:
+        for program in reversed(programs):
+            program.end()
+
+
+@pytest.fixture(scope="session")
+def can_interface() -> str:
+    """The name of a CAN interface that is up and takes FD frames."""
+    if not vcan.ready():
+        pytest.fail(
+            f"found no usable {vcan.INTERFACE}, expected one that is up with mtu {vcan.FD_MTU}: tools/hexload doctor"
+        )
+    return vcan.INTERFACE
+
+
+@pytest.fixture(scope="session")
+def ecu() -> Path:
+    return project.build_directory() / "firmware" / "ports" / "linux" / "hexload_ecu"
+
+
+@pytest.fixture(scope="session")
+def simulator() -> Path:
+    return project.simulator()
+
+
+@pytest.fixture(scope="session")
+def bridge() -> Path:
+    return project.build_directory() / "host_sim" / "hexload_bridge"
+
+
+@pytest.fixture
+def loop(start, ecu, simulator, can_interface) -> Loop:
+    return Loop(start, ecu, simulator, can_interface)
+
+
+@pytest.fixture(scope="module")
+def in_module(tmp_path_factory, ecu, simulator, can_interface) -> Iterator[Loop]:
+    """A loop for fixtures whose result all tests of a module share."""
+    with ended_programs(tmp_path_factory.mktemp("programs"), []) as starter:
+        yield Loop(starter, ecu, simulator, can_interface)
+
+
+@pytest.fixture
+def peer(can_interface) -> Iterator[Peer]:
+    peer = Peer(can_interface)
+    yield peer
+    peer.can.shutdown()
+
+
+@pytest.fixture(scope="session")
+def record(tmp_path_factory, ecu, simulator, can_interface) -> Callable[..., Recording]:
+    """record(profile, *options): a run in lockstep; the same profile and options again give the same recording."""
+    recordings: dict[tuple, Recording] = {}
+
+    def recorder(*options) -> Recording:
+        if options not in recordings:
+            folder = tmp_path_factory.mktemp("recording")
+            with ended_programs(folder, []) as starter:
+                recordings[options] = Loop(starter, ecu, simulator, can_interface).record(folder / "run", *options)
+        return recordings[options]
+
+    return recorder
+
+
+@pytest.fixture(scope="session")
+def paper_run(record) -> Callable[[str], Recording]:
+    """paper_run(profile): all of the paper's scenario, 10,000 ticks."""
+    return record
+
+
+@pytest.fixture(scope="session")
+def short_run(record) -> Callable[[str], Recording]:
+    """short_run(profile): its first second."""
+    return lambda profile: record(profile, "--duration", SHORT_S)

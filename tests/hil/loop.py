@@ -1,0 +1,165 @@
+"""The loop of two programs on a bus, records of what is on it, and a stand-in for either program."""
+
+import itertools
+import json
+import subprocess
+import time
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from pathlib import Path
+
+import can
+import pytest
+
+from bus_frames import BY_ID, Frame, Signals, decode, encode_command, from_message, read_candump, to_message
+from hexload_tools import project
+
+SCENARIO = project.SCENARIOS / "paper.toml"
+PLATFORM = project.SCENARIOS / "platforms" / "paper.toml"
+PATIENCE_S = 60.0
+SHORT_S = 1  # of the scenario, where it need not converge
+NOTHING_COMES_S = 1.0  # that long is waited for what may not come
+RECORDER_BUFFER_BYTES = 8 << 20
+MARK = "1FFFFFFF"  # an extended identifier, which is none of the contract's
+ONLY_MARK = f"{MARK}:DFFFFFFF"
+
+
+@dataclass(frozen=True)
+class Recording:
+    """A run over the bus and every frame of it."""
+
+    frames: list[Frame]
+    candump: Path
+    directory: Path  # the simulator's run directory
+    output: str  # what the simulator printed
+
+    @property
+    def meta(self) -> dict:
+        return read_meta(self.directory)
+
+
+class Loop:
+    """Starts programs on one bus; the fixture behind `start` ends them."""
+
+    def __init__(self, start: Callable, ecu: Path, simulator: Path, interface: str):
+        self._start, self._ecu, self._simulator, self.interface = start, ecu, simulator, interface
+        self.bus = f"socketcan:{interface}"
+
+    def controller(self, *options, platform: Path = PLATFORM):
+        """hexload_ecu, ready."""
+        program = self._start(self._ecu, "--bus", self.bus, "--platform", platform, *options)
+        program.wait_for("ready on")
+        return program
+
+    def second_controller(self, *options):
+        """hexload_ecu, just started."""
+        return self._start(self._ecu, "--bus", self.bus, "--platform", PLATFORM, *options)
+
+    def simulation(self, directory: Path, *options):
+        return self._start(self._simulator, SCENARIO, "--out", directory, "--bus", self.bus, *options)
+
+    def recorder(self, *filters: str):
+        """A candump that listens; `filters`, as candump has them, say which frames are recorded: none, all."""
+        channel = ",".join((self.interface, *filters, *((ONLY_MARK,) if filters else ())))
+        program = self._start("candump", "-L", "-d", "-r", RECORDER_BUFFER_BYTES, channel)
+        self._mark_until_seen(program, 0)  # before it listens, marks are lost
+        return program
+
+    def finish(self, recorder) -> list[Frame]:
+        """What was on the bus until now."""
+        self._mark_until_seen(recorder, recorder.log.stat().st_size)
+        recorder.interrupt()
+        return read_candump(recorder.log)
+
+    def _mark_until_seen(self, recorder, beyond_byte: int) -> None:
+        until = time.monotonic() + PATIENCE_S
+        while time.monotonic() < until:
+            subprocess.run(["cansend", self.interface, f"{MARK}#"], check=True)
+            for _ in range(10):
+                time.sleep(0.01)
+                with recorder.log.open("rb") as log:
+                    log.seek(beyond_byte)
+                    if MARK.encode() in log.read():
+                        return
+        pytest.fail(f"{recorder.title}: does not record")
+
+    def record(self, directory: Path, profile: str, *options) -> Recording:
+        """A run in lockstep with a fresh controller, from beginning to end."""
+        controller = self.controller("--profile", profile)
+        recorder = self.recorder()
+        simulation = self.simulation(directory, "--lockstep", "--profile", profile, *options)
+        assert simulation.wait(10 * PATIENCE_S) == 0, simulation.output
+        frames = self.finish(recorder)
+        controller.interrupt()
+        return Recording(frames, recorder.log, directory, simulation.output)
+
+
+class Peer:
+    """A participant in Python: simulator, controller, or neither."""
+
+    def __init__(self, interface: str):
+        self.can = can.Bus(interface="socketcan", channel=interface, fd=True)
+        self._sequence = itertools.count(1)
+
+    def send(self, frames: Frame | Iterable[Frame]) -> None:
+        for frame in [frames] if isinstance(frames, Frame) else frames:
+            self.can.send(to_message(frame), timeout=PATIENCE_S)
+
+    def receive(self, *names: str, patience_s: float = PATIENCE_S) -> Frame | None:
+        """The next frame of one of these names; None when none comes."""
+        until = time.monotonic() + patience_s
+        while (left := until - time.monotonic()) > 0:
+            message = self.can.recv(left)
+            if message is not None and not message.is_extended_id and message.arbitration_id in BY_ID:
+                if (frame := from_message(message)).name in names:
+                    return frame
+        return None
+
+    def signals(self, *names: str, where: Callable[[Signals], bool] = lambda signals: True) -> dict[str, float]:
+        """Of the next frame of one of these names for which `where` holds."""
+        until = time.monotonic() + PATIENCE_S
+        while time.monotonic() < until:
+            frame = self.receive(*names)
+            if frame is not None and where(decode(frame)):
+                return decode(frame).values
+        pytest.fail(f"no such frame on the bus: {', '.join(names)}")
+
+    def command(self, command: str | int, argument: float = 0.0) -> dict[str, float]:
+        """Sends a command and returns the signals of its acknowledge."""
+        sequence = next(self._sequence)
+        self.send(encode_command(command, sequence, argument))
+        return self.signals("Acknowledge", where=lambda signals: signals.values["sequence"] == sequence)
+
+    def status(self, signal: str) -> float:
+        """A signal of the controller's status, from a page that was written after this call."""
+        self.discard()
+        return self.signals("ControllerStatus", where=lambda signals: signal in signals.values)[signal]
+
+    def discard(self) -> None:
+        """Forgets what has come."""
+        while self.can.recv(0) is not None:
+            pass
+
+    def ask(self, sample: Iterable[Frame], answer_frames: int) -> list[Frame]:
+        """Sends a sample and returns as many frames of its answer."""
+        self.send(sample)
+        return [self.answer() for _ in range(answer_frames)]
+
+    def answer(self) -> Frame:
+        frame = self.receive("EstimateFd", "SigmaFd", "HealthFd", "AnswerPage")
+        assert frame is not None, "the controller does not answer"
+        return frame
+
+
+def read_meta(directory: Path) -> dict:
+    return json.loads((directory / "meta.json").read_text())
+
+
+def estimates(directory: Path) -> list[str]:
+    """The lines of a run's estimates, without the header."""
+    return (directory / "estimates.csv").read_text().splitlines()[1:]
+
+
+def interface_state(interface: str, state: str) -> None:
+    """Sets the interface up or down; needs the right to."""
+    subprocess.run(["ip", "link", "set", interface, state], check=True)

@@ -1,0 +1,68 @@
+"""Ten thousand ticks in lockstep: nothing is lost, doubled or out of order, and the speed is told."""
+
+import re
+
+import pytest
+
+from bus_frames import PROFILES, sent_with_the_ticks, tick_of_fd
+from loop import PATIENCE_S
+
+pytestmark = pytest.mark.vcan
+
+TICKS = 10_001  # 0 .. 10 s
+
+
+def test_each_fd_tick_has_one_sample_and_one_answer_in_order(paper_run):
+    # GIVEN all of the paper's scenario over the bus WHEN names and ticks are read in the order of each sender
+    frames = paper_run("fd").frames
+    # THEN the simulator has sent one sample per tick
+    samples = sent_with_the_ticks(frames, "SIMULATOR")
+    assert [(frame.name, tick_of_fd(frame)) for frame in samples] == [("LegSampleFd", tick) for tick in range(TICKS)]
+    # and the controller one answer of three frames
+    order = ("EstimateFd", "SigmaFd", "HealthFd")
+    answers = [(frame.name, tick_of_fd(frame)) for frame in sent_with_the_ticks(frames, "CONTROLLER")]
+    assert answers == [(name, tick) for tick in range(TICKS) for name in order]
+
+
+def test_each_classic_tick_has_six_legs_and_each_even_one_a_page_in_order(paper_run):
+    # GIVEN all of the paper's scenario over the bus WHEN names are read in the order of each sender
+    frames = paper_run("classic").frames
+    samples = sent_with_the_ticks(frames, "SIMULATOR")
+    legs = [f"LegSample{leg}" for leg in range(1, 7)]
+    # THEN the simulator has sent each leg of each tick, and the whole tick with every sixteenth
+    assert [frame.name for frame in samples] == [
+        name for tick in range(TICKS) for name in ["SampleTick"] * (tick % 16 == 0) + legs
+    ]
+    lows = [frame.data[7] >> 4 for frame in samples if frame.name != "SampleTick"]
+    assert lows == [tick % 16 for tick in range(TICKS) for _ in legs]
+    # and the controller one page for each even tick
+    pages = sent_with_the_ticks(frames, "CONTROLLER")
+    assert [int.from_bytes(page.data[1:3], "little") for page in pages] == list(range(0, TICKS, 2))
+
+
+@pytest.mark.parametrize("profile", PROFILES)
+def test_the_metadata_counts_no_loss(paper_run, profile):
+    # GIVEN all of the paper's scenario over the bus WHEN its metadata is read THEN every tick was sent and answered
+    meta = paper_run(profile).meta
+    bus = meta["bus"]
+    answers = {"fd": TICKS, "classic": (TICKS + 1) // 2}[profile]
+    assert (bus["samples"], bus["answers_expected"], bus["answers"]) == (TICKS, answers, answers)
+    assert bus["answers_missing"] == bus["answers_late"] == bus["unsent"] == bus["saturated"] == 0
+    assert meta["missing"] == meta["refused"] == 0
+
+
+def test_the_speed_is_told_and_nobodys_listening_changes_the_run(paper_run, loop, tmp_path):
+    # GIVEN all of the paper's scenario over the bus, recorded WHEN it is run again without the recorder
+    recorded = paper_run("fd")
+    loop.controller()
+    simulation = loop.simulation(tmp_path / "run", "--lockstep")
+    assert simulation.wait(10 * PATIENCE_S) == 0
+    # THEN the run directory is the same
+    for path in recorded.directory.iterdir():
+        assert path.read_bytes() == (tmp_path / "run" / path.name).read_bytes(), path.name
+    # and the speed is told, not judged: the machine may have other work
+    for how, output in (("recorded", recorded.output), ("alone", simulation.output)):
+        elapsed_s = float(re.search(r"([\d.]+) s, \d+ x real time", output).group(1))
+        print(
+            f"lockstep, fd, {how}: {TICKS} ticks in {elapsed_s:.2f} s, {(TICKS - 1) / 1000 / elapsed_s:.2f} x real time"
+        )

@@ -1,0 +1,75 @@
+"""Partners that do not fit: another profile, a second controller. Each is named by whoever notices."""
+
+import pytest
+
+from bus_frames import LOCKSTEP, PROFILES, encode, sample_frames_by_tick
+from loop import SHORT_S, estimates
+
+pytestmark = pytest.mark.vcan
+
+WRONG_PROFILE, SECOND_CONTROLLER = 4, 5  # exit statuses of hexload_sim
+TAKEN = 3  # of hexload_ecu
+ESTIMATING = 2
+
+
+@pytest.mark.parametrize(("spoken", "expected"), [PROFILES, PROFILES[::-1]])
+@pytest.mark.parametrize("pacing", ["--lockstep", "--real-time"])
+def test_a_simulator_of_another_profile_ends_and_names_both(loop, spoken, expected, pacing, tmp_path):
+    # GIVEN a controller that speaks one profile WHEN a simulator of the other begins a run
+    controller = loop.controller("--profile", spoken)
+    simulation = loop.simulation(tmp_path / "run", pacing, "--profile", expected)
+    # THEN it ends before a sample is sent, and says what to do; the controller is none the worse
+    assert simulation.wait() == WRONG_PROFILE
+    simulation.wait_for(f"the controller speaks the profile {spoken}, this simulator {expected}: give both --profile")
+    assert "fault" not in controller.output
+    assert controller.interrupt() == 0
+
+
+@pytest.mark.parametrize(("spoken", "other"), [PROFILES, PROFILES[::-1]])
+def test_a_controller_that_sees_samples_of_another_profile_says_how_to_mend_it(loop, peer, short_run, spoken, other):
+    # GIVEN a sample of one profile, and a controller that has been started in the other
+    sample = sample_frames_by_tick(short_run(other).frames)[0]
+    controller = loop.controller("--profile", spoken)
+    assert peer.command("start", LOCKSTEP)["result"] == 0
+    # WHEN the sample is on the bus THEN the controller is in fault, and says so
+    peer.send(sample)
+    controller.wait_for(
+        f"fault: samples of the profile {other} are on the bus, this controller speaks {spoken}: start it with"
+    )
+    assert peer.command("stop")["fault"] == 3
+    assert peer.status("frames_refused") == {"fd": 7, "classic": 1}[spoken]
+
+
+@pytest.mark.parametrize("profile", PROFILES)
+def test_a_second_controller_goes_away_and_the_first_is_undisturbed(loop, short_run, profile, tmp_path):
+    # GIVEN the estimates of an undisturbed run, and a run in lockstep that is under way
+    undisturbed = estimates(short_run(profile).directory)
+    first = loop.controller("--profile", profile)
+    simulation = loop.simulation(tmp_path / "run", "--lockstep", "--profile", profile, "--duration", 2 * SHORT_S)
+    first.wait_for("estimating|converged")
+    # WHEN another controller is started THEN it hears the first before it speaks, ends and says why
+    second = loop.second_controller("--profile", profile)
+    assert second.wait() == TAKEN
+    second.wait_for("a second controller: another one is on the bus already; stop it first")
+    # and the run goes on as if nothing had happened
+    assert simulation.wait() == 0
+    assert estimates(tmp_path / "run")[: len(undisturbed)] == undisturbed
+    assert "fault" not in first.output
+
+
+@pytest.mark.parametrize(
+    "foreign",
+    [encode("ControllerStatus", state=ESTIMATING), encode("Acknowledge"), encode("HealthFd"), encode("AnswerPage")],
+    ids=lambda frame: frame.name,
+)
+def test_frames_of_a_second_controller_end_a_run_in_lockstep(loop, peer, foreign, tmp_path):
+    # GIVEN a run in lockstep that is under way
+    controller = loop.controller()
+    simulation = loop.simulation(tmp_path / "run", "--lockstep")
+    controller.wait_for("estimating|converged")
+    # WHEN a frame that only a controller sends comes from elsewhere THEN both name the cause, and the run ends
+    peer.send(foreign)
+    controller.wait_for("fault: a second controller is on the bus: stop one of the two")
+    expected = WRONG_PROFILE if foreign.name == "AnswerPage" else SECOND_CONTROLLER
+    assert simulation.wait() == expected
+    simulation.wait_for("second controller" if expected == SECOND_CONTROLLER else "another profile than fd")

@@ -1,0 +1,166 @@
+"""The loop over LCM alone: the same estimates as in process, and every way in which it can break has a name."""
+
+import json
+import subprocess
+import sys
+
+import pytest
+from lcm_listener import Controller, private_url
+
+from hexload_tools import project
+
+SCENARIO = project.SCENARIOS / "paper.toml"
+PLATFORM = project.SCENARIOS / "platforms" / "paper.toml"
+
+
+@pytest.fixture
+def url():
+    return private_url()
+
+
+@pytest.fixture
+def run(start, simulator, tmp_path):
+    """run(name, *options) -> (program, run directory), not waited for."""
+
+    def starter(name, *options, duration_s="2"):
+        out = tmp_path / name
+        return start(simulator, SCENARIO, "--out", out, "--duration", duration_s, *options), out
+
+    return starter
+
+
+@pytest.fixture
+def controller(start, ecu, url):
+    def starter():
+        program = start(ecu, "--feed", f"lcm:{url}", "--platform", PLATFORM, "--die-with-parent")
+        program.wait_for("ready on LCM")
+        return program
+
+    return starter
+
+
+def test_lockstep_over_lcm_gives_the_bytes_of_the_run_in_process_twice(run, controller, url):
+    # GIVEN a run in process
+    inproc, expected = run("inproc")
+    assert inproc.wait() == 0
+    # WHEN the same run feeds a controller over LCM, twice
+    program = controller()
+    for name in ("first", "second"):
+        fed, out = run(name, "--feed", f"lcm:{url}", "--lockstep")
+        assert fed.wait() == 0
+        # THEN log and estimates are the same to the byte
+        for file in ("log.csv", "truth.csv", "estimates.csv"):
+            assert (out / file).read_bytes() == (expected / file).read_bytes(), file
+    # and no message was lost on the way
+    assert program.interrupt() == 0
+    program.wait_for(r"4002 samples and 6 commands received, 0 messages lost, 0 refused, 4002 answers sent, 0 failed")
+
+
+def test_one_command_runs_simulator_and_controller_over_lcm(url, tmp_path):
+    words = ["sim", "paper", "--feed", f"lcm:{url}", "--duration", "1", "--out", tmp_path / "run"]
+    result = subprocess.run([sys.executable, "-m", "hexload_tools", *map(str, words)], capture_output=True, text=True)
+    assert result.returncode == 0, result.stderr
+    assert "1001 samples, 1001 answers, 0 missing" in result.stdout
+    bus = json.loads((tmp_path / "run" / "meta.json").read_text())["bus"]
+    assert (bus["name"], bus["answers"], bus["answers_missing"]) == (f"lcm:{url}", 1001, 0)
+
+
+def test_a_controller_in_python_hears_every_tick_in_order(run, url):
+    # GIVEN a controller written in Python, with a fixed answer
+    controller = Controller(url)
+    # WHEN the simulator runs with it
+    program, out = run("run", "--feed", f"lcm:{url}")
+    controller.run_with(program.process)
+    # THEN it has heard every tick once, in order
+    assert program.process.returncode == 0, program.tail()
+    samples = controller.messages["leg_sample_t"]
+    assert [sample.tick for sample in samples] == list(range(2001))
+    assert [sample.sequence for sample in samples] == list(range(2001))
+    command_t = project.message_type("command_t")
+    commands = [command.kind for command in controller.messages["command_t"]]
+    assert commands == [command_t.RESET, command_t.START, command_t.STOP]
+    # and its answers are the run's estimates
+    assert (out / "estimates.csv").read_text().splitlines()[-1] == "2,1,2,3,4,1,2,3,4,0,converging"
+
+
+def test_real_time_over_lcm_answers_every_tick_and_survives_a_restarted_controller(run, controller, url):
+    # GIVEN a run by the clock
+    first = controller()
+    program, out = run("run", "--feed", f"lcm:{url}", "--real-time", duration_s="4")
+    first.wait_for("estimating")
+    # WHEN its controller is killed and another one is started
+    first.process.kill()
+    controller().wait_for("estimating")
+    # THEN the run goes on to its end, and counts what was lost
+    assert program.wait() == 0
+    program.wait_for("the controller has been started again at tick")
+    bus = json.loads((out / "meta.json").read_text())["bus"]
+    assert bus["rejoins"] == 1
+    assert bus["answers"] + bus["answers_missing"] == bus["answers_expected"] == 4001
+
+
+# What breaks the loop
+
+
+def test_a_missing_controller_is_named_with_status_3(run, url):
+    program, _ = run("run", "--feed", f"lcm:{url}")
+    assert program.wait() == 3
+    program.wait_for(f"lcm:{url}".replace("?", r"\?") + ": no controller acknowledges RESET within 2000 ms")
+
+
+def test_a_controller_that_falls_silent_is_named_with_its_tick_and_status_3(run, controller, url):
+    # GIVEN a long run in lockstep
+    ecu = controller()
+    program, _ = run("run", "--feed", f"lcm:{url}", duration_s="1000")
+    ecu.wait_for("estimating")
+    # WHEN the controller is killed THEN the simulator says since when it is silent
+    ecu.process.kill()
+    assert program.wait() == 3
+    silent, answered = map(int, program.wait_for(r"silent since tick (\d+) \(last answer to tick (\d+)\)").groups())
+    assert silent == answered + 1
+
+
+def test_two_controllers_are_named_with_status_5(run, controller, url):
+    controller()
+    controller()
+    program, _ = run("run", "--feed", f"lcm:{url}", duration_s="1000")
+    assert program.wait() == 5
+    program.wait_for("a second controller is on the bus")
+
+
+def test_a_simulator_that_falls_silent_is_a_fault_of_the_controller_that_a_new_run_mends(run, controller, url):
+    # GIVEN a run by the clock
+    ecu = controller()
+    program, _ = run("run", "--feed", f"lcm:{url}", "--real-time", duration_s="1000")
+    ecu.wait_for("estimating")
+    # WHEN the simulator is killed THEN the controller says so
+    program.process.kill()
+    ecu.wait_for("fault: the samples are silent since tick")
+    # and a new run begins anew
+    again, _ = run("again", "--feed", f"lcm:{url}")
+    assert again.wait() == 0
+
+
+@pytest.mark.vcan  # not for the bus, but for a network namespace, which needs root
+@pytest.mark.parametrize("program", ["hexload_ecu", "hexload_sim"])
+def test_a_missing_multicast_route_is_named_with_the_command_that_adds_it(program, start, ecu, simulator, tmp_path):
+    # GIVEN a network without any route
+    words = {
+        "hexload_ecu": [ecu, "--feed", "lcm", "--platform", PLATFORM],
+        "hexload_sim": [simulator, SCENARIO, "--out", tmp_path / "run", "--publish", "lcm"],
+    }[program]
+    # WHEN LCM is to be used THEN it is refused, with the remedy
+    result = start("unshare", "--net", *words)
+    assert result.wait() == {"hexload_ecu": 4, "hexload_sim": 6}[program]
+    result.wait_for(f"^{program}: .* this adds one: ip route add 224.0.0.0/4 dev lo$")
+
+
+@pytest.mark.parametrize("program", ["hexload_ecu", "hexload_sim"])
+def test_an_option_that_is_no_lcm_url_is_refused(program, start, ecu, simulator, tmp_path):
+    words = {
+        "hexload_ecu": [ecu, "--feed", "can0", "--platform", PLATFORM],
+        "hexload_sim": [simulator, SCENARIO, "--out", tmp_path / "run", "--feed", "can0"],
+    }[program]
+    result = start(*words)
+    assert result.wait() == 2
+    result.wait_for(f"^{program}: LCM: found 'can0', expected lcm or lcm:URL, e.g. lcm:udpm://")
