@@ -3,8 +3,8 @@
 #include <stddef.h>
 
 // The lasting memory of an estimator: 4-byte numbers, or 8-byte ones in the reference build.
-_Static_assert(sizeof(hexload_t) <= 1024 * sizeof(hexload_real_t) / sizeof(float),
-               "an estimator fits in 1 KiB");
+_Static_assert(sizeof(hexload_t) <= 1152 * sizeof(hexload_real_t) / sizeof(float),
+               "an estimator fits in 1.125 KiB");
 
 hexload_status_t hexload_init(hexload_t* self, const hexload_config_t* config) {
     hexload_kinematics_t kinematics;
@@ -47,7 +47,7 @@ hexload_status_t hexload_tick(hexload_t* self, const hexload_config_t* config,
     if (status != HEXLOAD_OK) {
         return refuse(self, status);
     }
-    status = hexload_kinematics_solve(&self->kinematics, config, sample, gap_ticks, &self->motion);
+    status = hexload_kinematics_solve(&self->kinematics, config, sample, &self->motion);
     if (status != HEXLOAD_OK) {
         return refuse(self, status);
     }

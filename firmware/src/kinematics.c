@@ -1,10 +1,11 @@
 #include "hexload/kinematics.h"
 
+#include "leg_blocks.h"
 #include "linalg.h"
 
 #include <string.h>
 
-enum { HOME_HEIGHT_STEPS = 30, PREDICTED_TICKS_MAX = 20 };
+enum { HOME_HEIGHT_STEPS = 30 };
 
 /// Q = R - E. Taking E out first keeps the small rotations of a hexapod exact to rounding.
 static void rotation_minus_identity(const hexload_real_t q[4], hexload_real_t Q[3][3]) {
@@ -50,8 +51,9 @@ static void move_pose(hexload_real_t p[3], hexload_real_t q[4], const hexload_re
 static hexload_real_t legs_of_pose(const hexload_kinematics_t* self, const hexload_geometry_t* geometry,
                                    const hexload_leg_sample_t* sample, hexload_motion_t* motion,
                                    hexload_real_t error_m[6]) {
-    rotation_minus_identity(motion->quaternion, motion->R);
+    hexload_real_t Q[3][3];
     hexload_real_t largest_m = HEXLOAD_REAL(0.0);
+    rotation_minus_identity(motion->quaternion, Q);
     for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
         const hexload_real_t* a = geometry->platform_hinge_m[leg];
         const hexload_real_t* c = self->home_leg_m[leg];
@@ -59,7 +61,7 @@ static hexload_real_t legs_of_pose(const hexload_kinematics_t* self, const hexlo
         hexload_real_t L[3];
         hexload_real_t square_growth = self->home_defect_m2[leg];
         for (int k = 0; k < 3; k++) {
-            const hexload_real_t turned = dot3(motion->R[k], a);
+            const hexload_real_t turned = dot3(Q[k], a);
             const hexload_real_t u = motion->p_m[k] + turned;
             lever[k] = a[k] + turned;
             L[k] = c[k] + u;
@@ -75,37 +77,31 @@ static hexload_real_t legs_of_pose(const hexload_kinematics_t* self, const hexlo
             sample->displacement_m[leg] - square_growth / (length_m + geometry->home_leg_length_m[leg]);
         largest_m = hexload_max(largest_m, hexload_abs(error_m[leg]));
     }
-    for (int k = 0; k < 3; k++) {
-        motion->R[k][k] += HEXLOAD_REAL(1.0);
-    }
     return largest_m;
 }
 
-/// Newton's method on the leg lengths, to the pose in motion, its Jacobian and the Jacobian's factors. A step
-/// from an error below start_m lands within rounding, because the error squares at each step.
+/// Newton's method on the leg lengths, from the pose in motion. The last step starts from an error so small
+/// that the one it leaves, which is its square, is below rounding, and that the Jacobian of its start serves.
 static hexload_status_t find_pose(const hexload_kinematics_t* self, const hexload_geometry_t* geometry,
                                   const hexload_leg_sample_t* sample, hexload_motion_t* motion,
-                                  lu6_t* jacobian) {
+                                  hexload_leg_blocks_t* jacobian) {
     const hexload_real_t start_m =
-        HEXLOAD_REAL(0.1) * hexload_sqrt(HEXLOAD_REAL_EPSILON) * geometry->home_leg_length_m[0];
-    bool is_last = false;
-    for (motion->newton_steps = 0;; motion->newton_steps++) {
+        HEXLOAD_REAL(0.003) * hexload_sqrt(HEXLOAD_REAL_EPSILON) * geometry->home_leg_length_m[0];
+    for (uint32_t newton_steps = 1; newton_steps <= HEXLOAD_NEWTON_STEPS_MAX; newton_steps++) {
         hexload_real_t error_m[HEXLOAD_LEGS];
         hexload_real_t step[6];
         const hexload_real_t largest_m = legs_of_pose(self, geometry, sample, motion, error_m);
-        if (!lu6_factor(motion->J, jacobian)) {
+        if (!leg_blocks_make(motion->J, jacobian)) {
             return HEXLOAD_ERR_SINGULAR;
         }
-        if (is_last) {
+        leg_blocks_solve(jacobian, error_m, step);
+        move_pose(motion->p_m, motion->quaternion, step);
+        if (largest_m < start_m) {
+            motion->newton_steps = newton_steps;
             return HEXLOAD_OK;
         }
-        if (motion->newton_steps == HEXLOAD_NEWTON_STEPS_MAX) {
-            return HEXLOAD_ERR_POSE;
-        }
-        is_last = largest_m < start_m;
-        lu6_solve(jacobian, error_m, step);
-        move_pose(motion->p_m, motion->quaternion, step);
     }
+    return HEXLOAD_ERR_POSE;
 }
 
 /// h0 by Newton's method from above, where the mean leg length is convex and rises with the height.
@@ -157,30 +153,32 @@ hexload_status_t hexload_kinematics_init(hexload_kinematics_t* self, const hexlo
     }
     fresh.quaternion[0] = HEXLOAD_REAL(1.0);
 
-    const hexload_leg_sample_t home = {0};
-    hexload_motion_t motion = {.quaternion = {HEXLOAD_REAL(1.0)}};
+    const hexload_leg_sample_t no_displacement = {0};
+    hexload_motion_t home = {.quaternion = {HEXLOAD_REAL(1.0)}};
     hexload_real_t error_m[HEXLOAD_LEGS];
-    lu6_t jacobian;
-    (void)legs_of_pose(&fresh, geometry, &home, &motion, error_m);
-    if (!lu6_factor(motion.J, &jacobian)) {
+    (void)legs_of_pose(&fresh, geometry, &no_displacement, &home, error_m);
+    if (!leg_blocks_make(home.J, &fresh.jacobian)) {
         return HEXLOAD_ERR_SINGULAR;
+    }
+    for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
+        fresh.displacement_m[leg] = -error_m[leg];
     }
     *self = fresh;
     return HEXLOAD_OK;
 }
 
-/// Where the search starts: the last pose, carried on by its twist unless that is too old to say anything.
-static void predict_pose(const hexload_kinematics_t* self, const hexload_config_t* config, uint32_t gap_ticks,
-                         hexload_motion_t* motion) {
+/// Newton's first step from the last pose, whose legs and Jacobian are known.
+static void leave_last_pose(const hexload_kinematics_t* self, const hexload_leg_sample_t* sample,
+                            hexload_motion_t* motion) {
+    hexload_real_t moved_m[HEXLOAD_LEGS];
+    hexload_real_t step[6];
+    for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
+        moved_m[leg] = sample->displacement_m[leg] - self->displacement_m[leg];
+    }
+    leg_blocks_solve(&self->jacobian, moved_m, step);
     memcpy(motion->p_m, self->p_m, sizeof motion->p_m);
     memcpy(motion->quaternion, self->quaternion, sizeof motion->quaternion);
-    if (gap_ticks <= PREDICTED_TICKS_MAX) {
-        hexload_real_t step[6];
-        for (int k = 0; k < 6; k++) {
-            step[k] = self->twist[k] * config->tick_s * (hexload_real_t)gap_ticks;
-        }
-        move_pose(motion->p_m, motion->quaternion, step);
-    }
+    move_pose(motion->p_m, motion->quaternion, step);
 }
 
 /// Newton can end in another assembly of the same legs, such as the mirror image below the base. No platform
@@ -192,11 +190,10 @@ static bool is_near_home(const hexload_motion_t* motion, const hexload_geometry_
 }
 
 hexload_status_t hexload_kinematics_solve(hexload_kinematics_t* self, const hexload_config_t* config,
-                                          const hexload_leg_sample_t* sample, uint32_t gap_ticks,
-                                          hexload_motion_t* motion) {
+                                          const hexload_leg_sample_t* sample, hexload_motion_t* motion) {
     hexload_motion_t found;
-    lu6_t jacobian;
-    predict_pose(self, config, gap_ticks, &found);
+    hexload_leg_blocks_t jacobian;
+    leave_last_pose(self, sample, &found);
     hexload_status_t status = find_pose(self, &config->geometry, sample, &found, &jacobian);
     if (status != HEXLOAD_OK ||
         !is_near_home(&found, &config->geometry)) { // the last pose may be the bad one
@@ -209,13 +206,16 @@ hexload_status_t hexload_kinematics_solve(hexload_kinematics_t* self, const hexl
     if (!is_near_home(&found, &config->geometry)) {
         return HEXLOAD_ERR_POSE;
     }
-    lu6_solve(&jacobian, sample->velocity_m_s, found.twist); // inverse of (3)
+    rotation_minus_identity(found.quaternion, found.R);
     for (int k = 0; k < 3; k++) {
-        lu6_inverse_row(&jacobian, 3 + k, found.rate_gain[k]);
+        found.R[k][k] += HEXLOAD_REAL(1.0);
     }
+    leg_blocks_solve(&jacobian, sample->velocity_m_s, found.twist); // inverse of (3)
+    leg_blocks_rate_gain(&jacobian, found.rate_gain);
     memcpy(self->p_m, found.p_m, sizeof self->p_m);
     memcpy(self->quaternion, found.quaternion, sizeof self->quaternion);
-    memcpy(self->twist, found.twist, sizeof self->twist);
+    memcpy(self->displacement_m, sample->displacement_m, sizeof self->displacement_m);
+    self->jacobian = jacobian;
     *motion = found;
     return HEXLOAD_OK;
 }

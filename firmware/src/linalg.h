@@ -18,22 +18,10 @@ static inline void cross3(const hexload_real_t a[3], const hexload_real_t b[3], 
     out[2] = a[0] * b[1] - a[1] * b[0];
 }
 
-/// P A = L U with partial pivoting: row i of the factors was row pivot[i] of A; unit diagonal of L not
-/// stored.
-typedef struct lu6 {
-    hexload_real_t factor[6][6];
-    hexload_real_t inverse_diagonal[6]; ///< of U
-    unsigned pivot[6];
-} lu6_t;
-
-/// @return false when a pivot is below 64 epsilon of the largest entry: A is singular to working precision.
-bool lu6_factor(hexload_real_t A[6][6], lu6_t* lu);
-
-/// Solves A x = b.
-void lu6_solve(const lu6_t* lu, const hexload_real_t b[6], hexload_real_t x[6]);
-
-/// Solves A^T x = e_row: x is that row of A^-1.
-void lu6_inverse_row(const lu6_t* lu, int row, hexload_real_t x[6]);
+/// Inverse of A.
+/// @return false when A is singular to working precision: its determinant is below 64 epsilon of the product
+/// of its rows' lengths, which it is at most.
+bool invert3(hexload_real_t A[3][3], hexload_real_t inverse[3][3]);
 
 /// Lower triangle of L with A = L L^T, diagonal inverted; A symmetric, its lower triangle is read.
 /// @return false when A is not positive definite.

@@ -81,27 +81,26 @@ static void predict(hexload_paper_filter_t* self, const hexload_paper_model_t* m
     }
 }
 
-/// Omega (29), platform axes, from the leg velocities, and the lower triangle of its noise.
+/// Omega (29), platform axes, from the leg velocities, and its noise.
 static void measure_rate(const hexload_config_t* config, const hexload_motion_t* motion,
                          hexload_real_t rate_rad_s[3], hexload_real_t noise[3][3]) {
-    const hexload_real_t sigma_m_s = config->sensors.velocity_sigma_m_s;
-    hexload_real_t gain[3][HEXLOAD_LEGS]; // R^T rate_gain
+    const hexload_real_t variance = config->sensors.velocity_sigma_m_s * config->sensors.velocity_sigma_m_s;
     hexload_motion_to_platform(motion, &motion->twist[3], rate_rad_s);
+    memset(noise, 0, 3 * sizeof noise[0]);
     for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
         const hexload_real_t base_axes[3] = {motion->rate_gain[0][leg], motion->rate_gain[1][leg],
                                              motion->rate_gain[2][leg]};
-        hexload_real_t platform_axes[3];
-        hexload_motion_to_platform(motion, base_axes, platform_axes);
-        for (int k = 0; k < 3; k++) {
-            gain[k][leg] = sigma_m_s * platform_axes[k];
+        hexload_real_t gain[3];
+        hexload_motion_to_platform(motion, base_axes, gain);
+        for (int i = 0; i < 3; i++) {
+            for (int j = 0; j <= i; j++) {
+                noise[i][j] += gain[i] * gain[j];
+            }
         }
     }
     for (int i = 0; i < 3; i++) {
         for (int j = 0; j <= i; j++) {
-            noise[i][j] = HEXLOAD_REAL(0.0);
-            for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
-                noise[i][j] += gain[i][leg] * gain[j][leg];
-            }
+            noise[i][j] *= variance;
             noise[j][i] = noise[i][j];
         }
     }
@@ -277,9 +276,12 @@ static bool is_finite(const hexload_paper_filter_t* self) {
 static void remember(hexload_paper_filter_t* self, const hexload_leg_sample_t* sample,
                      const hexload_wrench_t* wrench) {
     self->last_wrench = *wrench;
-    memmove(self->last_force_n[1], self->last_force_n[0],
-            sizeof self->last_force_n - sizeof self->last_force_n[0]);
-    memcpy(self->last_force_n[0], sample->force_n, sizeof self->last_force_n[0]);
+    for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
+        for (int age = HEXLOAD_FORCE_HISTORY - 1; age > 0; age--) {
+            self->last_force_n[age][leg] = self->last_force_n[age - 1][leg];
+        }
+        self->last_force_n[0][leg] = sample->force_n[leg];
+    }
     if (self->history < HEXLOAD_FORCE_HISTORY) {
         self->history++;
     }

@@ -2,8 +2,6 @@
 
 #include "linalg.h"
 
-#include <string.h>
-
 /// The linearisation's error is the same from tick to tick, so it adds up over the filter's memory where
 /// white noise would not: its variance counts this many times (D14). Larger: a slower start; 0: overconfident
 /// on violent motions.
@@ -30,66 +28,96 @@ static void combined_inertia(const hexload_paper_filter_t* filter, hexload_real_
     }
 }
 
-/// Variance of one leg's force noise, from the third difference of its last four values: a motion passes it
-/// with less than a hundredth of the noise, so this holds where the stated sigma does not.
-static hexload_real_t force_variance_seen(const hexload_paper_filter_t* filter,
-                                          const hexload_leg_sample_t* sample, int leg,
-                                          hexload_real_t stated_sigma_n) {
+/// What the derivatives (34) by dz and by a row's own inertia make of the torque about an axis and of the
+/// force that dz turns into such torque. They are linear in both, so noise in the forces passes the same way.
+typedef struct derivative_gains {
+    hexload_real_t by_torque[3]; ///< of the derivative by the row's inertia
+    hexload_real_t by_side[2];   ///< of the derivative by dz
+    hexload_real_t lever_kg_m;   ///< d D / d dz: dz works on D as an inertia does, this many times
+} derivative_gains_t;
+
+static derivative_gains_t gains_of(const hexload_paper_filter_t* filter, const hexload_real_t cautious_D[3],
+                                   hexload_real_t lever_m, hexload_real_t dt_s) {
+    const hexload_paper_constants_t* constants = &filter->constants;
+    derivative_gains_t gains = {.lever_kg_m = HEXLOAD_REAL(2.0) * constants->reduced_mass_kg * lever_m};
+    for (int k = 0; k < 3; k++) {
+        gains.by_torque[k] = -dt_s / (cautious_D[k] * cautious_D[k]);
+        if (k < 2) {
+            gains.by_side[k] = dt_s * constants->mass_share / cautious_D[k];
+        }
+    }
+    return gains;
+}
+
+/// Noise of one leg's force in this tick, from the third difference of its last four values: a motion passes
+/// it with less than a hundredth of the noise, so this holds where the stated sigma does not.
+static hexload_real_t force_noise_seen(const hexload_paper_filter_t* filter,
+                                       const hexload_leg_sample_t* sample, int leg,
+                                       hexload_real_t stated_sigma_n) {
     if (filter->history < HEXLOAD_FORCE_HISTORY) {
-        return stated_sigma_n * stated_sigma_n;
+        return stated_sigma_n;
     }
     const hexload_real_t difference_n =
         sample->force_n[leg] - filter->last_force_n[2][leg] +
         HEXLOAD_REAL(3.0) * (filter->last_force_n[1][leg] - filter->last_force_n[0][leg]);
-    return difference_n * difference_n / HEXLOAD_REAL(20.0); // 1 + 9 + 9 + 1
+    return difference_n * HEXLOAD_REAL(0.2236068); // 1 / sqrt(1 + 9 + 9 + 1)
 }
 
-/// Adds one leg's share to the variances of the noise in N: the derivatives that
-/// hexload_paper_model_linearise() takes, with noise for forces.
-static void add_jacobian_noise(const hexload_paper_filter_t* filter, const hexload_real_t direction[3],
-                               const hexload_real_t column[3], hexload_real_t lever_m, hexload_real_t dt_s,
-                               hexload_real_t force_variance, hexload_paper_model_t* model) {
-    const hexload_real_t lever_inertia = HEXLOAD_REAL(2.0) * filter->constants.reduced_mass_kg * lever_m;
-    const hexload_real_t moved = dt_s * filter->constants.mass_share;
-    const hexload_real_t side[3] = {direction[1], -direction[0], HEXLOAD_REAL(0.0)};
-    for (int i = 0; i < 3; i++) {
-        const hexload_real_t cautious_D = model->cautious_inertia_kg_m2[i];
-        const hexload_real_t by_inertia =
-            -dt_s * column[i] * model->inertia_kg_m2[i] / (cautious_D * cautious_D);
-        model->jacobian_noise.inertia[i] += force_variance * by_inertia * by_inertia;
-        if (i < 2) {
-            const hexload_real_t by_dz = moved * side[i] / cautious_D + lever_inertia * by_inertia;
-            model->jacobian_noise.dz[i] += force_variance * by_dz * by_dz;
-            model->jacobian_noise.mixed[i] += force_variance * by_dz * by_inertia;
+/// Noise of the forces about the common centre of mass, platform axes.
+typedef struct force_noise {
+    hexload_real_t per_newton[3][3]; ///< covariance of the torque for 1 N on each leg; lower triangle
+    hexload_real_t torque[3];        ///< its variances for the noise seen
+    hexload_real_t side[2];          ///< variances of the force beside an axis, likewise
+    hexload_real_t mixed[2];         ///< covariance of the two
+} force_noise_t;
+
+static void sum_over_legs(const hexload_paper_filter_t* filter, const hexload_config_t* config,
+                          const hexload_leg_sample_t* sample, const hexload_motion_t* motion,
+                          const hexload_real_t com_m[3], force_noise_t* noise) {
+    *noise = (force_noise_t){0};
+    for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
+        const hexload_real_t* hinge_m = config->geometry.platform_hinge_m[leg];
+        const hexload_real_t arm_m[3] = {hinge_m[0] - com_m[0], hinge_m[1] - com_m[1], hinge_m[2] - com_m[2]};
+        const hexload_real_t seen_n = force_noise_seen(filter, sample, leg, config->sensors.force_sigma_n);
+        hexload_real_t direction[3];
+        hexload_real_t torque[3];
+        hexload_motion_to_platform(motion, motion->J[leg], direction);
+        cross3(arm_m, direction, torque);
+        const hexload_real_t side[2] = {direction[1], -direction[0]};
+        for (int i = 0; i < 3; i++) {
+            const hexload_real_t torque_seen = seen_n * torque[i];
+            for (int j = 0; j <= i; j++) {
+                noise->per_newton[i][j] += torque[i] * torque[j];
+            }
+            noise->torque[i] += torque_seen * torque_seen;
+            if (i < 2) {
+                const hexload_real_t side_seen = seen_n * side[i];
+                noise->side[i] += side_seen * side_seen;
+                noise->mixed[i] += side_seen * torque_seen;
+            }
         }
     }
 }
 
-/// How force noise enters the rates: column of a leg is ((R a - r) x e) / D in platform axes.
-static void rate_noise_of_forces(const hexload_paper_filter_t* filter, const hexload_config_t* config,
-                                 const hexload_leg_sample_t* sample, const hexload_motion_t* motion,
-                                 const hexload_real_t com_m[3], hexload_real_t lever_m, hexload_real_t dt_s,
-                                 hexload_paper_model_t* model) {
-    const hexload_real_t sigma_n = config->sensors.force_sigma_n;
-    const hexload_real_t scale = dt_s * dt_s * sigma_n * sigma_n;
-    memset(model->noise, 0, sizeof model->noise);
-    model->jacobian_noise = (hexload_jacobian_noise_t){0};
-    for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
-        hexload_real_t direction[3];
-        hexload_real_t moment[3];
-        hexload_real_t shift[3];
-        hexload_real_t column[3];
-        hexload_motion_to_platform(motion, &motion->J[leg][0], direction);
-        hexload_motion_to_platform(motion, &motion->J[leg][3], moment);
-        cross3(com_m, direction, shift);
-        const hexload_real_t variance_seen = force_variance_seen(filter, sample, leg, sigma_n);
-        for (int i = 0; i < 3; i++) {
-            column[i] = (moment[i] - shift[i]) / model->inertia_kg_m2[i];
-            for (int j = 0; j <= i; j++) {
-                model->noise[i][j] += scale * column[i] * column[j];
-            }
+/// Q of the rates, and the variances of the noise in N.
+static void add_force_noise(const force_noise_t* noise, const derivative_gains_t* gains,
+                            hexload_real_t impulse_sigma_n_s, hexload_paper_model_t* model) {
+    hexload_real_t by_torque[3]; // of the rate
+    for (int i = 0; i < 3; i++) {
+        by_torque[i] = impulse_sigma_n_s / model->inertia_kg_m2[i];
+        for (int j = 0; j <= i; j++) {
+            model->noise[i][j] = by_torque[i] * by_torque[j] * noise->per_newton[i][j];
         }
-        add_jacobian_noise(filter, direction, column, lever_m, dt_s, variance_seen, model);
+        const hexload_real_t by_own = gains->by_torque[i];
+        model->jacobian_noise.inertia[i] = by_own * by_own * noise->torque[i];
+        if (i < 2) { // (by_side side + lever by_own torque) times itself, and times by_own torque
+            const hexload_real_t by_side = gains->by_side[i];
+            const hexload_real_t by_lever = gains->lever_kg_m * by_own;
+            const hexload_real_t with_torque = by_side * noise->mixed[i] + by_lever * noise->torque[i];
+            const hexload_real_t with_side = by_side * noise->side[i] + by_lever * noise->mixed[i];
+            model->jacobian_noise.mixed[i] = by_own * with_torque;
+            model->jacobian_noise.dz[i] = by_side * with_side + by_lever * with_torque;
+        }
     }
 }
 
@@ -166,11 +194,11 @@ void hexload_paper_model_linearise(const hexload_paper_filter_t* filter, const h
     const hexload_real_t lever_m = dz_m - config->platform.com_m[2];
     const hexload_real_t com_m[3] = {constants->com_offset_m[0], constants->com_offset_m[1],
                                      constants->com_offset_m[2] + constants->mass_share * dz_m};
-    const hexload_real_t* cautious_D = model->cautious_inertia_kg_m2;
     hexload_real_t force_n[3];
     hexload_real_t shift[3];
     hexload_real_t products[3];
     hexload_real_t torque[3]; // of the legs about the common centre of mass
+    force_noise_t noise;
     combined_inertia(filter, lever_m, model->inertia_kg_m2, model->cautious_inertia_kg_m2);
     for (int k = 0; k < 3; k++) { // forces are trapezoidal between ticks
         force_n[k] = HEXLOAD_REAL(0.5) * (wrench->force_n[k] + filter->last_wrench.force_n[k]);
@@ -182,16 +210,16 @@ void hexload_paper_model_linearise(const hexload_paper_filter_t* filter, const h
     }
     combined_products(filter, &config->platform, lever_m, products);
     take_off_coupling(filter->rate_rad_s, model->inertia_kg_m2, products, dt_s, torque);
+
+    const derivative_gains_t gains = gains_of(filter, model->cautious_inertia_kg_m2, lever_m, dt_s);
     for (int k = 0; k < 3; k++) {
         model->rate_step_rad_s[k] = dt_s * torque[k] / model->inertia_kg_m2[k];
-        model->by_inertia[k] = -dt_s * torque[k] / (cautious_D[k] * cautious_D[k]);
+        model->by_inertia[k] = gains.by_torque[k] * torque[k];
     }
-    const hexload_real_t lever_inertia = HEXLOAD_REAL(2.0) * constants->reduced_mass_kg * lever_m;
-    const hexload_real_t moved =
-        dt_s * constants->mass_share; // of the lever that F has, for each metre of dz
-    model->by_dz[0] = moved * force_n[1] / cautious_D[0] + lever_inertia * model->by_inertia[0];
-    model->by_dz[1] = -moved * force_n[0] / cautious_D[1] + lever_inertia * model->by_inertia[1];
+    model->by_dz[0] = gains.by_side[0] * force_n[1] + gains.lever_kg_m * model->by_inertia[0];
+    model->by_dz[1] = -gains.by_side[1] * force_n[0] + gains.lever_kg_m * model->by_inertia[1];
     model->by_dz[2] = HEXLOAD_REAL(0.0);
-    rate_noise_of_forces(filter, config, sample, motion, com_m, lever_m, dt_s, model);
+    sum_over_legs(filter, config, sample, motion, com_m, &noise);
+    add_force_noise(&noise, &gains, dt_s * config->sensors.force_sigma_n, model);
     add_linearisation_error(filter, force_n, dt_s, model);
 }

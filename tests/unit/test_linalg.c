@@ -4,89 +4,57 @@
 void setUp(void) {}
 void tearDown(void) {}
 
-static void random_matrix(uint64_t* seed, hexload_real_t A[6][6]) {
-    for (int i = 0; i < 6; i++) {
-        for (int j = 0; j < 6; j++) {
+static void random_matrix(uint64_t* seed, hexload_real_t A[3][3]) {
+    for (int i = 0; i < 3; i++) {
+        for (int j = 0; j < 3; j++) {
             A[i][j] = (hexload_real_t)uniform(seed) + (i == j ? HEXLOAD_REAL(3.0) : HEXLOAD_REAL(0.0));
         }
     }
 }
 
-// A diagonally heavy 6 x 6 matrix has a condition number below 10; 6 roundings for each of 6 eliminations.
-static const double solve_factor = 6 * 6 * 10;
-
-static void test_lu_solution_satisfies_the_equations(void) {
+static void test_inverse_times_the_matrix_is_the_identity(void) {
     uint64_t seed = 1;
     for (int run = 0; run < 100; run++) {
-        // GIVEN a well-conditioned matrix and a right-hand side
-        hexload_real_t A[6][6], b[6], x[6];
-        lu6_t lu;
+        // GIVEN a matrix with a condition number below 10
+        hexload_real_t A[3][3], inverse[3][3];
         random_matrix(&seed, A);
-        for (int i = 0; i < 6; i++) {
-            b[i] = (hexload_real_t)uniform(&seed);
-        }
-        // WHEN it is solved
-        TEST_ASSERT_TRUE(lu6_factor(A, &lu));
-        lu6_solve(&lu, b, x);
-        // THEN the solution put back gives the right-hand side
-        for (int i = 0; i < 6; i++) {
-            double sum = 0.0;
-            for (int k = 0; k < 6; k++) {
-                sum += (double)A[i][k] * (double)x[k];
-            }
-            TEST_ASSERT_DOUBLE_WITHIN(ROUNDINGS(solve_factor, 1.0), (double)b[i], sum);
-        }
-    }
-}
-
-static void test_rows_of_the_inverse_times_the_matrix_are_unit_vectors(void) {
-    uint64_t seed = 2;
-    for (int run = 0; run < 100; run++) {
-        // GIVEN the factors of a matrix whose rows need exchanging
-        hexload_real_t A[6][6], x[6];
-        lu6_t lu;
-        random_matrix(&seed, A);
-        for (int j = 0; j < 6; j++) {
-            const hexload_real_t swapped = A[0][j];
-            A[0][j] = A[4][j];
-            A[4][j] = swapped;
-        }
-        TEST_ASSERT_TRUE(lu6_factor(A, &lu));
-        for (int row = 0; row < 6; row++) {
-            // WHEN one row of the inverse is asked for
-            lu6_inverse_row(&lu, row, x);
-            // THEN row times matrix is the unit vector of that row
-            for (int j = 0; j < 6; j++) {
+        // WHEN it is inverted
+        TEST_ASSERT_TRUE(invert3(A, inverse));
+        // THEN the product is the identity, to ten roundings of each of its three terms
+        for (int i = 0; i < 3; i++) {
+            for (int j = 0; j < 3; j++) {
                 double sum = 0.0;
-                for (int k = 0; k < 6; k++) {
-                    sum += (double)x[k] * (double)A[k][j];
+                for (int k = 0; k < 3; k++) {
+                    sum += (double)inverse[i][k] * (double)A[k][j];
                 }
-                TEST_ASSERT_DOUBLE_WITHIN(ROUNDINGS(solve_factor, 1.0), row == j ? 1.0 : 0.0, sum);
+                TEST_ASSERT_DOUBLE_WITHIN(ROUNDINGS(3 * 10 * 10, 1.0), i == j ? 1.0 : 0.0, sum);
             }
         }
     }
 }
 
-static void test_lu_refuses_a_singular_matrix(void) {
-    // GIVEN a matrix whose last row is the sum of the others
-    uint64_t seed = 3;
-    hexload_real_t A[6][6];
-    lu6_t lu;
-    random_matrix(&seed, A);
-    for (int j = 0; j < 6; j++) {
-        A[5][j] = A[0][j] + A[1][j] + A[2][j] + A[3][j] + A[4][j];
+static void test_inverse_of_a_singular_matrix_is_refused_at_any_scale(void) {
+    for (int exponent = -6; exponent <= 6; exponent += 6) {
+        // GIVEN a matrix whose last row is the sum of the others, in millionths, ones or millions
+        uint64_t seed = 3;
+        hexload_real_t A[3][3], inverse[3][3];
+        random_matrix(&seed, A);
+        for (int j = 0; j < 3; j++) {
+            A[0][j] *= (hexload_real_t)pow(10.0, exponent);
+            A[1][j] *= (hexload_real_t)pow(10.0, exponent);
+            A[2][j] = A[0][j] + A[1][j];
+        }
+        // WHEN it is inverted THEN that is refused
+        TEST_ASSERT_FALSE(invert3(A, inverse));
     }
-    // WHEN it is factored THEN that is refused
-    TEST_ASSERT_FALSE(lu6_factor(A, &lu));
 }
 
-static void test_lu_refuses_a_matrix_with_nan(void) {
+static void test_inverse_of_a_matrix_with_nan_is_refused(void) {
     uint64_t seed = 4;
-    hexload_real_t A[6][6];
-    lu6_t lu;
+    hexload_real_t A[3][3], inverse[3][3];
     random_matrix(&seed, A);
-    A[2][3] = (hexload_real_t)NAN;
-    TEST_ASSERT_FALSE(lu6_factor(A, &lu));
+    A[1][2] = (hexload_real_t)NAN;
+    TEST_ASSERT_FALSE(invert3(A, inverse));
 }
 
 static void test_cholesky_whitens_its_own_matrix(void) {
@@ -124,10 +92,9 @@ static void test_cholesky_refuses_what_is_not_positive_definite(void) {
 
 int main(void) {
     UNITY_BEGIN();
-    RUN_TEST(test_lu_solution_satisfies_the_equations);
-    RUN_TEST(test_rows_of_the_inverse_times_the_matrix_are_unit_vectors);
-    RUN_TEST(test_lu_refuses_a_singular_matrix);
-    RUN_TEST(test_lu_refuses_a_matrix_with_nan);
+    RUN_TEST(test_inverse_times_the_matrix_is_the_identity);
+    RUN_TEST(test_inverse_of_a_singular_matrix_is_refused_at_any_scale);
+    RUN_TEST(test_inverse_of_a_matrix_with_nan_is_refused);
     RUN_TEST(test_cholesky_whitens_its_own_matrix);
     RUN_TEST(test_cholesky_refuses_what_is_not_positive_definite);
     return UNITY_END();

@@ -28,8 +28,7 @@ static fixture_t make_fixture(void) {
     hexload_paper_filter_init(&x.filter, &x.config);
     TEST_ASSERT_EQUAL_INT(HEXLOAD_OK, hexload_kinematics_init(&kinematics, &x.config));
     x.sample = perfect_sample(&x.config, &load, &motion, (double)kinematics.home_height_m, 123);
-    TEST_ASSERT_EQUAL_INT(HEXLOAD_OK,
-                          hexload_kinematics_solve(&kinematics, &x.config, &x.sample, 0, &x.motion));
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_OK, hexload_kinematics_solve(&kinematics, &x.config, &x.sample, &x.motion));
     memcpy(x.filter.param, param, sizeof param);
     memset(x.filter.param_cov, 0, sizeof x.filter.param_cov);
     x.filter.history = HEXLOAD_FORCE_HISTORY;

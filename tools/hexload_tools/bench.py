@@ -1,4 +1,7 @@
-"""`hexload bench`: simulator speed, and MuJoCo's on the same platform, measured in the same call on one thread."""
+"""`hexload bench`: simulator speed beside MuJoCo's on the same platform, and what the firmware costs on a controller.
+
+All but the reference rows of published filters is measured in the same call, on one thread.
+"""
 
 import json
 import os
@@ -15,6 +18,7 @@ from rich.table import Table
 
 from hexload_tools import build, project
 from hexload_tools.bound import read_platform
+from hexload_tools.controller_bench import TICK_S, print_controller_tables
 from hexload_tools.errors import ToolFailed
 
 SCENARIO = project.SCENARIOS / "paper.toml"
@@ -41,6 +45,9 @@ def run_bench() -> None:
     ):
         table.add_row(name, f"{speed:.0f}", f"{speed / rival:.1f}")
     Console().print(table)
+    tick_s = (own["closed_loop_s"] - own["plant_s"]) / own["simulated_s"] * TICK_S
+    print(f"A tick of the firmware on this machine, with its sample and its link: {1e9 * tick_s:.0f} ns")
+    print_controller_tables()
 
 
 def _own_speed() -> dict:

@@ -12,7 +12,7 @@ from rich.table import Table
 from hexload_tools import build, project
 from hexload_tools.errors import InputError, ToolFailed
 
-# What runs where, as a regex of ctest labels (unit, properties, crosscheck, sil, hil); None: everything.
+# What runs where, as a regex of ctest labels (unit, properties, crosscheck, sil, hil, target, budget, static); None: everything.
 PRESET_LABELS = {
     "host": None,
     "host-double": "unit|sil",

@@ -176,7 +176,7 @@ class FirmwareKinematics {
         hexload_motion_t motion;
         copy_to_firmware(displacement_m, sample.displacement_m);
         copy_to_firmware(velocity_m_s, sample.velocity_m_s);
-        const hexload_status_t status = hexload_kinematics_solve(&kinematics_, &config_, &sample, 0, &motion);
+        const hexload_status_t status = hexload_kinematics_solve(&kinematics_, &config_, &sample, &motion);
         if (status != HEXLOAD_OK) {
             throw InputError(hexload_status_name(status));
         }

@@ -8,7 +8,18 @@
 HEXLOAD_DECLS_BEGIN
 
 /// Newton steps of one search; a tick that follows another needs one, a start from home about five.
-enum { HEXLOAD_NEWTON_STEPS_MAX = 12 };
+enum { HEXLOAD_NEWTON_STEPS_MAX = 8 };
+
+/// A leg Jacobian taken apart, to solve J x = y. E are its left columns, M its right ones. Three legs, the
+/// carriers (1), give the velocity once the rotation is known, and the other three (2) the rotation:
+///     omega = S^-1 (y2 - K y1),  v = E1^-1 (y1 - M1 omega)  with  K = E2 E1^-1,  S = M2 - K M1
+typedef struct hexload_leg_blocks {
+    uint32_t leg[HEXLOAD_LEGS]; ///< the carriers, then the others
+    hexload_real_t E1_inverse[3][3];
+    hexload_real_t M1[3][3];
+    hexload_real_t K[3][3];
+    hexload_real_t S_inverse[3][3];
+} hexload_leg_blocks_t;
 
 /// Motion of the platform at one tick. Twists are [v; omega], base axes, of O_A.
 typedef struct hexload_motion {
@@ -19,7 +30,7 @@ typedef struct hexload_motion {
     hexload_real_t twist[6];           ///< [v m/s; omega rad/s] from the measured leg velocities
     hexload_real_t rate_gain[3]
                             [HEXLOAD_LEGS]; ///< lower half of J^-1: omega = rate_gain * leg velocities; 1/m
-    uint32_t newton_steps;                  ///< steps taken by this call
+    uint32_t newton_steps;                  ///< Jacobians evaluated by this call's search
 } hexload_motion_t;
 
 /// Constants of the geometry and the last pose, from which the next search starts.
@@ -29,7 +40,8 @@ typedef struct hexload_kinematics {
     hexload_real_t home_height_m;                ///< h0: with R = E the mean leg length is the mean L0_i
     hexload_real_t p_m[3];
     hexload_real_t quaternion[4];
-    hexload_real_t twist[6];
+    hexload_real_t displacement_m[HEXLOAD_LEGS]; ///< the legs of that pose
+    hexload_leg_blocks_t jacobian;               ///< there
 } hexload_kinematics_t;
 
 /// Finds the home height and starts at the home pose.
@@ -38,18 +50,17 @@ typedef struct hexload_kinematics {
 HEXLOAD_MUST_USE hexload_status_t hexload_kinematics_init(hexload_kinematics_t* self,
                                                           const hexload_config_t* config);
 
-/// Forward kinematics by Newton's method, started from the last pose carried on by the last twist and, where
-/// that finds nothing near home, from home; then the Jacobian and the twist in the new pose. Leg lengths of
-/// the result agree with the displacements to a few ulp. Poses beyond a leg's length or 90 degrees from home
-/// are other assemblies of the same legs and count as not found.
-/// @param gap_ticks periods since the last call, as hexload_leg_sample_check() gives it.
+/// Forward kinematics by Newton's method from the last pose and, where that finds nothing near home, from
+/// home; then the twist. Leg lengths of the result agree with the displacements to a few ulp; the Jacobian is
+/// that of a pose less than a micrometre away. Poses beyond a leg's length or 90 degrees from home are other
+/// assemblies of the same legs and count as not found.
 /// @return HEXLOAD_OK, HEXLOAD_ERR_POSE or HEXLOAD_ERR_SINGULAR; then self and motion do not change.
-///         Reentrant. Worst case: 2 (HEXLOAD_NEWTON_STEPS_MAX + 1) factorisations of a 6 x 6 matrix; 2 on a
-///         usual tick.
+///         Reentrant. Worst case: 2 HEXLOAD_NEWTON_STEPS_MAX Jacobians; one on a tick
+///         that follows another up to 1 m/s, as the first step uses the last tick's.
 HEXLOAD_MUST_USE hexload_status_t hexload_kinematics_solve(hexload_kinematics_t* self,
                                                            const hexload_config_t* config,
                                                            const hexload_leg_sample_t* sample,
-                                                           uint32_t gap_ticks, hexload_motion_t* motion);
+                                                           hexload_motion_t* motion);
 
 /// Components of a vector in platform axes, from those in base axes: R^T x.
 static inline void hexload_motion_to_platform(const hexload_motion_t* motion,

@@ -1,0 +1,105 @@
+#include "leg_blocks.h"
+
+#include "linalg.h"
+
+#include <string.h>
+
+/// Puts three legs first whose directions span space well in every pose: the first leg, the one most across
+/// it, and the one most out of the plane of both. Then no entry of K is large, and no digits are lost.
+static void choose_carriers(hexload_real_t J[HEXLOAD_LEGS][6], uint32_t leg[HEXLOAD_LEGS]) {
+    hexload_real_t normal[3];
+    hexload_real_t largest = HEXLOAD_REAL(0.0);
+    uint32_t second = 1;
+    for (uint32_t i = 1; i < HEXLOAD_LEGS; i++) {
+        cross3(J[0], J[i], normal);
+        const hexload_real_t size = dot3(normal, normal);
+        if (size > largest) {
+            largest = size;
+            second = i;
+        }
+    }
+    cross3(J[0], J[second], normal);
+    largest = HEXLOAD_REAL(0.0);
+    uint32_t third = second == 1 ? 2 : 1;
+    for (uint32_t i = 1; i < HEXLOAD_LEGS; i++) {
+        const hexload_real_t size = hexload_abs(dot3(normal, J[i]));
+        if (size > largest && i != second) {
+            largest = size;
+            third = i;
+        }
+    }
+    leg[0] = 0;
+    leg[1] = second;
+    leg[2] = third;
+    uint32_t others = 3;
+    for (uint32_t i = 1; i < HEXLOAD_LEGS; i++) {
+        if (i != second && i != third) {
+            leg[others] = i;
+            others++;
+        }
+    }
+}
+
+/// A row times a matrix of rows a, b and c.
+static void times_rows(const hexload_real_t row[3], const hexload_real_t a[3], const hexload_real_t b[3],
+                       const hexload_real_t c[3], hexload_real_t out[3]) {
+    for (int k = 0; k < 3; k++) {
+        out[k] = row[0] * a[k] + row[1] * b[k] + row[2] * c[k];
+    }
+}
+
+bool leg_blocks_make(hexload_real_t J[HEXLOAD_LEGS][6], hexload_leg_blocks_t* blocks) {
+    hexload_real_t E1[3][3];
+    hexload_real_t S[3][3];
+    choose_carriers(J, blocks->leg);
+    for (int i = 0; i < 3; i++) {
+        const hexload_real_t* row = J[blocks->leg[i]];
+        memcpy(E1[i], &row[0], sizeof E1[i]);
+        memcpy(blocks->M1[i], &row[3], sizeof blocks->M1[i]);
+    }
+    if (!invert3(E1, blocks->E1_inverse)) {
+        return false;
+    }
+    for (int i = 0; i < 3; i++) {
+        const hexload_real_t* row = J[blocks->leg[3 + i]];
+        hexload_real_t share[3];
+        times_rows(&row[0], blocks->E1_inverse[0], blocks->E1_inverse[1], blocks->E1_inverse[2],
+                   blocks->K[i]);
+        times_rows(blocks->K[i], blocks->M1[0], blocks->M1[1], blocks->M1[2], share);
+        for (int k = 0; k < 3; k++) {
+            S[i][k] = row[3 + k] - share[k];
+        }
+    }
+    return invert3(S, blocks->S_inverse);
+}
+
+void leg_blocks_solve(const hexload_leg_blocks_t* blocks, const hexload_real_t y[HEXLOAD_LEGS],
+                      hexload_real_t x[6]) {
+    const uint32_t* leg = blocks->leg;
+    const hexload_real_t y1[3] = {y[leg[0]], y[leg[1]], y[leg[2]]};
+    hexload_real_t y2[3];
+    hexload_real_t left[3];
+    for (int i = 0; i < 3; i++) {
+        y2[i] = y[leg[3 + i]] - dot3(blocks->K[i], y1);
+    }
+    for (int i = 0; i < 3; i++) {
+        x[3 + i] = dot3(blocks->S_inverse[i], y2);
+    }
+    for (int i = 0; i < 3; i++) {
+        left[i] = y1[i] - dot3(blocks->M1[i], &x[3]);
+    }
+    for (int i = 0; i < 3; i++) {
+        x[i] = dot3(blocks->E1_inverse[i], left);
+    }
+}
+
+void leg_blocks_rate_gain(const hexload_leg_blocks_t* blocks, hexload_real_t gain[3][HEXLOAD_LEGS]) {
+    for (int i = 0; i < 3; i++) { // S^-1 [-K, E], columns in the order of the legs
+        hexload_real_t share[3];
+        times_rows(blocks->S_inverse[i], blocks->K[0], blocks->K[1], blocks->K[2], share);
+        for (int k = 0; k < 3; k++) {
+            gain[i][blocks->leg[k]] = -share[k];
+            gain[i][blocks->leg[3 + k]] = blocks->S_inverse[i][k];
+        }
+    }
+}

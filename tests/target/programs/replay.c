@@ -1,0 +1,167 @@
+/// Replays a log inside the controller: arguments LOG OUT, files of the host in the format of
+/// tools/hexload_tools/target.py. Every tick runs twice, stage by stage with marks in between on a copy, and
+/// as hexload_tick(); both must end in the same state, so the stages' instructions are those of the tick.
+#include "hexload/hexload.h"
+
+#include "instruction_counter.h"
+#include "semihosting.h"
+
+#include <stdbool.h>
+#include <string.h>
+
+enum stage { LEG_SAMPLE, KINEMATICS, WRENCH, FILTER, SUPERVISOR, STAGES };
+
+enum { PAINTED_WORDS = 1024 };
+
+static const uint32_t paint = 0x5AFEC0DEu;
+
+enum exit_status { DONE, BAD_ARGUMENTS = 2, BAD_FILE, BAD_CONFIG, STAGES_DIFFER };
+
+/// What the answer starts with.
+typedef struct {
+    uint32_t config_bytes;
+    uint32_t estimator_bytes;
+    uint32_t filter_bytes;
+    uint32_t nop_instructions; ///< counted over a thousand of them
+} header_t;
+
+/// One tick of the answer. Verdicts are words here, because the size of an enum is the compiler's choice.
+typedef struct {
+    int32_t status;
+    uint32_t health;
+    float value[HEXLOAD_PAPER_DIM];
+    float sigma[HEXLOAD_PAPER_DIM];
+    float nis;
+    float nis_mean;
+    uint32_t verdict;
+    uint32_t parameter_verdict[HEXLOAD_PAPER_DIM];
+    uint32_t stage_instructions[STAGES];
+    uint32_t tick_instructions;
+    uint32_t tick_stack_bytes;
+} answer_t;
+
+static uint32_t count_nops(void) {
+    const uint32_t mark = instruction_counter_mark();
+    __asm volatile(".rept 1000\n nop\n .endr");
+    return instruction_counter_since(mark);
+}
+
+/// hexload_tick() without its bookkeeping, with marks. After a refusal the later stages have no instructions.
+static void run_stages(hexload_t* self, const hexload_config_t* config, const hexload_leg_sample_t* sample,
+                       uint32_t instructions[STAGES]) {
+    uint32_t health = 0;
+    uint32_t gap_ticks = 0;
+    hexload_estimate_t estimate;
+    uint32_t mark = instruction_counter_mark();
+    hexload_status_t status = hexload_leg_sample_check(&self->leg_gate, config, sample, &gap_ticks, &health);
+    instructions[LEG_SAMPLE] = instruction_counter_since(mark);
+    if (status != HEXLOAD_OK) {
+        return;
+    }
+    mark = instruction_counter_mark();
+    status = hexload_kinematics_solve(&self->kinematics, config, sample, &self->motion);
+    instructions[KINEMATICS] = instruction_counter_since(mark);
+    if (status != HEXLOAD_OK) {
+        return;
+    }
+    hexload_leg_sample_accept(&self->leg_gate, sample);
+    mark = instruction_counter_mark();
+    hexload_wrench_compute(&self->motion, sample, &self->wrench);
+    instructions[WRENCH] = instruction_counter_since(mark);
+    mark = instruction_counter_mark();
+    hexload_paper_filter_step(&self->paper_filter, config, sample, &self->motion, &self->wrench, gap_ticks,
+                              &health);
+    instructions[FILTER] = instruction_counter_since(mark);
+    mark = instruction_counter_mark();
+    hexload_supervisor_judge(&self->supervisor, config, &self->paper_filter, &estimate, &health);
+    instructions[SUPERVISOR] = instruction_counter_since(mark);
+}
+
+/// Fills the free stack with paint. Inline, as a frame of its own would lie in it; nothing interrupts here.
+static inline uint32_t* paint_stack(void) {
+    uint32_t* stack;
+    __asm volatile("mov %0, sp" : "=r"(stack));
+    for (int n = 1; n <= PAINTED_WORDS; n++) {
+        ((volatile uint32_t*)stack)[-n] = paint;
+    }
+    return stack;
+}
+
+/// Bytes below `stack` that are no longer paint.
+static uint32_t used_stack_bytes(const uint32_t* stack) {
+    int free_words = 0;
+    while (free_words < PAINTED_WORDS && stack[free_words - PAINTED_WORDS] == paint) {
+        free_words++;
+    }
+    return (uint32_t)(PAINTED_WORDS - free_words) * sizeof paint;
+}
+
+static void run_tick(hexload_t* self, const hexload_config_t* config, const hexload_leg_sample_t* sample,
+                     answer_t* answer) {
+    hexload_estimate_t estimate = {0};
+    const uint32_t* stack = paint_stack();
+    const uint32_t mark = instruction_counter_mark();
+    answer->status = hexload_tick(self, config, sample, &estimate);
+    answer->tick_instructions = instruction_counter_since(mark);
+    answer->tick_stack_bytes = used_stack_bytes(stack);
+    answer->health = self->health.bits;
+    memcpy(answer->value, estimate.value, sizeof answer->value);
+    memcpy(answer->sigma, estimate.sigma, sizeof answer->sigma);
+    answer->nis = estimate.nis;
+    answer->nis_mean = estimate.nis_mean;
+    answer->verdict = estimate.verdict;
+    for (int k = 0; k < HEXLOAD_PAPER_DIM; k++) {
+        answer->parameter_verdict[k] = estimate.parameter_verdict[k];
+    }
+}
+
+static enum exit_status replay(int32_t log, int32_t out) {
+    static hexload_t estimator;
+    static hexload_t staged;
+    static hexload_config_t config;
+    const header_t header = {.config_bytes = sizeof config,
+                             .estimator_bytes = sizeof estimator,
+                             .filter_bytes = sizeof estimator.paper_filter,
+                             .nop_instructions = count_nops()};
+    hexload_leg_sample_t sample;
+    if (!semihosting_read(log, &config, sizeof config) || hexload_init(&estimator, &config) != HEXLOAD_OK) {
+        return BAD_CONFIG;
+    }
+    if (!semihosting_write(out, &header, sizeof header)) {
+        return BAD_FILE;
+    }
+    while (semihosting_read(log, &sample, sizeof sample)) {
+        answer_t answer = {0};
+        staged = estimator;
+        run_stages(&staged, &config, &sample, answer.stage_instructions);
+        run_tick(&estimator, &config, &sample, &answer);
+        if (memcmp(&staged, &estimator, offsetof(hexload_t, health)) != 0) {
+            return STAGES_DIFFER;
+        }
+        if (!semihosting_write(out, &answer, sizeof answer)) {
+            return BAD_FILE;
+        }
+    }
+    return semihosting_close(out) ? DONE : BAD_FILE;
+}
+
+int main(void) {
+    char command_line[512];
+    char* rest = NULL;
+    if (!semihosting_command_line(command_line, sizeof command_line) ||
+        strtok_r(command_line, " ", &rest) == NULL) {
+        return BAD_ARGUMENTS;
+    }
+    const char* log_path = strtok_r(NULL, " ", &rest);
+    const char* out_path = strtok_r(NULL, " ", &rest);
+    if (log_path == NULL || out_path == NULL) {
+        return BAD_ARGUMENTS;
+    }
+    const int32_t log = semihosting_open(log_path, SEMIHOSTING_READ);
+    const int32_t out = semihosting_open(out_path, SEMIHOSTING_WRITE);
+    if (log < 0 || out < 0) {
+        return BAD_FILE;
+    }
+    instruction_counter_start();
+    return replay(log, out);
+}

@@ -1,0 +1,24 @@
+"""The controller's tables of `hexload bench`."""
+
+from hexload_tools import controller_bench, target
+
+PUBLISHED = ("TinyEKF", "kalman-clib", "CMSIS-DSP, dense", "Eigen fixed-size, dense", "Eigen, block-structured")
+
+
+def test_bench_prints_stages_filters_and_memory(capsys, monkeypatch):
+    # GIVEN a terminal that is wide enough WHEN the tables are printed
+    monkeypatch.setenv("COLUMNS", "120")
+    controller_bench.print_controller_tables()
+    output = capsys.readouterr().out
+    # THEN each row has its numbers: a stage and the tick at both levels, in motion and for any input
+    rows = [[cell.strip() for cell in line.strip("│").split("│")] for line in output.splitlines() if line.startswith("│")]
+    numbers = {name: [int(cell.replace(",", "")) for cell in cells if cell] for name, *cells in rows}
+    for stage in (*target.STAGES, "whole tick"):
+        assert len(numbers[stage]) == 4, stage
+        assert min(numbers[stage]) > 100, stage
+    # AND the filters measured here and those that others have published
+    assert len([name for name in numbers if name.startswith("* ")]) == 4
+    assert all(name in numbers for name in PUBLISHED)
+    # AND the memory
+    assert numbers["an estimator"][0] == numbers["an estimator"][1] > 1000
+    print(output)

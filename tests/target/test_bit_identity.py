@@ -1,0 +1,56 @@
+"""The emulated controller computes the same bits as the host, over ten seconds of every recorded log.
+
+Both round every operation to the nearest float (IEEE 754), so they agree when both do the same operations in the same
+order. The core sees to it: one source, -ffp-contract=off (no fused multiply-add on either side), no -ffast-math, so
+that no optimisation level may reorder sums, float literals and no double anywhere, and from the C library only sqrtf,
+which every implementation rounds correctly; it is one instruction on both. The core uses no sine and no cosine. The
+host is x86-64, where float arithmetic is done in SSE registers without excess precision.
+"""
+
+from pathlib import Path
+
+import hexload_native
+import numpy as np
+import pytest
+from hexload_tools import target
+from recorded import LOGS, log_of, platform_file
+
+SECONDS = 10.0
+TICK_S = 1e-3
+VERDICTS = np.array(["converged", "converging", "not_excited", "inconsistent"])  # as hexload_verdict_t
+
+
+def host_replay(name: str, folder: Path) -> dict:
+    log = log_of(name)
+    rows = len(target.samples_of(log, SECONDS))
+    legs = [
+        np.ascontiguousarray(part[:rows].astype(np.float32).astype(float))
+        for part in (log.displacement_m, log.velocity_m_s, log.force_n)
+    ]
+    platform = hexload_native.load_platform(platform_file(name, folder))
+    return hexload_native.replay(platform, None, None, log.t_s[:rows], *legs, str(folder / "host.csv"))
+
+
+def bits(values: np.ndarray) -> np.ndarray:
+    single = np.ascontiguousarray(values, np.float32)
+    assert (single == values).all()  # a float that has been widened loses nothing on the way back
+    return single.view(np.uint32)
+
+
+@pytest.mark.parametrize("name", LOGS)
+def test_controller_computes_the_bits_of_the_host(name, tmp_path):
+    # GIVEN ten seconds of a recorded log, replayed by the host's build of the firmware
+    samples = target.samples_of(log_of(name), SECONDS)
+    host = host_replay(name, tmp_path)
+    config = hexload_native.config_bytes(hexload_native.load_platform(platform_file(name, tmp_path)), TICK_S)
+    for optimisation, preset in target.CORTEX_M7.items():
+        # WHEN the Cortex-M7 replays it, built at -O2 and at -O3
+        answers = target.replay(preset, config, samples, tmp_path).answers
+        # THEN every estimate, sigma, NIS, verdict and health word of every tick is the same, to the bit
+        print(f"{name}, {optimisation}: {len(answers)} ticks, last estimate {answers['value'][-1]}")
+        assert len(answers) == len(host["t"]) == 10001
+        assert (answers["status"] == 0).all()
+        for quantity in ("value", "sigma", "nis"):
+            np.testing.assert_array_equal(answers[quantity].view(np.uint32), bits(host[quantity]), quantity)
+        np.testing.assert_array_equal(VERDICTS[answers["verdict"]], host["verdict"])
+        np.testing.assert_array_equal(answers["health"], host["health"])

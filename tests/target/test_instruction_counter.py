@@ -1,0 +1,46 @@
+"""The counts on which the budgets rest: right, and the same every time."""
+
+import hexload_native
+import numpy as np
+import pytest
+from hexload_tools import target
+from hexload_tools.hard_inputs import hard_samples
+from recorded import log_of, platform_file
+
+TICK_S = 1e-3
+RUNS = 3
+
+
+@pytest.fixture(scope="module")
+def inputs(tmp_path_factory):
+    platform = hexload_native.load_platform(platform_file("paper_noisy", tmp_path_factory.mktemp("platform")))
+    samples = hard_samples(hexload_native, platform, target.samples_of(log_of("paper_noisy"), 1.0))
+    return hexload_native.config_bytes(platform, TICK_S), samples
+
+
+@pytest.mark.parametrize("preset", target.CORTEX_M7.values())
+def test_three_runs_give_the_same_counts(preset, inputs, tmp_path):
+    # GIVEN inputs that lead through every branch WHEN they are run three times
+    runs = [target.replay(preset, *inputs, tmp_path).answers for _ in range(RUNS)]
+    # THEN every answer is the same, instructions of every stage of every tick included
+    for other in runs[1:]:
+        np.testing.assert_array_equal(other, runs[0])
+
+
+@pytest.mark.parametrize("preset", target.CORTEX_M7.values())
+def test_a_thousand_instructions_count_as_a_thousand(preset, inputs, tmp_path):
+    # GIVEN a program that counts a thousand instructions without effect WHEN it runs
+    replayed = target.replay(preset, *inputs, tmp_path)
+    # THEN it counts them, and perhaps the one that reads the counter
+    assert replayed.nop_instructions in (1000, 1001)
+
+
+@pytest.mark.parametrize("preset", target.CORTEX_M7.values())
+def test_stages_and_bookkeeping_make_up_the_tick(preset, inputs, tmp_path):
+    answers = target.replay(preset, *inputs, tmp_path).answers
+    accepted = answers[answers["status"] == 0]
+    # GIVEN accepted samples WHEN the tick is compared with the sum of its stages THEN what it does besides, calls and
+    # the counting of health bits, is small
+    besides = accepted["tick_instructions"].astype(int) - accepted["stage_instructions"].sum(axis=1)
+    assert besides.min() > 0
+    assert besides.max() < 150

@@ -1,0 +1,159 @@
+#include "leg_blocks.h"
+
+#include "linalg.h"
+#include "machine.h"
+
+void setUp(void) {}
+void tearDown(void) {}
+
+/// Row of a leg: direction, of any length, and the lever of its hinge.
+static void set_leg(hexload_real_t J[HEXLOAD_LEGS][6], int leg, const hexload_real_t direction[3],
+                    const hexload_real_t lever[3]) {
+    const hexload_real_t length = hexload_sqrt(dot3(direction, direction));
+    for (int k = 0; k < 3; k++) {
+        J[leg][k] = direction[k] / length;
+    }
+    cross3(lever, &J[leg][0], &J[leg][3]);
+}
+
+/// Legs in all directions with levers up to 1 m: anything but a usual platform.
+static void random_jacobian(uint64_t* seed, hexload_real_t J[HEXLOAD_LEGS][6]) {
+    for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
+        hexload_real_t direction[3], lever[3];
+        for (int k = 0; k < 3; k++) {
+            direction[k] = (hexload_real_t)normal(seed);
+            lever[k] = (hexload_real_t)uniform(seed);
+        }
+        set_leg(J, leg, direction, lever);
+    }
+}
+
+static void assert_solves(hexload_real_t J[HEXLOAD_LEGS][6], const hexload_real_t y[HEXLOAD_LEGS]) {
+    hexload_leg_blocks_t blocks;
+    hexload_real_t x[6];
+    TEST_ASSERT_TRUE(leg_blocks_make(J, &blocks));
+    leg_blocks_solve(&blocks, y, x);
+    double size = 1.0;
+    for (int k = 0; k < 6; k++) {
+        size = fmax(size, fabs((double)x[k]));
+    }
+    // S^-1 from the adjugate is good to its condition number, which six legs of random directions take to a
+    // few hundred
+    for (int i = 0; i < HEXLOAD_LEGS; i++) {
+        double sum = 0.0;
+        for (int k = 0; k < 6; k++) {
+            sum += (double)J[i][k] * (double)x[k];
+        }
+        TEST_ASSERT_DOUBLE_WITHIN(ROUNDINGS(500, size), (double)y[i], sum);
+    }
+}
+
+static void test_solution_satisfies_the_equations_for_legs_in_all_directions(void) {
+    uint64_t seed = 1;
+    for (int run = 0; run < 1000; run++) {
+        hexload_real_t J[HEXLOAD_LEGS][6], y[HEXLOAD_LEGS];
+        random_jacobian(&seed, J);
+        for (int i = 0; i < HEXLOAD_LEGS; i++) {
+            y[i] = (hexload_real_t)uniform(&seed);
+        }
+        assert_solves(J, y);
+    }
+}
+
+static void test_legs_along_the_axes_are_solved_whatever_their_order(void) {
+    // GIVEN a vibration table: three vertical legs, two along x, one along y; no three legs are a usual
+    // platform's
+    static const hexload_real_t direction[HEXLOAD_LEGS][3] = {{0, 0, 1}, {0, 0, 1}, {0, 0, 1},
+                                                              {1, 0, 0}, {1, 0, 0}, {0, 1, 0}};
+    static const hexload_real_t lever[HEXLOAD_LEGS][3] = {{1, 0, 0},  {-1, 1, 0},  {-1, -1, 0},
+                                                          {-1, 1, 0}, {-1, -1, 0}, {0, -1, 0}};
+    static const hexload_real_t y[HEXLOAD_LEGS] = {1, 2, 3, -1, -2, -3};
+    for (int first = 0; first < HEXLOAD_LEGS; first++) {
+        hexload_real_t J[HEXLOAD_LEGS][6];
+        for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
+            set_leg(J, (first + leg) % HEXLOAD_LEGS, direction[leg], lever[leg]);
+        }
+        // WHEN its Jacobian is solved, any leg being the first THEN the equations hold
+        assert_solves(J, y);
+    }
+}
+
+static void test_rate_gain_is_the_lower_half_of_the_inverse(void) {
+    uint64_t seed = 2;
+    for (int run = 0; run < 1000; run++) {
+        // GIVEN the blocks of a Jacobian
+        hexload_real_t J[HEXLOAD_LEGS][6], gain[3][HEXLOAD_LEGS];
+        hexload_leg_blocks_t blocks;
+        random_jacobian(&seed, J);
+        TEST_ASSERT_TRUE(leg_blocks_make(J, &blocks));
+        // WHEN its rate gain is asked for THEN gain times J is [0, E]
+        leg_blocks_rate_gain(&blocks, gain);
+        for (int i = 0; i < 3; i++) {
+            double size = 1.0;
+            for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
+                size = fmax(size, fabs((double)gain[i][leg]));
+            }
+            for (int k = 0; k < 6; k++) {
+                double sum = 0.0;
+                for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
+                    sum += (double)gain[i][leg] * (double)J[leg][k];
+                }
+                TEST_ASSERT_DOUBLE_WITHIN(ROUNDINGS(500, size), k == 3 + i ? 1.0 : 0.0, sum);
+            }
+        }
+    }
+}
+
+static void test_legs_that_leave_a_direction_free_are_refused(void) {
+    // GIVEN six legs whose directions lie in one plane
+    uint64_t seed = 3;
+    hexload_real_t J[HEXLOAD_LEGS][6];
+    hexload_leg_blocks_t blocks;
+    for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
+        const hexload_real_t direction[3] = {(hexload_real_t)normal(&seed), (hexload_real_t)normal(&seed),
+                                             HEXLOAD_REAL(0.0)};
+        const hexload_real_t lever[3] = {(hexload_real_t)uniform(&seed), (hexload_real_t)uniform(&seed),
+                                         (hexload_real_t)uniform(&seed)};
+        set_leg(J, leg, direction, lever);
+    }
+    TEST_ASSERT_FALSE(leg_blocks_make(J, &blocks));
+}
+
+static void test_legs_that_leave_a_rotation_free_are_refused(void) {
+    // GIVEN six legs that all meet the z axis
+    uint64_t seed = 4;
+    hexload_real_t J[HEXLOAD_LEGS][6];
+    hexload_leg_blocks_t blocks;
+    for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
+        const hexload_real_t direction[3] = {(hexload_real_t)normal(&seed), (hexload_real_t)normal(&seed),
+                                             (hexload_real_t)normal(&seed)};
+        const hexload_real_t lever[3] = {HEXLOAD_REAL(0.0), HEXLOAD_REAL(0.0),
+                                         (hexload_real_t)uniform(&seed)};
+        set_leg(J, leg, direction, lever);
+    }
+    TEST_ASSERT_FALSE(leg_blocks_make(J, &blocks));
+}
+
+static void test_a_jacobian_with_nan_is_refused(void) {
+    for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
+        uint64_t seed = 5;
+        hexload_real_t J[HEXLOAD_LEGS][6];
+        hexload_leg_blocks_t blocks;
+        random_jacobian(&seed, J);
+        for (int k = 0; k < 6; k++) {
+            J[leg][k] = (hexload_real_t)NAN;
+        }
+        TEST_ASSERT_FALSE(leg_blocks_make(J, &blocks));
+    }
+}
+
+int main(void) {
+    UNITY_BEGIN();
+    RUN_TEST(test_solution_satisfies_the_equations_for_legs_in_all_directions);
+    RUN_TEST(test_legs_along_the_axes_are_solved_whatever_their_order);
+    RUN_TEST(test_rate_gain_is_the_lower_half_of_the_inverse);
+    RUN_TEST(test_legs_that_leave_a_direction_free_are_refused);
+    RUN_TEST(test_legs_that_leave_a_rotation_free_are_refused);
+    RUN_TEST(test_a_jacobian_with_nan_is_refused);
+    return UNITY_END();
+}

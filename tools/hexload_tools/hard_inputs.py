@@ -1,0 +1,67 @@
+"""Samples that make the controller work: everything that takes it off the usual way, again and again."""
+
+from types import ModuleType
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+JUMPS = 200
+IMPOSSIBLE = 1000
+SETTLED_TICKS = 20  # between two disturbances
+
+
+def hard_samples(native: ModuleType, platform, recorded: NDArray) -> NDArray:
+    """`recorded`: the samples of a motion with noise, a thousand or more, from its start.
+
+    In this order: the motion itself, with a spike in a force while little is known; gaps that are bridged and one that
+    is not; a velocity that is wrong once, and for so long that the gate opens; a spike in a force when much is known; a
+    stroke that is left; jumps between poses all over the workspace; leg lengths that no pose has; values that are
+    refused at once.
+    """
+    rng = np.random.default_rng(4)
+    start = recorded[:500].copy()
+    start["force_n"][10, 4] += 1e5
+    parts = [start]
+    for gap_ticks in (2, 3, 50):
+        parts.append(_after(parts, recorded, gap_ticks))
+    wrong_velocity = _after(parts, recorded)
+    wrong_velocity["velocity_m_s"][0, 2] += 0.1
+    parts.append(wrong_velocity)
+    stuck = _after(parts, recorded, ticks=60)
+    stuck["velocity_m_s"][:40, 2] = 0.5
+    parts.append(stuck)
+    spike = _after(parts, recorded)
+    spike["force_n"][0, 4] += 1e4
+    parts.append(spike)
+    raised = _after(parts, recorded)
+    raised["displacement_m"][0] = 0.31
+    parts.append(raised)
+    jumps = _after(parts, recorded, ticks=JUMPS)
+    jumps["displacement_m"] = [_legs_of_random_pose(native, platform, rng) for _ in range(JUMPS)]
+    parts.append(jumps)
+    impossible = _after(parts, recorded, ticks=IMPOSSIBLE)
+    impossible["displacement_m"] = rng.uniform(-0.6, 0.6, (IMPOSSIBLE, 6))
+    parts.append(impossible)
+    refused = _after(parts, recorded, ticks=2)
+    refused["force_n"][0, 5] = np.nan
+    refused["tick"][1] = recorded["tick"][0]
+    parts.append(refused)
+    return np.concatenate(parts)
+
+
+def _after(parts: list[NDArray], recorded: NDArray, gap_ticks: int = 1, ticks: int = SETTLED_TICKS) -> NDArray:
+    """The motion goes on where the last part ended; a motion that is over starts again."""
+    first = int(parts[-1]["tick"][-1]) + gap_ticks
+    rows = np.arange(first, first + ticks)
+    samples = recorded[rows % len(recorded)].copy()
+    samples["tick"] = rows
+    return samples
+
+
+def _legs_of_random_pose(native: ModuleType, platform, rng: np.random.Generator) -> NDArray:
+    while True:
+        rotation = Rotation.from_rotvec(rng.uniform(-0.3, 0.3, 3)).as_matrix()
+        displacement_m = native.leg_displacement(platform, rng.uniform(-0.25, 0.25, 3), rotation)
+        if np.abs(displacement_m).max() < 0.3:
+            return displacement_m
