@@ -3,17 +3,15 @@
 /// as hexload_tick(); both must end in the same state, so the stages' instructions are those of the tick.
 #include "hexload/hexload.h"
 
+#include "arguments.h"
 #include "instruction_counter.h"
+#include "painted_stack.h"
 #include "semihosting.h"
 
 #include <stdbool.h>
 #include <string.h>
 
 enum stage { LEG_SAMPLE, KINEMATICS, WRENCH, FILTER, SUPERVISOR, STAGES };
-
-enum { PAINTED_WORDS = 1024 };
-
-static const uint32_t paint = 0x5AFEC0DEu;
 
 enum exit_status { DONE, BAD_ARGUMENTS = 2, BAD_FILE, BAD_CONFIG, STAGES_DIFFER };
 
@@ -77,25 +75,6 @@ static void run_stages(hexload_t* self, const hexload_config_t* config, const he
     instructions[SUPERVISOR] = instruction_counter_since(mark);
 }
 
-/// Fills the free stack with paint. Inline, as a frame of its own would lie in it; nothing interrupts here.
-static inline uint32_t* paint_stack(void) {
-    uint32_t* stack;
-    __asm volatile("mov %0, sp" : "=r"(stack));
-    for (int n = 1; n <= PAINTED_WORDS; n++) {
-        ((volatile uint32_t*)stack)[-n] = paint;
-    }
-    return stack;
-}
-
-/// Bytes below `stack` that are no longer paint.
-static uint32_t used_stack_bytes(const uint32_t* stack) {
-    int free_words = 0;
-    while (free_words < PAINTED_WORDS && stack[free_words - PAINTED_WORDS] == paint) {
-        free_words++;
-    }
-    return (uint32_t)(PAINTED_WORDS - free_words) * sizeof paint;
-}
-
 static void run_tick(hexload_t* self, const hexload_config_t* config, const hexload_leg_sample_t* sample,
                      answer_t* answer) {
     hexload_estimate_t estimate = {0};
@@ -146,19 +125,12 @@ static enum exit_status replay(int32_t log, int32_t out) {
 }
 
 int main(void) {
-    char command_line[512];
-    char* rest = NULL;
-    if (!semihosting_command_line(command_line, sizeof command_line) ||
-        strtok_r(command_line, " ", &rest) == NULL) {
+    const char* words[2];
+    if (!arguments_read(words, 2)) {
         return BAD_ARGUMENTS;
     }
-    const char* log_path = strtok_r(NULL, " ", &rest);
-    const char* out_path = strtok_r(NULL, " ", &rest);
-    if (log_path == NULL || out_path == NULL) {
-        return BAD_ARGUMENTS;
-    }
-    const int32_t log = semihosting_open(log_path, SEMIHOSTING_READ);
-    const int32_t out = semihosting_open(out_path, SEMIHOSTING_WRITE);
+    const int32_t log = semihosting_open(words[0], SEMIHOSTING_READ);
+    const int32_t out = semihosting_open(words[1], SEMIHOSTING_WRITE);
     if (log < 0 || out < 0) {
         return BAD_FILE;
     }

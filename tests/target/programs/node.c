@@ -1,0 +1,142 @@
+/// What a leg sample costs from its frames to the answer's: arguments fd|classic LOG OUT, files of the host in
+/// the format of tools/hexload_tools/target.py. Each sample is encoded, handed to the application as frames,
+/// and counted: all of it, and on copies its decoding and the encoding of its answer alone.
+#include "app/node.h"
+
+#include "arguments.h"
+#include "instruction_counter.h"
+#include "painted_stack.h"
+#include "semihosting.h"
+
+#include <string.h>
+
+enum exit_status { DONE, BAD_ARGUMENTS = 2, BAD_FILE, BAD_CONFIG, BAD_SAMPLE };
+
+/// What the answer starts with.
+typedef struct {
+    uint32_t config_bytes;
+    uint32_t node_bytes;
+} header_t;
+
+typedef struct {
+    uint32_t state; ///< hexload_app_state_t after the sample
+    uint32_t frames_sent;
+    uint32_t decode_instructions;
+    uint32_t encode_instructions;
+    uint32_t whole_instructions;
+    uint32_t stack_bytes;
+} answer_t;
+
+/// A CAN controller that takes every frame.
+typedef struct {
+    hexload_bus_frame_t last;
+    uint32_t sent;
+} mailbox_t;
+
+static bool send(void* context, const hexload_bus_frame_t* frame) {
+    mailbox_t* mailbox = context;
+    mailbox->last = *frame;
+    mailbox->sent++;
+    return true;
+}
+
+static uint32_t count_decoding(hexload_sample_assembly_t assembly, const hexload_bus_frame_t* frames,
+                               int count) {
+    hexload_leg_sample_t sample;
+    const uint32_t mark = instruction_counter_mark();
+    for (int n = 0; n < count; n++) {
+        const hexload_bus_status_t status = hexload_sample_assembly_add(&assembly, &frames[n], &sample);
+        (void)status; // the node judges it
+    }
+    return instruction_counter_since(mark);
+}
+
+/// The answer that the node has just sent, or the page of it.
+static uint32_t count_encoding(const hexload_node_t* node, const hexload_leg_sample_t* sample) {
+    hexload_app_t idle = {.state = HEXLOAD_APP_IDLE, .estimate = node->app.estimate};
+    hexload_bus_answer_t answer = {0};
+    hexload_bus_frame_t frames[HEXLOAD_BUS_ANSWER_FRAMES];
+    hexload_app_sample(&idle, sample, &answer);
+    const uint32_t mark = instruction_counter_mark();
+    const int count =
+        hexload_bus_encode_answer(node->assembly.profile, &answer, node->answer_page, frames);
+    (void)count;
+    return instruction_counter_since(mark);
+}
+
+static void run_sample(hexload_node_t* node, mailbox_t* mailbox, const hexload_leg_sample_t* sample,
+                       const hexload_bus_frame_t* frames, int count, answer_t* answer) {
+    const uint32_t sent_before = mailbox->sent;
+    answer->decode_instructions = count_decoding(node->assembly, frames, count);
+    const uint32_t* stack = paint_stack();
+    const uint32_t mark = instruction_counter_mark();
+    for (int n = 0; n < count; n++) {
+        hexload_node_receive(node, &frames[n]);
+    }
+    answer->whole_instructions = instruction_counter_since(mark);
+    answer->stack_bytes = used_stack_bytes(stack);
+    answer->encode_instructions = count_encoding(node, sample);
+    answer->frames_sent = mailbox->sent - sent_before;
+    answer->state = node->app.state;
+}
+
+/// Past the listening time, in lockstep, so that no time-out ends the run.
+static bool start(hexload_node_t* node, const hexload_config_t* config, hexload_bus_profile_t profile,
+                  mailbox_t* mailbox) {
+    const hexload_port_t port = {.context = mailbox, .send = send};
+    const hexload_bus_command_t command = {.kind = HEXLOAD_COMMAND_START,
+                                           .argument = (float)HEXLOAD_PACING_LOCKSTEP};
+    hexload_app_settings_t settings;
+    hexload_bus_frame_t frame;
+    hexload_app_settings_default(&settings);
+    settings.refused_limit = UINT32_MAX;
+    if (hexload_node_init(node, config, &settings, profile, &port) != HEXLOAD_OK ||
+        hexload_bus_encode_command(&command, &frame) != HEXLOAD_BUS_OK) {
+        return false;
+    }
+    hexload_node_period(node, HEXLOAD_NODE_LISTEN_MS);
+    hexload_node_receive(node, &frame);
+    return node->app.state == HEXLOAD_APP_ARMED;
+}
+
+static enum exit_status run(hexload_bus_profile_t profile, int32_t log, int32_t out) {
+    static hexload_node_t node;
+    static hexload_config_t config;
+    static mailbox_t mailbox;
+    const header_t header = {.config_bytes = sizeof config, .node_bytes = sizeof node};
+    hexload_leg_sample_t sample;
+    if (!semihosting_read(log, &config, sizeof config) || !start(&node, &config, profile, &mailbox)) {
+        return BAD_CONFIG;
+    }
+    if (!semihosting_write(out, &header, sizeof header)) {
+        return BAD_FILE;
+    }
+    while (semihosting_read(log, &sample, sizeof sample)) {
+        answer_t answer = {0};
+        hexload_bus_frame_t frames[HEXLOAD_BUS_SAMPLE_FRAMES];
+        uint32_t saturated = 0;
+        const int count = hexload_bus_encode_sample(profile, &sample, frames, &saturated);
+        if (count < 0) {
+            return BAD_SAMPLE;
+        }
+        run_sample(&node, &mailbox, &sample, frames, count, &answer);
+        if (!semihosting_write(out, &answer, sizeof answer)) {
+            return BAD_FILE;
+        }
+    }
+    return semihosting_close(out) ? DONE : BAD_FILE;
+}
+
+int main(void) {
+    const char* words[3];
+    if (!arguments_read(words, 3)) {
+        return BAD_ARGUMENTS;
+    }
+    const int32_t log = semihosting_open(words[1], SEMIHOSTING_READ);
+    const int32_t out = semihosting_open(words[2], SEMIHOSTING_WRITE);
+    if (log < 0 || out < 0) {
+        return BAD_FILE;
+    }
+    instruction_counter_start();
+    return run(strcmp(words[0], "fd") == 0 ? HEXLOAD_BUS_FD : HEXLOAD_BUS_CLASSIC, log, out);
+}
