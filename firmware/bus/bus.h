@@ -36,9 +36,9 @@ typedef enum hexload_bus_profile {
 /// One CAN data frame with an 11-bit identifier.
 typedef struct hexload_bus_frame {
     uint32_t id;
-    bool is_fd;     ///< FD format with bit-rate switch
-    uint8_t length; ///< 0..8, or an FD length: 12, 16, 20, 24, 32, 48, 64
-    uint8_t data[HEXLOAD_BUS_FRAME_BYTES];
+    uint8_t data[HEXLOAD_BUS_FRAME_BYTES]; ///< beyond length: without meaning, and not written by an encoder
+    uint8_t length;                        ///< 0..8, or an FD length: 12, 16, 20, 24, 32, 48, 64
+    bool is_fd;                            ///< FD format with bit-rate switch
 } hexload_bus_frame_t;
 
 /// Result of decoding. Negative: the frame has an identifier of that kind and is refused.
@@ -102,7 +102,7 @@ typedef struct hexload_bus_answer {
     int8_t status;               ///< hexload_status_t of hexload_tick()
     uint8_t state;               ///< hexload_app_state_t
     uint8_t fault;               ///< hexload_app_fault_t
-    uint8_t missing_legs;        ///< bit n: leg n + 1 was missing in the last incomplete sample
+    uint8_t missing_legs;        ///< bit n: leg n + 1 was missing in the last incomplete sample of this run
     uint16_t health;             ///< health bits, hexload_health_bit_t
     uint32_t refused;            ///< samples refused since START
     hexload_estimate_t estimate; ///< the last one; its tick is not sent and reads 0

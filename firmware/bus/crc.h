@@ -1,7 +1,7 @@
 /// @file crc.h
 /// The checksums of hexload.dbc, named as in Greg Cook's catalogue of parametrised CRC algorithms.
 ///
-/// Four bits at a time: tables of 16 entries, two steps per byte. Reentrant; time grows with count only.
+/// Tables of 4.3 KiB in all. Reentrant; time grows with count only.
 #ifndef HEXLOAD_BUS_CRC_H
 #define HEXLOAD_BUS_CRC_H
 

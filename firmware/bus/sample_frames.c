@@ -156,19 +156,14 @@ int hexload_bus_encode_sample(hexload_bus_profile_t profile, const hexload_leg_s
                                      : encode_classic(sample, frames, saturated);
 }
 
-/// The channels in SI units; false: a number that the range leaves unused.
-static bool scale_fd(const raw_legs_t* raw, hexload_leg_sample_t* sample) {
+/// The range leaves one number unused.
+static bool is_in_range(const raw_legs_t* raw) {
     for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
         if (!hexload_dbc_leg_sample_fd_displacement_1_is_in_range(raw->displacement[leg]) ||
             !hexload_dbc_leg_sample_fd_velocity_1_is_in_range(raw->velocity[leg]) ||
             !hexload_dbc_leg_sample_fd_force_1_is_in_range(raw->force[leg])) {
             return false;
         }
-        sample->displacement_m[leg] =
-            (hexload_real_t)hexload_dbc_leg_sample_fd_displacement_1_decode(raw->displacement[leg]);
-        sample->velocity_m_s[leg] =
-            (hexload_real_t)hexload_dbc_leg_sample_fd_velocity_1_decode(raw->velocity[leg]);
-        sample->force_n[leg] = (hexload_real_t)hexload_dbc_leg_sample_fd_force_1_decode(raw->force[leg]);
     }
     return true;
 }
@@ -187,11 +182,17 @@ hexload_bus_status_t hexload_sample_decode_fd(const hexload_bus_frame_t* frame,
         .velocity = {m.velocity_1, m.velocity_2, m.velocity_3, m.velocity_4, m.velocity_5, m.velocity_6},
         .force = {m.force_1, m.force_2, m.force_3, m.force_4, m.force_5, m.force_6},
     };
-    hexload_leg_sample_t decoded = {.tick = m.tick};
-    if (!hexload_dbc_leg_sample_fd_version_is_in_range(m.version) || !scale_fd(&raw, &decoded)) {
+    if (!hexload_dbc_leg_sample_fd_version_is_in_range(m.version) || !is_in_range(&raw)) {
         return HEXLOAD_BUS_ERR_VALUE;
     }
-    *sample = decoded;
+    sample->tick = m.tick;
+    for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
+        sample->displacement_m[leg] =
+            (hexload_real_t)hexload_dbc_leg_sample_fd_displacement_1_decode(raw.displacement[leg]);
+        sample->velocity_m_s[leg] =
+            (hexload_real_t)hexload_dbc_leg_sample_fd_velocity_1_decode(raw.velocity[leg]);
+        sample->force_n[leg] = (hexload_real_t)hexload_dbc_leg_sample_fd_force_1_decode(raw.force[leg]);
+    }
     return HEXLOAD_BUS_OK;
 }
 

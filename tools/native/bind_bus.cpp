@@ -42,9 +42,9 @@ hexload_bus_frame_t from_python(const nb::tuple& frame) {
         throw InputError("frame: found " + std::to_string(data.size()) + " bytes, expected 64 or fewer");
     }
     hexload_bus_frame_t result{.id = nb::cast<std::uint32_t>(frame[0]),
-                               .is_fd = nb::cast<bool>(frame[1]),
+                               .data = {},
                                .length = static_cast<std::uint8_t>(data.size()),
-                               .data = {}};
+                               .is_fd = nb::cast<bool>(frame[1])};
     std::copy_n(static_cast<const std::uint8_t*>(data.data()), data.size(), result.data);
     return result;
 }

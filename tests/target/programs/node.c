@@ -27,15 +27,14 @@ typedef struct {
     uint32_t stack_bytes;
 } answer_t;
 
-/// A CAN controller that takes every frame.
+/// A port that drops what it should send: what sending costs is each port's own.
 typedef struct {
-    hexload_bus_frame_t last;
     uint32_t sent;
 } mailbox_t;
 
 static bool send(void* context, const hexload_bus_frame_t* frame) {
     mailbox_t* mailbox = context;
-    mailbox->last = *frame;
+    (void)frame;
     mailbox->sent++;
     return true;
 }
