@@ -85,13 +85,14 @@ static hexload_real_t legs_of_pose(const hexload_kinematics_t* self, const hexlo
 static hexload_status_t find_pose(const hexload_kinematics_t* self, const hexload_geometry_t* geometry,
                                   const hexload_leg_sample_t* sample, hexload_motion_t* motion,
                                   hexload_leg_blocks_t* jacobian) {
+    memcpy(jacobian->leg, self->jacobian.leg, sizeof jacobian->leg);
     const hexload_real_t start_m =
         HEXLOAD_REAL(0.003) * hexload_sqrt(HEXLOAD_REAL_EPSILON) * geometry->home_leg_length_m[0];
     for (uint32_t newton_steps = 1; newton_steps <= HEXLOAD_NEWTON_STEPS_MAX; newton_steps++) {
         hexload_real_t error_m[HEXLOAD_LEGS];
         hexload_real_t step[6];
         const hexload_real_t largest_m = legs_of_pose(self, geometry, sample, motion, error_m);
-        if (!leg_blocks_make(motion->J, jacobian)) {
+        if (!leg_blocks_update(motion->J, jacobian)) {
             return HEXLOAD_ERR_SINGULAR;
         }
         leg_blocks_solve(jacobian, error_m, step);
@@ -189,6 +190,25 @@ static bool is_near_home(const hexload_motion_t* motion, const hexload_geometry_
     return dot3(motion->p_m, motion->p_m) < reach_m * reach_m && half_turn > HEXLOAD_REAL(0.5);
 }
 
+/// The pose found is the present one, and the next search starts from it. Arrays one by one, as in
+/// leg_blocks_copy().
+static void accept_pose(hexload_kinematics_t* self, const hexload_leg_sample_t* sample,
+                        const hexload_motion_t* found, hexload_motion_t* motion) {
+    memcpy(self->p_m, found->p_m, sizeof self->p_m);
+    memcpy(self->quaternion, found->quaternion, sizeof self->quaternion);
+    memcpy(self->displacement_m, sample->displacement_m, sizeof self->displacement_m);
+    memcpy(motion->p_m, found->p_m, sizeof motion->p_m);
+    memcpy(motion->quaternion, found->quaternion, sizeof motion->quaternion);
+    for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
+        memcpy(motion->J[leg], found->J[leg], sizeof motion->J[leg]);
+    }
+    motion->newton_steps = found->newton_steps;
+    rotation_minus_identity(found->quaternion, motion->R);
+    for (int k = 0; k < 3; k++) {
+        motion->R[k][k] += HEXLOAD_REAL(1.0);
+    }
+}
+
 hexload_status_t hexload_kinematics_solve(hexload_kinematics_t* self, const hexload_config_t* config,
                                           const hexload_leg_sample_t* sample, hexload_motion_t* motion) {
     hexload_motion_t found;
@@ -206,16 +226,9 @@ hexload_status_t hexload_kinematics_solve(hexload_kinematics_t* self, const hexl
     if (!is_near_home(&found, &config->geometry)) {
         return HEXLOAD_ERR_POSE;
     }
-    rotation_minus_identity(found.quaternion, found.R);
-    for (int k = 0; k < 3; k++) {
-        found.R[k][k] += HEXLOAD_REAL(1.0);
-    }
-    leg_blocks_solve(&jacobian, sample->velocity_m_s, found.twist); // inverse of (3)
-    leg_blocks_rate_gain(&jacobian, found.rate_gain);
-    memcpy(self->p_m, found.p_m, sizeof self->p_m);
-    memcpy(self->quaternion, found.quaternion, sizeof self->quaternion);
-    memcpy(self->displacement_m, sample->displacement_m, sizeof self->displacement_m);
-    self->jacobian = jacobian;
-    *motion = found;
+    accept_pose(self, sample, &found, motion);
+    leg_blocks_copy(&jacobian, &self->jacobian);
+    leg_blocks_solve(&self->jacobian, sample->velocity_m_s, motion->twist); // inverse of (3)
+    leg_blocks_rate_gain(&self->jacobian, motion->rate_gain);
     return HEXLOAD_OK;
 }

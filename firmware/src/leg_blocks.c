@@ -2,7 +2,8 @@
 
 #include "linalg.h"
 
-#include <string.h>
+/// The carriers stay until another leg in the place of one would double the volume of their directions.
+static const hexload_real_t WORTH_EXCHANGING = HEXLOAD_REAL(2.0);
 
 /// Puts three legs first whose directions span space well in every pose: the first leg, the one most across
 /// it, and the one most out of the plane of both. Then no entry of K is large, and no digits are lost.
@@ -48,10 +49,9 @@ static void times_rows(const hexload_real_t row[3], const hexload_real_t a[3], c
     }
 }
 
-bool leg_blocks_make(hexload_real_t J[HEXLOAD_LEGS][6], hexload_leg_blocks_t* blocks) {
+/// E1, M1 and K: the other legs' directions in terms of the carriers'.
+static bool express_by_carriers(hexload_real_t J[HEXLOAD_LEGS][6], hexload_leg_blocks_t* blocks) {
     hexload_real_t E1[3][3];
-    hexload_real_t S[3][3];
-    choose_carriers(J, blocks->leg);
     for (int i = 0; i < 3; i++) {
         const hexload_real_t* row = J[blocks->leg[i]];
         memcpy(E1[i], &row[0], sizeof E1[i]);
@@ -61,16 +61,49 @@ bool leg_blocks_make(hexload_real_t J[HEXLOAD_LEGS][6], hexload_leg_blocks_t* bl
         return false;
     }
     for (int i = 0; i < 3; i++) {
+        times_rows(J[blocks->leg[3 + i]], blocks->E1_inverse[0], blocks->E1_inverse[1], blocks->E1_inverse[2],
+                   blocks->K[i]);
+    }
+    return true;
+}
+
+/// Entry (i, k) of K is the factor by which the volume of the carriers' directions grows when other leg i
+/// takes the place of carrier k.
+static bool spans_well(const hexload_leg_blocks_t* blocks) {
+    for (int i = 0; i < 3; i++) {
+        for (int k = 0; k < 3; k++) {
+            if (hexload_abs(blocks->K[i][k]) > WORTH_EXCHANGING) {
+                return false;
+            }
+        }
+    }
+    return true;
+}
+
+/// S: what is left of the other legs' moments.
+static bool take_carriers_out(hexload_real_t J[HEXLOAD_LEGS][6], hexload_leg_blocks_t* blocks) {
+    hexload_real_t S[3][3];
+    for (int i = 0; i < 3; i++) {
         const hexload_real_t* row = J[blocks->leg[3 + i]];
         hexload_real_t share[3];
-        times_rows(&row[0], blocks->E1_inverse[0], blocks->E1_inverse[1], blocks->E1_inverse[2],
-                   blocks->K[i]);
         times_rows(blocks->K[i], blocks->M1[0], blocks->M1[1], blocks->M1[2], share);
         for (int k = 0; k < 3; k++) {
             S[i][k] = row[3 + k] - share[k];
         }
     }
     return invert3(S, blocks->S_inverse);
+}
+
+bool leg_blocks_make(hexload_real_t J[HEXLOAD_LEGS][6], hexload_leg_blocks_t* blocks) {
+    choose_carriers(J, blocks->leg);
+    return express_by_carriers(J, blocks) && take_carriers_out(J, blocks);
+}
+
+bool leg_blocks_update(hexload_real_t J[HEXLOAD_LEGS][6], hexload_leg_blocks_t* blocks) {
+    if (!express_by_carriers(J, blocks) || !spans_well(blocks)) {
+        return leg_blocks_make(J, blocks);
+    }
+    return take_carriers_out(J, blocks);
 }
 
 void leg_blocks_solve(const hexload_leg_blocks_t* blocks, const hexload_real_t y[HEXLOAD_LEGS],

@@ -3,6 +3,9 @@
 #include "linalg.h"
 #include "machine.h"
 
+#include <math.h>
+#include <string.h>
+
 void setUp(void) {}
 void tearDown(void) {}
 
@@ -28,11 +31,10 @@ static void random_jacobian(uint64_t* seed, hexload_real_t J[HEXLOAD_LEGS][6]) {
     }
 }
 
-static void assert_solves(hexload_real_t J[HEXLOAD_LEGS][6], const hexload_real_t y[HEXLOAD_LEGS]) {
-    hexload_leg_blocks_t blocks;
+static void assert_solved_by(const hexload_leg_blocks_t* blocks, hexload_real_t J[HEXLOAD_LEGS][6],
+                             const hexload_real_t y[HEXLOAD_LEGS]) {
     hexload_real_t x[6];
-    TEST_ASSERT_TRUE(leg_blocks_make(J, &blocks));
-    leg_blocks_solve(&blocks, y, x);
+    leg_blocks_solve(blocks, y, x);
     double size = 1.0;
     for (int k = 0; k < 6; k++) {
         size = fmax(size, fabs((double)x[k]));
@@ -48,14 +50,24 @@ static void assert_solves(hexload_real_t J[HEXLOAD_LEGS][6], const hexload_real_
     }
 }
 
+static void assert_solves(hexload_real_t J[HEXLOAD_LEGS][6], const hexload_real_t y[HEXLOAD_LEGS]) {
+    hexload_leg_blocks_t blocks;
+    TEST_ASSERT_TRUE(leg_blocks_make(J, &blocks));
+    assert_solved_by(&blocks, J, y);
+}
+
+static void random_lengths(uint64_t* seed, hexload_real_t y[HEXLOAD_LEGS]) {
+    for (int i = 0; i < HEXLOAD_LEGS; i++) {
+        y[i] = (hexload_real_t)uniform(seed);
+    }
+}
+
 static void test_solution_satisfies_the_equations_for_legs_in_all_directions(void) {
     uint64_t seed = 1;
     for (int run = 0; run < 1000; run++) {
         hexload_real_t J[HEXLOAD_LEGS][6], y[HEXLOAD_LEGS];
         random_jacobian(&seed, J);
-        for (int i = 0; i < HEXLOAD_LEGS; i++) {
-            y[i] = (hexload_real_t)uniform(&seed);
-        }
+        random_lengths(&seed, y);
         assert_solves(J, y);
     }
 }
@@ -75,6 +87,64 @@ static void test_legs_along_the_axes_are_solved_whatever_their_order(void) {
         }
         // WHEN its Jacobian is solved, any leg being the first THEN the equations hold
         assert_solves(J, y);
+    }
+}
+
+static void test_update_solves_as_well_wherever_the_legs_have_gone(void) {
+    uint64_t seed = 6;
+    int kept = 0;
+    for (int run = 0; run < 1000; run++) {
+        // GIVEN the carriers of six legs
+        hexload_real_t J[HEXLOAD_LEGS][6], y[HEXLOAD_LEGS];
+        hexload_leg_blocks_t blocks;
+        random_jacobian(&seed, J);
+        TEST_ASSERT_TRUE(leg_blocks_make(J, &blocks));
+        const hexload_leg_blocks_t before = blocks;
+        // WHEN the legs point elsewhere, so that those three may well lie in a plane
+        random_jacobian(&seed, J);
+        random_lengths(&seed, y);
+        TEST_ASSERT_TRUE(leg_blocks_update(J, &blocks));
+        // THEN the equations hold as with carriers that are chosen for them
+        assert_solved_by(&blocks, J, y);
+        kept += memcmp(before.leg, blocks.leg, sizeof before.leg) == 0 ? 1 : 0;
+    }
+    TEST_ASSERT_GREATER_THAN_INT(0, kept); // both ways were gone
+    TEST_ASSERT_LESS_THAN_INT(1000, kept);
+}
+
+static void jacobian_of(const hexload_config_t* config, const pose_t* pose,
+                        hexload_real_t J[HEXLOAD_LEGS][6]) {
+    static const double home_height_m = 0.798276; // of the paper's machine
+    double exact[HEXLOAD_LEGS][6];
+    leg_jacobian(config, home_height_m, pose, exact);
+    for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
+        for (int k = 0; k < 6; k++) {
+            J[leg][k] = (hexload_real_t)exact[leg][k];
+        }
+    }
+}
+
+static void test_update_keeps_the_carriers_of_a_platform_in_motion(void) {
+    // GIVEN the carriers of the paper's platform at home
+    const hexload_config_t config = paper_machine();
+    const pose_t home = {.p_m = {0}};
+    hexload_real_t J[HEXLOAD_LEGS][6];
+    hexload_leg_blocks_t blocks;
+    uint64_t seed = 7;
+    jacobian_of(&config, &home, J);
+    TEST_ASSERT_TRUE(leg_blocks_make(J, &blocks));
+    const hexload_leg_blocks_t before = blocks;
+    for (int run = 0; run < 100; run++) {
+        // WHEN it goes up to 0.15 m and 0.15 rad from there in each direction
+        pose_t pose;
+        for (int k = 0; k < 3; k++) {
+            pose.p_m[k] = 0.15 * uniform(&seed);
+            pose.rpy[k] = 0.15 * uniform(&seed);
+        }
+        jacobian_of(&config, &pose, J);
+        TEST_ASSERT_TRUE(leg_blocks_update(J, &blocks));
+        // THEN they are not chosen anew
+        TEST_ASSERT_EQUAL_MEMORY(before.leg, blocks.leg, sizeof before.leg);
     }
 }
 
@@ -151,6 +221,8 @@ int main(void) {
     UNITY_BEGIN();
     RUN_TEST(test_solution_satisfies_the_equations_for_legs_in_all_directions);
     RUN_TEST(test_legs_along_the_axes_are_solved_whatever_their_order);
+    RUN_TEST(test_update_solves_as_well_wherever_the_legs_have_gone);
+    RUN_TEST(test_update_keeps_the_carriers_of_a_platform_in_motion);
     RUN_TEST(test_rate_gain_is_the_lower_half_of_the_inverse);
     RUN_TEST(test_legs_that_leave_a_direction_free_are_refused);
     RUN_TEST(test_legs_that_leave_a_rotation_free_are_refused);
