@@ -47,6 +47,10 @@ static void carry_out(hexload_node_t* self, const hexload_bus_command_t* command
     hexload_bus_acknowledge_t acknowledge = {.profile = self->status.profile};
     hexload_bus_frame_t frame;
     hexload_app_command(&self->app, command, &acknowledge);
+    if (acknowledge.result == HEXLOAD_RESULT_DONE &&
+        (command->kind == HEXLOAD_COMMAND_START || command->kind == HEXLOAD_COMMAND_RESET)) {
+        hexload_sample_assembly_forgive(&self->assembly);
+    }
     self->answer_page = 0; // each run's answers begin with page 0, whatever was before it
     hexload_bus_encode_acknowledge(&acknowledge, &frame);
     (void)send(self, &frame);
@@ -95,8 +99,9 @@ static void note_time(hexload_node_t* self, uint32_t begin_us) {
 static void process(hexload_node_t* self, const hexload_leg_sample_t* sample) {
     const bool has_clock = self->port.clock_us != NULL;
     const uint32_t begin_us = has_clock ? self->port.clock_us(self->port.context) : 0;
-    hexload_bus_answer_t answer = {.missing_legs = self->assembly.missing_legs};
+    hexload_bus_answer_t answer;
     hexload_app_sample(&self->app, sample, &answer);
+    answer.missing_legs = self->assembly.missing_legs;
     send_answer(self, &answer);
     if (has_clock) {
         note_time(self, begin_us);
@@ -181,5 +186,6 @@ void hexload_node_bus_state(hexload_node_t* self, bool is_up) {
         const hexload_bus_command_t reset = {.kind = HEXLOAD_COMMAND_RESET};
         hexload_bus_acknowledge_t unused;
         hexload_app_command(&self->app, &reset, &unused);
+        hexload_sample_assembly_forgive(&self->assembly);
     }
 }

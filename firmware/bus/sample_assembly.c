@@ -2,6 +2,8 @@
 
 #include "bus/sample_frames.h"
 
+#include <string.h>
+
 enum { ALL_LEGS = (1 << HEXLOAD_LEGS) - 1 };
 
 /// Ticks that a leg frame may be ahead of the last one; the rest of the four-bit range is behind it.
@@ -13,14 +15,17 @@ void hexload_sample_assembly_init(hexload_sample_assembly_t* self, hexload_bus_p
 
 /// Ends the present tick: if legs are missing, the sample is given up.
 static void end_tick(hexload_sample_assembly_t* self) {
-    if (self->legs == ALL_LEGS) {
+    const bool is_told = self->legs != ALL_LEGS && !self->is_forgiven;
+    const uint8_t legs = self->legs;
+    self->legs = ALL_LEGS;
+    self->is_forgiven = false;
+    if (!is_told) {
         return;
     }
-    self->missing_legs = (uint8_t)(ALL_LEGS & ~self->legs);
+    self->missing_legs = (uint8_t)(ALL_LEGS & ~legs);
     if (self->incomplete < UINT32_MAX) {
         self->incomplete++;
     }
-    self->legs = ALL_LEGS;
 }
 
 static void begin_tick(hexload_sample_assembly_t* self, uint32_t tick) {
@@ -32,6 +37,11 @@ static void begin_tick(hexload_sample_assembly_t* self, uint32_t tick) {
 void hexload_sample_assembly_lose_tick(hexload_sample_assembly_t* self) {
     end_tick(self);
     self->has_tick = false;
+}
+
+void hexload_sample_assembly_forgive(hexload_sample_assembly_t* self) {
+    self->missing_legs = 0;
+    self->is_forgiven = true;
 }
 
 static hexload_bus_status_t add_leg(hexload_sample_assembly_t* self, const hexload_leg_frame_t* leg,
@@ -54,7 +64,10 @@ static hexload_bus_status_t add_leg(hexload_sample_assembly_t* self, const hexlo
     if (self->legs != ALL_LEGS) {
         return HEXLOAD_BUS_PARTIAL;
     }
-    *sample = self->sample;
+    sample->tick = self->sample.tick;
+    memcpy(sample->displacement_m, self->sample.displacement_m, sizeof sample->displacement_m);
+    memcpy(sample->velocity_m_s, self->sample.velocity_m_s, sizeof sample->velocity_m_s);
+    memcpy(sample->force_n, self->sample.force_n, sizeof sample->force_n);
     return HEXLOAD_BUS_OK;
 }
 
@@ -75,20 +88,11 @@ static hexload_bus_status_t add_classic(hexload_sample_assembly_t* self, const h
     return status == HEXLOAD_BUS_OK ? add_leg(self, &leg, sample) : status;
 }
 
-static hexload_bus_status_t add_fd(hexload_sample_assembly_t* self, const hexload_bus_frame_t* frame,
-                                   hexload_leg_sample_t* sample) {
-    const hexload_bus_status_t status = hexload_sample_decode_fd(frame, &self->sample);
-    if (status == HEXLOAD_BUS_OK) {
-        self->has_tick = true;
-        *sample = self->sample;
-    }
-    return status;
-}
-
 hexload_bus_status_t hexload_sample_assembly_add(hexload_sample_assembly_t* self,
                                                  const hexload_bus_frame_t* frame,
                                                  hexload_leg_sample_t* sample) {
-    const hexload_bus_status_t status =
-        self->profile == HEXLOAD_BUS_FD ? add_fd(self, frame, sample) : add_classic(self, frame, sample);
+    const hexload_bus_status_t status = self->profile == HEXLOAD_BUS_FD
+                                            ? hexload_sample_decode_fd(frame, sample)
+                                            : add_classic(self, frame, sample);
     return status == HEXLOAD_BUS_OTHER ? hexload_sample_check_profile(frame, self->profile) : status;
 }

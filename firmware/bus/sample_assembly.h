@@ -20,6 +20,7 @@ typedef struct hexload_sample_assembly {
     uint8_t legs;         ///< bit n: leg n + 1 of sample.tick has come
     bool has_tick;        ///< the whole tick is known
     uint8_t missing_legs; ///< of the last incomplete sample; 0: none so far
+    bool is_forgiven;     ///< the present tick began before hexload_sample_assembly_forgive()
     uint32_t incomplete;  ///< samples given up, saturating
 } hexload_sample_assembly_t;
 
@@ -32,6 +33,10 @@ void hexload_sample_assembly_init(hexload_sample_assembly_t* self, hexload_bus_p
 HEXLOAD_MUST_USE hexload_bus_status_t hexload_sample_assembly_add(hexload_sample_assembly_t* self,
                                                                   const hexload_bus_frame_t* frame,
                                                                   hexload_leg_sample_t* sample);
+
+/// A new run begins: legs that were missing before it are no longer told, nor those of the tick that is being
+/// assembled, should it stay incomplete.
+void hexload_sample_assembly_forgive(hexload_sample_assembly_t* self);
 
 /// Classic: after a silence in which the four-bit tick may have gone round, wait for the next whole tick.
 void hexload_sample_assembly_lose_tick(hexload_sample_assembly_t* self);

@@ -327,6 +327,32 @@ static void test_a_lost_leg_frame_shows_in_answer_health_and_status(void) {
     TEST_ASSERT_EQUAL_UINT32(1, read_status().samples_missing);
 }
 
+static void test_start_and_reset_forget_which_legs_were_missing(void) {
+    for (int lost_tick = 24; lost_tick < 26; lost_tick++) { // followed by a whole one, or the last
+        for (int is_start = 0; is_start < 2; is_start++) {
+            // GIVEN a run that missed leg 4 once
+            begin_run(HEXLOAD_BUS_CLASSIC, HEXLOAD_PACING_LOCKSTEP);
+            for (uint32_t tick = 0; tick < 26; tick++) {
+                give_without(HEXLOAD_BUS_CLASSIC, tick, (int)tick == lost_tick ? 3 : -1);
+            }
+            // WHEN it is stopped and started again, or reset, and the source begins anew
+            command(is_start != 0 ? HEXLOAD_COMMAND_STOP : HEXLOAD_COMMAND_RESET, 0.0f);
+            if (is_start != 0) {
+                command(HEXLOAD_COMMAND_START, (float)HEXLOAD_PACING_LOCKSTEP);
+            }
+            machine.count = 0;
+            for (uint32_t tick = 0; tick < 26; tick++) {
+                give(HEXLOAD_BUS_CLASSIC, tick);
+            }
+            // THEN its first whole answer knows of no missing leg
+            hexload_bus_answer_t answer;
+            TEST_ASSERT_EQUAL_INT(1, read_answers(HEXLOAD_BUS_CLASSIC, 25, &answer));
+            TEST_ASSERT_EQUAL_UINT32(0, answer.tick);
+            TEST_ASSERT_EQUAL_HEX8(0, answer.missing_legs);
+        }
+    }
+}
+
 static void test_a_change_of_fault_does_not_wait_for_the_round_of_pages_to_end(void) {
     begin_run(HEXLOAD_BUS_CLASSIC, HEXLOAD_PACING_REAL_TIME);
     for (uint32_t tick = 0; tick < 10; tick++) {
@@ -539,6 +565,7 @@ int main(void) {
     RUN_TEST(test_idle_and_fault_answer_samples_too);
     RUN_TEST(test_start_among_flowing_classic_samples_estimates_from_the_next_tick);
     RUN_TEST(test_a_lost_leg_frame_shows_in_answer_health_and_status);
+    RUN_TEST(test_start_and_reset_forget_which_legs_were_missing);
     RUN_TEST(test_a_change_of_fault_does_not_wait_for_the_round_of_pages_to_end);
     RUN_TEST(test_samples_of_the_other_profile_are_a_fault_at_once);
     RUN_TEST(test_status_pages_go_out_one_by_one_every_fifty_milliseconds);
