@@ -92,7 +92,9 @@ static hexload_status_t find_pose(const hexload_kinematics_t* self, const hexloa
         hexload_real_t error_m[HEXLOAD_LEGS];
         hexload_real_t step[6];
         const hexload_real_t largest_m = legs_of_pose(self, geometry, sample, motion, error_m);
-        if (!leg_blocks_update(motion->J, jacobian)) {
+        const bool is_made = newton_steps == 1 ? leg_blocks_update(motion->J, jacobian)
+                                               : leg_blocks_make(motion->J, jacobian); // led anywhere
+        if (!is_made) {
             return HEXLOAD_ERR_SINGULAR;
         }
         leg_blocks_solve(jacobian, error_m, step);
