@@ -17,9 +17,9 @@ class Function:
     callees: set[str] = field(default_factory=set)
 
 
-def read_call_graph(folder: Path) -> dict[str, Function]:
-    """All functions with a body in the objects below `folder`; what they call may lie elsewhere."""
-    texts = [path.read_text() for path in sorted(folder.rglob("*.ci"))]
+def read_call_graph(*folders: Path) -> dict[str, Function]:
+    """All functions with a body in the objects below `folders`; what they call may lie elsewhere."""
+    texts = [path.read_text() for folder in folders for path in sorted(folder.rglob("*.ci"))]
     functions = {}
     for text in texts:
         for node in NODE.finditer(text):

@@ -17,12 +17,13 @@ HERE = Path(__file__).parent
 DATA = HERE.parent / "data"
 BUDGET = tomllib.loads((HERE / "budget.toml").read_text())
 LIBRARY = BUDGET["library_stack_bytes"]
+PORT = "__indirect_call"  # what gcc calls a call through a pointer: here the functions of a port
 PRESETS = (*target.CORTEX_M7.values(), "target-cortex-m4f", "target-cortex-r5f")
 TICK_S = 1e-3
 
 # What the issue of the controller targets allows, whatever stands in budget.toml.
 MOST_BYTES = {"core_text": 24 * 1024, "estimator": 2 * 1024}
-MOST_TICK_STACK_BYTES = 3 * 1024
+MOST_STACK_BYTES = 3 * 1024
 
 
 def check(what: str, found: int, limit: int) -> None:
@@ -52,45 +53,70 @@ def replays(tmp_path_factory) -> dict[str, dict[str, target.Replayed]]:
     }
 
 
+@pytest.fixture(scope="module")
+def node_runs(tmp_path_factory) -> dict[str, dict[str, dict[str, target.NodeRun]]]:
+    """The same inputs as frames, by optimisation level and bus profile."""
+    folder = tmp_path_factory.mktemp("node")
+    config = hexload_native.config_bytes(platform(), TICK_S)
+    inputs = {"motion": recorded(), "hard": hard_samples(hexload_native, platform(), recorded())}
+    return {
+        optimisation: {
+            profile: {
+                name: target.run_node(preset, profile, config, samples, folder) for name, samples in inputs.items()
+            }
+            for profile in target.PROFILES
+        }
+        for optimisation, preset in target.CORTEX_M7.items()
+    }
+
+
 @cache
 def call_graph(preset: str):
-    return read_call_graph(target.directory(preset) / "firmware" / "CMakeFiles" / "firmware.dir")
+    """Core, bus and application. The codec is inline in the bus."""
+    firmware = target.directory(preset) / "firmware"
+    objects = ("CMakeFiles/firmware.dir", "bus/CMakeFiles/hexload_bus.dir", "app/CMakeFiles/hexload_app.dir")
+    return read_call_graph(*(firmware / name for name in objects))
 
 
 def test_limits_are_within_those_of_the_issue():
     for what, most in MOST_BYTES.items():
         assert BUDGET["bytes"][what] <= most, what
-    assert BUDGET["stack_bytes"]["hexload_tick"] <= MOST_TICK_STACK_BYTES
+    for start in ("hexload_tick", "hexload_node_receive"):
+        assert BUDGET["stack_bytes"][start] <= MOST_STACK_BYTES, start
 
 
-def test_code_and_data_of_the_core_are_within_their_limits():
-    size = target.size_of(target.library(target.CORTEX_M7["-O2"]))
-    check("text of the core, bytes", size.text, BUDGET["bytes"]["core_text"])
-    check("data of the core, bytes", size.data, BUDGET["bytes"]["core_data"])
+def test_code_and_data_are_within_their_limits():
+    preset = target.CORTEX_M7["-O2"]
+    for name, libraries in {"core": [target.library(preset)], "bus_and_app": target.node_libraries(preset)}.items():
+        size = target.size_of(*libraries)
+        check(f"text of {name}, bytes", size.text, BUDGET["bytes"][f"{name}_text"])
+        check(f"data of {name}, bytes", size.data, BUDGET["bytes"][f"{name}_data"])
 
 
-def test_instance_and_configuration_are_within_their_limits(replays):
+def test_instances_and_configuration_are_within_their_limits(replays, node_runs):
     found = replays["-O2"]["motion"]
     check("hexload_t, bytes", found.estimator_bytes, BUDGET["bytes"]["estimator"])
     check("hexload_config_t, bytes", found.config_bytes, BUDGET["bytes"]["config"])
+    check("hexload_node_t, bytes", node_runs["-O2"]["fd"]["motion"].node_bytes, BUDGET["bytes"]["node"])
 
 
 @pytest.mark.parametrize("preset", PRESETS)
-def test_core_needs_nothing_from_a_library_but_what_is_listed(preset):
-    # GIVEN the core's archive WHEN its symbols are listed
+def test_nothing_is_needed_from_a_library_but_what_is_listed(preset):
+    # GIVEN the archives of core, bus and application WHEN their symbols are listed
+    archives = [target.library(preset), *target.node_libraries(preset)]
     listed = subprocess.run(
-        ["arm-none-eabi-nm", "--format=posix", target.library(preset)], capture_output=True, text=True, check=True
+        ["arm-none-eabi-nm", "--format=posix", *archives], capture_output=True, text=True, check=True
     ).stdout
     symbols = [line.split()[:2] for line in listed.splitlines() if len(line.split()) >= 2]
     defined = {name for name, kind in symbols if kind != "U"}
     needed = {name for name, kind in symbols if kind == "U"} - defined
     # THEN there is no heap, no printing, no arithmetic in software (__aeabi_d..., __aeabi_f...) and no mathematics
-    assert len(defined) > 20
-    assert needed == set(LIBRARY)
+    assert {"hexload_tick", "hexload_bus_encode_answer", "hexload_node_receive"} <= defined
+    assert needed == set(LIBRARY) - {PORT}
 
 
 @pytest.mark.parametrize("preset", PRESETS)
-def test_no_function_of_the_core_has_an_unbounded_stack(preset):
+def test_no_function_has_an_unbounded_stack(preset):
     functions = call_graph(preset)
     assert len(functions) > 20
     assert [name for name, function in functions.items() if not function.is_bounded] == []
@@ -101,7 +127,7 @@ def test_no_function_of_the_core_has_an_unbounded_stack(preset):
 @pytest.mark.parametrize("preset", PRESETS)
 @pytest.mark.parametrize("start", [name for name in BUDGET["stack_bytes"] if name != "largest_frame"])
 def test_deepest_chain_of_calls_is_within_its_limit(preset, start):
-    # GIVEN all calls of the core WHEN they are followed from where an application enters THEN there is no recursion, no
+    # GIVEN all calls WHEN they are followed from where an application enters THEN there is no recursion, no
     # call of an unknown function, and the chain that needs most is within its limit
     depth, chain = deepest_chain(call_graph(preset), LIBRARY, start)
     check(f"{preset}: {' -> '.join(name.rsplit('/', 1)[-1] for name in chain)}, bytes", depth, BUDGET["stack_bytes"][start])
@@ -117,6 +143,18 @@ def test_stack_that_the_ticks_used_is_that_of_the_chain(replays):
         assert 0.9 * depth < used <= depth
 
 
+def test_stack_that_whole_samples_used_is_within_that_of_the_chains(node_runs):
+    for optimisation, preset in target.CORTEX_M7.items():
+        tick, _ = deepest_chain(call_graph(preset), LIBRARY, "hexload_tick")
+        depth, _ = deepest_chain(call_graph(preset), LIBRARY, "hexload_node_receive")
+        for profile, runs in node_runs[optimisation].items():
+            # GIVEN the stack that samples have left behind WHEN it is compared with the call graph's
+            used = max(run.answers["stack_bytes"].max() for run in runs.values())
+            # THEN it is more than the tick's alone, and not more than that of the deepest chain, which begins with START
+            print(f"{optimisation}, {profile}: {used} bytes used, tick {tick}, of {depth}")
+            assert tick < used <= depth
+
+
 @pytest.mark.parametrize("optimisation", target.CORTEX_M7)
 def test_instructions_are_within_their_limits(optimisation, replays):
     limits = BUDGET["instructions"][optimisation]
@@ -126,6 +164,36 @@ def test_instructions_are_within_their_limits(optimisation, replays):
         for stage, found in zip(target.STAGES, answers["stage_instructions"].max(axis=0), strict=True):
             check(f"{optimisation}, {kind}, {stage}, instructions", found, limits[kind][stage])
         check(f"{optimisation}, {kind}, tick, instructions", answers["tick_instructions"].max(), limits[kind]["tick"])
+
+
+@pytest.mark.parametrize("profile", target.PROFILES)
+@pytest.mark.parametrize("optimisation", target.CORTEX_M7)
+def test_instructions_of_a_whole_sample_are_within_their_limits(optimisation, profile, node_runs):
+    limits = BUDGET["node_instructions"][profile][optimisation]
+    runs = node_runs[optimisation][profile]
+    motion = runs["motion"].answers[1:]
+    for kind, answers in {"motion": motion, "worst": np.concatenate([motion, runs["hard"].answers])}.items():
+        for part, found in zip(target.NODE_PARTS, answers["instructions"].max(axis=0), strict=True):
+            check(f"{optimisation}, {profile}, {kind}, {part}, instructions", found, limits[kind][part])
+
+
+@pytest.mark.parametrize("optimisation", target.CORTEX_M7)
+def test_instructions_of_start_and_period_are_within_their_limits(optimisation, node_runs):
+    limits = BUDGET["node_instructions"]["start_and_period"][optimisation]
+    runs = [profile["motion"] for profile in node_runs[optimisation].values()]
+    check(f"{optimisation}, start, instructions", max(run.start_instructions for run in runs), limits["start"])
+    check(f"{optimisation}, period, instructions", max(run.period_instructions for run in runs), limits["period"])
+
+
+@pytest.mark.parametrize("optimisation", target.CORTEX_M7)
+def test_every_sample_of_the_motion_is_estimated_and_answered(optimisation, node_runs):
+    # GIVEN a motion as frames WHEN the node has taken it THEN its counts are those of a node that estimates: three
+    # frames for each sample, or a page for every second
+    sent = {profile: runs["motion"].answers["frames_sent"] for profile, runs in node_runs[optimisation].items()}
+    assert (sent["fd"] == 3).all()
+    assert (sent["classic"] == np.arange(len(sent["classic"])) % 2 ^ 1).all()
+    for runs in node_runs[optimisation].values():
+        assert set(runs["motion"].answers["state"]) <= {2, 3}  # ESTIMATING, CONVERGED
 
 
 def test_hard_inputs_lead_everywhere(replays):

@@ -27,6 +27,15 @@ def test_three_runs_give_the_same_counts(preset, inputs, tmp_path):
         np.testing.assert_array_equal(other, runs[0])
 
 
+@pytest.mark.parametrize("profile", target.PROFILES)
+@pytest.mark.parametrize("preset", target.CORTEX_M7.values())
+def test_three_runs_over_frames_give_the_same_counts(preset, profile, inputs, tmp_path):
+    # GIVEN the same inputs as frames WHEN they are run three times THEN every count is the same
+    runs = [target.run_node(preset, profile, *inputs, tmp_path).answers for _ in range(RUNS)]
+    for other in runs[1:]:
+        np.testing.assert_array_equal(other, runs[0])
+
+
 @pytest.mark.parametrize("preset", target.CORTEX_M7.values())
 def test_a_thousand_instructions_count_as_a_thousand(preset, inputs, tmp_path):
     # GIVEN a program that counts a thousand instructions without effect WHEN it runs

@@ -26,7 +26,9 @@ class Measured:
     motion: target.Replayed
     hard: target.Replayed
     rivals: dict[str, np.void]
+    nodes: dict[str, tuple[target.NodeRun, target.NodeRun]]  # by profile: motion, hard
     core: target.Size
+    bus_and_app: target.Size
 
 
 def print_controller_tables() -> None:
@@ -52,7 +54,15 @@ def _measure() -> dict[str, Measured]:
                 target.replay(preset, config, recorded, folder),
                 target.replay(preset, config, hard, folder),
                 target.run_rivals(preset, folder),
+                {
+                    profile: (
+                        target.run_node(preset, profile, config, recorded, folder),
+                        target.run_node(preset, profile, config, hard, folder),
+                    )
+                    for profile in target.PROFILES
+                },
                 target.size_of(target.library(preset)),
+                target.size_of(*target.node_libraries(preset)),
             )
     return measured
 
@@ -71,12 +81,31 @@ def _stage_table(measured: dict[str, Measured]) -> Table:
         table.add_row(stage, *(f"{count:,}" for count in counts))
     ticks = [answers["tick_instructions"].max() for each in measured.values() for answers in _both(each)]
     table.add_row("whole tick", *(f"{count:,}" for count in ticks))
+    for profile in target.PROFILES:
+        for column, part in enumerate(target.NODE_PARTS):
+            counts = [
+                answers["instructions"][:, column].max()
+                for each in measured.values()
+                for answers in _node_both(each, profile)
+            ]
+            table.add_row(f"{part}, {profile}", *(f"{count:,}" for count in counts))
+    for name in ("start", "period"):
+        counts = [
+            max(getattr(motion, f"{name}_instructions") for motion, _ in each.nodes.values())
+            for each in measured.values()
+        ]
+        table.add_row(f"hexload_node: {name}", *(word for count in counts for word in ("", f"{count:,}")))
     return table
 
 
 def _both(measured: Measured) -> tuple[np.ndarray, np.ndarray]:
     motion = measured.motion.answers[1:]
     return motion, np.concatenate([motion, measured.hard.answers])
+
+
+def _node_both(measured: Measured, profile: str) -> tuple[np.ndarray, np.ndarray]:
+    motion, hard = (run.answers for run in measured.nodes[profile])
+    return motion[1:], np.concatenate([motion[1:], hard])
 
 
 def _filter_table(measured: dict[str, Measured]) -> Table:
@@ -111,6 +140,12 @@ def _memory_table(measured: dict[str, Measured]) -> Table:
         "an estimator": [each.motion.estimator_bytes for each in measured.values()],
         "its configuration": [each.motion.config_bytes for each in measured.values()],
         "stack of a tick": [_both(each)[1]["tick_stack_bytes"].max() for each in measured.values()],
+        "code and constants of bus and application": [each.bus_and_app.text for each in measured.values()],
+        "a bus node, estimator included": [each.nodes["fd"][0].node_bytes for each in measured.values()],
+        "stack of a whole sample": [
+            max(_node_both(each, profile)[1]["stack_bytes"].max() for profile in target.PROFILES)
+            for each in measured.values()
+        ],
     }
     for name, numbers in rows.items():
         table.add_row(name, *(f"{number:,}" for number in numbers))

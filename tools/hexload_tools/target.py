@@ -15,6 +15,8 @@ from hexload_tools.log_file import LegLog
 CORTEX_M7 = {"-O2": "target-cortex-m7", "-O3": "target-cortex-m7-o3"}  # presets
 STAGES = ("leg sample", "kinematics", "wrench", "filter", "supervisor")
 RIVALS = ("dense", "eigen", "own")
+PROFILES = ("fd", "classic")
+NODE_PARTS = ("decode", "encode", "whole sample")
 PATIENCE_S = 300.0  # for a run of seconds
 
 # One instruction takes 64 ns of the board's time, whatever the host is doing.
@@ -42,6 +44,13 @@ ANSWER = np.dtype(
 )
 RIVAL_ANSWER = np.dtype([("instructions", "<u4"), ("parameter", "<f4", 4)])
 
+NODE_HEADER = np.dtype(
+    [(name, "<u4") for name in ("config_bytes", "node_bytes", "start_instructions", "period_instructions")]
+)
+NODE_ANSWER = np.dtype(
+    [("state", "<u4"), ("frames_sent", "<u4"), ("instructions", "<u4", len(NODE_PARTS)), ("stack_bytes", "<u4")]
+)
+
 
 @dataclass(frozen=True)
 class Replayed:
@@ -50,6 +59,14 @@ class Replayed:
     filter_bytes: int
     nop_instructions: int  # counted over a thousand instructions without effect
     answers: NDArray  # of ANSWER, one for each sample
+
+
+@dataclass(frozen=True)
+class NodeRun:
+    node_bytes: int
+    start_instructions: int  # of the command START
+    period_instructions: int  # of the longest hexload_node_period()
+    answers: NDArray  # of NODE_ANSWER, one for each sample
 
 
 @dataclass(frozen=True)
@@ -78,6 +95,22 @@ def replay(preset: str, config: bytes, samples: NDArray, folder: Path) -> Replay
     if header["config_bytes"] != len(config) or len(answers) != len(samples):
         raise ToolFailed(f"{preset}: found {len(answers)} answers, expected {len(samples)}")
     return Replayed(*(int(value) for value in header), answers)
+
+
+def run_node(preset: str, profile: str, config: bytes, samples: NDArray, folder: Path) -> NodeRun:
+    """Runs the program `node`: the samples reach the application as frames of the profile.
+
+    Samples with a number that is not finite are left out, as no frame carries one.
+    """
+    finite = np.all([np.isfinite(samples[name]).all(axis=1) for name in SAMPLE.names[1:]], axis=0)
+    (folder / "log").write_bytes(config + samples[finite].tobytes())
+    run(preset, "node", [profile, "log", "out"], folder)
+    content = (folder / "out").read_bytes()
+    header = np.frombuffer(content, NODE_HEADER, count=1)[0]
+    answers = np.frombuffer(content, NODE_ANSWER, offset=NODE_HEADER.itemsize)
+    if header["config_bytes"] != len(config) or len(answers) != np.count_nonzero(finite):
+        raise ToolFailed(f"{preset}: found {len(answers)} answers, expected {np.count_nonzero(finite)}")
+    return NodeRun(*(int(header[name]) for name in NODE_HEADER.names[1:]), answers)
 
 
 def run_rivals(preset: str, folder: Path) -> dict[str, np.void]:
@@ -113,6 +146,12 @@ def objects(preset: str, *sources: str) -> list[Path]:
 
 def library(preset: str) -> Path:
     return directory(preset) / "firmware" / "libfirmware.a"
+
+
+def node_libraries(preset: str) -> list[Path]:
+    """The bus and the application, which a node links beside library()."""
+    firmware = directory(preset) / "firmware"
+    return [firmware / "bus" / "libhexload_bus.a", firmware / "app" / "libhexload_app.a"]
 
 
 def size_of(*files: Path) -> Size:

@@ -1,6 +1,6 @@
-/// What a leg sample costs from its frames to the answer's: arguments fd|classic LOG OUT, files of the host in
-/// the format of tools/hexload_tools/target.py. Each sample is encoded, handed to the application as frames,
-/// and counted: all of it, and on copies its decoding and the encoding of its answer alone.
+/// What a leg sample costs from its frames to the answer's: arguments fd|classic LOG OUT, files of the host
+/// in the format of tools/hexload_tools/target.py. Each sample is encoded, handed to the application as
+/// frames, and counted: all of it, and on copies its decoding and the encoding of its answer alone.
 #include "app/node.h"
 
 #include "arguments.h"
@@ -16,6 +16,8 @@ enum exit_status { DONE, BAD_ARGUMENTS = 2, BAD_FILE, BAD_CONFIG, BAD_SAMPLE };
 typedef struct {
     uint32_t config_bytes;
     uint32_t node_bytes;
+    uint32_t start_instructions;  ///< of the command START, acknowledge included
+    uint32_t period_instructions; ///< of the longest hexload_node_period(), one with a status page
 } header_t;
 
 typedef struct {
@@ -57,8 +59,7 @@ static uint32_t count_encoding(const hexload_node_t* node, const hexload_leg_sam
     hexload_bus_frame_t frames[HEXLOAD_BUS_ANSWER_FRAMES];
     hexload_app_sample(&idle, sample, &answer);
     const uint32_t mark = instruction_counter_mark();
-    const int count =
-        hexload_bus_encode_answer(node->assembly.profile, &answer, node->answer_page, frames);
+    const int count = hexload_bus_encode_answer(node->assembly.profile, &answer, node->answer_page, frames);
     (void)count;
     return instruction_counter_since(mark);
 }
@@ -79,9 +80,20 @@ static void run_sample(hexload_node_t* node, mailbox_t* mailbox, const hexload_l
     answer->state = node->app.state;
 }
 
+static uint32_t count_longest_period(hexload_node_t* node) {
+    uint32_t longest = 0;
+    for (int ms = 0; ms < HEXLOAD_BUS_STATUS_PAGES * HEXLOAD_NODE_STATUS_PERIOD_MS; ms++) {
+        const uint32_t mark = instruction_counter_mark();
+        hexload_node_period(node, 1);
+        const uint32_t instructions = instruction_counter_since(mark);
+        longest = instructions > longest ? instructions : longest;
+    }
+    return longest;
+}
+
 /// Past the listening time, in lockstep, so that no time-out ends the run.
 static bool start(hexload_node_t* node, const hexload_config_t* config, hexload_bus_profile_t profile,
-                  mailbox_t* mailbox) {
+                  mailbox_t* mailbox, header_t* header) {
     const hexload_port_t port = {.context = mailbox, .send = send};
     const hexload_bus_command_t command = {.kind = HEXLOAD_COMMAND_START,
                                            .argument = (float)HEXLOAD_PACING_LOCKSTEP};
@@ -94,7 +106,10 @@ static bool start(hexload_node_t* node, const hexload_config_t* config, hexload_
         return false;
     }
     hexload_node_period(node, HEXLOAD_NODE_LISTEN_MS);
+    const uint32_t mark = instruction_counter_mark();
     hexload_node_receive(node, &frame);
+    header->start_instructions = instruction_counter_since(mark);
+    header->period_instructions = count_longest_period(node);
     return node->app.state == HEXLOAD_APP_ARMED;
 }
 
@@ -102,9 +117,10 @@ static enum exit_status run(hexload_bus_profile_t profile, int32_t log, int32_t 
     static hexload_node_t node;
     static hexload_config_t config;
     static mailbox_t mailbox;
-    const header_t header = {.config_bytes = sizeof config, .node_bytes = sizeof node};
+    header_t header = {.config_bytes = sizeof config, .node_bytes = sizeof node};
     hexload_leg_sample_t sample;
-    if (!semihosting_read(log, &config, sizeof config) || !start(&node, &config, profile, &mailbox)) {
+    if (!semihosting_read(log, &config, sizeof config) ||
+        !start(&node, &config, profile, &mailbox, &header)) {
         return BAD_CONFIG;
     }
     if (!semihosting_write(out, &header, sizeof header)) {
