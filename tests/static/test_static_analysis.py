@@ -1,22 +1,28 @@
-"""clang-tidy and cppcheck with the MISRA addon over firmware/: nothing but what is written down as a deviation.
+"""clang-tidy and cppcheck with the MISRA addon over the C of firmware/, ports included: nothing but what is written down
+as a deviation.
 
 A newer program finds other things. The deviations are those of the versions below; what other versions find is printed
 and not judged.
 """
 
+import json
 import os
 import re
+import shlex
 import shutil
 import subprocess
 from pathlib import Path
 
 import pytest
+from hexload_tools import project
 
 ROOT = Path(os.environ["HEXLOAD_SOURCE_DIR"])
 BUILD = Path(os.environ["HEXLOAD_BUILD_DIR"])
 DEVIATIONS = Path(__file__).with_name("deviations.txt")
-FOLDERS = [folder for folder in ("src", "bus", "app") if (ROOT / "firmware" / folder).is_dir()]
-SOURCES = sorted(str(path.relative_to(ROOT)) for folder in FOLDERS for path in (ROOT / "firmware" / folder).glob("*.c"))
+FOLDERS = ("src", "bus", "app", "ports")
+SOURCES = sorted(str(path.relative_to(ROOT)) for folder in FOLDERS for path in (ROOT / "firmware" / folder).rglob("*.c"))
+PRESETS = ("target-cortex-m7", "target-cortex-r5f")  # with the ports that the host does not compile
+GCC_ONLY = re.compile(r"-fcallgraph-info|-fpeel-loops")
 JOBS = "2"
 JUDGED = {"clang-tidy": r"version 14\.", "cppcheck": r"Cppcheck 2\.10\b"}
 
@@ -26,6 +32,27 @@ def run(*command: str | Path) -> tuple[int, str]:
     return result.returncode, result.stdout
 
 
+def compile_commands() -> list[dict]:
+    """How each source is compiled, for clang: on the host, or else for the target whose port it belongs to."""
+    commands = {}
+    for directory in (BUILD, *map(project.preset_directory, PRESETS)):
+        for entry in json.loads((directory / "compile_commands.json").read_text()):
+            source = os.path.relpath(entry["file"], ROOT)
+            if source in SOURCES and source not in commands:
+                words = [word for word in shlex.split(entry.pop("command")) if not GCC_ONLY.match(word)]
+                commands[source] = {**entry, "arguments": [*words, *target_flags(words[0])]}
+    return list(commands.values())
+
+
+def target_flags(compiler: str) -> list[str]:
+    """What clang does not know of a bare-metal gcc: its target, and where its C library's headers are."""
+    if "arm-none-eabi" not in compiler:
+        return []
+    _, text = run(compiler, "-xc", "-E", "-v", os.devnull)
+    folders = text.partition("#include <...> search starts here:\n")[2].partition("End of search list")[0].split()
+    return ["--target=arm-none-eabi", *(f"-isystem{folder}" for folder in folders if "/include" in folder)]
+
+
 def judge(program: str, path: str, findings: list[str]) -> None:
     _, version = run(path, "--version")
     print(f"{program}: {len(findings)} findings in {len(SOURCES)} files by {' '.join(version.split())}", *findings, sep="\n")
@@ -33,13 +60,16 @@ def judge(program: str, path: str, findings: list[str]) -> None:
         assert findings == []
 
 
-def test_clang_tidy_finds_nothing():
+def test_clang_tidy_finds_nothing(tmp_path):
     # GIVEN the commands with which the firmware is compiled WHEN clang-tidy reads every source
+    commands = compile_commands()
+    assert sorted(os.path.relpath(entry["file"], ROOT) for entry in commands) == SOURCES
+    (tmp_path / "compile_commands.json").write_text(json.dumps(commands))
     program = shutil.which("clang-tidy-14") or "clang-tidy"
-    flags = ["-p", str(BUILD), "--quiet", "--extra-arg=-Wno-ignored-optimization-argument"]
+    flags = ["-p", str(tmp_path), "--quiet", "--extra-arg=-Wno-ignored-optimization-argument"]
     # xargs, as clang-tidy itself takes one file after the other
     result = subprocess.run(
-        ["xargs", "--max-args=3", f"--max-procs={JOBS}", program, *flags],
+        ["xargs", "--max-args=2", f"--max-procs={JOBS}", program, *flags],
         cwd=ROOT, input="\n".join(SOURCES), stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
     )  # fmt: skip
     findings = [line for line in result.stdout.splitlines() if re.search(r" (warning|error): ", line)]

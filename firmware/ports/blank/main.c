@@ -49,7 +49,6 @@ int main(void) {
     const hexload_port_t port = {.send = send};
     hexload_config_default(&config);
     hexload_app_settings_default(&settings);
-    // cppcheck-suppress knownConditionTrueFalse ; a real machine may start
     if (!start_machine() ||
         hexload_node_init(&node, &config, &settings, HEXLOAD_BUS_CLASSIC, &port) != HEXLOAD_OK) {
         return 1;
