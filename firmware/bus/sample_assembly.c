@@ -73,19 +73,22 @@ static hexload_bus_status_t add_leg(hexload_sample_assembly_t* self, const hexlo
 
 static hexload_bus_status_t add_classic(hexload_sample_assembly_t* self, const hexload_bus_frame_t* frame,
                                         hexload_leg_sample_t* sample) {
-    uint32_t tick = 0;
-    hexload_bus_status_t status = hexload_sample_decode_tick(frame, &tick);
+    hexload_leg_frame_t leg;
+    hexload_bus_status_t status = hexload_sample_decode_leg(frame, &leg);
     if (status == HEXLOAD_BUS_OK) {
-        begin_tick(self, tick);
-        self->has_tick = true;
-        return HEXLOAD_BUS_PARTIAL;
+        return add_leg(self, &leg, sample);
     }
     if (status != HEXLOAD_BUS_OTHER) {
         return status;
     }
-    hexload_leg_frame_t leg;
-    status = hexload_sample_decode_leg(frame, &leg);
-    return status == HEXLOAD_BUS_OK ? add_leg(self, &leg, sample) : status;
+    uint32_t tick = 0;
+    status = hexload_sample_decode_tick(frame, &tick);
+    if (status != HEXLOAD_BUS_OK) {
+        return status;
+    }
+    begin_tick(self, tick);
+    self->has_tick = true;
+    return HEXLOAD_BUS_PARTIAL;
 }
 
 hexload_bus_status_t hexload_sample_assembly_add(hexload_sample_assembly_t* self,
