@@ -35,7 +35,7 @@ SAME_VERDICTS(ANSWER_PAGE_VERDICT_IZZ);
 SAME_STATUSES(HEALTH_FD_STATUS);
 SAME_STATUSES(ANSWER_PAGE_STATUS);
 
-_Static_assert((int)HEXLOAD_HEALTH_BITS == 10,
+_Static_assert((int)HEXLOAD_HEALTH_BITS == 12,
                "health bits of the DBC: its range and its comments name each");
 
 // This version answers with the paper's filter in every frame.

@@ -1,5 +1,7 @@
 #include "hexload/config.h"
 
+#include "hexload/smoother.h"
+
 #include <stdbool.h>
 #include <stddef.h>
 
@@ -7,6 +9,7 @@ void hexload_config_default(hexload_config_t* config) {
     // Paper, Table 1; hinges at radii 0.4 and 0.6 m, 15 and 10 degrees from the axes of symmetry.
     static const hexload_config_t paper_machine = {
         .tick_s = HEXLOAD_REAL(0.001),
+        .gravity_m_s2 = HEXLOAD_REAL(9.81),
         .geometry =
             {.base_hinge_m = {{HEXLOAD_REAL(0.5908846518), HEXLOAD_REAL(0.1041889066), HEXLOAD_REAL(0.0)},
                               {HEXLOAD_REAL(-0.2052120860), HEXLOAD_REAL(0.5638155725), HEXLOAD_REAL(0.0)},
@@ -27,7 +30,8 @@ void hexload_config_default(hexload_config_t* config) {
              .stroke_max_m = HEXLOAD_REAL(0.3)},
         .platform = {.mass_kg = HEXLOAD_REAL(100.0),
                      .inertia_kg_m2 = {HEXLOAD_REAL(25.0), HEXLOAD_REAL(25.0), HEXLOAD_REAL(44.0)}},
-        .sensors = {.velocity_sigma_m_s = HEXLOAD_REAL(0.001),
+        .sensors = {.displacement_sigma_m = HEXLOAD_REAL(20e-6),
+                    .velocity_sigma_m_s = HEXLOAD_REAL(0.001),
                     .force_sigma_n = HEXLOAD_REAL(5.0),
                     .velocity_range_m_s = HEXLOAD_REAL(10.0),
                     .force_range_n = HEXLOAD_REAL(1e6)},
@@ -39,9 +43,15 @@ void hexload_config_default(hexload_config_t* config) {
              .converged_relative_sigma = HEXLOAD_REAL(0.1),
              .longest_gap_ticks = 3, // at 3 Hz the trapezoid's error is then (2 pi 3 Hz 3 ms)^2 / 12 = 3e-4
              .longest_gate_ticks = 20},
+        .momentum = {.longest_gap_ticks = 8,
+                     .inconsistent_nis = HEXLOAD_REAL(9.0), // sigmas understated by 1.2
+                     .nis_time_constant_s = HEXLOAD_REAL(0.5),
+                     .converged_relative_sigma = HEXLOAD_REAL(0.05),
+                     .excitation_time_constant_s = HEXLOAD_REAL(10.0)},
     };
     *config = paper_machine;
     hexload_config_set_prior(config, HEXLOAD_PRIOR_SAFE);
+    hexload_config_set_momentum(config);
 }
 
 void hexload_config_set_prior(hexload_config_t* config, hexload_prior_t prior) {
@@ -58,6 +68,37 @@ void hexload_config_set_prior(hexload_config_t* config, hexload_prior_t prior) {
     for (int k = 0; k < 3; k++) {
         paper->prior_inertia_sigma_kg_m2[k] = square_of_gyration_m2 * paper->load_mass_kg;
     }
+}
+
+/// Mean distance of the platform's hinges from O_A.
+static hexload_real_t hinge_radius_m(const hexload_geometry_t* geometry) {
+    hexload_real_t sum_m = HEXLOAD_REAL(0.0);
+    for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
+        const hexload_real_t* a = geometry->platform_hinge_m[leg];
+        sum_m += hexload_sqrt(a[0] * a[0] + a[1] * a[1] + a[2] * a[2]);
+    }
+    return sum_m / (hexload_real_t)HEXLOAD_LEGS;
+}
+
+void hexload_config_set_momentum(hexload_config_t* config) {
+    hexload_momentum_config_t* momentum = &config->momentum;
+    const hexload_real_t mass_kg = HEXLOAD_REAL(3.0) * config->platform.mass_kg;
+    const hexload_real_t reach_m = HEXLOAD_REAL(1.25) * hinge_radius_m(&config->geometry);
+    const hexload_real_t allowed_m = config->sensors.velocity_sigma_m_s * config->tick_s / HEXLOAD_REAL(32.0);
+    const hexload_real_t ratio = config->sensors.displacement_sigma_m / allowed_m;
+    momentum->prior_mass_kg = HEXLOAD_REAL(0.0);
+    momentum->prior_mass_sigma_kg = mass_kg;
+    momentum->prior_moment_sigma_kg_m = mass_kg * reach_m;
+    momentum->prior_inertia_sigma_kg_m2 = HEXLOAD_REAL(1.3333333) * mass_kg * reach_m * reach_m;
+    uint32_t lag = 10;
+    while (lag < HEXLOAD_LAG_TICKS_MAX) {
+        const hexload_real_t window = (hexload_real_t)(2 * lag + 1);
+        if (HEXLOAD_REAL(12.0) * ratio * ratio <= window * window * window) {
+            break;
+        }
+        lag++;
+    }
+    momentum->lag_ticks = lag;
 }
 
 static bool are_finite(const hexload_real_t* values, int count) {
@@ -107,6 +148,7 @@ hexload_status_t hexload_config_check(const hexload_config_t* config, const char
     const hexload_geometry_t* geometry = &config->geometry;
     const hexload_sensors_t* sensors = &config->sensors;
     const hexload_paper_config_t* paper = &config->paper;
+    const hexload_momentum_config_t* momentum = &config->momentum;
     const hexload_real_t million = HEXLOAD_REAL(1e6);
     const struct {
         const char* name;
@@ -123,6 +165,9 @@ hexload_status_t hexload_config_check(const hexload_config_t* config, const char
         {"platform.mass_kg", are_positive_up_to(million, &config->platform.mass_kg, 1)},
         {"platform.com_m", are_finite(config->platform.com_m, 3)},
         {"platform.inertia_kg_m2", is_inertia_of_body(&config->platform)},
+        {"gravity_m_s2", is_in(config->gravity_m_s2, HEXLOAD_REAL(0.0), HEXLOAD_REAL(30.0))},
+        {"sensors.displacement_sigma_m",
+         are_positive_up_to(HEXLOAD_REAL(0.1), &sensors->displacement_sigma_m, 1)},
         {"sensors.velocity_sigma_m_s",
          are_positive_up_to(HEXLOAD_REAL(1.0), &sensors->velocity_sigma_m_s, 1)},
         {"sensors.force_sigma_n", are_positive_up_to(HEXLOAD_REAL(1e5), &sensors->force_sigma_n, 1)},
@@ -139,6 +184,22 @@ hexload_status_t hexload_config_check(const hexload_config_t* config, const char
          is_in(paper->converged_relative_sigma, HEXLOAD_REAL(0.0), HEXLOAD_REAL(1.0))},
         {"paper.longest_gap_ticks", paper->longest_gap_ticks >= 1},
         {"paper.longest_gate_ticks", paper->longest_gate_ticks >= 1},
+        {"momentum.lag_ticks", momentum->lag_ticks >= 3 && momentum->lag_ticks <= HEXLOAD_LAG_TICKS_MAX},
+        {"momentum.longest_gap_ticks", momentum->longest_gap_ticks >= 1 &&
+                                           momentum->longest_gap_ticks <= HEXLOAD_MISSING_TICKS_MAX},
+        {"momentum.prior_mass_kg", is_in(momentum->prior_mass_kg, HEXLOAD_REAL(0.0), million)},
+        {"momentum.prior_mass_sigma_kg", are_positive_up_to(million, &momentum->prior_mass_sigma_kg, 1)},
+        {"momentum.prior_moment_sigma_kg_m",
+         are_positive_up_to(million, &momentum->prior_moment_sigma_kg_m, 1)},
+        {"momentum.prior_inertia_sigma_kg_m2",
+         are_positive_up_to(million, &momentum->prior_inertia_sigma_kg_m2, 1)},
+        {"momentum.inconsistent_nis", is_in(momentum->inconsistent_nis, HEXLOAD_REAL(6.0), million)},
+        {"momentum.nis_time_constant_s",
+         is_in(momentum->nis_time_constant_s, config->tick_s, HEXLOAD_REAL(1e3))},
+        {"momentum.converged_relative_sigma",
+         is_in(momentum->converged_relative_sigma, HEXLOAD_REAL(0.0), HEXLOAD_REAL(1.0))},
+        {"momentum.excitation_time_constant_s",
+         is_in(momentum->excitation_time_constant_s, config->tick_s, HEXLOAD_REAL(1e3))},
     };
     const char* name = NULL;
     for (size_t k = 0; k < sizeof fields / sizeof fields[0] && name == NULL; k++) {

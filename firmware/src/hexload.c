@@ -1,5 +1,7 @@
 #include "hexload/hexload.h"
 
+#include "health.h"
+
 #include <stddef.h>
 
 // The lasting memory of an estimator: 4-byte numbers, or 8-byte ones in the reference build.
@@ -23,33 +25,17 @@ hexload_status_t hexload_init(hexload_t* self, const hexload_config_t* config) {
     return HEXLOAD_OK;
 }
 
-static hexload_status_t refuse(hexload_t* self, hexload_status_t status) {
-    if (self->health.refused < UINT32_MAX) {
-        self->health.refused++;
-    }
-    return status;
-}
-
-static void count_health(hexload_health_t* health, uint32_t bits) {
-    health->bits = bits;
-    for (int bit = 0; bit < HEXLOAD_HEALTH_BITS; bit++) {
-        if (((bits >> bit) & 1u) != 0 && health->count[bit] < UINT32_MAX) {
-            health->count[bit]++;
-        }
-    }
-}
-
 hexload_status_t hexload_tick(hexload_t* self, const hexload_config_t* config,
                               const hexload_leg_sample_t* sample, hexload_estimate_t* estimate) {
     uint32_t health = 0;
     uint32_t gap_ticks = 0;
     hexload_status_t status = hexload_leg_sample_check(&self->leg_gate, config, sample, &gap_ticks, &health);
     if (status != HEXLOAD_OK) {
-        return refuse(self, status);
+        return hexload_health_refuse(&self->health, status);
     }
     status = hexload_kinematics_solve(&self->kinematics, config, sample, &self->motion);
     if (status != HEXLOAD_OK) {
-        return refuse(self, status);
+        return hexload_health_refuse(&self->health, status);
     }
     hexload_leg_sample_accept(&self->leg_gate, sample);
 
@@ -58,6 +44,6 @@ hexload_status_t hexload_tick(hexload_t* self, const hexload_config_t* config,
                               &health);
     hexload_supervisor_judge(&self->supervisor, config, &self->paper_filter, estimate, &health);
     estimate->tick = sample->tick;
-    count_health(&self->health, health);
+    hexload_health_count(&self->health, health);
     return HEXLOAD_OK;
 }

@@ -136,3 +136,15 @@ void leg_blocks_rate_gain(const hexload_leg_blocks_t* blocks, hexload_real_t gai
         }
     }
 }
+
+void leg_blocks_velocity_of_leg(const hexload_leg_blocks_t* blocks, uint32_t leg,
+                                const hexload_real_t omega[3], hexload_real_t v[3]) {
+    hexload_real_t left[3];
+    for (int i = 0; i < 3; i++) {
+        const hexload_real_t own = blocks->leg[i] == leg ? HEXLOAD_REAL(1.0) : HEXLOAD_REAL(0.0);
+        left[i] = own - dot3(blocks->M1[i], omega);
+    }
+    for (int i = 0; i < 3; i++) {
+        v[i] = dot3(blocks->E1_inverse[i], left);
+    }
+}

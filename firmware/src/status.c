@@ -1,5 +1,7 @@
 #include "hexload/status.h"
 
+#include "health.h"
+
 const char* hexload_status_name(hexload_status_t status) {
     switch (status) {
     case HEXLOAD_OK:
@@ -41,8 +43,28 @@ const char* hexload_health_name(hexload_health_bit_t bit) {
         return "filter restarted";
     case HEXLOAD_HEALTH_NOISE_BOUNDED:
         return "noise removal bounded";
+    case HEXLOAD_HEALTH_LOAD_CHANGED:
+        return "load changed";
+    case HEXLOAD_HEALTH_NOISE_MISSTATED:
+        return "noise misstated";
     case HEXLOAD_HEALTH_BITS:
     default:
         return "unknown health bit";
+    }
+}
+
+hexload_status_t hexload_health_refuse(hexload_health_t* health, hexload_status_t status) {
+    if (health->refused < UINT32_MAX) {
+        health->refused++;
+    }
+    return status;
+}
+
+void hexload_health_count(hexload_health_t* health, uint32_t bits) {
+    health->bits = bits;
+    for (int bit = 0; bit < HEXLOAD_HEALTH_BITS; bit++) {
+        if (((bits >> bit) & 1u) != 0 && health->count[bit] < UINT32_MAX) {
+            health->count[bit]++;
+        }
     }
 }

@@ -66,8 +66,9 @@ template <std::size_t size> std::array<double, size> as_doubles(const hexload_re
     return result;
 }
 
-template <std::size_t size>
-void copy_to(const std::array<double, size>& values, hexload_real_t (&out)[size]) {
+template <std::size_t size, std::size_t capacity>
+void copy_to(const std::array<double, size>& values, hexload_real_t (&out)[capacity]) {
+    static_assert(size <= capacity);
     std::transform(values.begin(), values.end(), out,
                    [](double value) { return static_cast<hexload_real_t>(value); });
 }

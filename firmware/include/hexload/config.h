@@ -45,6 +45,7 @@ typedef struct hexload_platform {
 /// The legs' sensors. Sigmas are those of white noise at the tick rate; understating them makes every sigma
 /// too small.
 typedef struct hexload_sensors {
+    hexload_real_t displacement_sigma_m; ///< 0..0.1, not 0
     hexload_real_t velocity_sigma_m_s; ///< 0..1, not 0
     hexload_real_t force_sigma_n;      ///< 0..1e5, not 0
     hexload_real_t
@@ -68,12 +69,28 @@ typedef struct hexload_paper_config {
     uint32_t longest_gate_ticks; ///< innovations gated one after the other; >= 1. Beyond: rates restart
 } hexload_paper_config_t;
 
+/// Tuning of the momentum filter.
+typedef struct hexload_momentum_config {
+    uint32_t lag_ticks;         ///< how far the filter runs behind; 3..HEXLOAD_LAG_TICKS_MAX
+    uint32_t longest_gap_ticks; ///< from sample to sample that is bridged; 1..16. Beyond: momentum restarts
+    hexload_real_t prior_mass_kg;             ///< of the load; 0..1e6
+    hexload_real_t prior_mass_sigma_kg;       ///< 0..1e6, not 0; small: the mass is known
+    hexload_real_t prior_moment_sigma_kg_m;   ///< of hx, hy, hz; 0..1e6, not 0
+    hexload_real_t prior_inertia_sigma_kg_m2; ///< of the tensor's entries; 0..1e6, not 0
+    hexload_real_t inconsistent_nis; ///< verdict "inconsistent" above this mean NIS; 6..1e6 (ideal: 6)
+    hexload_real_t nis_time_constant_s;        ///< of that mean; tick_s..1e3
+    hexload_real_t converged_relative_sigma;   ///< "converged" below this part of the scale; 0..1
+    hexload_real_t excitation_time_constant_s; ///< how far back the motion counts; tick_s..1e3
+} hexload_momentum_config_t;
+
 typedef struct hexload_config {
-    hexload_real_t tick_s; ///< sampling period; 1e-4..5e-3
+    hexload_real_t tick_s;       ///< sampling period; 1e-4..5e-3
+    hexload_real_t gravity_m_s2; ///< downwards; 0..30
     hexload_geometry_t geometry;
     hexload_platform_t platform;
     hexload_sensors_t sensors;
     hexload_paper_config_t paper;
+    hexload_momentum_config_t momentum;
 } hexload_config_t;
 
 /// Start covariance of the paper's filter.
@@ -91,6 +108,14 @@ void hexload_config_default(hexload_config_t* config);
 
 /// Sets the four prior sigmas of config->paper for its load mass.
 void hexload_config_set_prior(hexload_config_t* config, hexload_prior_t prior);
+
+/// Sets lag_ticks and the prior sigmas of config->momentum for its sensors, tick, platform and hinges.
+///
+/// The prior spans loads of a few times the platform's own mass within the hinge circle; nothing is known
+/// about their place. The lag is the shortest at which the smooth twist's noise,
+/// (sigma_d / tick_s) sqrt(12 / (2 lag + 1)^3), is below a twenty-fourth of the velocity sensor's, from
+/// 10 ticks to HEXLOAD_LAG_TICKS_MAX.
+void hexload_config_set_momentum(hexload_config_t* config);
 
 /// Checks every field's range.
 /// @param[out] bad_field name of the first field outside its range, e.g. "geometry.home_leg_length_m"; static

@@ -18,6 +18,7 @@
 #include "hexload/wrench.h"
 #include "hexload/paper_filter.h"
 #include "hexload/supervisor.h"
+#include "hexload/momentum.h"
 
 HEXLOAD_DECLS_BEGIN
 

@@ -5,9 +5,14 @@
 
 namespace hexload::sim {
 
-std::span<const std::string_view> paper_parameter_names() {
-    static constexpr std::array<std::string_view, HEXLOAD_PAPER_DIM> names = {"dz", "Ixx", "Iyy", "Izz"};
-    return names;
+std::span<const std::string_view> parameter_names(EstimatorKind kind) {
+    static constexpr std::array<std::string_view, HEXLOAD_PAPER_DIM> paper = {"dz", "Ixx", "Iyy", "Izz"};
+    static constexpr std::array<std::string_view, HEXLOAD_LOAD_DIM> load = {
+        "m", "hx", "hy", "hz", "Ixx", "Iyy", "Izz", "Ixy", "Ixz", "Iyz"};
+    if (kind == EstimatorKind::paper) {
+        return paper;
+    }
+    return load;
 }
 
 EstimateRow estimate_row(const hexload_estimate_t& estimate, double t_s, std::uint32_t health_bits) {

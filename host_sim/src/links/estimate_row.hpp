@@ -2,12 +2,14 @@
 #pragma once
 
 #include <hexload_sim/estimator_link.hpp>
+#include <hexload_sim/platform_file.hpp>
 
 #include <hexload/hexload.h>
 
 namespace hexload::sim {
 
-std::span<const std::string_view> paper_parameter_names();
+// In the order of the firmware's arrays.
+std::span<const std::string_view> parameter_names(EstimatorKind kind);
 
 EstimateRow estimate_row(const hexload_estimate_t& estimate, double t_s, std::uint32_t health_bits);
 

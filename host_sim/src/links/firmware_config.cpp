@@ -8,6 +8,9 @@ namespace hexload::sim {
 
 namespace {
 
+// What "known" means to the momentum filter, which finds masses to 0.01 % by itself.
+constexpr double known_mass_relative_sigma = 1e-3;
+
 hexload_real_t real(double value) {
     return static_cast<hexload_real_t>(value);
 }
@@ -56,6 +59,8 @@ hexload_config_t firmware_config(const PlatformFile& platform, const EstimatorSe
     config.platform.inertia_kg_m2[HEXLOAD_I_XZ] = real(inertia(0, 2));
     config.platform.inertia_kg_m2[HEXLOAD_I_YZ] = real(inertia(1, 2));
 
+    config.gravity_m_s2 = real(platform.gravity_m_s2);
+    config.sensors.displacement_sigma_m = real(platform.sensors.displacement_sigma_m);
     config.sensors.velocity_sigma_m_s = real(platform.sensors.velocity_sigma_m_s);
     config.sensors.force_sigma_n = real(platform.sensors.force_sigma_n);
     if (platform.known_mass_kg) {
@@ -63,15 +68,17 @@ hexload_config_t firmware_config(const PlatformFile& platform, const EstimatorSe
     }
     hexload_config_set_prior(&config,
                              settings.prior == PaperPrior::safe ? HEXLOAD_PRIOR_SAFE : HEXLOAD_PRIOR_PRINTED);
+    hexload_config_set_momentum(&config);
+    if (platform.known_mass_kg) {
+        config.momentum.prior_mass_kg = config.paper.load_mass_kg;
+        config.momentum.prior_mass_sigma_kg = real(known_mass_relative_sigma) * config.paper.load_mass_kg;
+    }
     return config;
 }
 
 hexload_config_t checked_firmware_config(const PlatformFile& platform, const EstimatorSettings& settings,
                                          double sampling_s) {
-    if (settings.kind == EstimatorKind::momentum) {
-        throw InputError("estimator: found momentum, expected paper: this version has no other");
-    }
-    if (!platform.known_mass_kg) {
+    if (settings.kind == EstimatorKind::paper && !platform.known_mass_kg) {
         throw InputError(
             "load.known_mass_kg: found nothing, expected the load's mass, which the paper's filter needs");
     }

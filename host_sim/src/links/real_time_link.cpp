@@ -69,7 +69,7 @@ class RealTimeLink final : public EstimatorLink {
         : session_(std::move(wire), settings) {}
 
     std::span<const std::string_view> parameter_names() const override {
-        return paper_parameter_names();
+        return sim::parameter_names(EstimatorKind::paper);
     }
 
     void start() override {

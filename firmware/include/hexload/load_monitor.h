@@ -1,0 +1,41 @@
+/// @file load_monitor.h
+/// Whether the load is still the one that the filter knows, at once: the momentum of the present tick, with
+/// the parameters as they are, against the present leg speeds.
+///
+/// The momentum filter runs lag_ticks behind, so its own innovations would tell of a new load that much too
+/// late. Here mu has six states of its own and no smoothing. What the filter does not know yet counts as noise:
+/// each parameter with its sigma, as far as the present forces would show it within the memory of the test.
+#ifndef HEXLOAD_LOAD_MONITOR_H
+#define HEXLOAD_LOAD_MONITOR_H
+
+#include "hexload/momentum_filter.h"
+
+HEXLOAD_DECLS_BEGIN
+
+typedef struct hexload_load_monitor {
+    hexload_real_t momentum[6];
+    hexload_real_t covariance[21];          ///< lower triangle by rows
+    hexload_real_t theta[HEXLOAD_LOAD_DIM]; ///< that of the last tick
+    hexload_momentum_input_t last_input;
+    hexload_real_t last_force_n[2][HEXLOAD_LEGS]; ///< newest first
+    hexload_real_t nis;      ///< of the last sample, bounded; 6 when nothing could be told
+    hexload_real_t nis_mean; ///< leaky; ideal 6
+    uint32_t ticks;                               ///< since the start, up to two
+} hexload_load_monitor_t;
+
+/// mu comes with the next sample.
+void hexload_load_monitor_init(hexload_load_monitor_t* self);
+
+/// One sample of the present.
+/// @param gap_ticks periods since the last; more than longest_gap_ticks: mu begins anew.
+/// @return true when the load has changed. Reentrant, constant time.
+HEXLOAD_MUST_USE bool hexload_load_monitor_step(hexload_load_monitor_t* self, const hexload_config_t* config,
+                                                const hexload_sensors_t* sensors,
+                                                const hexload_momentum_filter_t* filter,
+                                                const hexload_leg_sample_t* sample,
+                                                const hexload_motion_t* motion,
+                                                const hexload_leg_blocks_t* jacobian, uint32_t gap_ticks);
+
+HEXLOAD_DECLS_END
+
+#endif

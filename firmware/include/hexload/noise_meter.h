@@ -1,0 +1,39 @@
+/// @file noise_meter.h
+/// White noise of the legs' velocity and force sensors, measured beside the motion.
+///
+/// The third difference x(k) - 3 x(k-1) + 3 x(k-2) - x(k-3) of a sampled motion is next to nothing: at 1 kHz
+/// and 10 Hz it passes 2.5e-4 of the amplitude, and of white noise sqrt(20) sigma. Its leaky mean square over
+/// the six legs tells the sensors' sigma within a few per cent, whatever the load. Where that is far from the
+/// stated sigma, the filters use what was measured.
+#ifndef HEXLOAD_NOISE_METER_H
+#define HEXLOAD_NOISE_METER_H
+
+#include "hexload/leg_sample.h"
+
+HEXLOAD_DECLS_BEGIN
+
+enum { HEXLOAD_NOISE_HISTORY = 3 };
+
+typedef struct hexload_noise_meter {
+    hexload_real_t last_velocity_m_s[HEXLOAD_NOISE_HISTORY][HEXLOAD_LEGS]; ///< newest first
+    hexload_real_t last_force_n[HEXLOAD_NOISE_HISTORY][HEXLOAD_LEGS];
+    uint32_t history;              ///< consecutive ticks in them
+    uint32_t ticks;                ///< measured so far, up to the time constant
+    hexload_real_t velocity_ratio; ///< (measured / stated sigma)^2; 1 before anything was measured
+    hexload_real_t force_ratio;
+} hexload_noise_meter_t;
+
+void hexload_noise_meter_init(hexload_noise_meter_t* self);
+
+/// One sample. @param gap_ticks periods since the last. Reentrant, constant time.
+void hexload_noise_meter_step(hexload_noise_meter_t* self, const hexload_config_t* config,
+                              const hexload_leg_sample_t* sample, uint32_t gap_ticks);
+
+/// The sensors as the filters should take them.
+/// @param[in,out] health sets NOISE_MISSTATED where a measured sigma is used.
+void hexload_noise_meter_read(const hexload_noise_meter_t* self, const hexload_sensors_t* stated,
+                              hexload_sensors_t* sensors, uint32_t* health);
+
+HEXLOAD_DECLS_END
+
+#endif

@@ -1,0 +1,198 @@
+#include "hexload/load_monitor.h"
+
+#include "leg_blocks.h"
+#include "linalg.h"
+#include "momentum_model.h"
+
+#include <string.h>
+
+#define IDEAL_NIS HEXLOAD_REAL(6.0)
+
+/// Time constant of the mean, and how long an error of the parameters has added up in mu.
+#define MEMORY_S HEXLOAD_REAL(0.05)
+
+/// The mean's threshold; the chance of a false alarm is that of the mean of 100 independent NIS.
+#define ALARM_NIS HEXLOAD_REAL(12.0)
+
+/// One tick counts this much at most: a single spike raises the mean by 2.
+#define LARGEST_NIS HEXLOAD_REAL(120.0)
+
+enum { DIM = HEXLOAD_LOAD_DIM };
+
+void hexload_load_monitor_init(hexload_load_monitor_t* self) {
+    *self = (hexload_load_monitor_t){.nis = IDEAL_NIS, .nis_mean = IDEAL_NIS};
+}
+
+/// mu of the measured twist.
+static void seed(hexload_load_monitor_t* self, const hexload_sensors_t* sensors, const hexload_real_t body[DIM],
+                 const hexload_motion_t* motion, const hexload_leg_blocks_t* jacobian) {
+    const hexload_real_t sigma_m_s = sensors->velocity_sigma_m_s;
+    hexload_real_t variance[HEXLOAD_LEGS];
+    hexload_real_t columns[HEXLOAD_LEGS][6];
+    momentum_of_body(body, motion, motion->twist, self->momentum);
+    memset(self->covariance, 0, sizeof self->covariance);
+    momentum_of_leg_speeds(body, motion, jacobian, columns);
+    for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
+        variance[leg] = sigma_m_s * sigma_m_s;
+    }
+    momentum_add_noise(columns, variance, self->covariance, 0);
+}
+
+/// A force that jumps between two ticks is not a trapezoid: its second difference, beyond three sigma of
+/// noise, counts as an error of a quarter of the jump.
+static hexload_real_t force_variance(const hexload_load_monitor_t* self, hexload_real_t sigma_n, int leg,
+                                     const hexload_leg_sample_t* sample) {
+    const hexload_real_t variance = sigma_n * sigma_n;
+    if (self->ticks < 2) {
+        return variance;
+    }
+    const hexload_real_t jump_n = sample->force_n[leg] -
+                                  HEXLOAD_REAL(2.0) * self->last_force_n[0][leg] + self->last_force_n[1][leg];
+    const hexload_real_t beyond = jump_n * jump_n - HEXLOAD_REAL(54.0) * variance; // 9 (1 + 4 + 1)
+    return variance + hexload_max(HEXLOAD_REAL(0.0), beyond) / HEXLOAD_REAL(16.0);
+}
+
+static void predict(hexload_load_monitor_t* self, const hexload_config_t* config,
+                    const hexload_sensors_t* sensors,
+                    const hexload_real_t body[DIM], const hexload_leg_sample_t* sample,
+                    const hexload_motion_t* motion, const hexload_momentum_input_t* input,
+                    hexload_real_t dt_s) {
+    hexload_real_t variance[HEXLOAD_LEGS];
+    hexload_real_t columns[HEXLOAD_LEGS][6];
+    hexload_real_t G[PULLED][LIFTED];
+    momentum_pull(&self->last_input, input, dt_s * config->gravity_m_s2, G);
+    momentum_move(self->momentum, &self->last_input, input, dt_s, G, body);
+    for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
+        momentum_of_push(motion, leg, columns[leg]);
+        variance[leg] = dt_s * dt_s * force_variance(self, sensors->force_sigma_n, leg, sample);
+    }
+    momentum_add_noise(columns, variance, self->covariance, 0);
+}
+
+/// One leg's speed. Returns the normalised innovation squared.
+static hexload_real_t update(hexload_load_monitor_t* self, const hexload_real_t H[6],
+                             hexload_real_t velocity_m_s, hexload_real_t variance) {
+    hexload_real_t* P = self->covariance;
+    hexload_real_t PH[6] = {0};
+    hexload_real_t S = variance;
+    hexload_real_t innovation = velocity_m_s;
+    for (int i = 0; i < 6; i++) {
+        for (int j = 0; j < 6; j++) {
+            PH[i] += P[j <= i ? ROW(i) + j : ROW(j) + i] * H[j];
+        }
+        S += H[i] * PH[i];
+        innovation -= H[i] * self->momentum[i];
+    }
+    const hexload_real_t inverse_S = HEXLOAD_REAL(1.0) / S;
+    for (int i = 0; i < 6; i++) {
+        const hexload_real_t gain = inverse_S * PH[i];
+        self->momentum[i] += gain * innovation;
+        for (int j = 0; j <= i; j++) {
+            P[ROW(i) + j] -= gain * PH[j];
+        }
+    }
+    return innovation * innovation * inverse_S;
+}
+
+/// Acceleration less gravity that the legs' forces give the body.
+static void specific_force(const momentum_row_t rows[HEXLOAD_LEGS], const hexload_motion_t* motion,
+                           const hexload_leg_sample_t* sample, const hexload_leg_blocks_t* jacobian,
+                           hexload_real_t acceleration[6]) {
+    hexload_real_t wrench[6] = {0};
+    hexload_real_t of_leg[HEXLOAD_LEGS];
+    for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
+        for (int k = 0; k < 6; k++) {
+            wrench[k] += sample->force_n[leg] * motion->J[leg][k];
+        }
+    }
+    for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
+        of_leg[leg] = dot3(rows[leg].at_origin, &wrench[0]) + dot3(rows[leg].angular, &wrench[3]);
+    }
+    leg_blocks_solve(jacobian, of_leg, acceleration);
+}
+
+/// What the parameters' errors do to mu with these forces. They last, so over the memory they add up; noise of
+/// this strength adds up to the same variance.
+static void add_unknown(hexload_load_monitor_t* self, const hexload_momentum_filter_t* filter,
+                        const hexload_leg_sample_t* sample, const hexload_motion_t* motion,
+                        const hexload_leg_blocks_t* jacobian, const momentum_row_t rows[HEXLOAD_LEGS],
+                        hexload_real_t dt_s) {
+    hexload_real_t acceleration[6];
+    hexload_real_t Y[6][DIM];
+    hexload_real_t spread[6][6];
+    specific_force(rows, motion, sample, jacobian, acceleration);
+    momentum_regressor(motion, acceleration, Y);
+    momentum_spread(filter, Y, spread);
+    for (int a = 0; a < 6; a++) {
+        for (int b = 0; b <= a; b++) {
+            self->covariance[ROW(a) + b] += MEMORY_S * dt_s * spread[a][b];
+        }
+    }
+}
+
+static hexload_real_t correct(hexload_load_monitor_t* self, const hexload_sensors_t* sensors,
+                              const hexload_leg_sample_t* sample, const momentum_row_t rows[HEXLOAD_LEGS]) {
+    const hexload_real_t sigma_m_s = sensors->velocity_sigma_m_s;
+    hexload_real_t nis = HEXLOAD_REAL(0.0);
+    for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
+        hexload_real_t H[6];
+        memcpy(&H[0], rows[leg].linear, sizeof rows[leg].linear);
+        memcpy(&H[3], rows[leg].angular, sizeof rows[leg].angular);
+        nis += update(self, H, sample->velocity_m_s[leg], sigma_m_s * sigma_m_s);
+    }
+    return nis;
+}
+
+static void remember(hexload_load_monitor_t* self, const hexload_leg_sample_t* sample,
+                     const hexload_momentum_input_t* input) {
+    self->last_input = *input;
+    memcpy(self->last_force_n[1], self->last_force_n[0], sizeof self->last_force_n[1]);
+    memcpy(self->last_force_n[0], sample->force_n, sizeof self->last_force_n[0]);
+    self->ticks += self->ticks < 2 ? 1 : 0;
+}
+
+/// Takes over the filter's parameters: mu goes with them, as far as the platform moves.
+static void follow_filter(hexload_load_monitor_t* self, const hexload_momentum_filter_t* filter,
+                          const hexload_motion_t* motion, hexload_real_t body[DIM]) {
+    hexload_real_t change[DIM];
+    hexload_real_t momentum[6];
+    for (int k = 0; k < DIM; k++) {
+        change[k] = filter->theta[k] - self->theta[k];
+        self->theta[k] = filter->theta[k];
+        body[k] = filter->platform[k] + filter->theta[k];
+    }
+    momentum_of_body(change, motion, motion->twist, momentum);
+    for (int k = 0; k < 6; k++) {
+        self->momentum[k] += momentum[k];
+    }
+}
+
+bool hexload_load_monitor_step(hexload_load_monitor_t* self, const hexload_config_t* config,
+                               const hexload_sensors_t* sensors,
+                               const hexload_momentum_filter_t* filter, const hexload_leg_sample_t* sample,
+                               const hexload_motion_t* motion, const hexload_leg_blocks_t* jacobian,
+                               uint32_t gap_ticks) {
+    hexload_real_t body[DIM];
+    hexload_momentum_input_t input;
+    momentum_row_t rows[HEXLOAD_LEGS];
+    momentum_read_input(motion, sample->force_n, &input);
+    follow_filter(self, filter, motion, body);
+    if (!momentum_rows(body, motion, rows)) { // nothing can be told yet
+        hexload_load_monitor_init(self);
+        return false;
+    }
+    if (self->ticks == 0 || gap_ticks > config->momentum.longest_gap_ticks) {
+        hexload_load_monitor_init(self);
+        memcpy(self->theta, filter->theta, sizeof self->theta);
+        seed(self, sensors, body, motion, jacobian);
+    } else {
+        const hexload_real_t dt_s = config->tick_s * (hexload_real_t)gap_ticks;
+        predict(self, config, sensors, body, sample, motion, &input, dt_s);
+        add_unknown(self, filter, sample, motion, jacobian, rows, dt_s);
+        const hexload_real_t nis = correct(self, sensors, sample, rows);
+        self->nis = hexload_min(nis, LARGEST_NIS);
+        self->nis_mean += config->tick_s / MEMORY_S * (self->nis - self->nis_mean);
+    }
+    remember(self, sample, &input);
+    return self->nis_mean > ALARM_NIS;
+}

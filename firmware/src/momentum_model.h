@@ -1,0 +1,78 @@
+/// @file momentum_model.h
+/// The momentum of a body on the platform and what the leg speeds say about it. Internal. All vectors in base
+/// axes, momentum about the fixed home point of O_A; bodies as in enum hexload_load_parameter.
+#ifndef HEXLOAD_MOMENTUM_MODEL_H
+#define HEXLOAD_MOMENTUM_MODEL_H
+
+#include "hexload/momentum_filter.h"
+
+/// Where row i of a lower triangle begins that is stored by rows.
+#define ROW(i) ((i) * ((i) + 1) / 2)
+
+/// [P; H] of a body that moves with a twist: Y(p, R, V) theta.
+void momentum_of_body(const hexload_real_t theta[HEXLOAD_LOAD_DIM], const hexload_motion_t* motion,
+                      const hexload_real_t twist[6], hexload_real_t momentum[6]);
+
+/// Y(p, R, V). Rows of P have no entries beyond h.
+void momentum_regressor(const hexload_motion_t* motion, const hexload_real_t twist[6],
+                        hexload_real_t Y[6][HEXLOAD_LOAD_DIM]);
+
+/// Row of Y times ten numbers; of the linear momentum's rows only m and h count.
+static inline hexload_real_t momentum_times_row(const hexload_real_t Y[HEXLOAD_LOAD_DIM],
+                                                const hexload_real_t x[HEXLOAD_LOAD_DIM], bool is_linear) {
+    hexload_real_t sum = Y[0] * x[0] + Y[1] * x[1] + Y[2] * x[2] + Y[3] * x[3];
+    if (!is_linear) {
+        sum += Y[4] * x[4] + Y[5] * x[5] + Y[6] * x[6] + Y[7] * x[7] + Y[8] * x[8] + Y[9] * x[9];
+    }
+    return sum;
+}
+
+/// Y P_tt Y^T, lower triangle: how uncertain the parameters leave what Y makes of them.
+void momentum_spread(const hexload_momentum_filter_t* filter, hexload_real_t Y[6][HEXLOAD_LOAD_DIM],
+                     hexload_real_t spread[6][6]);
+
+/// Wrench about the fixed home point, and what gravity's moment needs.
+void momentum_read_input(const hexload_motion_t* motion, const hexload_real_t force_n[HEXLOAD_LEGS],
+                         hexload_momentum_input_t* input);
+
+/// Rows of G that are not zero, and its columns: gravity acts on P_z, H_x and H_y, through m, hx, hy and hz.
+enum { FIRST_PULLED = 2, PULLED = 3, LIFTED = 4 };
+
+/// Gbar: G over an interval, trapezoidal. @param impulse_m_s gravity times the interval.
+void momentum_pull(const hexload_momentum_input_t* last, const hexload_momentum_input_t* input,
+                   hexload_real_t impulse_m_s, hexload_real_t G[PULLED][LIFTED]);
+
+/// mu+ = mu + dt/2 (u + u_last) + Gbar theta.
+void momentum_move(hexload_real_t momentum[6], const hexload_momentum_input_t* last,
+                   const hexload_momentum_input_t* input, hexload_real_t dt_s,
+                   hexload_real_t G[PULLED][LIFTED], const hexload_real_t body[HEXLOAD_LOAD_DIM]);
+
+/// Momentum that one newton second on a leg gives: a column of Jw.
+void momentum_of_push(const hexload_motion_t* motion, int leg, hexload_real_t momentum[6]);
+
+/// Momentum of a body whose legs move at unit speed, one after the other: columns of M J^-1.
+void momentum_of_leg_speeds(const hexload_real_t theta[HEXLOAD_LOAD_DIM], const hexload_motion_t* motion,
+                            const hexload_leg_blocks_t* jacobian, hexload_real_t columns[HEXLOAD_LEGS][6]);
+
+/// Adds the sum of variance x x^T over the columns x to a covariance of mu: the lower triangle by rows, row a of
+/// which begins skipped + ... entries further than the last; `skipped` entries stand before each row.
+void momentum_add_noise(hexload_real_t columns[HEXLOAD_LEGS][6], const hexload_real_t variance[HEXLOAD_LEGS],
+                        hexload_real_t* covariance, int skipped);
+
+/// A row T of J M^-1: how much a leg's speed grows with momentum. M is the mass matrix of a body, so
+/// mu = M V; c its centre of mass seen from O_A.
+typedef struct momentum_row {
+    hexload_real_t linear[3];  ///< by P
+    hexload_real_t angular[3]; ///< by H
+    hexload_real_t at_origin[3]; ///< by P when H is taken about O_A
+} momentum_row_t;
+
+/// @return false when theta is no body: its central inertia is not positive definite.
+bool momentum_rows(const hexload_real_t theta[HEXLOAD_LOAD_DIM], const hexload_motion_t* motion,
+                   momentum_row_t rows[HEXLOAD_LEGS]);
+
+/// T Y(V): how much a leg's speed would grow with each parameter of a body that moves with a twist.
+void momentum_row_by_theta(const momentum_row_t* row, const hexload_motion_t* motion,
+                           const hexload_real_t twist[6], hexload_real_t by_theta[HEXLOAD_LOAD_DIM]);
+
+#endif
