@@ -56,16 +56,21 @@ constexpr char msgpack_true = '\xc3';
 } // namespace
 
 SCENARIO("buses are chosen by name") {
-    GIVEN("names of both kinds") {
+    GIVEN("names of all kinds") {
         WHEN("they are parsed") {
             const auto can = std::get<SocketCanName>(parse_channel_name("socketcan:can7"));
             const auto group = std::get<UdpMulticastName>(parse_channel_name("udp_multicast:239.1.2.3"));
             const auto port = std::get<UdpMulticastName>(parse_channel_name("udp_multicast:239.1.2.3:5000"));
+            const auto line = std::get<SlcanName>(parse_channel_name("slcan:localhost:4001"));
+            const auto device = std::get<SlcanName>(parse_channel_name("slcan:/dev/serial/by-id/usb:1"));
             THEN("their parts are found, the port by default python-can's") {
                 CHECK(can.interface == "can7");
                 CHECK(group.group == "239.1.2.3");
                 CHECK(group.port == 43113);
                 CHECK(port.port == 5000);
+                CHECK(std::get<SlcanTcpName>(line).host == "localhost");
+                CHECK(std::get<SlcanTcpName>(line).port == 4001);
+                CHECK(std::get<SlcanDeviceName>(device).path == "/dev/serial/by-id/usb:1");
             }
         }
     }
@@ -73,13 +78,14 @@ SCENARIO("buses are chosen by name") {
         WHEN("they are parsed") {
             THEN("the message lists the known forms") {
                 for (const char* name :
-                     {"", "vcan0", "socketcann:vcan0", "slcan:/dev/ttyS0", "udp_multicast"}) {
+                     {"", "vcan0", "socketcann:vcan0", "serial:/dev/ttyS0", "udp_multicast"}) {
                     CAPTURE(name);
                     const std::string message = refusal(name);
                     CHECK(message.find(std::string("found '") + name + "'") != std::string::npos);
                     CHECK(message.find("udp_multicast:") != std::string::npos);
                 }
-                CHECK(refusal("vcan0").find("expected socketcan:INTERFACE or udp_multicast:GROUP[:PORT]") !=
+                CHECK(refusal("vcan0").find(
+                          "expected socketcan:INTERFACE, udp_multicast:GROUP[:PORT], slcan:HOST:PORT") !=
                       std::string::npos);
             }
             THEN("wrong parts are named") {
@@ -88,10 +94,17 @@ SCENARIO("buses are chosen by name") {
                       std::string::npos);
                 CHECK(refusal("udp_multicast:10.0.0.1").find("an IPv4 multicast group") != std::string::npos);
                 CHECK(refusal("udp_multicast:ff15::1").find("an IPv4 multicast group") != std::string::npos);
+                for (const char* name : {"slcan:", "slcan:ttyACM0", "slcan::4001"}) {
+                    CAPTURE(name);
+                    CHECK(refusal(name).find("host and port, or the path of a serial device") !=
+                          std::string::npos);
+                }
                 for (const char* port : {"0", "65536", "-1", "80x", ""}) {
                     CAPTURE(port);
                     CHECK(refusal(std::string("udp_multicast:239.1.2.3:") + port)
-                              .find("a port from 1 to 65535") != std::string::npos);
+                              .find("a port from 1 to 65535 after the group") != std::string::npos);
+                    CHECK(refusal(std::string("slcan:127.0.0.1:") + port)
+                              .find("a port from 1 to 65535 after the host") != std::string::npos);
                 }
             }
         }

@@ -68,7 +68,7 @@ def sim(
     prior: Annotated[Optional[Prior], typer.Option(help="Start covariance, instead of the platform file's.")] = None,
     bus: Annotated[
         Optional[str],
-        typer.Option(help="Run simulator and controller as two programs on this bus: socketcan:INTERFACE, udp_multicast:GROUP[:PORT]."),
+        typer.Option(help="Run simulator and controller as two programs on this bus: socketcan:INTERFACE, udp_multicast:GROUP[:PORT]; with --external-controller also slcan:HOST:PORT, slcan:DEVICE."),
     ] = None,
     profile: Annotated[Optional[Profile], typer.Option(help="Frames of the bus: CAN FD or classic CAN.  [default: fd]")] = None,
     lockstep: Annotated[bool, typer.Option("--lockstep", help="Tick k + 1 follows when tick k is answered (default on a bus).")] = False,
@@ -185,7 +185,7 @@ def spy(
 
 @app.command()
 def bridge(
-    bus: Annotated[str, typer.Option(help="Bus to listen on: socketcan:INTERFACE, udp_multicast:GROUP[:PORT].")],
+    bus: Annotated[str, typer.Option(help="Bus to listen on: socketcan:INTERFACE, udp_multicast:GROUP[:PORT], slcan:HOST:PORT, slcan:DEVICE.")],
     profile: Annotated[Optional[Profile], typer.Option(help="Frames of the bus.  [default: fd]")] = None,
     lcm: Annotated[Optional[str], typer.Option(help="LCM's URL.  [default: udpm://239.255.76.67:7667?ttl=0]")] = None,
     samples: Annotated[bool, typer.Option("--samples", help="Publish the leg samples too, as the bus rounds them.")] = False,

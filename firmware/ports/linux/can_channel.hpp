@@ -1,4 +1,5 @@
-// A CAN bus, chosen by its name: socketcan:vcan0, udp_multicast:239.74.163.2:43113 (python-can's format).
+// A CAN bus, chosen by its name: socketcan:vcan0, udp_multicast:239.74.163.2:43113 (python-can's format),
+// slcan:127.0.0.1:4001 or slcan:/dev/ttyACM0 (classic frames as text on a serial line).
 #pragma once
 
 #include "bus/bus.h"
@@ -25,10 +26,10 @@ class ChannelNameError : public ChannelError {
 struct ChannelCounts {
     std::uint64_t sent = 0;
     std::uint64_t received = 0;
-    std::uint64_t send_retries = 0;  // queue full (ENOBUFS), tried again
+    std::uint64_t send_retries = 0;  // queue full, tried again
     std::uint64_t send_failures = 0; // given up at the deadline, or bus down
     std::uint64_t receive_drops = 0; // lost in the socket's queue, as the kernel counts them
-    std::uint64_t error_frames = 0;  // the adapter's error reports; datagrams that are no frames
+    std::uint64_t error_frames = 0;  // the adapter's error reports; what is no frame; a lost connection
 };
 
 class CanChannel {

@@ -21,11 +21,11 @@ bool is_ipv4_multicast(const std::string& group) {
     return inet_pton(AF_INET, group.c_str(), &address) == 1 && IN_MULTICAST(ntohl(address.s_addr));
 }
 
-std::uint16_t parse_port(const std::string& name, const std::string& text) {
+std::uint16_t parse_port(const std::string& name, const std::string& text, const char* place) {
     std::uint16_t port = 0;
     const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), port);
     if (error != std::errc{} || end != text.data() + text.size() || port == 0) {
-        refuse(name, "a port from 1 to 65535 after the group");
+        refuse(name, std::string("a port from 1 to 65535 after the ") + place);
     }
     return port;
 }
@@ -37,9 +37,22 @@ UdpMulticastName parse_udp_multicast(const std::string& name, const std::string&
         refuse(name, "an IPv4 multicast group, 224.0.0.0 to 239.255.255.255, after udp_multicast:");
     }
     if (colon != std::string::npos) {
-        parsed.port = parse_port(name, rest.substr(colon + 1));
+        parsed.port = parse_port(name, rest.substr(colon + 1), "group");
     }
     return parsed;
+}
+
+SlcanName parse_slcan(const std::string& name, const std::string& rest) {
+    if (rest.starts_with('/')) {
+        return SlcanDeviceName{rest};
+    }
+    const std::size_t colon = rest.find(':');
+    if (colon == 0 || colon == std::string::npos) {
+        refuse(name,
+               "host and port, or the path of a serial device, after slcan:, e.g. slcan:127.0.0.1:4001, "
+               "slcan:/dev/ttyACM0");
+    }
+    return SlcanTcpName{rest.substr(0, colon), parse_port(name, rest.substr(colon + 1), "host")};
 }
 
 } // namespace
@@ -57,8 +70,11 @@ ChannelName parse_channel_name(const std::string& name) {
     if (kind == "udp_multicast") {
         return parse_udp_multicast(name, rest);
     }
-    refuse(name, "socketcan:INTERFACE or udp_multicast:GROUP[:PORT], e.g. socketcan:vcan0, "
-                 "udp_multicast:239.74.163.2");
+    if (kind == "slcan") {
+        return parse_slcan(name, rest);
+    }
+    refuse(name, "socketcan:INTERFACE, udp_multicast:GROUP[:PORT], slcan:HOST:PORT or slcan:DEVICE, e.g. "
+                 "socketcan:vcan0, udp_multicast:239.74.163.2, slcan:/dev/ttyACM0");
 }
 
 } // namespace hexload::port

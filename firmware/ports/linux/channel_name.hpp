@@ -16,7 +16,18 @@ struct UdpMulticastName {
     std::uint16_t port = 0;
 };
 
-using ChannelName = std::variant<SocketCanName, UdpMulticastName>;
+struct SlcanTcpName {
+    std::string host;
+    std::uint16_t port = 0;
+};
+
+struct SlcanDeviceName {
+    std::string path;
+};
+
+using SlcanName = std::variant<SlcanTcpName, SlcanDeviceName>;
+
+using ChannelName = std::variant<SocketCanName, UdpMulticastName, SlcanName>;
 
 // Throws ChannelNameError, which lists the forms that there are.
 ChannelName parse_channel_name(const std::string& name);

@@ -7,13 +7,25 @@
 
 namespace hexload::port {
 
-bool wait_readable(int descriptor, std::chrono::microseconds timeout) {
-    pollfd waited{descriptor, POLLIN, 0};
+namespace {
+
+bool wait_for(short event, int descriptor, std::chrono::microseconds timeout) {
+    pollfd waited{descriptor, event, 0};
     const auto whole = std::chrono::floor<std::chrono::seconds>(timeout);
     timespec limit{};
     limit.tv_sec = whole.count();
     limit.tv_nsec = std::chrono::nanoseconds(timeout - whole).count();
     return ppoll(&waited, 1, &limit, nullptr) > 0;
+}
+
+} // namespace
+
+bool wait_readable(int descriptor, std::chrono::microseconds timeout) {
+    return wait_for(POLLIN, descriptor, timeout);
+}
+
+bool wait_writable(int descriptor, std::chrono::microseconds timeout) {
+    return wait_for(POLLOUT, descriptor, timeout);
 }
 
 std::optional<std::uint32_t> dropped_messages(msghdr& message) {

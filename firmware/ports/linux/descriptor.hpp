@@ -1,4 +1,4 @@
-// What both kinds of bus need of sockets.
+// What all kinds of bus need of descriptors.
 #pragma once
 
 #include <chrono>
@@ -38,6 +38,9 @@ class Descriptor {
 
 // Whether the descriptor can be read before `timeout` is over; a signal counts as no.
 bool wait_readable(int descriptor, std::chrono::microseconds timeout);
+
+// Whether it can be written before `timeout` is over; likewise.
+bool wait_writable(int descriptor, std::chrono::microseconds timeout);
 
 // Messages that a socket with SO_RXQ_OVFL has dropped since it was opened, if the received message says so.
 std::optional<std::uint32_t> dropped_messages(msghdr& message);

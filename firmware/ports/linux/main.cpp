@@ -61,7 +61,9 @@ void declare(CLI::App& app, Options& options) {
     const std::map<std::string, sim::PaperPrior> priors = {{"safe", sim::PaperPrior::safe},
                                                            {"printed", sim::PaperPrior::printed}};
     auto* source = app.add_option_group("source", "where samples and commands come from");
-    auto* bus = source->add_option("--bus", options.bus, "socketcan:INTERFACE or udp_multicast:GROUP[:PORT]");
+    auto* bus = source->add_option("--bus", options.bus,
+                                   "socketcan:INTERFACE, udp_multicast:GROUP[:PORT], slcan:HOST:PORT or "
+                                   "slcan:DEVICE (with --profile classic)");
     source->add_option("--feed", options.feed, "lcm or lcm:URL: no bus, messages alone");
     source->require_option(1);
     app.add_option("--platform", options.platform, "platform file (TOML): the controller's configuration")

@@ -45,7 +45,9 @@ volatile std::sig_atomic_t is_ended = 0;
 void declare(CLI::App& app, Options& options) {
     const std::map<std::string, hexload_bus_profile_t> profiles = {{"fd", HEXLOAD_BUS_FD},
                                                                    {"classic", HEXLOAD_BUS_CLASSIC}};
-    app.add_option("--bus", options.bus, "socketcan:INTERFACE or udp_multicast:GROUP[:PORT]")->required();
+    app.add_option("--bus", options.bus,
+                   "socketcan:INTERFACE, udp_multicast:GROUP[:PORT], slcan:HOST:PORT or slcan:DEVICE")
+        ->required();
     app.add_option("--profile", options.profile, "frames of the bus: fd (default) or classic")
         ->transform(CLI::CheckedTransformer(profiles));
     app.add_option("--lcm", options.lcm, "LCM's URL; the default stays within this computer");

@@ -52,7 +52,8 @@ void declare_bus(CLI::App& app, Options& options) {
                                                                    {"classic", HEXLOAD_BUS_CLASSIC}};
     auto* bus = app.add_option(
         "--bus", options.bus,
-        "where the estimator is: inproc (default), socketcan:INTERFACE, udp_multicast:GROUP[:PORT]");
+        "where the estimator is: inproc (default), socketcan:INTERFACE, udp_multicast:GROUP[:PORT], "
+        "slcan:HOST:PORT, slcan:DEVICE (with --profile classic)");
     auto* profile = app.add_option("--profile", options.profile, "frames of the bus: fd (default) or classic")
                         ->transform(CLI::CheckedTransformer(profiles));
     app.add_option("--feed", options.feed, "the estimator is not on a bus but on LCM: lcm, lcm:URL")
