@@ -5,10 +5,7 @@
 #ifndef HEXLOAD_MPS2_AN500_INSTRUCTION_COUNTER_H
 #define HEXLOAD_MPS2_AN500_INSTRUCTION_COUNTER_H
 
-#include <stdint.h>
-
-#define SYSTICK ((volatile uint32_t*)0xE000E010u) // control, reload, value
-enum { SYSTICK_CONTROL, SYSTICK_RELOAD, SYSTICK_VALUE };
+#include "systick.h"
 
 /// Lets SysTick count down from 2^24 - 1 again and again, without an interrupt.
 static inline void instruction_counter_start(void) {

@@ -1,4 +1,5 @@
 /// From reset to main(), and what happens when the processor refuses to go on.
+#include "interrupts.h"
 #include "semihosting.h"
 
 #include <stdint.h>
@@ -26,8 +27,15 @@ static void stop(void) {
     semihosting_exit(SEMIHOSTING_STATUS_FAULT);
 }
 
+// A program that uses an interrupt defines its handler.
+void systick_interrupt(void) __attribute__((weak, alias("stop")));
+void uart0_receive_interrupt(void) __attribute__((weak, alias("stop")));
+void uart0_send_interrupt(void) __attribute__((weak, alias("stop")));
+
+/// Of the processor up to SysTick, then the board's (Application Note AN500) as far as a program uses them.
 __attribute__((section(".vectors"), used)) static const struct {
     uint32_t* initial_stack;
-    void (*handler[15])(void);
+    void (*handler[17])(void);
 } vectors = {stack_top,
-             {reset, stop, stop, stop, stop, stop, stop, stop, stop, stop, stop, stop, stop, stop, stop}};
+             {reset, stop, stop, stop, stop, stop, stop, stop, stop, stop, stop, stop, stop, stop,
+              systick_interrupt, uart0_receive_interrupt, uart0_send_interrupt}};
