@@ -3,7 +3,7 @@
 import subprocess
 
 import pytest
-from hexload_tools import target
+from hexload_tools import mps2, target
 
 LIBRARIES = ("target-cortex-m4f", "target-cortex-r5f")
 
@@ -23,5 +23,6 @@ def test_preset_builds_core_bus_and_application_for_its_processor(preset):
 
 @pytest.mark.parametrize("preset", target.CORTEX_M7.values())
 def test_programs_of_the_board_are_there(preset):
-    for program in ("replay", "node", "rivals"):
+    assert mps2.program(preset).exists()
+    for program in ("replay", "momentum", "node", "rivals", "ticks"):
         assert (target.directory(preset) / "tests" / "target" / "programs" / program).exists()

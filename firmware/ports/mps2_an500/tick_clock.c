@@ -20,6 +20,8 @@ void tick_clock_start(void) {
     SYSTICK[SYSTICK_RELOAD] = COUNTS_PER_MS - 1;
     SYSTICK[SYSTICK_VALUE] = 0;
     SYSTICK[SYSTICK_CONTROL] = RUN_WITH_INTERRUPT;
+    while (SYSTICK[SYSTICK_VALUE] == 0) { // loaded with the first count; 0 would read as a whole period
+    }
 }
 
 bool tick_clock_has_period(void) {
