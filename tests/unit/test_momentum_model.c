@@ -1,0 +1,158 @@
+#include "momentum_model.h"
+#include "motion.h"
+
+#include <string.h>
+
+void setUp(void) {}
+void tearDown(void) {}
+
+static const body_t load = {450.0, {0.06, -0.04, 0.3}, {25.0, 30.0, 20.0, 1.0, -2.0, 0.5}};
+
+/// theta of a body about O_A, by the parallel-axis theorem.
+static void theta_of(const body_t* body, hexload_real_t theta[HEXLOAD_LOAD_DIM]) {
+    static const int entry[6][2] = {{0, 0}, {1, 1}, {2, 2}, {0, 1}, {0, 2}, {1, 2}};
+    const double* c = body->com_m;
+    theta[HEXLOAD_LOAD_M] = (hexload_real_t)body->mass_kg;
+    for (int k = 0; k < 3; k++) {
+        theta[HEXLOAD_LOAD_HX + k] = (hexload_real_t)(body->mass_kg * c[k]);
+    }
+    for (int n = 0; n < 6; n++) {
+        const int i = entry[n][0], j = entry[n][1];
+        const double square = i == j ? c[0] * c[0] + c[1] * c[1] + c[2] * c[2] : 0.0;
+        theta[HEXLOAD_LOAD_IXX + n] =
+            (hexload_real_t)(body->inertia_com_kg_m2[n] + body->mass_kg * (square - c[i] * c[j]));
+    }
+}
+
+/// The crooked machine in mid-motion.
+static hexload_motion_t motion_at(uint32_t tick, hexload_config_t* config, hexload_leg_sample_t* sample) {
+    const motion_t motion = random_motion(4, 0.05, 0.15);
+    hexload_kinematics_t kinematics;
+    hexload_motion_t found;
+    *config = crooked_machine();
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_OK, hexload_kinematics_init(&kinematics, config));
+    *sample = perfect_sample(config, &load, &motion, (double)kinematics.home_height_m, tick);
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_OK, hexload_kinematics_solve(&kinematics, config, sample, &found));
+    return found;
+}
+
+static void test_regressor_times_parameters_is_the_momentum(void) {
+    hexload_config_t config;
+    hexload_leg_sample_t sample;
+    const hexload_motion_t motion = motion_at(123, &config, &sample);
+    hexload_real_t theta[HEXLOAD_LOAD_DIM], momentum[6], Y[6][HEXLOAD_LOAD_DIM];
+    theta_of(&load, theta);
+    // GIVEN a body on the platform WHEN its momentum is computed in one go and by the regressor
+    momentum_of_body(theta, &motion, motion.twist, momentum);
+    momentum_regressor(&motion, motion.twist, Y);
+    // THEN both agree: ten terms of up to 500 kg m/s
+    for (int a = 0; a < 6; a++) {
+        const hexload_real_t product = momentum_times_row(Y[a], theta, a < 3);
+        TEST_ASSERT_DOUBLE_WITHIN(ROUNDINGS(40, 500.0), (double)momentum[a], (double)product);
+    }
+}
+
+static void test_rows_turn_momentum_back_into_leg_speeds(void) {
+    hexload_config_t config;
+    hexload_leg_sample_t sample;
+    const hexload_motion_t motion = motion_at(321, &config, &sample);
+    hexload_real_t theta[HEXLOAD_LOAD_DIM], momentum[6], by_theta[HEXLOAD_LOAD_DIM];
+    momentum_row_t rows[HEXLOAD_LEGS];
+    theta_of(&load, theta);
+    // GIVEN the momentum of a body that moves with the platform WHEN the rows of J M^-1 are applied
+    momentum_of_body(theta, &motion, motion.twist, momentum);
+    TEST_ASSERT_TRUE(momentum_rows(theta, &motion, rows));
+    for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
+        double speed = 0.0, by_parameters = 0.0;
+        for (int k = 0; k < 3; k++) {
+            speed += (double)rows[leg].linear[k] * (double)momentum[k] +
+                     (double)rows[leg].angular[k] * (double)momentum[3 + k];
+        }
+        momentum_row_by_theta(&rows[leg], &motion, motion.twist, by_theta);
+        for (int k = 0; k < HEXLOAD_LOAD_DIM; k++) {
+            by_parameters += (double)by_theta[k] * (double)theta[k];
+        }
+        // THEN they are the legs' speeds, and so is the sum over the parameters; a condition number of about 100
+        TEST_ASSERT_DOUBLE_WITHIN(ROUNDINGS(2000, 1.0), (double)sample.velocity_m_s[leg], speed);
+        TEST_ASSERT_DOUBLE_WITHIN(ROUNDINGS(2000, 1.0), (double)sample.velocity_m_s[leg], by_parameters);
+    }
+}
+
+static void test_no_body_has_no_rows(void) {
+    hexload_config_t config;
+    hexload_leg_sample_t sample;
+    const hexload_motion_t motion = motion_at(1, &config, &sample);
+    hexload_real_t theta[HEXLOAD_LOAD_DIM];
+    momentum_row_t rows[HEXLOAD_LEGS];
+    theta_of(&load, theta);
+    theta[HEXLOAD_LOAD_IXX] = HEXLOAD_REAL(10.0); // less than m (y^2 + z^2) of its own centre of mass
+    TEST_ASSERT_FALSE(momentum_rows(theta, &motion, rows));
+}
+
+static void test_momentum_grows_by_the_impulse_of_legs_and_gravity(void) {
+    // GIVEN leg forces that inverse dynamics, written without the firmware's formulas, has found for a motion
+    hexload_config_t config;
+    hexload_leg_sample_t sample[2];
+    const hexload_motion_t before = motion_at(200, &config, &sample[0]);
+    const hexload_motion_t after = motion_at(201, &config, &sample[1]);
+    hexload_real_t theta[HEXLOAD_LOAD_DIM], momentum[6], expected[6], G[PULLED][LIFTED];
+    hexload_momentum_filter_t filter;
+    hexload_momentum_input_t input[2];
+    hexload_momentum_filter_init(&filter, &config);
+    theta_of(&load, theta);
+    for (int k = 0; k < HEXLOAD_LOAD_DIM; k++) {
+        theta[k] += filter.platform[k];
+    }
+    momentum_of_body(theta, &before, before.twist, momentum);
+    momentum_of_body(theta, &after, after.twist, expected);
+    // WHEN the momentum is moved on by a tick
+    momentum_read_input(&before, sample[0].force_n, &input[0]);
+    momentum_read_input(&after, sample[1].force_n, &input[1]);
+    momentum_pull(&input[0], &input[1], config.tick_s * config.gravity_m_s2, G);
+    momentum_move(momentum, &input[0], &input[1], config.tick_s, G, theta);
+    // THEN it is that of the next tick: the trapezoid errs by dt^3 / 12 f'' < 1e-5 N s at 3 Hz and 3 kN, and the momenta
+    // come from poses and twists in the core's precision
+    for (int k = 0; k < 6; k++) {
+        TEST_ASSERT_DOUBLE_WITHIN(1e-4 + ROUNDINGS(400, 500.0), (double)expected[k], (double)momentum[k]);
+    }
+}
+
+static void test_spread_is_the_variance_of_the_parameters_momentum(void) {
+    // GIVEN a covariance of the parameters that is a a^T + b b^T WHEN it is spread by Y
+    hexload_config_t config;
+    hexload_leg_sample_t sample;
+    const hexload_motion_t motion = motion_at(77, &config, &sample);
+    hexload_momentum_filter_t filter;
+    hexload_real_t a[HEXLOAD_LOAD_DIM], b[HEXLOAD_LOAD_DIM], Ya[6], Yb[6];
+    hexload_real_t Y[6][HEXLOAD_LOAD_DIM], spread[6][6];
+    uint64_t seed = 9;
+    hexload_momentum_filter_init(&filter, &config);
+    for (int i = 0; i < HEXLOAD_LOAD_DIM; i++) {
+        a[i] = (hexload_real_t)uniform(&seed);
+        b[i] = (hexload_real_t)uniform(&seed);
+        for (int j = 0; j <= i; j++) {
+            filter.covariance[ROW(i) + j] = a[i] * a[j] + b[i] * b[j];
+        }
+    }
+    momentum_regressor(&motion, motion.twist, Y);
+    momentum_spread(&filter, Y, spread);
+    momentum_of_body(a, &motion, motion.twist, Ya);
+    momentum_of_body(b, &motion, motion.twist, Yb);
+    // THEN it is Y a (Y a)^T + Y b (Y b)^T
+    for (int i = 0; i < 6; i++) {
+        for (int j = 0; j <= i; j++) {
+            TEST_ASSERT_DOUBLE_WITHIN(ROUNDINGS(200, 1.0), (double)(Ya[i] * Ya[j] + Yb[i] * Yb[j]),
+                                      (double)spread[i][j]);
+        }
+    }
+}
+
+int main(void) {
+    UNITY_BEGIN();
+    RUN_TEST(test_regressor_times_parameters_is_the_momentum);
+    RUN_TEST(test_rows_turn_momentum_back_into_leg_speeds);
+    RUN_TEST(test_no_body_has_no_rows);
+    RUN_TEST(test_momentum_grows_by_the_impulse_of_legs_and_gravity);
+    RUN_TEST(test_spread_is_the_variance_of_the_parameters_momentum);
+    return UNITY_END();
+}

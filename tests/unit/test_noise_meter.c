@@ -1,0 +1,77 @@
+#include "hexload/noise_meter.h"
+#include "motion.h"
+
+void setUp(void) {}
+void tearDown(void) {}
+
+/// Sensors as the meter takes them after `ticks` of violent motion with noise of `scale` times the stated sigmas.
+static hexload_sensors_t measured(double scale, uint32_t ticks, uint32_t shock_every, uint32_t* health) {
+    static const body_t load = {500.0, {0.05, -0.03, 0.3}, {25.0, 30.0, 20.0, 1.0, -2.0, 0.5}};
+    const motion_t motion = random_motion(5, 0.05, 0.1);
+    hexload_config_t config = paper_machine();
+    hexload_config_t noisy = config;
+    hexload_noise_meter_t meter;
+    hexload_sensors_t sensors;
+    uint64_t seed = 11;
+    noisy.sensors.velocity_sigma_m_s *= (hexload_real_t)scale;
+    noisy.sensors.force_sigma_n *= (hexload_real_t)scale;
+    hexload_noise_meter_init(&meter);
+    for (uint32_t tick = 0; tick < ticks; tick++) {
+        hexload_leg_sample_t sample = perfect_sample(&config, &load, &motion, 0.7982755, tick);
+        add_noise(&noisy, &seed, &sample);
+        if (shock_every > 0 && tick / shock_every % 2 == 1) {
+            sample.force_n[2] += HEXLOAD_REAL(3000.0);
+        }
+        hexload_noise_meter_step(&meter, &config, &sample, tick > 0);
+    }
+    *health = 0;
+    hexload_noise_meter_read(&meter, &config.sensors, &sensors, health);
+    return sensors;
+}
+
+static void test_stated_sigmas_that_are_right_are_used_as_they_are(void) {
+    uint32_t health = 0;
+    const hexload_sensors_t sensors = measured(1.0, 2000, 0, &health);
+    TEST_ASSERT_EQUAL_FLOAT(0.001, sensors.velocity_sigma_m_s);
+    TEST_ASSERT_EQUAL_FLOAT(5.0, sensors.force_sigma_n);
+    TEST_ASSERT_EQUAL_UINT32(0, health);
+}
+
+static void test_misstated_sigmas_are_measured(void) {
+    static const double scales[] = {0.5, 2.0, 5.0};
+    for (int n = 0; n < 3; n++) {
+        // GIVEN a motion with other noise than stated WHEN 2 s of it have been seen
+        uint32_t health = 0;
+        const hexload_sensors_t sensors = measured(scales[n], 2000, 0, &health);
+        // THEN the true sigmas are used: mean squares of 6,000 third differences spread by 3 %, sigmas by half of
+        // that; four sigma
+        TEST_ASSERT_DOUBLE_WITHIN(0.06 * scales[n] * 1e-3, scales[n] * 1e-3,
+                                  (double)sensors.velocity_sigma_m_s);
+        TEST_ASSERT_DOUBLE_WITHIN(0.06 * scales[n] * 5.0, scales[n] * 5.0, (double)sensors.force_sigma_n);
+        TEST_ASSERT_EQUAL_UINT32(1u << HEXLOAD_HEALTH_NOISE_MISSTATED, health);
+    }
+}
+
+static void test_shocks_are_not_taken_for_noise(void) {
+    // GIVEN a force that jumps by 3 kN every 200 ticks WHEN the noise is measured THEN the stated sigma stays
+    uint32_t health = 0;
+    const hexload_sensors_t sensors = measured(1.0, 3000, 200, &health);
+    TEST_ASSERT_EQUAL_FLOAT(5.0, sensors.force_sigma_n);
+    TEST_ASSERT_EQUAL_UINT32(0, health);
+}
+
+static void test_a_few_samples_prove_nothing(void) {
+    uint32_t health = 0;
+    const hexload_sensors_t sensors = measured(2.0, 50, 0, &health);
+    TEST_ASSERT_EQUAL_FLOAT(5.0, sensors.force_sigma_n);
+    TEST_ASSERT_EQUAL_UINT32(0, health);
+}
+
+int main(void) {
+    UNITY_BEGIN();
+    RUN_TEST(test_stated_sigmas_that_are_right_are_used_as_they_are);
+    RUN_TEST(test_misstated_sigmas_are_measured);
+    RUN_TEST(test_shocks_are_not_taken_for_noise);
+    RUN_TEST(test_a_few_samples_prove_nothing);
+    return UNITY_END();
+}
