@@ -1,0 +1,69 @@
+"""The launcher of the emulated Cortex-R5F: what it makes of the controller's frames. No emulator is needed."""
+
+import re
+
+import pytest
+
+from bus_frames import DBC, encode
+from loop import Controller
+from hexload_tools import project, zynqmp_r5
+
+IDLE, ARMED, ESTIMATING, FAULT = 0, 1, 2, 4
+SAMPLE_TIMEOUT = 1
+
+
+@pytest.fixture
+def report():
+    return zynqmp_r5.Report(is_quiet=False)
+
+
+def take(report, name, **signals):
+    frame = encode(name, **signals)
+    return report.take(frame.id, frame.data)
+
+
+def test_numbers_are_those_of_the_contract_and_of_the_firmware():
+    # GIVEN the launcher's copies WHEN they are compared with their sources THEN they are the same
+    assert zynqmp_r5.ACKNOWLEDGE == DBC.get_message_by_name("Acknowledge").frame_id
+    assert zynqmp_r5.CONTROLLER_STATUS == DBC.get_message_by_name("ControllerStatus").frame_id
+    port = project.ROOT / "firmware" / "ports" / "zynqmp_r5"
+    mark = re.search(r"boot_options_mark = (0x\w+)u;", (port / "main.c").read_text())
+    assert int(mark[1], 16) == zynqmp_r5.BOOT_OPTIONS_MARK
+    data = re.search(r"data .*ORIGIN = (\w+), LENGTH = 64K - 16", (port / "zynqmp_r5.ld").read_text())
+    assert int(data[1], 16) + 64 * 1024 - 16 == zynqmp_r5.BOOT_OPTIONS_ADDRESS
+
+
+def test_each_change_of_state_is_said_once(report):
+    # GIVEN pages and acknowledges WHEN the state changes THEN it is said, by whichever comes first
+    assert take(report, "ControllerStatus", page=0, state=IDLE) is None
+    assert take(report, "Acknowledge", state=ARMED) == "armed"
+    assert take(report, "ControllerStatus", page=3, state=ARMED) is None
+    assert take(report, "ControllerStatus", page=4, state=ESTIMATING) == "estimating"
+    assert take(report, "Acknowledge", state=IDLE) == "idle"
+
+
+def test_a_fault_that_names_a_tick_waits_for_the_page_that_has_it(report):
+    # GIVEN a controller in fault WHEN its pages come THEN the fault is said with the page of the tick
+    take(report, "ControllerStatus", page=0, state=ESTIMATING)
+    for page in (0, 2):
+        assert take(report, "ControllerStatus", page=page, state=FAULT, fault=SAMPLE_TIMEOUT) is None
+    said = take(report, "ControllerStatus", page=1, state=FAULT, fault=SAMPLE_TIMEOUT, tick=70_000)
+    assert said.startswith("fault: the samples are silent since tick 70001: is the simulator still running?")
+    assert take(report, "ControllerStatus", page=1, state=FAULT, fault=SAMPLE_TIMEOUT, tick=70_000) is None
+
+
+def test_a_quiet_one_says_faults_and_their_end_only():
+    report = zynqmp_r5.Report(is_quiet=True)
+    assert take(report, "Acknowledge", state=ARMED) is None
+    assert take(report, "Acknowledge", state=FAULT, fault=4).startswith("fault: a second controller")
+    assert take(report, "Acknowledge", state=IDLE) == "idle"
+
+
+def test_a_platform_that_is_not_built_in_is_refused(start, tmp_path):
+    # GIVEN the platform of the paper with another load WHEN the launcher is given it THEN it names both
+    text = (project.SCENARIOS / "platforms" / "paper.toml").read_text()
+    other = tmp_path / "other.toml"
+    other.write_text(text.replace("known_mass_kg = 500.0", "known_mass_kg = 450.0"))
+    program = start(*Controller.zynqmp_r5().command, "--bus", "socketcan:vcan0", "--platform", other)
+    assert program.wait() == zynqmp_r5.BAD_INPUT
+    program.wait_for("other.toml: found another machine than paper.toml, which is built in")
