@@ -12,8 +12,8 @@ from pathlib import Path
 
 import pytest
 
-from loop import SHORT_S, Loop, Peer, Recording
-from hexload_tools import project, vcan, vm
+from loop import SHORT_S, Controller, Loop, Peer, Recording
+from hexload_tools import project, vcan, vm, zynqmp_r5
 
 # A generous limit for what takes milliseconds on an idle machine: the guest's processor is emulated.
 PATIENCE_S = 60.0
@@ -22,9 +22,57 @@ OUTPUT_TAIL_LINES = 60
 # Where the kernel itself has vcan0, no virtual machine is set up, and none is tested.
 collect_ignore = ["test_00_vm.py"] if vcan.ready() and vm.missing_pieces() else []
 
+CONTROLLERS = {"linux": Controller.linux, "zynqmp_r5": Controller.zynqmp_r5}
+
+# What a controller cannot have, with the reason; tests with the mark needs(KEY) are deselected for it.
+LACKS = {
+    "linux": {"emulator": "hexload_ecu runs on this processor"},
+    "zynqmp_r5": {
+        "fd": "its CAN controller has no FD frames",
+        "real time": "an emulator in an emulator takes some hundred ticks a second: frames by the clock are too many for it",
+        "bus state": "QEMU does not tell the CAN controller that the interface is down",
+        "process": "the test has no controller, or is of hexload_ecu's own options: hil_vcan runs it",
+    },
+}
+PROFILE_PARAMETERS = ("profile", "spoken", "over_bus", "run")  # names of parameters that say the controller's profile
+DESELECTED = pytest.StashKey[dict[str, int]]()
+
+
+def pytest_addoption(parser):
+    parser.addoption("--controller", choices=tuple(CONTROLLERS), default="linux", help="which one is on the bus")
+
 
 def pytest_configure(config):
     config.addinivalue_line("markers", "vcan: needs vcan0; runs on this kernel or in the virtual machine")
+    config.addinivalue_line("markers", "needs(what): a controller that has this; see LACKS in tests/hil/conftest.py")
+
+
+@pytest.hookimpl(trylast=True)
+def pytest_collection_modifyitems(config, items):
+    """Deselects what the chosen controller lacks, and counts it by reason."""
+    lacks = LACKS[config.getoption("--controller")]
+    kept, reasons = [], {}
+    for item in items:
+        missing = next((need for need in _needs(item) if need in lacks), None)
+        if missing is None:
+            kept.append(item)
+        else:
+            reasons.setdefault(lacks[missing], []).append(item)
+    config.stash[DESELECTED] = {reason: len(found) for reason, found in reasons.items()}
+    config.hook.pytest_deselected(items=[item for found in reasons.values() for item in found])
+    items[:] = kept
+
+
+def _needs(item) -> Iterator[str]:
+    yield from (mark.args[0] for mark in item.iter_markers("needs"))
+    parameters = item.callspec.params if hasattr(item, "callspec") else {}
+    if any(parameters.get(name) == "fd" for name in PROFILE_PARAMETERS):
+        yield "fd"
+
+
+def pytest_terminal_summary(terminalreporter, config):
+    for reason, count in config.stash.get(DESELECTED, {}).items():
+        terminalreporter.write_line(f"--controller {config.getoption('--controller')}: {count} deselected: {reason}")
 
 
 @pytest.hookimpl(wrapper=True)
@@ -139,7 +187,35 @@ def can_interface() -> str:
 
 @pytest.fixture(scope="session")
 def ecu() -> Path:
-    return project.build_directory() / "firmware" / "ports" / "linux" / "hexload_ecu"
+    return project.controller()
+
+
+@pytest.fixture(scope="session")
+def kind(request) -> Controller:
+    """The controller that was chosen."""
+    return CONTROLLERS[request.config.getoption("--controller")]()
+
+
+@pytest.fixture(scope="session")
+def any_profile(kind) -> str:
+    """For tests that are not of the profile."""
+    return kind.profiles[0]
+
+
+@pytest.fixture(scope="session")
+def place(kind, can_interface) -> Iterator[tuple]:
+    """Options that let one controller after the other use the same emulator, which takes seconds to start."""
+    if kind.name == "linux":
+        yield ()
+    else:
+        with zynqmp_r5.running_board(can_interface) as folder:
+            yield ("--board", folder)
+
+
+@pytest.fixture(scope="session")
+def make_loop(kind, place, simulator, can_interface) -> Callable[..., Loop]:
+    """make_loop(start): the chosen controller with the simulator."""
+    return lambda start: Loop(start, kind, place, simulator, can_interface)
 
 
 @pytest.fixture(scope="session")
@@ -153,15 +229,15 @@ def bridge() -> Path:
 
 
 @pytest.fixture
-def loop(start, ecu, simulator, can_interface) -> Loop:
-    return Loop(start, ecu, simulator, can_interface)
+def loop(start, make_loop) -> Loop:
+    return make_loop(start)
 
 
 @pytest.fixture(scope="module")
-def in_module(tmp_path_factory, ecu, simulator, can_interface) -> Iterator[Loop]:
+def in_module(tmp_path_factory, make_loop) -> Iterator[Loop]:
     """A loop for fixtures whose result all tests of a module share."""
     with ended_programs(tmp_path_factory.mktemp("programs"), []) as starter:
-        yield Loop(starter, ecu, simulator, can_interface)
+        yield make_loop(starter)
 
 
 @pytest.fixture
@@ -172,7 +248,7 @@ def peer(can_interface) -> Iterator[Peer]:
 
 
 @pytest.fixture(scope="session")
-def record(tmp_path_factory, ecu, simulator, can_interface) -> Callable[..., Recording]:
+def record(tmp_path_factory, make_loop) -> Callable[..., Recording]:
     """record(profile, *options): a run in lockstep; the same profile and options again give the same recording."""
     recordings: dict[tuple, Recording] = {}
 
@@ -180,7 +256,7 @@ def record(tmp_path_factory, ecu, simulator, can_interface) -> Callable[..., Rec
         if options not in recordings:
             folder = tmp_path_factory.mktemp("recording")
             with ended_programs(folder, []) as starter:
-                recordings[options] = Loop(starter, ecu, simulator, can_interface).record(folder / "run", *options)
+                recordings[options] = make_loop(starter).record(folder / "run", *options)
         return recordings[options]
 
     return recorder

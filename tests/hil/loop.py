@@ -2,7 +2,9 @@
 
 import itertools
 import json
+import signal
 import subprocess
+import sys
 import time
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
@@ -11,7 +13,7 @@ from pathlib import Path
 import can
 import pytest
 
-from bus_frames import BY_ID, Frame, Signals, decode, encode_command, from_message, read_candump, to_message
+from bus_frames import BY_ID, PROFILES, Frame, Signals, decode, encode_command, from_message, read_candump, to_message
 from hexload_tools import project
 
 SCENARIO = project.SCENARIOS / "paper.toml"
@@ -22,6 +24,26 @@ NOTHING_COMES_S = 1.0  # that long is waited for what may not come
 RECORDER_BUFFER_BYTES = 8 << 20
 MARK = "1FFFFFFF"  # an extended identifier, which is none of the contract's
 ONLY_MARK = f"{MARK}:DFFFFFFF"
+
+
+@dataclass(frozen=True)
+class Controller:
+    """A kind of controller that the tests can be run with; both take the options of hexload_ecu."""
+
+    name: str
+    command: tuple[str | Path, ...]
+    profiles: tuple[str, ...]  # that it speaks; the first one unless it is told otherwise
+    hold: signal.Signals  # its time stands still
+    go_on: signal.Signals
+
+    @classmethod
+    def linux(cls) -> "Controller":
+        return cls("linux", (project.controller(),), PROFILES, signal.SIGSTOP, signal.SIGCONT)
+
+    @classmethod
+    def zynqmp_r5(cls) -> "Controller":
+        command = (sys.executable, "-m", "hexload_tools.zynqmp_r5")
+        return cls("zynqmp_r5", command, ("classic",), signal.SIGUSR1, signal.SIGUSR2)
 
 
 @dataclass(frozen=True)
@@ -39,21 +61,32 @@ class Recording:
 
 
 class Loop:
-    """Starts programs on one bus; the fixture behind `start` ends them."""
+    """Starts programs on one bus; the fixture behind `start` ends them.
 
-    def __init__(self, start: Callable, ecu: Path, simulator: Path, interface: str):
-        self._start, self._ecu, self._simulator, self.interface = start, ecu, simulator, interface
+    `place`: more options of the controller, where there is room for one only.
+    """
+
+    def __init__(self, start: Callable, kind: Controller, place: tuple, simulator: Path, interface: str):
+        self._start, self._kind, self._place = start, kind, place
+        self._simulator, self.interface = simulator, interface
         self.bus = f"socketcan:{interface}"
 
     def controller(self, *options, platform: Path = PLATFORM):
-        """hexload_ecu, ready."""
-        program = self._start(self._ecu, "--bus", self.bus, "--platform", platform, *options)
+        """A controller, ready."""
+        program = self._start(*self._kind.command, "--bus", self.bus, "--platform", platform, *self._place, *options)
         program.wait_for("ready on")
         return program
 
-    def second_controller(self, *options):
-        """hexload_ecu, just started."""
-        return self._start(self._ecu, "--bus", self.bus, "--platform", PLATFORM, *options)
+    def second_controller(self, *options, bus: str | None = None):
+        """Another controller, just started."""
+        return self._start(*self._kind.command, "--bus", bus or self.bus, "--platform", PLATFORM, *options)
+
+    def hold(self, controller) -> None:
+        """It does nothing until it is told to go on."""
+        controller.process.send_signal(self._kind.hold)
+
+    def go_on(self, controller) -> None:
+        controller.process.send_signal(self._kind.go_on)
 
     def simulation(self, directory: Path, *options):
         return self._start(self._simulator, SCENARIO, "--out", directory, "--bus", self.bus, *options)

@@ -11,7 +11,7 @@ import pytest
 
 from hexload_tools import doctor, vcan
 
-pytestmark = pytest.mark.vcan
+pytestmark = [pytest.mark.vcan, pytest.mark.needs("process")]
 
 PATIENCE_S = 60.0
 

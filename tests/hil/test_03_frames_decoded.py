@@ -79,6 +79,7 @@ def test_ticks_of_leg_samples_count_the_rows_of_the_log(short_run, profile):
             assert {decode(frame).values["tick_low"] for frame in sample[-6:]} == {tick % 16}
 
 
+@pytest.mark.needs("fd")
 def test_fd_answers_are_the_estimates_that_the_simulator_wrote(short_run):
     # GIVEN the answers on the bus and the rows of estimates.csv
     recording = short_run("fd")
@@ -111,6 +112,7 @@ def test_classic_pages_are_the_estimates_that_the_simulator_wrote(short_run):
         assert (answer["status"], answer["fault"], answer["missing_legs"], answer["refused"]) == (0, 0, 0, 0)
 
 
+@pytest.mark.needs("fd")
 def test_health_bits_of_the_frames_add_up_to_the_ticks_of_the_metadata(short_run):
     # GIVEN the names of the bits, as the contract lists them
     recording = short_run("fd")

@@ -73,6 +73,7 @@ def test_each_command_is_acknowledged_with_its_result_and_the_state_after_it(loo
         assert acknowledge["profile"] == PROFILES.index(profile)
 
 
+@pytest.mark.needs("fd")
 def test_a_fault_is_told_and_only_reset_ends_it(loop, peer):
     # GIVEN an FD controller in fault: it has seen a leg sample of the classic profile
     loop.controller()
@@ -89,6 +90,7 @@ def test_a_fault_is_told_and_only_reset_ends_it(loop, peer):
         assert (acknowledge["result"], acknowledge["state"], acknowledge["fault"]) == (result, state, fault), command
 
 
+@pytest.mark.needs("fd")
 def test_a_known_mass_that_is_set_is_the_one_that_is_estimated_with(loop, peer, samples, tmp_path):
     # GIVEN a platform file with another mass, and the firmware's estimates with it in this process
     text = PLATFORM.read_text()
@@ -127,6 +129,7 @@ def legs_of(samples) -> list[np.ndarray]:
     return legs
 
 
+@pytest.mark.needs("fd")
 def test_stop_keeps_the_estimate_and_start_and_reset_forget_it(loop, peer, samples, short_run):
     # GIVEN a controller that has estimated for a while, as in the recorded run
     recorded = [frame for frame in short_run("fd").frames if frame.name in ("EstimateFd", "SigmaFd", "HealthFd")]

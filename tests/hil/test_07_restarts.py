@@ -13,6 +13,7 @@ SLOW_MACHINE = ("--sample-timeout-ms", 20000)  # a guest that is not given time 
 LONG_S = 4
 
 
+@pytest.mark.needs("real time")
 def test_a_controller_that_is_restarted_in_mid_run_is_started_again_and_counted(loop, tmp_path):
     # GIVEN a run in real time that is under way
     first = loop.controller(*SLOW_MACHINE)
@@ -36,6 +37,7 @@ def test_a_controller_that_is_restarted_in_mid_run_is_started_again_and_counted(
     assert 1000 * float(estimates(tmp_path / "run")[-1].split(",")[0]) > int(said[1])
 
 
+@pytest.mark.needs("real time")
 @pytest.mark.parametrize("profile", PROFILES)
 def test_a_simulator_that_is_restarted_finds_the_controller_as_if_fresh(loop, short_run, profile, tmp_path):
     # GIVEN the estimates with a fresh controller, and a run in real time that is under way
@@ -54,10 +56,11 @@ def test_a_simulator_that_is_restarted_finds_the_controller_as_if_fresh(loop, sh
     assert controller.interrupt() == 0
 
 
-def test_a_controller_that_is_restarted_ends_a_run_in_lockstep(loop, tmp_path):
+def test_a_controller_that_is_restarted_ends_a_run_in_lockstep(loop, any_profile, tmp_path):
     # GIVEN a run in lockstep that is under way
     first = loop.controller()
-    simulation = loop.simulation(tmp_path / "run", "--lockstep", "--answer-timeout", 20)
+    options = ["--lockstep", "--profile", any_profile, "--answer-timeout", 20]
+    simulation = loop.simulation(tmp_path / "run", *options)
     first.wait_for("estimating|converged")
     # WHEN the controller is replaced
     first.interrupt()

@@ -12,6 +12,7 @@ pytestmark = pytest.mark.vcan
 TICKS = 10_001  # 0 .. 10 s
 
 
+@pytest.mark.needs("fd")
 def test_each_fd_tick_has_one_sample_and_one_answer_in_order(paper_run):
     # GIVEN all of the paper's scenario over the bus WHEN names and ticks are read in the order of each sender
     frames = paper_run("fd").frames
@@ -51,6 +52,7 @@ def test_the_metadata_counts_no_loss(paper_run, profile):
     assert meta["missing"] == meta["refused"] == 0
 
 
+@pytest.mark.needs("fd")
 def test_the_speed_is_told_and_nobodys_listening_changes_the_run(paper_run, loop, tmp_path):
     # GIVEN all of the paper's scenario over the bus, recorded WHEN it is run again without the recorder
     recorded = paper_run("fd")

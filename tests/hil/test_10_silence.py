@@ -1,7 +1,5 @@
 """A program that falls silent: the other one says which, since when, and ends or goes on in a defined way."""
 
-import signal
-
 import pytest
 
 from bus_frames import LOCKSTEP, PROFILES, REAL_TIME, sample_frames_by_tick
@@ -20,16 +18,17 @@ def test_lockstep_ends_when_the_controller_falls_silent(loop, profile, tmp_path)
     simulation = loop.simulation(tmp_path / "run", "--lockstep", "--profile", profile, "--answer-timeout", 1)
     controller.wait_for("estimating|converged")
     # WHEN the controller no longer runs THEN the run ends and names it, the tick and the last answer
-    controller.process.send_signal(signal.SIGSTOP)
+    loop.hold(controller)
     try:
         assert simulation.wait() == SILENT_CONTROLLER
     finally:
-        controller.process.send_signal(signal.SIGCONT)
+        loop.go_on(controller)
     said = simulation.wait_for(r"the controller is silent since tick (\d+) \(last answer to tick (\d+)\)")
     step = {"fd": 1, "classic": 2}[profile]
     assert int(said[1]) == int(said[2]) + step
 
 
+@pytest.mark.needs("process")
 @pytest.mark.parametrize("pacing", ["--lockstep", "--real-time"])
 def test_a_run_without_any_controller_ends_and_asks_for_one(loop, pacing, tmp_path):
     # GIVEN nobody else on the bus WHEN a run is begun THEN it ends and says what it misses
@@ -40,15 +39,16 @@ def test_a_run_without_any_controller_ends_and_asks_for_one(loop, pacing, tmp_pa
     )
 
 
+@pytest.mark.needs("real time")
 def test_real_time_goes_on_while_the_controller_is_silent_and_counts_what_is_missing(loop, tmp_path):
     # GIVEN a run in real time that is under way
     controller = loop.controller(*SLOW_MACHINE)
     simulation = loop.simulation(tmp_path / "run", "--real-time", "--duration", 4)
     controller.wait_for("estimating|converged")
     # WHEN the controller pauses until that has been noticed, and goes on
-    controller.process.send_signal(signal.SIGSTOP)
+    loop.hold(controller)
     simulation.wait_for("the controller is silent since tick")
-    controller.process.send_signal(signal.SIGCONT)
+    loop.go_on(controller)
     # THEN the simulator says so and ends well
     simulation.wait_for("the controller answers again at tick")
     assert simulation.wait() == 0
@@ -59,6 +59,7 @@ def test_real_time_goes_on_while_the_controller_is_silent_and_counts_what_is_mis
     assert bus["rejoins"] == bus["outages"] == 0
 
 
+@pytest.mark.needs("real time")
 def test_real_time_that_ends_in_silence_has_a_status_that_says_so(loop, tmp_path):
     # GIVEN a run in real time that is under way
     controller = loop.controller(*SLOW_MACHINE)
@@ -71,6 +72,7 @@ def test_real_time_that_ends_in_silence_has_a_status_that_says_so(loop, tmp_path
     assert read_meta(tmp_path / "run")["bus"]["answers_missing"] > 0
 
 
+@pytest.mark.needs("real time")
 def test_a_controller_waits_without_limit_for_the_first_sample_and_not_for_the_next(loop, peer, short_run):
     # GIVEN a controller that has been started and waits
     samples = sample_frames_by_tick(short_run("fd").frames)

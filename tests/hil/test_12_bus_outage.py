@@ -3,7 +3,7 @@
 import pytest
 
 from bus_frames import PROFILES
-from loop import PLATFORM, SCENARIO, interface_state, read_meta
+from loop import SCENARIO, interface_state, read_meta
 
 pytestmark = pytest.mark.vcan
 
@@ -18,6 +18,7 @@ def interface(can_interface):
     interface_state(can_interface, "up")
 
 
+@pytest.mark.needs("bus state")
 @pytest.mark.parametrize("profile", PROFILES)
 def test_real_time_survives_an_outage_and_counts_it(loop, interface, profile, tmp_path):
     # GIVEN a run in real time that is under way
@@ -42,6 +43,7 @@ def test_real_time_survives_an_outage_and_counts_it(loop, interface, profile, tm
     controller.wait_for(r"the bus is down(.|\n)*(estimating|converged) at tick")
 
 
+@pytest.mark.needs("bus state")
 @pytest.mark.parametrize("profile", PROFILES)
 def test_lockstep_ends_when_the_bus_goes_down(loop, interface, profile, tmp_path):
     # GIVEN a run in lockstep that is under way
@@ -60,7 +62,7 @@ def test_lockstep_ends_when_the_bus_goes_down(loop, interface, profile, tmp_path
     assert again.wait() == 0
 
 
-def test_a_bus_that_is_down_is_refused_with_the_command_that_mends_it(loop, start, interface, tmp_path):
+def test_a_bus_that_is_down_is_refused_with_the_command_that_mends_it(loop, interface, tmp_path):
     # GIVEN an interface that is down WHEN either program is started THEN it ends and names the command
     interface("down")
     simulation = loop.simulation(tmp_path / "run")
@@ -71,10 +73,10 @@ def test_a_bus_that_is_down_is_refused_with_the_command_that_mends_it(loop, star
     assert not (tmp_path / "run").exists()
 
 
-def test_a_bus_that_does_not_exist_is_refused(start, ecu, simulator, tmp_path):
+def test_a_bus_that_does_not_exist_is_refused(start, loop, simulator, tmp_path):
     # GIVEN no such interface WHEN either program is started THEN it ends and says what it has not found
     simulation = start(simulator, SCENARIO, "--out", tmp_path / "run", "--bus", "socketcan:nowhere0")
-    controller = start(ecu, "--platform", PLATFORM, "--bus", "socketcan:nowhere0")
+    controller = loop.second_controller(bus="socketcan:nowhere0")
     for program, status in ((simulation, BUS_DOWN), (controller, NO_BUS)):
         assert program.wait() == status
         program.wait_for("found no interface nowhere0, expected one that is up")

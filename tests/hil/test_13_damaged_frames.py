@@ -90,6 +90,7 @@ def test_doubled_and_late_leg_frames_are_counted_and_change_nothing(lockstep, pe
     assert peer.status("samples_missing") == 0
 
 
+@pytest.mark.needs("fd")
 def test_doubled_and_late_fd_samples_are_answered_as_refused_and_counted(lockstep, peer, short_run):
     # GIVEN an FD sample WHEN it comes twice, and then the one before it
     lockstep("fd")
@@ -106,6 +107,7 @@ def test_doubled_and_late_fd_samples_are_answered_as_refused_and_counted(lockste
     assert answer[:2] == answers_of(short_run("fd").frames)[9:11]
 
 
+@pytest.mark.needs("fd")
 @pytest.mark.parametrize("byte", [0, 17, 58, 59, 60, 63])
 def test_a_damaged_sample_is_refused_and_the_next_one_says_that_it_is_missing(lockstep, peer, short_run, byte):
     # GIVEN an FD sample with one bit turned over: in the tick, a leg, the version, the unused byte, the checksum

@@ -141,6 +141,7 @@ def test_a_simulator_that_falls_silent_is_a_fault_of_the_controller_that_a_new_r
     assert again.wait() == 0
 
 
+@pytest.mark.needs("process")
 @pytest.mark.vcan  # not for the bus, but for a network namespace, which needs root
 @pytest.mark.parametrize("program", ["hexload_ecu", "hexload_sim"])
 def test_a_missing_multicast_route_is_named_with_the_command_that_adds_it(program, start, ecu, simulator, tmp_path):

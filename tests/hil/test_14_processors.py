@@ -1,0 +1,69 @@
+"""The controller on another processor computes what hexload_ecu computes here, and says so when it cannot go on."""
+
+import re
+import shutil
+import subprocess
+
+import pytest
+
+from bus_frames import answers_of, sent_with_the_ticks
+from loop import PLATFORM, Controller, Loop
+from hexload_tools import zynqmp_r5
+
+pytestmark = [pytest.mark.vcan, pytest.mark.needs("emulator")]
+
+UNDEFINED = bytes.fromhex("00de")  # Thumb: UDF #0
+PROFILE = "classic"
+
+
+@pytest.fixture
+def on_linux(start, simulator, can_interface) -> Loop:
+    return Loop(start, Controller.linux(), (), simulator, can_interface)
+
+
+def test_answers_are_those_of_the_linux_process_to_the_byte(paper_run, on_linux, tmp_path):
+    # GIVEN all of the paper's scenario with this controller WHEN it is run with hexload_ecu
+    ours = paper_run(PROFILE)
+    print(ours.output)
+    theirs = on_linux.record(tmp_path / "run", PROFILE)
+    # THEN both were sent the same samples
+    assert sent_with_the_ticks(ours.frames, "SIMULATOR") == sent_with_the_ticks(theirs.frames, "SIMULATOR")
+    # and every answer is the same, byte for byte
+    assert len(answers_of(ours.frames)) == 5001
+    assert answers_of(ours.frames) == answers_of(theirs.frames)
+
+
+def test_a_processor_that_cannot_go_on_says_why_and_leaves_the_bus(loop, monkeypatch, peer, tmp_path):
+    # GIVEN an image whose main() is no instruction
+    image = tmp_path / zynqmp_r5.NAME
+    shutil.copyfile(zynqmp_r5.program(), image)
+    symbols = subprocess.run(["arm-none-eabi-nm", image], capture_output=True, text=True, check=True).stdout
+    address = int(re.search(r"^([0-9a-f]+) T main$", symbols, re.MULTILINE)[1], 16)
+    headers = subprocess.run(["arm-none-eabi-readelf", "-lW", image], capture_output=True, text=True, check=True).stdout
+    offset = int(re.search(r"LOAD +(0x[0-9a-f]+) 0x00000000", headers)[1], 16)
+    with image.open("r+b") as file:
+        file.seek(offset + address)
+        file.write(UNDEFINED)
+    monkeypatch.setenv("HEXLOAD_ZYNQMP_R5", str(image))
+    # WHEN it is started THEN the launcher ends with the cause and its address
+    controller = loop.second_controller()
+    assert controller.wait() == zynqmp_r5.STOPPED
+    said = controller.wait_for("the controller has stopped: fault: undefined instruction at 0x([0-9a-f]{8})$")
+    assert abs(int(said[1], 16) - address) <= 4
+    # and nothing was on the bus
+    assert peer.can.recv(0) is None
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        (["--profile", "fd"], "--profile: found 'fd', expected classic: this CAN controller has no FD frames"),
+        (["--bus", "udp_multicast:239.74.163.2"], "--bus: found 'udp_multicast:239.74.163.2', expected socketcan:INTERFACE"),
+        (["--sample-timeout-ms", "4"], "--sample-timeout-ms: found 4, expected 5..60000"),
+    ],
+)
+def test_what_it_cannot_be_is_refused_with_the_reason(start, kind, can_interface, options, words):
+    # GIVEN an option that this controller cannot honour WHEN it is started THEN it ends and says so
+    program = start(*kind.command, "--bus", f"socketcan:{can_interface}", "--platform", PLATFORM, *options)
+    assert program.wait() == zynqmp_r5.BAD_INPUT
+    program.wait_for(re.escape(words))
