@@ -21,6 +21,7 @@ enum {
 enum {
     SRR_RESET = 1 << 0,
     SRR_ENABLE = 1 << 1,
+    SR_CONFIGURATION = 1 << 0,
     SR_TX_FULL = 1 << 10,
     ISR_RX_OVERFLOW = 1 << 6,
     ISR_RX_NOT_EMPTY = 1 << 7,
@@ -30,9 +31,14 @@ enum {
 // 1 Mbit/s from 100 MHz: 20 quanta of 50 ns, sample point at 80 %. Each field holds its value less one.
 enum { PRESCALER = 5, SEGMENT_1 = 15, SEGMENT_2 = 4, JUMP_WIDTH = 4 };
 
+// The reset is over within some periods of the CAN clock; each read of a register takes longer than one.
+enum { RESET_READS = 100 };
+
 static void enter_bus(const can_t* self) {
     volatile uint32_t* const registers = self->registers;
     registers[SRR] = SRR_RESET;
+    for (int n = 0; n < RESET_READS && (registers[SR] & SR_CONFIGURATION) == 0; n++) {
+    }
     registers[BRPR] = PRESCALER - 1;
     registers[BTR] = (JUMP_WIDTH - 1) << 7 | (SEGMENT_2 - 1) << 4 | (SEGMENT_1 - 1);
     registers[MSR] = 0; // normal: neither sleep, nor loop-back, nor snoop
