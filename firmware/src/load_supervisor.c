@@ -10,6 +10,14 @@ void hexload_load_supervisor_init(hexload_load_supervisor_t* self) {
     *self = (hexload_load_supervisor_t){.nis_mean = HEXLOAD_REAL(6.0)};
 }
 
+/// Accelerations below count as none. The slope of a line through 2 lag + 1 displacements changes within ten
+/// ticks with sqrt(0.45) sigma / (lag tick_s)^2 of noise; twenty of them, as higher degrees come in at times and
+/// the legs' inverse enlarges it.
+static hexload_real_t acceleration_noise_m_s2(const hexload_config_t* config) {
+    const hexload_real_t lag_s = config->tick_s * (hexload_real_t)config->momentum.lag_ticks;
+    return HEXLOAD_REAL(20.0) * HEXLOAD_REAL(0.67082039) * config->sensors.displacement_sigma_m / (lag_s * lag_s);
+}
+
 /// Motion in platform axes, as Newton and Euler need it.
 typedef struct body_motion {
     hexload_real_t specific_m_s2[3]; ///< acceleration of O_A less gravity
@@ -17,18 +25,31 @@ typedef struct body_motion {
     hexload_real_t alpha_rad_s2[3];
 } body_motion_t;
 
-static body_motion_t motion_of_body(const hexload_load_supervisor_t* self, const hexload_config_t* config,
-                                    const hexload_momentum_filter_t* filter, const hexload_motion_t* motion,
-                                    uint32_t gap_ticks) {
-    const hexload_real_t dt_s = config->tick_s * (hexload_real_t)gap_ticks;
-    hexload_real_t base_axes[6];
-    body_motion_t body;
+/// The acceleration, base axes, over the ticks since the last call.
+static void find_acceleration(hexload_load_supervisor_t* self, const hexload_config_t* config,
+                              const hexload_momentum_filter_t* filter) {
+    const hexload_real_t elapsed_s = config->tick_s * (hexload_real_t)self->elapsed_ticks;
+    const hexload_real_t noise_m_s2 = acceleration_noise_m_s2(config);
+    hexload_real_t square = HEXLOAD_REAL(0.0);
     for (int k = 0; k < 6; k++) {
-        base_axes[k] = (filter->smooth_twist[k] - self->last_twist[k]) / dt_s;
+        self->acceleration[k] = (filter->smooth_twist[k] - self->last_twist[k]) / elapsed_s;
+        square += self->acceleration[k] * self->acceleration[k];
     }
-    base_axes[2] += config->gravity_m_s2;
-    hexload_motion_to_platform(motion, &base_axes[0], body.specific_m_s2);
-    hexload_motion_to_platform(motion, &base_axes[3], body.alpha_rad_s2);
+    if (square < noise_m_s2 * noise_m_s2) {
+        memset(self->acceleration, 0, sizeof self->acceleration);
+    }
+    memcpy(self->last_twist, filter->smooth_twist, sizeof self->last_twist);
+    self->elapsed_ticks = 0;
+}
+
+static body_motion_t motion_of_body(const hexload_load_supervisor_t* self, const hexload_config_t* config,
+                                    const hexload_momentum_filter_t* filter,
+                                    const hexload_motion_t* motion) {
+    const hexload_real_t specific_m_s2[3] = {self->acceleration[0], self->acceleration[1],
+                                             self->acceleration[2] + config->gravity_m_s2};
+    body_motion_t body;
+    hexload_motion_to_platform(motion, specific_m_s2, body.specific_m_s2);
+    hexload_motion_to_platform(motion, &self->acceleration[3], body.alpha_rad_s2);
     hexload_motion_to_platform(motion, &filter->smooth_twist[3], body.omega_rad_s);
     return body;
 }
@@ -91,17 +112,24 @@ void hexload_load_supervisor_watch(hexload_load_supervisor_t* self, const hexloa
                                    const hexload_momentum_filter_t* filter, const hexload_motion_t* motion,
                                    uint32_t gap_ticks) {
     const hexload_momentum_config_t* momentum = &config->momentum;
-    if (gap_ticks > 0) {
-        const body_motion_t body = motion_of_body(self, config, filter, motion, gap_ticks);
-        hexload_real_t wrench[6];
-        wrench_of_unit(&body, (int)self->next, wrench);
-        const hexload_real_t weight = hexload_min(
-            HEXLOAD_REAL(1.0), (hexload_real_t)DIM * config->tick_s / momentum->excitation_time_constant_s);
-        self->information[self->next] +=
-            weight * (information_of_tick(config, motion, wrench) - self->information[self->next]);
-        self->next = (self->next + 1) % DIM;
+    self->elapsed_ticks += gap_ticks;
+    if (gap_ticks == 0) { // the twist of before is another motion's
+        memcpy(self->last_twist, filter->smooth_twist, sizeof self->last_twist);
+        self->elapsed_ticks = 0;
+        self->next = 1;
+        return;
     }
-    memcpy(self->last_twist, filter->smooth_twist, sizeof self->last_twist);
+    if (self->next == 0) {
+        find_acceleration(self, config, filter);
+    }
+    const body_motion_t body = motion_of_body(self, config, filter, motion);
+    hexload_real_t wrench[6];
+    wrench_of_unit(&body, (int)self->next, wrench);
+    const hexload_real_t weight = hexload_min(
+        HEXLOAD_REAL(1.0), (hexload_real_t)DIM * config->tick_s / momentum->excitation_time_constant_s);
+    self->information[self->next] +=
+        weight * (information_of_tick(config, motion, wrench) - self->information[self->next]);
+    self->next = (self->next + 1) % DIM;
 }
 
 /// What a parameter's sigma is compared with: its own value, of h the length, of products the mean moment; and
@@ -162,7 +190,7 @@ static hexload_verdict_t judge_parameter(const hexload_load_supervisor_t* self,
     }
     const hexload_real_t ticks = momentum->excitation_time_constant_s / config->tick_s;
     const hexload_real_t gain = sigma * sigma * self->information[parameter] * ticks;
-    return gain > HEXLOAD_REAL(0.2346) ? HEXLOAD_VERDICT_CONVERGING // 1 / 0.9^2 - 1
+    return gain > HEXLOAD_REAL(1.25) ? HEXLOAD_VERDICT_CONVERGING // 1 / (2 / 3)^2 - 1
                                        : HEXLOAD_VERDICT_NOT_EXCITED;
 }
 

@@ -91,13 +91,12 @@ static hexload_real_t hermite(hexload_real_t share, hexload_real_t from, hexload
 static void store(hexload_smoother_t* self, const hexload_real_t displacement_m[HEXLOAD_LEGS],
                   const hexload_leg_sample_t* sample, bool is_missing) {
     const hexload_real_t farthest_m = HEXLOAD_REAL(31.0);
-    const hexload_real_t half = HEXLOAD_REAL(0.5);
     const uint32_t at = self->stored % HEXLOAD_DELAY_CAPACITY;
     int32_t* steps = self->steps[self->stored % HEXLOAD_WINDOW_CAPACITY];
     for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
         const hexload_real_t bounded_m =
             hexload_max(hexload_min(displacement_m[leg], farthest_m), -farthest_m);
-        steps[leg] = (int32_t)(bounded_m * STEPS_PER_M + (bounded_m > 0 ? half : -half));
+        steps[leg] = (int32_t)(bounded_m * STEPS_PER_M);
         self->velocity_m_s[at][leg] = sample->velocity_m_s[leg];
         self->force_n[at][leg] = sample->force_n[leg];
     }

@@ -13,7 +13,9 @@ typedef struct hexload_load_supervisor {
     /// Information per tick that the motion gives on each parameter if the others were known, 1 / its unit
     /// squared: leaky mean over excitation_time_constant_s.
     hexload_real_t information[HEXLOAD_LOAD_DIM];
-    hexload_real_t last_twist[6];
+    hexload_real_t acceleration[6]; ///< base axes, of O_A, over ten ticks
+    hexload_real_t last_twist[6];   ///< at their end
+    uint32_t elapsed_ticks;         ///< since then
     uint32_t next; ///< parameter whose information is looked at: one in each tick
     uint32_t impossible_ticks; ///< how long no body has had the estimate's parameters
 } hexload_load_supervisor_t;
@@ -32,7 +34,7 @@ void hexload_load_supervisor_watch(hexload_load_supervisor_t* self, const hexloa
 
 /// Fills in the estimate from the filter and judges it. A parameter that has not converged is converging when
 /// the motion of the last excitation_time_constant_s, gone on for as long again, would lower its sigma by a
-/// tenth at least.
+/// third at least.
 /// @param[in,out] health sets NOT_EXCITED, INCONSISTENT. Reentrant, constant time.
 void hexload_load_supervisor_judge(hexload_load_supervisor_t* self, const hexload_config_t* config,
                                    const hexload_momentum_filter_t* filter, hexload_estimate_t* estimate,

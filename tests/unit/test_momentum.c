@@ -1,0 +1,278 @@
+#include "hexload/momentum.h"
+#include "motion.h"
+
+#include <math.h>
+#include <string.h>
+
+void setUp(void) {}
+void tearDown(void) {}
+
+enum { DIM = HEXLOAD_LOAD_DIM };
+
+static const body_t eccentric = {312.0, {-0.09, 0.13, 0.27}, {17.0, 21.0, 12.0, 2.0, -1.0, 1.5}};
+static const body_t heavier = {431.0, {0.02, 0.05, 0.33}, {24.0, 23.0, 18.0, -1.0, 0.5, -0.5}};
+static const body_t nothing = {0.0, {0.0, 0.0, 0.0}, {0.0, 0.0, 0.0, 0.0, 0.0, 0.0}};
+
+static void theta_of(const body_t* body, double theta[DIM]) {
+    static const int entry[6][2] = {{0, 0}, {1, 1}, {2, 2}, {0, 1}, {0, 2}, {1, 2}};
+    const double* c = body->com_m;
+    theta[0] = body->mass_kg;
+    for (int k = 0; k < 3; k++) {
+        theta[1 + k] = body->mass_kg * c[k];
+    }
+    for (int n = 0; n < 6; n++) {
+        const int i = entry[n][0], j = entry[n][1];
+        const double square = i == j ? c[0] * c[0] + c[1] * c[1] + c[2] * c[2] : 0.0;
+        theta[4 + n] = body->inertia_com_kg_m2[n] + body->mass_kg * (square - c[i] * c[j]);
+    }
+}
+
+/// An estimator at work.
+typedef struct bench {
+    hexload_config_t config;
+    hexload_momentum_t estimator;
+    hexload_estimate_t estimate;
+    motion_t motion;
+    uint64_t seed;
+    double noise; ///< times the stated sigmas
+    uint32_t tick;
+    uint32_t alarms;
+    uint32_t last_alarm;
+} bench_t;
+
+static void begin(bench_t* bench, hexload_config_t config, motion_t motion, uint64_t seed) {
+    memset(bench, 0, sizeof *bench);
+    bench->config = config;
+    bench->motion = motion;
+    bench->seed = seed;
+    bench->noise = 1.0;
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_OK, hexload_momentum_init(&bench->estimator, &bench->config));
+}
+
+static void step(bench_t* bench, const body_t* load) {
+    hexload_config_t noisy = bench->config;
+    hexload_leg_sample_t sample =
+        perfect_sample(&bench->config, load, &bench->motion,
+                       (double)bench->estimator.kinematics.home_height_m, bench->tick);
+    noisy.sensors.velocity_sigma_m_s *= (hexload_real_t)bench->noise;
+    noisy.sensors.force_sigma_n *= (hexload_real_t)bench->noise;
+    add_noise(&noisy, &bench->seed, &sample);
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_OK, hexload_momentum_tick(&bench->estimator, &bench->config, &sample,
+                                                            &bench->estimate));
+    if ((bench->estimator.health.bits >> HEXLOAD_HEALTH_LOAD_CHANGED & 1u) != 0) {
+        bench->alarms++;
+        bench->last_alarm = bench->tick;
+    }
+    bench->tick++;
+}
+
+static void run(bench_t* bench, const body_t* load, uint32_t ticks) {
+    for (uint32_t n = 0; n < ticks; n++) {
+        step(bench, load);
+    }
+}
+
+/// Normalised estimation error squared with the filter's own covariance; ideal mean: 10.
+static double nees_of(const bench_t* bench, const body_t* load) {
+    double theta[DIM], L[DIM][DIM], white[DIM], sum = 0.0;
+    theta_of(load, theta);
+    for (int i = 0; i < DIM; i++) {
+        for (int j = 0; j <= i; j++) {
+            L[i][j] = (double)bench->estimator.filter.covariance[i * (i + 1) / 2 + j];
+            for (int k = 0; k < j; k++) {
+                L[i][j] -= L[i][k] * L[j][k];
+            }
+            L[i][j] = i == j ? sqrt(L[i][i]) : L[i][j] / L[j][j];
+        }
+        white[i] = (double)bench->estimate.value[i] - theta[i];
+        for (int k = 0; k < i; k++) {
+            white[i] -= L[i][k] * white[k];
+        }
+        white[i] /= L[i][i];
+        sum += white[i] * white[i];
+    }
+    return sum;
+}
+
+static motion_t at_rest(void) {
+    const motion_t motion = {.frequency_hz = {{1, 1}, {1, 1}, {1, 1}, {1, 1}, {1, 1}, {1, 1}}};
+    return motion;
+}
+
+static void test_errors_are_as_large_as_the_filter_says(void) {
+    // GIVEN twenty violent motions of a general machine, with noise, and nothing known of the load
+    enum { RUNS = 20 };
+    double sum = 0.0;
+    for (uint64_t n = 0; n < RUNS; n++) {
+        bench_t bench;
+        begin(&bench, crooked_machine(), random_motion(100 + n, 0.05, 0.12), 200 + n);
+        // WHEN 2 s of each have passed
+        run(&bench, n % 2 == 0 ? &eccentric : &heavier, 2000);
+        const double nees = nees_of(&bench, n % 2 == 0 ? &eccentric : &heavier);
+        // THEN no run has failed: 1e-7 of chi-square with 10 degrees of freedom is beyond 53
+        TEST_ASSERT_TRUE_MESSAGE(nees < 53.0, "NEES of a run");
+        TEST_ASSERT_EQUAL_INT(HEXLOAD_VERDICT_CONVERGED, bench.estimate.verdict);
+        TEST_ASSERT_EQUAL_UINT32(0, bench.alarms);
+        sum += nees;
+    }
+    // AND the mean is 10 within 3.3 sigma, sigma = sqrt(2 * 10 / 20); more on top, as a first-order filter is never
+    // perfectly consistent
+    printf("mean NEES %.2f\n", sum / RUNS);
+    TEST_ASSERT_DOUBLE_WITHIN(3.3, 10.0, sum / RUNS);
+}
+
+static void test_a_new_load_is_told_within_milliseconds_and_identified_again(void) {
+    static const body_t* const next[] = {&heavier, &nothing};
+    for (int n = 0; n < 2; n++) {
+        // GIVEN a load that has been identified
+        bench_t bench;
+        begin(&bench, paper_machine(), random_motion(31, 0.05, 0.1), 5);
+        run(&bench, &eccentric, 3000);
+        TEST_ASSERT_EQUAL_UINT32(0, bench.alarms);
+        // WHEN another one, or none, takes its place THEN that is told within 5 ms, once
+        run(&bench, next[n], 200);
+        TEST_ASSERT_EQUAL_UINT32(1, bench.alarms);
+        TEST_ASSERT_LESS_OR_EQUAL_UINT32(3005, bench.last_alarm);
+        TEST_ASSERT_NOT_EQUAL(HEXLOAD_VERDICT_CONVERGED, bench.estimate.verdict);
+        // AND the new one is found
+        run(&bench, next[n], 2000);
+        TEST_ASSERT_EQUAL_UINT32(1, bench.alarms);
+        TEST_ASSERT_TRUE(nees_of(&bench, next[n]) < 53.0);
+        TEST_ASSERT_EQUAL_INT(HEXLOAD_VERDICT_CONVERGED, bench.estimate.verdict);
+    }
+}
+
+static void test_standstill_tells_the_mass_and_says_that_it_tells_no_inertia(void) {
+    // GIVEN a platform that stands WHEN 2 s have passed
+    bench_t bench;
+    begin(&bench, paper_machine(), at_rest(), 3);
+    run(&bench, &eccentric, 2000);
+    // THEN mass and the horizontal place of its centre are known
+    for (int k = HEXLOAD_LOAD_M; k <= HEXLOAD_LOAD_HY; k++) {
+        TEST_ASSERT_EQUAL_INT(HEXLOAD_VERDICT_CONVERGED, bench.estimate.parameter_verdict[k]);
+    }
+    TEST_ASSERT_DOUBLE_WITHIN(5 * (double)bench.estimate.sigma[0], 312.0, (double)bench.estimate.value[0]);
+    // AND of the rest it says that the motion tells nothing
+    for (int k = HEXLOAD_LOAD_HZ; k <= HEXLOAD_LOAD_IYZ; k++) {
+        TEST_ASSERT_EQUAL_INT(HEXLOAD_VERDICT_NOT_EXCITED, bench.estimate.parameter_verdict[k]);
+    }
+    TEST_ASSERT_TRUE(bench.estimator.health.bits >> HEXLOAD_HEALTH_NOT_EXCITED & 1u);
+    // AND a motion that begins then is no change of load
+    bench.motion = random_motion(8, 0.04, 0.08);
+    for (int k = 0; k < 6; k++) { // from rest at home, smoothly enough for the test of a jump: by phases of zero speed
+        bench.motion.phase_rad[k][0] = 0.0;
+        bench.motion.phase_rad[k][1] = 3.14159265358979;
+        bench.motion.frequency_hz[k][1] = bench.motion.frequency_hz[k][0];
+        bench.motion.amplitude[k][1] = bench.motion.amplitude[k][0];
+    }
+    run(&bench, &eccentric, 1500);
+    TEST_ASSERT_EQUAL_UINT32(0, bench.alarms);
+}
+
+static void test_understated_noise_is_noticed_and_used(void) {
+    // GIVEN sensors with twice the stated noise
+    double sum = 0.0;
+    for (uint64_t n = 0; n < 8; n++) {
+        bench_t bench;
+        begin(&bench, paper_machine(), random_motion(300 + n, 0.05, 0.12), 400 + n);
+        bench.noise = 2.0;
+        // WHEN 2 s have passed THEN it is said, nothing is taken for a new load, and the sigmas are right all the same
+        run(&bench, &eccentric, 2000);
+        TEST_ASSERT_TRUE(bench.estimator.health.bits >> HEXLOAD_HEALTH_NOISE_MISSTATED & 1u);
+        TEST_ASSERT_EQUAL_UINT32(0, bench.alarms);
+        sum += nees_of(&bench, &eccentric);
+    }
+    // 4 sigma of a mean of eight: 4 sqrt(20 / 8) = 6.3; ignored, the noise would give four times 10
+    TEST_ASSERT_DOUBLE_WITHIN(6.3, 10.0, sum / 8);
+}
+
+static void test_missing_samples_cost_little(void) {
+    // GIVEN a motion of which every hundredth sample is missing
+    bench_t bench;
+    begin(&bench, paper_machine(), random_motion(41, 0.05, 0.1), 6);
+    for (uint32_t n = 0; n < 3000; n++) {
+        if (n % 100 == 50) {
+            bench.tick++;
+            continue;
+        }
+        step(&bench, &eccentric);
+    }
+    // WHEN 3 s have passed THEN the gaps were counted, and the errors are as large as the filter says
+    TEST_ASSERT_EQUAL_UINT32(30, bench.estimator.health.count[HEXLOAD_HEALTH_SAMPLE_MISSING]);
+    TEST_ASSERT_EQUAL_UINT32(0, bench.estimator.health.count[HEXLOAD_HEALTH_RATE_RESEEDED]);
+    TEST_ASSERT_TRUE(nees_of(&bench, &eccentric) < 53.0);
+}
+
+static void test_long_gap_restarts_the_momentum_and_keeps_the_load(void) {
+    bench_t bench;
+    begin(&bench, paper_machine(), random_motion(42, 0.05, 0.1), 7);
+    run(&bench, &eccentric, 2000);
+    const double sigma_kg = (double)bench.estimate.sigma[0];
+    // GIVEN half a second without samples WHEN they come again THEN that is told, and what was known is still known
+    bench.tick += 500;
+    run(&bench, &eccentric, 1000);
+    TEST_ASSERT_EQUAL_UINT32(1, bench.estimator.health.count[HEXLOAD_HEALTH_RATE_RESEEDED]);
+    TEST_ASSERT_EQUAL_UINT32(0, bench.alarms);
+    TEST_ASSERT_TRUE((double)bench.estimate.sigma[0] < sigma_kg);
+    TEST_ASSERT_TRUE(nees_of(&bench, &eccentric) < 53.0);
+}
+
+static void test_known_mass_stays(void) {
+    // GIVEN a mass that is known to 0.1 kg WHEN the platform moves THEN the filter does not forget it
+    hexload_config_t config = paper_machine();
+    config.momentum.prior_mass_kg = HEXLOAD_REAL(312.0);
+    config.momentum.prior_mass_sigma_kg = HEXLOAD_REAL(0.1);
+    bench_t bench;
+    begin(&bench, config, random_motion(43, 0.03, 0.05), 8);
+    run(&bench, &eccentric, 1000);
+    TEST_ASSERT_DOUBLE_WITHIN(0.4, 312.0, (double)bench.estimate.value[0]);
+    TEST_ASSERT_TRUE((double)bench.estimate.sigma[0] < 0.1);
+}
+
+static void test_refused_sample_changes_nothing_but_the_counter(void) {
+    bench_t bench;
+    begin(&bench, paper_machine(), random_motion(44, 0.05, 0.1), 9);
+    run(&bench, &eccentric, 300);
+    hexload_momentum_t before;
+    const hexload_estimate_t last = bench.estimate;
+    memcpy(&before, &bench.estimator, sizeof before);
+    // GIVEN a NaN, an old tick and legs that no pose has WHEN they come THEN only the count of refusals changes
+    hexload_leg_sample_t broken[3] = {{.tick = 300}, {.tick = 299}, {.tick = 300}};
+    broken[0].force_n[3] = (hexload_real_t)NAN;
+    broken[2].displacement_m[0] = HEXLOAD_REAL(0.8);
+    for (int n = 0; n < 3; n++) {
+        TEST_ASSERT_NOT_EQUAL(HEXLOAD_OK, hexload_momentum_tick(&bench.estimator, &bench.config, &broken[n],
+                                                                &bench.estimate));
+    }
+    TEST_ASSERT_EQUAL_UINT32(before.health.refused + 3, bench.estimator.health.refused);
+    bench.estimator.health.refused = before.health.refused;
+    TEST_ASSERT_EQUAL_MEMORY(&before, &bench.estimator, sizeof before);
+    TEST_ASSERT_EQUAL_MEMORY(&last, &bench.estimate, sizeof last);
+}
+
+static void test_broken_covariance_begins_anew(void) {
+    bench_t bench;
+    begin(&bench, paper_machine(), random_motion(45, 0.05, 0.1), 10);
+    run(&bench, &eccentric, 1000);
+    // GIVEN a covariance that rounding, or a fault of memory, has spoilt WHEN the next sample comes
+    bench.estimator.filter.covariance[0] = HEXLOAD_REAL(-1.0);
+    step(&bench, &eccentric);
+    // THEN the filter begins anew and says so, and finds the load again
+    TEST_ASSERT_TRUE(bench.estimator.health.bits >> HEXLOAD_HEALTH_FILTER_RESTARTED & 1u);
+    run(&bench, &eccentric, 2000);
+    TEST_ASSERT_TRUE(nees_of(&bench, &eccentric) < 53.0);
+}
+
+int main(void) {
+    UNITY_BEGIN();
+    RUN_TEST(test_errors_are_as_large_as_the_filter_says);
+    RUN_TEST(test_a_new_load_is_told_within_milliseconds_and_identified_again);
+    RUN_TEST(test_standstill_tells_the_mass_and_says_that_it_tells_no_inertia);
+    RUN_TEST(test_understated_noise_is_noticed_and_used);
+    RUN_TEST(test_missing_samples_cost_little);
+    RUN_TEST(test_long_gap_restarts_the_momentum_and_keeps_the_load);
+    RUN_TEST(test_known_mass_stays);
+    RUN_TEST(test_refused_sample_changes_nothing_but_the_counter);
+    RUN_TEST(test_broken_covariance_begins_anew);
+    return UNITY_END();
+}
