@@ -144,25 +144,36 @@ static bool is_inertia_of_body(const hexload_platform_t* platform) {
            determinant > HEXLOAD_REAL(0.0) && xx <= largest && yy <= largest && zz <= largest;
 }
 
-hexload_status_t hexload_config_check(const hexload_config_t* config, const char** bad_field) {
+typedef struct field {
+    const char* name;
+    bool is_good;
+} field_t;
+
+/// NULL: all are.
+static const char* first_bad(const field_t* fields, size_t count) {
+    const char* name = NULL;
+    for (size_t k = 0; k < count && name == NULL; k++) {
+        name = fields[k].is_good ? NULL : fields[k].name;
+    }
+    return name;
+}
+
+#define MILLION HEXLOAD_REAL(1e6)
+
+/// The first bad field of machine and sensors.
+static const char* check_machine(const hexload_config_t* config) {
     const hexload_geometry_t* geometry = &config->geometry;
     const hexload_sensors_t* sensors = &config->sensors;
-    const hexload_paper_config_t* paper = &config->paper;
-    const hexload_momentum_config_t* momentum = &config->momentum;
-    const hexload_real_t million = HEXLOAD_REAL(1e6);
-    const struct {
-        const char* name;
-        bool is_good;
-    } fields[] = {
+    const field_t fields[] = {
         {"tick_s", is_in(config->tick_s, HEXLOAD_REAL(0.9999e-4), HEXLOAD_REAL(5.0001e-3))},
         {"geometry.base_hinge_m", are_finite(&geometry->base_hinge_m[0][0], 3 * HEXLOAD_LEGS)},
         {"geometry.platform_hinge_m", are_finite(&geometry->platform_hinge_m[0][0], 3 * HEXLOAD_LEGS)},
         {"geometry.home_leg_length_m",
-         are_positive_up_to(million, geometry->home_leg_length_m, HEXLOAD_LEGS)},
-        {"geometry.stroke_min_m", is_in(geometry->stroke_min_m, -million, million)},
-        {"geometry.stroke_max_m", is_in(geometry->stroke_max_m, geometry->stroke_min_m, million) &&
+         are_positive_up_to(MILLION, geometry->home_leg_length_m, HEXLOAD_LEGS)},
+        {"geometry.stroke_min_m", is_in(geometry->stroke_min_m, -MILLION, MILLION)},
+        {"geometry.stroke_max_m", is_in(geometry->stroke_max_m, geometry->stroke_min_m, MILLION) &&
                                       geometry->stroke_max_m > geometry->stroke_min_m},
-        {"platform.mass_kg", are_positive_up_to(million, &config->platform.mass_kg, 1)},
+        {"platform.mass_kg", are_positive_up_to(MILLION, &config->platform.mass_kg, 1)},
         {"platform.com_m", are_finite(config->platform.com_m, 3)},
         {"platform.inertia_kg_m2", is_inertia_of_body(&config->platform)},
         {"gravity_m_s2", is_in(config->gravity_m_s2, HEXLOAD_REAL(0.0), HEXLOAD_REAL(30.0))},
@@ -174,26 +185,42 @@ hexload_status_t hexload_config_check(const hexload_config_t* config, const char
         {"sensors.velocity_range_m_s",
          are_positive_up_to(HEXLOAD_REAL(50.0), &sensors->velocity_range_m_s, 1)},
         {"sensors.force_range_n", are_positive_up_to(HEXLOAD_REAL(1e8), &sensors->force_range_n, 1)},
-        {"paper.load_mass_kg", are_positive_up_to(million, &paper->load_mass_kg, 1)},
+    };
+    return first_bad(fields, sizeof fields / sizeof fields[0]);
+}
+
+/// The first bad field of tuning of the paper's filter.
+static const char* check_paper(const hexload_config_t* config) {
+    const hexload_paper_config_t* paper = &config->paper;
+    const field_t fields[] = {
+        {"paper.load_mass_kg", are_positive_up_to(MILLION, &paper->load_mass_kg, 1)},
         {"paper.prior_dz_sigma_m", are_positive_up_to(HEXLOAD_REAL(1e3), &paper->prior_dz_sigma_m, 1)},
-        {"paper.prior_inertia_sigma_kg_m2", are_positive_up_to(million, paper->prior_inertia_sigma_kg_m2, 3)},
-        {"paper.gate_nis", is_in(paper->gate_nis, HEXLOAD_REAL(3.0), million)},
-        {"paper.inconsistent_nis", is_in(paper->inconsistent_nis, HEXLOAD_REAL(3.0), million)},
+        {"paper.prior_inertia_sigma_kg_m2", are_positive_up_to(MILLION, paper->prior_inertia_sigma_kg_m2, 3)},
+        {"paper.gate_nis", is_in(paper->gate_nis, HEXLOAD_REAL(3.0), MILLION)},
+        {"paper.inconsistent_nis", is_in(paper->inconsistent_nis, HEXLOAD_REAL(3.0), MILLION)},
         {"paper.nis_time_constant_s", is_in(paper->nis_time_constant_s, config->tick_s, HEXLOAD_REAL(1e3))},
         {"paper.converged_relative_sigma",
          is_in(paper->converged_relative_sigma, HEXLOAD_REAL(0.0), HEXLOAD_REAL(1.0))},
         {"paper.longest_gap_ticks", paper->longest_gap_ticks >= 1},
         {"paper.longest_gate_ticks", paper->longest_gate_ticks >= 1},
+    };
+    return first_bad(fields, sizeof fields / sizeof fields[0]);
+}
+
+/// The first bad field of tuning of the momentum filter.
+static const char* check_momentum(const hexload_config_t* config) {
+    const hexload_momentum_config_t* momentum = &config->momentum;
+    const field_t fields[] = {
         {"momentum.lag_ticks", momentum->lag_ticks >= 3 && momentum->lag_ticks <= HEXLOAD_LAG_TICKS_MAX},
         {"momentum.longest_gap_ticks", momentum->longest_gap_ticks >= 1 &&
                                            momentum->longest_gap_ticks <= HEXLOAD_MISSING_TICKS_MAX},
-        {"momentum.prior_mass_kg", is_in(momentum->prior_mass_kg, HEXLOAD_REAL(0.0), million)},
-        {"momentum.prior_mass_sigma_kg", are_positive_up_to(million, &momentum->prior_mass_sigma_kg, 1)},
+        {"momentum.prior_mass_kg", is_in(momentum->prior_mass_kg, HEXLOAD_REAL(0.0), MILLION)},
+        {"momentum.prior_mass_sigma_kg", are_positive_up_to(MILLION, &momentum->prior_mass_sigma_kg, 1)},
         {"momentum.prior_moment_sigma_kg_m",
-         are_positive_up_to(million, &momentum->prior_moment_sigma_kg_m, 1)},
+         are_positive_up_to(MILLION, &momentum->prior_moment_sigma_kg_m, 1)},
         {"momentum.prior_inertia_sigma_kg_m2",
-         are_positive_up_to(million, &momentum->prior_inertia_sigma_kg_m2, 1)},
-        {"momentum.inconsistent_nis", is_in(momentum->inconsistent_nis, HEXLOAD_REAL(6.0), million)},
+         are_positive_up_to(MILLION, &momentum->prior_inertia_sigma_kg_m2, 1)},
+        {"momentum.inconsistent_nis", is_in(momentum->inconsistent_nis, HEXLOAD_REAL(6.0), MILLION)},
         {"momentum.nis_time_constant_s",
          is_in(momentum->nis_time_constant_s, config->tick_s, HEXLOAD_REAL(1e3))},
         {"momentum.converged_relative_sigma",
@@ -201,9 +228,16 @@ hexload_status_t hexload_config_check(const hexload_config_t* config, const char
         {"momentum.excitation_time_constant_s",
          is_in(momentum->excitation_time_constant_s, config->tick_s, HEXLOAD_REAL(1e3))},
     };
-    const char* name = NULL;
-    for (size_t k = 0; k < sizeof fields / sizeof fields[0] && name == NULL; k++) {
-        name = fields[k].is_good ? NULL : fields[k].name;
+    return first_bad(fields, sizeof fields / sizeof fields[0]);
+}
+
+hexload_status_t hexload_config_check(const hexload_config_t* config, const char** bad_field) {
+    const char* name = check_machine(config);
+    if (name == NULL) {
+        name = check_paper(config);
+    }
+    if (name == NULL) {
+        name = check_momentum(config);
     }
     if (bad_field != NULL) {
         *bad_field = name;

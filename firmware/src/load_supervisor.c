@@ -47,7 +47,7 @@ static body_motion_t motion_of_body(const hexload_load_supervisor_t* self, const
                                     const hexload_motion_t* motion) {
     const hexload_real_t specific_m_s2[3] = {self->acceleration[0], self->acceleration[1],
                                              self->acceleration[2] + config->gravity_m_s2};
-    body_motion_t body;
+    body_motion_t body = {{0}, {0}, {0}};
     hexload_motion_to_platform(motion, specific_m_s2, body.specific_m_s2);
     hexload_motion_to_platform(motion, &self->acceleration[3], body.alpha_rad_s2);
     hexload_motion_to_platform(motion, &filter->smooth_twist[3], body.omega_rad_s);

@@ -11,7 +11,7 @@ enum { ALARM_DELAY_TICKS = 6 };
 enum { IMPOSSIBLE_TICKS = 100 };
 
 // The lasting memory of an estimator: 4-byte numbers, or 8-byte ones in the reference build.
-_Static_assert(sizeof(hexload_momentum_t) <= 12 * 1024 * sizeof(hexload_real_t) / sizeof(float) ||
+_Static_assert(sizeof(hexload_momentum_t) <= (size_t)12 * 1024 * sizeof(hexload_real_t) / sizeof(float) ||
                    HEXLOAD_LAG_TICKS_MAX > 86,
                "an estimator fits in 12 KiB");
 
@@ -52,7 +52,7 @@ static void watch_load(hexload_momentum_t* self, const hexload_config_t* config,
 
 /// One sample of lag_ticks ago.
 static void filter_past(hexload_momentum_t* self, const hexload_config_t* config,
-                        const hexload_sensors_t* sensors, uint32_t* health) {
+                        const hexload_sensors_t* sensors) {
     hexload_smooth_sample_t past;
     hexload_motion_t motion;
     if (!hexload_smoother_take(&self->smoother, &past)) {
@@ -71,7 +71,7 @@ static void filter_past(hexload_momentum_t* self, const hexload_config_t* config
     past.gap_ticks = self->is_interrupted ? 0 : past.gap_ticks;
     self->is_interrupted = false;
     hexload_momentum_filter_step(&self->filter, config, sensors, &self->smoother.constants, &past, &motion,
-                                 &self->past_kinematics.jacobian, health);
+                                 &self->past_kinematics.jacobian);
     hexload_load_supervisor_watch(&self->supervisor, config, &self->filter, &motion,
                                   past.gap_ticks);
 }
@@ -111,7 +111,7 @@ hexload_status_t hexload_momentum_tick(hexload_momentum_t* self, const hexload_c
     if (!hexload_smoother_put(&self->smoother, config, sample, gap_ticks) && gap_ticks > 0) {
         hexload_health_set(&health, HEXLOAD_HEALTH_RATE_RESEEDED);
     }
-    filter_past(self, config, &sensors, &health);
+    filter_past(self, config, &sensors);
     restart_when_lost(self, config, &health);
     hexload_load_supervisor_judge(&self->supervisor, config, &self->filter, estimate, &health);
     estimate->tick = sample->tick;

@@ -305,11 +305,10 @@ void hexload_momentum_filter_step(hexload_momentum_filter_t* self, const hexload
                                   const hexload_sensors_t* sensors,
                                   const hexload_smoother_constants_t* smoother,
                                   const hexload_smooth_sample_t* sample, const hexload_motion_t* motion,
-                                  const hexload_leg_blocks_t* jacobian, uint32_t* health) {
+                                  const hexload_leg_blocks_t* jacobian) {
     residue_t residue;
     measurement_t measured;
     hexload_momentum_input_t input;
-    (void)health;
     find_residue(sample, motion, jacobian, &residue);
     momentum_read_input(motion, sample->sample.force_n, &input);
     if (sample->gap_ticks == 0) {

@@ -56,6 +56,7 @@ void momentum_regressor(const hexload_motion_t* motion, const hexload_real_t twi
     hexload_motion_to_platform(motion, omega, w);
     for (int k = 0; k < 3; k++) {
         const hexload_real_t* r = motion->R[k]; // k-th components of the platform's axes
+        memset(&Y[k][HEXLOAD_LOAD_IXX], 0, HEXLOAD_I_DIM * sizeof Y[k][0]);
         Y[k][HEXLOAD_LOAD_M] = v[k];
         Y[3 + k][HEXLOAD_LOAD_M] = moved[k];
         Y[3 + k][HEXLOAD_LOAD_IXX] = r[0] * w[0];
@@ -227,19 +228,19 @@ void momentum_move(hexload_real_t momentum[6], const hexload_momentum_input_t* l
     }
 }
 
-void momentum_of_push(const hexload_motion_t* motion, int leg, hexload_real_t impulse[6]) {
+void momentum_of_push(const hexload_motion_t* motion, int leg, hexload_real_t momentum[6]) {
     hexload_real_t moved[3];
     cross3(motion->p_m, &motion->J[leg][0], moved);
     for (int k = 0; k < 3; k++) {
-        impulse[k] = motion->J[leg][k];
-        impulse[3 + k] = motion->J[leg][3 + k] + moved[k];
+        momentum[k] = motion->J[leg][k];
+        momentum[3 + k] = motion->J[leg][3 + k] + moved[k];
     }
 }
 
 void momentum_of_leg_speeds(const hexload_real_t theta[HEXLOAD_LOAD_DIM], const hexload_motion_t* motion,
                             const hexload_leg_blocks_t* jacobian, hexload_real_t columns[HEXLOAD_LEGS][6]) {
     for (uint32_t leg = 0; leg < HEXLOAD_LEGS; leg++) {
-        hexload_real_t twist[6];
+        hexload_real_t twist[6] = {0};
         for (int k = 0; k < 3; k++) {
             twist[3 + k] = motion->rate_gain[k][leg];
         }
@@ -250,7 +251,7 @@ void momentum_of_leg_speeds(const hexload_real_t theta[HEXLOAD_LOAD_DIM], const 
 
 void momentum_add_noise(hexload_real_t columns[HEXLOAD_LEGS][6], const hexload_real_t variance[HEXLOAD_LEGS],
                         hexload_real_t* covariance, int skipped) {
-    hexload_real_t* row = covariance;
+    int row = 0;
     for (int a = 0; a < 6; a++) {
         hexload_real_t scaled[HEXLOAD_LEGS];
         for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
@@ -258,7 +259,7 @@ void momentum_add_noise(hexload_real_t columns[HEXLOAD_LEGS][6], const hexload_r
         }
         row += skipped;
         for (int b = 0; b <= a; b++) {
-            row[b] += scaled[0] * columns[0][b] + scaled[1] * columns[1][b] + scaled[2] * columns[2][b] +
+            covariance[row + b] += scaled[0] * columns[0][b] + scaled[1] * columns[1][b] + scaled[2] * columns[2][b] +
                       scaled[3] * columns[3][b] + scaled[4] * columns[4][b] + scaled[5] * columns[5][b];
         }
         row += a + 1;

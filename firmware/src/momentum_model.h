@@ -13,7 +13,7 @@
 void momentum_of_body(const hexload_real_t theta[HEXLOAD_LOAD_DIM], const hexload_motion_t* motion,
                       const hexload_real_t twist[6], hexload_real_t momentum[6]);
 
-/// Y(p, R, V). Rows of P have no entries beyond h.
+/// Y(p, R, V). The linear rows are zero beyond h.
 void momentum_regressor(const hexload_motion_t* motion, const hexload_real_t twist[6],
                         hexload_real_t Y[6][HEXLOAD_LOAD_DIM]);
 

@@ -12,52 +12,65 @@ enum { ONE_ROUND = HEXLOAD_WINDOW_CAPACITY * HEXLOAD_DELAY_CAPACITY };
 
 enum { THIRD_ON_FIRST, FIFTH_ON_FIRST, FIFTH_ON_THIRD };
 
-/// C(n, k) of any whole n, modulo 2^64; each product of the recursion is divisible.
-static int64_t binomial(int64_t n, int k) {
-    int64_t value = 1;
-    for (int i = 0; i < k; i++) {
-        value = value * (n - i) / (i + 1);
+/// The binomial coefficients C(n, 0..5) of any whole n, modulo 2^64, from those of 0 by additions alone: up by
+/// C(n + 1, k) = C(n, k) + C(n, k - 1), down by its inverse.
+static void make_binomials(int32_t n, uint64_t binomial[HEXLOAD_SMOOTHER_ORDERS]) {
+    memset(binomial, 0, HEXLOAD_SMOOTHER_ORDERS * sizeof binomial[0]);
+    binomial[0] = 1;
+    for (int32_t i = 0; i < n; i++) {
+        for (int k = HEXLOAD_SMOOTHER_ORDERS - 1; k > 0; k--) {
+            binomial[k] += binomial[k - 1];
+        }
     }
-    return value;
+    for (int32_t i = 0; i > n; i--) {
+        for (int k = 1; k < HEXLOAD_SMOOTHER_ORDERS; k++) {
+            binomial[k] -= binomial[k - 1];
+        }
+    }
 }
 
 /// C(j + h, 2 h + 1): odd in j, of degree 1, 3, 5 for h = 0, 1, 2.
-static hexload_real_t odd_polynomial(int32_t j, int h) {
-    return (hexload_real_t)binomial((int64_t)j + h, 2 * h + 1);
+static void odd_polynomials(int32_t j, hexload_real_t p[3]) {
+    const hexload_real_t x = (hexload_real_t)j;
+    const hexload_real_t square = x * x;
+    p[0] = x;
+    p[1] = p[0] * (square - HEXLOAD_REAL(1.0)) / HEXLOAD_REAL(6.0);
+    p[2] = p[1] * (square - HEXLOAD_REAL(4.0)) / HEXLOAD_REAL(20.0);
 }
 
 static void make_polynomials(hexload_smoother_constants_t* constants, const hexload_config_t* config) {
     static const hexload_real_t slope_at_0[3] = {HEXLOAD_REAL(1.0), -HEXLOAD_REAL(1.0) / HEXLOAD_REAL(6.0),
                                                  HEXLOAD_REAL(1.0) / HEXLOAD_REAL(30.0)};
     const int32_t lag = (int32_t)constants->lag_ticks;
-    hexload_real_t product[3] = {0};
+    hexload_real_t* project = constants->project;
     hexload_real_t square[3] = {0};
+    hexload_real_t p[3];
+    // Gram and Schmidt, one polynomial after the other: the sums of the next need the projection of the last.
     for (int32_t j = 1; j <= lag; j++) {
-        const hexload_real_t p1 = odd_polynomial(j, 0);
-        square[0] += p1 * p1;
-        product[THIRD_ON_FIRST] += p1 * odd_polynomial(j, 1);
-        product[FIFTH_ON_FIRST] += p1 * odd_polynomial(j, 2);
+        odd_polynomials(j, p);
+        square[0] += p[0] * p[0];
+        project[THIRD_ON_FIRST] += p[0] * p[1];
+        project[FIFTH_ON_FIRST] += p[0] * p[2];
     }
-    constants->project[THIRD_ON_FIRST] = product[THIRD_ON_FIRST] / square[0];
-    constants->project[FIFTH_ON_FIRST] = product[FIFTH_ON_FIRST] / square[0];
+    project[THIRD_ON_FIRST] /= square[0];
+    project[FIFTH_ON_FIRST] /= square[0];
     for (int32_t j = 1; j <= lag; j++) {
-        const hexload_real_t p3 =
-            odd_polynomial(j, 1) - constants->project[THIRD_ON_FIRST] * odd_polynomial(j, 0);
-        square[1] += p3 * p3;
-        product[FIFTH_ON_THIRD] += p3 * odd_polynomial(j, 2);
+        odd_polynomials(j, p);
+        p[1] -= project[THIRD_ON_FIRST] * p[0];
+        square[1] += p[1] * p[1];
+        project[FIFTH_ON_THIRD] += p[1] * p[2];
     }
-    constants->project[FIFTH_ON_THIRD] = product[FIFTH_ON_THIRD] / square[1];
+    project[FIFTH_ON_THIRD] /= square[1];
     for (int32_t j = 1; j <= lag; j++) {
-        const hexload_real_t p1 = odd_polynomial(j, 0);
-        const hexload_real_t p3 = odd_polynomial(j, 1) - constants->project[THIRD_ON_FIRST] * p1;
-        const hexload_real_t p5 = odd_polynomial(j, 2) - constants->project[FIFTH_ON_FIRST] * p1 -
-                                  constants->project[FIFTH_ON_THIRD] * p3;
-        square[2] += p5 * p5;
+        odd_polynomials(j, p);
+        p[1] -= project[THIRD_ON_FIRST] * p[0];
+        p[2] -= project[FIFTH_ON_FIRST] * p[0] + project[FIFTH_ON_THIRD] * p[1];
+        square[2] += p[2] * p[2];
     }
     const hexload_real_t slope[3] = {
-        slope_at_0[0], slope_at_0[1] - constants->project[THIRD_ON_FIRST],
-        slope_at_0[2] - constants->project[FIFTH_ON_FIRST] -
-            constants->project[FIFTH_ON_THIRD] * (slope_at_0[1] - constants->project[THIRD_ON_FIRST])};
+        slope_at_0[0], slope_at_0[1] - project[THIRD_ON_FIRST],
+        slope_at_0[2] - project[FIFTH_ON_FIRST] -
+            project[FIFTH_ON_THIRD] * (slope_at_0[1] - project[THIRD_ON_FIRST])};
     for (int m = 0; m < 3; m++) {
         const hexload_real_t both_sides = HEXLOAD_REAL(2.0) * square[m];
         const hexload_real_t sigma_m_s = config->sensors.displacement_sigma_m * slope[m] / config->tick_s;
@@ -70,11 +83,13 @@ void hexload_smoother_init(hexload_smoother_t* self, const hexload_config_t* con
     memset(self, 0, sizeof *self);
     hexload_smoother_constants_t* constants = &self->constants;
     constants->lag_ticks = config->momentum.lag_ticks;
-    const int64_t lag = constants->lag_ticks;
-    for (int n = 0; n < HEXLOAD_SMOOTHER_ORDERS; n++) {
-        constants->entering[n] = (uint64_t)binomial(2 * lag + 1, n);
-        for (int h = 0; h < 3; h++) { // Vandermonde: C(i - lag + h, 2 h + 1) from the C(i, n)
-            constants->central[h][n] = n <= 2 * h + 1 ? (uint64_t)binomial(h - lag, 2 * h + 1 - n) : 0;
+    const int32_t lag = (int32_t)constants->lag_ticks;
+    make_binomials(2 * lag + 1, constants->entering);
+    for (int h = 0; h < 3; h++) { // Vandermonde: C(i - lag + h, 2 h + 1) from the C(i, n)
+        uint64_t shift[HEXLOAD_SMOOTHER_ORDERS];
+        make_binomials(h - lag, shift);
+        for (int n = 0; n <= 2 * h + 1; n++) {
+            constants->central[h][n] = shift[2 * h + 1 - n];
         }
     }
     make_polynomials(constants, config);

@@ -20,7 +20,7 @@ TICK_S = 1e-3
 VERDICTS = np.array(["converged", "converging", "not_excited", "inconsistent"])  # as hexload_verdict_t
 
 
-def host_replay(name: str, folder: Path) -> dict:
+def host_replay(name: str, folder: Path, estimator: str) -> dict:
     log = log_of(name)
     rows = len(target.samples_of(log, SECONDS))
     legs = [
@@ -28,7 +28,7 @@ def host_replay(name: str, folder: Path) -> dict:
         for part in (log.displacement_m, log.velocity_m_s, log.force_n)
     ]
     platform = hexload_native.load_platform(platform_file(name, folder))
-    return hexload_native.replay(platform, None, None, log.t_s[:rows], *legs, str(folder / "host.csv"))
+    return hexload_native.replay(platform, estimator, None, log.t_s[:rows], *legs, str(folder / "host.csv"))
 
 
 def bits(values: np.ndarray) -> np.ndarray:
@@ -37,20 +37,37 @@ def bits(values: np.ndarray) -> np.ndarray:
     return single.view(np.uint32)
 
 
+def assert_same_bits(answers: np.ndarray, host: dict) -> None:
+    assert len(answers) == len(host["t"]) == 10001
+    assert (answers["status"] == 0).all()
+    for quantity in ("value", "sigma", "nis"):
+        np.testing.assert_array_equal(answers[quantity].view(np.uint32), bits(host[quantity]), quantity)
+    np.testing.assert_array_equal(VERDICTS[answers["verdict"]], host["verdict"])
+    np.testing.assert_array_equal(answers["health"], host["health"])
+
+
 @pytest.mark.parametrize("name", LOGS)
 def test_controller_computes_the_bits_of_the_host(name, tmp_path):
     # GIVEN ten seconds of a recorded log, replayed by the host's build of the firmware
     samples = target.samples_of(log_of(name), SECONDS)
-    host = host_replay(name, tmp_path)
+    host = host_replay(name, tmp_path, "paper")
     config = hexload_native.config_bytes(hexload_native.load_platform(platform_file(name, tmp_path)), TICK_S)
     for optimisation, preset in target.CORTEX_M7.items():
         # WHEN the Cortex-M7 replays it, built at -O2 and at -O3
         answers = target.replay(preset, config, samples, tmp_path).answers
         # THEN every estimate, sigma, NIS, verdict and health word of every tick is the same, to the bit
         print(f"{name}, {optimisation}: {len(answers)} ticks, last estimate {answers['value'][-1]}")
-        assert len(answers) == len(host["t"]) == 10001
-        assert (answers["status"] == 0).all()
-        for quantity in ("value", "sigma", "nis"):
-            np.testing.assert_array_equal(answers[quantity].view(np.uint32), bits(host[quantity]), quantity)
-        np.testing.assert_array_equal(VERDICTS[answers["verdict"]], host["verdict"])
-        np.testing.assert_array_equal(answers["health"], host["health"])
+        assert_same_bits(answers, host)
+
+
+@pytest.mark.parametrize("name", LOGS)
+def test_controller_computes_the_bits_of_the_host_with_the_momentum_filter(name, tmp_path):
+    # GIVEN ten seconds of a recorded log, replayed by the host's build of the momentum estimator
+    samples = target.samples_of(log_of(name), SECONDS)
+    host = host_replay(name, tmp_path, "momentum")
+    config = hexload_native.config_bytes(hexload_native.load_platform(platform_file(name, tmp_path)), TICK_S)
+    for optimisation, preset in target.CORTEX_M7.items():
+        # WHEN the Cortex-M7 replays it THEN all ten estimates and the rest are the same, to the bit
+        _, answers = target.replay_momentum(preset, config, samples, tmp_path)
+        print(f"{name}, {optimisation}: {len(answers)} ticks, last estimate {answers['value'][-1]}")
+        assert_same_bits(answers, host)

@@ -42,6 +42,19 @@ ANSWER = np.dtype(
         ("tick_stack_bytes", "<u4"),
     ]
 )
+MOMENTUM_HEADER = np.dtype([("config_bytes", "<u4"), ("estimator_bytes", "<u4")])
+MOMENTUM_ANSWER = np.dtype(
+    [
+        ("status", "<i4"),
+        ("health", "<u4"),
+        ("value", "<f4", 10),
+        ("sigma", "<f4", 10),
+        ("nis", "<f4"),
+        ("verdict", "<u4"),
+        ("tick_instructions", "<u4"),
+        ("tick_stack_bytes", "<u4"),
+    ]
+)
 RIVAL_ANSWER = np.dtype([("instructions", "<u4"), ("parameter", "<f4", 4)])
 
 NODE_HEADER = np.dtype(
@@ -95,6 +108,18 @@ def replay(preset: str, config: bytes, samples: NDArray, folder: Path) -> Replay
     if header["config_bytes"] != len(config) or len(answers) != len(samples):
         raise ToolFailed(f"{preset}: found {len(answers)} answers, expected {len(samples)}")
     return Replayed(*(int(value) for value in header), answers)
+
+
+def replay_momentum(preset: str, config: bytes, samples: NDArray, folder: Path) -> tuple[int, NDArray]:
+    """Runs the program `momentum`: bytes of its estimator, and answers of MOMENTUM_ANSWER, one for each sample."""
+    (folder / "log").write_bytes(config + samples.tobytes())
+    run(preset, "momentum", ["log", "out"], folder)
+    content = (folder / "out").read_bytes()
+    header = np.frombuffer(content, MOMENTUM_HEADER, count=1)[0]
+    answers = np.frombuffer(content, MOMENTUM_ANSWER, offset=MOMENTUM_HEADER.itemsize)
+    if header["config_bytes"] != len(config) or len(answers) != len(samples):
+        raise ToolFailed(f"{preset}: found {len(answers)} answers, expected {len(samples)}")
+    return int(header["estimator_bytes"]), answers
 
 
 def run_node(preset: str, profile: str, config: bytes, samples: NDArray, folder: Path) -> NodeRun:

@@ -121,8 +121,12 @@ nb::dict as_dict(const hexload_bus_answer_t& answer) {
     fields["missing_legs"] = answer.missing_legs;
     fields["health"] = answer.health;
     fields["refused"] = answer.refused;
-    fields["value"] = as_doubles(answer.estimate.value);
-    fields["sigma"] = as_doubles(answer.estimate.sigma);
+    Parameters value;
+    Parameters sigma;
+    std::copy_n(answer.estimate.value, value.size(), value.begin());
+    std::copy_n(answer.estimate.sigma, sigma.size(), sigma.begin());
+    fields["value"] = value;
+    fields["sigma"] = sigma;
     fields["parameter_verdict"] = verdicts;
     fields["verdict"] = static_cast<unsigned>(answer.estimate.verdict);
     fields["nis"] = static_cast<double>(answer.estimate.nis);

@@ -58,14 +58,14 @@ void hexload_momentum_filter_init(hexload_momentum_filter_t* self, const hexload
 
 /// One time update and one measurement update.
 /// @param jacobian that of motion, taken apart.
-/// @param gap_ticks periods since the last sample; 0: mu begins anew.
-/// @param[in,out] health sets MEASUREMENT_GATED, COVARIANCE_BOUNDED, FILTER_RESTARTED.
-/// Reentrant; constant time but for gap_ticks = 0, which is shorter.
+/// @param sensors sigmas to use: the configured or the measured ones.
+/// @param smoother constants of the smoother that gave the sample.
+/// Reentrant; constant time but for a sample with gap_ticks 0, for which mu begins anew: that is shorter.
 void hexload_momentum_filter_step(hexload_momentum_filter_t* self, const hexload_config_t* config,
                                   const hexload_sensors_t* sensors,
                                   const hexload_smoother_constants_t* smoother,
                                   const hexload_smooth_sample_t* sample, const hexload_motion_t* motion,
-                                  const hexload_leg_blocks_t* jacobian, uint32_t* health);
+                                  const hexload_leg_blocks_t* jacobian);
 
 /// The load has changed: keeps theta as a guess with the prior's sigmas. mu must begin anew.
 void hexload_momentum_filter_forget(hexload_momentum_filter_t* self, const hexload_config_t* config);

@@ -52,7 +52,7 @@ typedef struct hexload_health {
 
 /// Sets a health bit of the present tick. Reentrant, constant time.
 static inline void hexload_health_set(uint32_t* bits, hexload_health_bit_t bit) {
-    *bits |= UINT32_C(1) << bit;
+    *bits |= (uint32_t)1u << (unsigned)bit;
 }
 
 /// Short name of a status for messages, e.g. "pose not found". Never NULL; static storage.

@@ -124,12 +124,11 @@ estimate_t estimate_message(const hexload_bus_answer_t& answer) {
     message.filter = filter_name;
     message.count = HEXLOAD_PAPER_DIM;
     message.name.assign(parameter_names.begin(), parameter_names.end());
-    std::transform(std::begin(estimate.value), std::end(estimate.value), std::back_inserter(message.value),
-                   to_float);
-    std::transform(std::begin(estimate.sigma), std::end(estimate.sigma), std::back_inserter(message.sigma),
-                   to_float);
-    std::transform(std::begin(estimate.parameter_verdict), std::end(estimate.parameter_verdict),
-                   std::back_inserter(message.parameter_verdict), hexload_verdict_name);
+    for (std::size_t k = 0; k < HEXLOAD_PAPER_DIM; ++k) {
+        message.value.push_back(to_float(estimate.value[k]));
+        message.sigma.push_back(to_float(estimate.sigma[k]));
+        message.parameter_verdict.push_back(hexload_verdict_name(estimate.parameter_verdict[k]));
+    }
     message.verdict = hexload_verdict_name(estimate.verdict);
     message.nis = to_float(estimate.nis);
     message.nis_mean = to_float(estimate.nis_mean);

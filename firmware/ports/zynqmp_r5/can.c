@@ -49,7 +49,8 @@ static void enter_bus(const can_t* self) {
 }
 
 void can_start(can_t* self, volatile uint32_t* registers) {
-    *self = (can_t){.registers = registers};
+    *self = (can_t){0};
+    self->registers = registers;
     enter_bus(self);
 }
 

@@ -32,7 +32,7 @@ std::string_view name_of(EstimatorKind kind);
 std::string_view name_of(PaperPrior prior);
 
 struct EstimatorSettings {
-    EstimatorKind kind = EstimatorKind::paper;
+    EstimatorKind kind = EstimatorKind::momentum;
     PaperPrior prior = PaperPrior::safe;
 };
 
