@@ -126,14 +126,39 @@ def replay(
     out: Annotated[Path, typer.Option(help="Estimates to write (.csv), one row per tick.")],
     estimator: Annotated[Optional[Estimator], typer.Option(help="Instead of the platform file's.")] = None,
     prior: Annotated[Optional[Prior], typer.Option(help="Start covariance, instead of the platform file's.")] = None,
+    tare: Annotated[Optional[Path], typer.Option(help="File of hexload tare, made with the same platform file.")] = None,
 ) -> None:
     """Runs the controller's own C code over a recorded log.
+
+    With --tare the empty platform is what its tare run found, and the sigmas tell the tare's uncertainty too.
 
     Example:  hexload replay tests/data/paper_noisy.csv.gz --platform tests/data/paper_load.toml --out estimates.csv
     """
     from hexload_tools import replay as verb
 
-    verb.print_summary(verb.replay_log(log, platform, estimator, prior, out), out)
+    verb.print_summary(verb.replay_log(log, platform, estimator, prior, out, tare), out)
+
+
+@app.command()
+def tare(
+    log: Annotated[Path, typer.Argument(help="Leg log of the empty platform, in motion; formats as of hexload replay.")],
+    platform: Annotated[Path, typer.Option(help="Platform file (.toml).")],
+    out: Annotated[Path, typer.Option(help="Tare file to write (.toml), for hexload replay --tare.")],
+    largest_offset: Annotated[
+        float, typer.Option(min=0.0, max=0.45, help="More than this share of the platform's own parameters is taken for a load.")
+    ] = 0.25,
+) -> None:
+    """Finds how the empty platform differs from its platform file: leg mass, cables, what the drawing does not tell.
+
+    Runs the momentum estimator over the log. Refused, and nothing written: an estimate that has not converged or is inconsistent,
+    a load that changes, and an offset of mass, moment of mass or inertia that is rather a load. A load below --largest-offset
+    cannot be told from a heavier platform.
+
+    Example:  hexload tare empty.csv --platform platform.toml --out tare.toml
+    """
+    from hexload_tools import tare as verb
+
+    verb.print_summary(verb.make_tare(log, platform, out, largest_offset), out)
 
 
 @app.command()

@@ -128,7 +128,8 @@ class Answer {
 
 nb::dict replay(const PlatformFile& platform, const std::optional<std::string>& estimator,
                 const std::optional<std::string>& prior, const Column& t, const LegColumns& displacement_m,
-                const LegColumns& velocity_m_s, const LegColumns& force_n, const std::string& out_path) {
+                const LegColumns& velocity_m_s, const LegColumns& force_n, const std::string& out_path,
+                const std::optional<Tare>& tare) {
     const std::size_t rows = t.shape(0);
     if (rows < 2 || displacement_m.shape(0) != rows || velocity_m_s.shape(0) != rows ||
         force_n.shape(0) != rows) {
@@ -136,7 +137,7 @@ nb::dict replay(const PlatformFile& platform, const std::optional<std::string>& 
     }
     const double sampling_s = sampling_period_s(t);
     const auto link =
-        make_inproc_link(platform, override_settings(platform.estimator, estimator, prior), sampling_s);
+        make_inproc_link(platform, override_settings(platform.estimator, estimator, prior), sampling_s, tare);
     EstimateFile file(out_path, link->parameter_names());
     Answer answer;
     std::string first_refusal;
@@ -213,11 +214,11 @@ void bind_firmware(nb::module_& module) {
         "controller can\nread it. ValueError names what is wrong.");
     module.def("replay", &replay, nb::arg("platform"), nb::arg("estimator").none(), nb::arg("prior").none(),
                nb::arg("t"), nb::arg("displacement_m"), nb::arg("velocity_m_s"), nb::arg("force_n"),
-               nb::arg("out_path"),
+               nb::arg("out_path"), nb::arg("tare").none() = nb::none(),
                "Runs the firmware over a log: t [n] s, legs [n, 6] in m, m/s, N. Writes the estimates CSV "
                "and returns it as a\n"
-               "dict of arrays, with health counts and the number of refused samples. ValueError names what "
-               "is wrong.");
+               "dict of arrays, with health counts and the number of refused samples. A tare is added to the "
+               "platform, and its\nsigma to that of the estimates. ValueError names what is wrong.");
     nb::class_<FirmwareKinematics>(module, "Kinematics", "The firmware's kinematics stage, started at home.")
         .def(nb::init<const PlatformFile&>(), nb::arg("platform"))
         .def("solve", &FirmwareKinematics::solve, nb::arg("displacement_m"), nb::arg("velocity_m_s"),

@@ -6,6 +6,7 @@
 #include <hexload_sim/platform_file.hpp>
 #include <hexload_sim/rotation.hpp>
 #include <hexload_sim/scenario.hpp>
+#include <hexload_sim/tare.hpp>
 
 #include <nanobind/eigen/dense.h>
 #include <nanobind/stl/array.h>
@@ -68,12 +69,26 @@ void bind_platform(nb::module_& module) {
         .def_prop_ro(
             "inertia_kg_m2", [](const PlatformFile& p) { return p.platform.inertia_kg_m2; },
             "(3, 3) tensor about O_A")
+        .def_prop_ro(
+            "theta", [](const PlatformFile& p) { return theta_of(p.platform); },
+            "(10,) of the empty platform, about O_A")
         .def_ro("gravity_m_s2", &PlatformFile::gravity_m_s2)
         .def_ro("known_mass_kg", &PlatformFile::known_mass_kg)
         .def_prop_ro("displacement_sigma_m",
                      [](const PlatformFile& p) { return p.sensors.displacement_sigma_m; })
         .def_prop_ro("velocity_sigma_m_s", [](const PlatformFile& p) { return p.sensors.velocity_sigma_m_s; })
         .def_prop_ro("force_sigma_n", [](const PlatformFile& p) { return p.sensors.force_sigma_n; });
+    nb::class_<Tare>(module, "Tare", "Empty platform less platform file.")
+        .def(
+            "__init__",
+            [](Tare* self, const Vector10& theta, const Vector10& sigma) {
+                new (self) Tare{theta, sigma};
+            },
+            nb::arg("theta"), nb::arg("sigma"))
+        .def_ro("theta", &Tare::theta)
+        .def_ro("sigma", &Tare::sigma);
+    module.def("with_own_load", &with_own_load, nb::arg("platform"), nb::arg("share"),
+               "The platform file in which this share of the empty platform counts as an unknown load.");
     module.def("load_platform", &load_platform_file, nb::arg("path"), "Reads and checks a platform file.");
 }
 

@@ -3,15 +3,19 @@
 
 #include <hexload_sim/estimator_link.hpp>
 #include <hexload_sim/platform_file.hpp>
+#include <hexload_sim/tare.hpp>
 
 #include <memory>
+#include <optional>
 
 namespace hexload::sim {
 
 // Starts an estimator for samples that are sampling_s apart. Throws InputError where the platform file lacks
 // what the estimator needs: a known load mass for the paper's filter, a home pose; or where this version
-// lacks the estimator.
-std::unique_ptr<EstimatorLink>
-make_inproc_link(const PlatformFile& platform, const EstimatorSettings& settings, double sampling_s = tick_s);
+// lacks the estimator. With a tare the platform is the platform file's and the tare's together, and the
+// sigmas tell the tare's uncertainty too.
+std::unique_ptr<EstimatorLink> make_inproc_link(const PlatformFile& platform,
+                                                const EstimatorSettings& settings, double sampling_s = tick_s,
+                                                const std::optional<Tare>& tare = std::nullopt);
 
 } // namespace hexload::sim

@@ -4,6 +4,8 @@
 #include "estimate_row.hpp"
 #include "firmware_config.hpp"
 
+#include <cmath>
+
 namespace hexload::sim {
 
 namespace {
@@ -24,10 +26,40 @@ hexload_status_t tick(hexload_momentum_t& self, const hexload_config_t& config,
     return hexload_momentum_tick(&self, &config, &sample, &estimate);
 }
 
+// What the tare's errors, taken as independent, add to the sigmas of the estimate. The sum of load and
+// platform is what the momentum filter measures. The paper's filter knows the load's mass and measures the
+// height c of the common centre of mass and the inertia about it: at constant m_l dz + h_z = m c and I_C +
+// m_l dz^2 + I - m c^2, and so m_l d(dz) = c dm - dh_z and dI_C = -dI + 2 dz dh_z + c (c - 2 dz) dm.
+void add_tare_sigma(EstimateRow& row, const Vector10& tare_sigma, const hexload_config_t& config,
+                    EstimatorKind kind) {
+    if (kind == EstimatorKind::momentum) {
+        for (std::size_t k = 0; k < HEXLOAD_LOAD_DIM; k++) {
+            row.sigma[k] = std::hypot(row.sigma[k], tare_sigma[static_cast<Eigen::Index>(k)]);
+        }
+        return;
+    }
+    const auto load_kg = static_cast<double>(config.paper.load_mass_kg);
+    const auto own_kg = static_cast<double>(config.platform.mass_kg);
+    const auto own_com_m = static_cast<double>(config.platform.com_m[2]);
+    const double dz_m = row.value[HEXLOAD_PAPER_DZ];
+    const double com_m = (load_kg * dz_m + own_kg * own_com_m) / (load_kg + own_kg);
+    const double s_m = tare_sigma[HEXLOAD_LOAD_M];
+    const double s_hz = tare_sigma[HEXLOAD_LOAD_HZ];
+    const double tilting = std::hypot(2.0 * dz_m * s_hz, com_m * (com_m - 2.0 * dz_m) * s_m);
+    const auto add = [&row](std::size_t k, double sigma) { row.sigma[k] = std::hypot(row.sigma[k], sigma); };
+    add(HEXLOAD_PAPER_DZ, std::hypot(s_hz, com_m * s_m) / load_kg);
+    add(HEXLOAD_PAPER_IXX, std::hypot(tare_sigma[HEXLOAD_LOAD_IXX], tilting));
+    add(HEXLOAD_PAPER_IYY, std::hypot(tare_sigma[HEXLOAD_LOAD_IYY], tilting));
+    add(HEXLOAD_PAPER_IZZ, tare_sigma[HEXLOAD_LOAD_IZZ]);
+}
+
 template <class Estimator, EstimatorKind kind> class InprocLink final : public EstimatorLink {
   public:
-    InprocLink(const PlatformFile& platform, const EstimatorSettings& settings, double sampling_s)
-        : config_(checked_firmware_config(platform, settings, sampling_s)) {
+    InprocLink(const PlatformFile& platform, const EstimatorSettings& settings, double sampling_s,
+               const std::optional<Tare>& tare)
+        : config_(checked_firmware_config(tare ? with_tare(platform, tare->theta) : platform, settings,
+                                          sampling_s)),
+          tare_(tare) {
         const hexload_status_t status = init(estimator_, config_);
         if (status != HEXLOAD_OK) {
             throw InputError(std::string("the estimator refuses the geometry: ") +
@@ -47,6 +79,9 @@ template <class Estimator, EstimatorKind kind> class InprocLink final : public E
             return {};
         }
         row_ = estimate_row(estimate, sample.t_s, estimator_.health.bits);
+        if (tare_) {
+            add_tare_sigma(row_, tare_->sigma, config_, kind);
+        }
         return {&row_, 1};
     }
 
@@ -64,6 +99,7 @@ template <class Estimator, EstimatorKind kind> class InprocLink final : public E
 
   private:
     hexload_config_t config_;
+    std::optional<Tare> tare_;
     Estimator estimator_{};
     hexload_status_t last_status_ = HEXLOAD_OK;
     EstimateRow row_;
@@ -72,12 +108,14 @@ template <class Estimator, EstimatorKind kind> class InprocLink final : public E
 } // namespace
 
 std::unique_ptr<EstimatorLink> make_inproc_link(const PlatformFile& platform,
-                                                const EstimatorSettings& settings, double sampling_s) {
+                                                const EstimatorSettings& settings, double sampling_s,
+                                                const std::optional<Tare>& tare) {
     if (settings.kind == EstimatorKind::paper) {
-        return std::make_unique<InprocLink<hexload_t, EstimatorKind::paper>>(platform, settings, sampling_s);
+        return std::make_unique<InprocLink<hexload_t, EstimatorKind::paper>>(platform, settings, sampling_s,
+                                                                             tare);
     }
     return std::make_unique<InprocLink<hexload_momentum_t, EstimatorKind::momentum>>(platform, settings,
-                                                                                    sampling_s);
+                                                                                     sampling_s, tare);
 }
 
 } // namespace hexload::sim

@@ -1,0 +1,216 @@
+"""`hexload tare`: what the empty platform's own parameters are beyond those of its platform file.
+
+The momentum estimator runs over a log of the empty platform. Legs and modelling errors act on it as a constant offset
+of theta = [m, hx, hy, hz, Ixx, Iyy, Izz, Ixy, Ixz, Iyz]. That offset is no body: its mass may well be negative. So half
+of the platform counts as the unknown load, which with any offset that a tare may have is one.
+"""
+
+import tempfile
+import tomllib
+from pathlib import Path
+from types import ModuleType
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from rich.console import Console
+from rich.table import Table
+
+from hexload_tools.atomic_file import replaced_when_done
+from hexload_tools.bound import THETA_NAMES
+from hexload_tools.errors import InputError
+from hexload_tools.firmware_run import load_platform, native_firmware, run_firmware
+from hexload_tools.log_formats import read_any_log
+
+Array = NDArray[np.float64]
+
+OWN_LOAD_SHARE = 0.5
+CONVERGED_SHARE = 0.05  # of the scale: the estimator's limit for its verdict "converged"
+GRANTED_SIGMAS = 3.0
+SAME = {"rtol": 1e-9, "atol": 1e-12}  # numbers of a file that was written and read again
+KEYS = ("theta", "sigma", "duration_s", "verdict")
+MACHINE_KEYS = {
+    "geometry": ("base_hinges_m", "platform_hinges_m", "home_leg_length_m"),
+    "platform": ("mass_kg", "com_m", "inertia_kg_m2"),
+    "environment": ("gravity_m_s2",),
+}
+
+
+def make_tare(log: Path, platform_file: Path, out: Path, largest_offset: float) -> dict:
+    """Writes the tare file and returns what stands in its table [tare].
+
+    `largest_offset`: share of the platform's own parameters above which an offset is taken for a load. Raises
+    InputError.
+    """
+    samples = read_any_log(log)
+    native = native_firmware()
+    platform = load_platform(native, platform_file)
+    lightened = native.with_own_load(platform, OWN_LOAD_SHARE)
+    with replaced_when_done(out) as temporary:
+        with tempfile.TemporaryDirectory() as folder:
+            try:
+                result = run_firmware(native, lightened, samples, Path(folder) / "estimates.csv", "momentum")
+            except ValueError as error:
+                raise InputError(f"{log} with {platform_file}: {error}") from None
+        theta = result["value"][-1] - OWN_LOAD_SHARE * platform.theta
+        sigma = result["sigma"][-1]
+        scale = _scales(platform)
+        _refuse_changes(log, result)
+        _refuse_doubt(log, result, scale)
+        _refuse_load(log, theta, sigma, largest_offset * scale)
+        table = {
+            "theta": theta.tolist(),
+            "sigma": sigma.tolist(),
+            "duration_s": float(samples.t_s[-1] - samples.t_s[0]),
+            "verdict": result["verdict"][-1],
+        }
+        temporary.write_text(_document(log, platform_file, table, _machine(platform)), encoding="utf-8")
+    return table
+
+
+def unit_of(name: str) -> str:
+    """Of one of the ten: mass, first moments h of mass, moments and products of inertia."""
+    return {"m": "kg", "h": "kg m", "I": "kg m²"}[name[0]]
+
+
+def _scales(platform) -> Array:
+    """What an offset is compared with: the platform's mass, that mass at the hinges, its mean moment of inertia."""
+    radius_m = np.linalg.norm(platform.platform_hinges_m, axis=1).mean()
+    moment_kg_m2 = np.trace(platform.inertia_kg_m2) / 3.0
+    return np.repeat([platform.mass_kg, platform.mass_kg * radius_m, moment_kg_m2], [1, 3, 6])
+
+
+def _refuse_changes(log: Path, result: dict) -> None:
+    bit = list(result["health_counts"]).index("load changed")
+    changes = np.flatnonzero(result["health"].astype(np.int64) >> bit & 1)
+    if changes.size:
+        at_s = result["t"][changes[0]]
+        raise InputError(f"{log}: found another load from {at_s:.3f} s on, expected the empty platform throughout")
+
+
+def _refuse_doubt(log: Path, result: dict, scale: Array) -> None:
+    verdicts = np.array(result["verdict"])
+    doubtful = np.flatnonzero(verdicts[len(verdicts) // 2 :] == "inconsistent")
+    if doubtful.size:
+        at_s = result["t"][len(verdicts) // 2 + doubtful[0]]
+        raise InputError(
+            f"{log}: found verdict inconsistent at {at_s:.3f} s, expected none in the log's second half: "
+            "friction, sensor sigmas or geometry are not as the platform file says"
+        )
+    if verdicts[-1] != "converged":
+        unsure = [
+            f"{name} +- {sigma:.3g}"
+            for name, sigma, limit in zip(THETA_NAMES, result["sigma"][-1], CONVERGED_SHARE * scale)
+            if sigma > OWN_LOAD_SHARE * limit
+        ]
+        raise InputError(
+            f"{log}: found verdict {verdicts[-1]} at the end ({', '.join(unsure) or 'SI units'}), expected converged: "
+            "a longer or livelier motion of all six axes"
+        )
+
+
+def _refuse_load(log: Path, theta: Array, sigma: Array, largest: Array) -> None:
+    excess = (np.abs(theta) - GRANTED_SIGMAS * sigma) / largest
+    k = int(np.argmax(excess))
+    if excess[k] > 1.0:
+        raise InputError(
+            f"{log}: the platform seems to carry a load: found {THETA_NAMES[k]} = {theta[k]:.4g} "
+            f"{unit_of(THETA_NAMES[k])} beyond the platform file's, expected {largest[k]:.4g} at most "
+            "(--largest-offset allows more)"
+        )
+
+
+def _machine(platform) -> dict[str, dict[str, list | float]]:
+    """The numbers of the platform file that a tare depends on, as in the file."""
+    values = {key: getattr(platform, key) for keys in MACHINE_KEYS.values() for key in keys}
+    values["inertia_kg_m2"] = values["inertia_kg_m2"][[0, 1, 2, 0, 0, 1], [0, 1, 2, 1, 2, 2]]
+    return {section: {key: np.asarray(values[key]).tolist() for key in keys} for section, keys in MACHINE_KEYS.items()}
+
+
+def _document(log: Path, platform_file: Path, table: dict, machine: dict) -> str:
+    lines = [
+        f"# Made by hexload tare from {log.name} and {platform_file.name}.",
+        "# Empty platform less platform file, about O_A, in SI units; sigma: one standard deviation.",
+        f"# theta = [{', '.join(THETA_NAMES)}]",
+        "[tare]",
+        *_assignments(table),
+        "",
+        "# The machine that it belongs to.",
+    ]
+    for section, values in machine.items():
+        lines += [f"[{section}]", *_assignments(values), ""]
+    return "\n".join(lines)
+
+
+def _assignments(table: dict) -> list[str]:
+    """TOML of numbers, lists and plain words, whose Python and TOML forms are the same but for the quotes."""
+    return [f"{key} = {value!r}".replace("'", '"') for key, value in table.items()]
+
+
+def tare_for(path: Path, native: ModuleType, platform, platform_file: Path):
+    """The hexload_native.Tare of a tare file. Raises InputError: no tare file, or that of another machine."""
+    document = _read(path)
+    table = document["tare"]
+    theta, sigma = (_ten_numbers(path, key, table[key]) for key in ("theta", "sigma"))
+    if (sigma < 0).any():
+        raise InputError(f"{path}: tare.sigma: found {sigma.min():g}, expected no negative number")
+    for section, values in _machine(platform).items():
+        for key, value in values.items():
+            if not _is_same(document[section][key], value):
+                raise InputError(
+                    f"{path}: {section}.{key}: found {document[section][key]}, expected {value} as in {platform_file}: "
+                    "this is another machine's tare"
+                )
+    return native.Tare(theta, sigma)
+
+
+def _read(path: Path) -> dict:
+    try:
+        document = tomllib.loads(path.read_text(encoding="utf-8"))
+    except FileNotFoundError:
+        raise InputError(f"{path}: found no such file, expected a tare file written by `hexload tare`") from None
+    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
+        raise InputError(f"{path}: found no valid TOML ({error}), expected a tare file") from None
+    expected = {"tare": KEYS, **MACHINE_KEYS}
+    for section, keys in expected.items():
+        if not isinstance(document.get(section), dict):
+            raise InputError(f"{path}: {section}: found nothing, expected this table of a tare file")
+        for key in keys:
+            if key not in document[section]:
+                raise InputError(f"{path}: {section}.{key}: found nothing, expected this key of a tare file")
+    known = {*expected, *(f"{section}.{key}" for section, keys in expected.items() for key in keys)}
+    found = {*document, *(f"{section}.{key}" for section in expected for key in document[section])}
+    if found - known:
+        raise InputError(
+            f"{path}: {min(found - known)}: found an unknown key, expected those that `hexload tare` writes"
+        )
+    return document
+
+
+def _ten_numbers(path: Path, key: str, value: ArrayLike) -> Array:
+    try:
+        numbers = np.asarray(value, float)
+    except (TypeError, ValueError):
+        numbers = np.empty(0)
+    if numbers.shape != (len(THETA_NAMES),) or not np.isfinite(numbers).all():
+        raise InputError(f"{path}: tare.{key}: found {value}, expected {len(THETA_NAMES)} finite numbers")
+    return numbers
+
+
+def _is_same(found: object, expected: ArrayLike) -> bool:
+    try:
+        numbers = np.asarray(found, float)
+    except (TypeError, ValueError):
+        return False
+    return numbers.shape == np.shape(expected) and np.allclose(numbers, expected, **SAME)
+
+
+def print_summary(tare: dict, out: Path) -> None:
+    """The offsets on the terminal."""
+    table = Table()
+    for heading in ("parameter", "offset", "sigma"):
+        table.add_column(heading, justify="left" if heading == "parameter" else "right")
+    for name, value, sigma in zip(THETA_NAMES, tare["theta"], tare["sigma"]):
+        table.add_row(f"{name}, {unit_of(name)}", f"{value:.4f}", f"{sigma:.4f}")
+    Console().print(table)
+    print(f"verdict: {tare['verdict']} after {tare['duration_s']:.3f} s")
+    print(f"tare:    {out}")
