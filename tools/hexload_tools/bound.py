@@ -94,11 +94,11 @@ def momentum_regressor(trajectory: Trajectory) -> Array:
     v, w = trajectory.velocity_m_s, trajectory.angular_velocity_rad_s
     y = np.zeros((len(p), 6, 10))
     y[:, :3, 0] = v
-    y[:, :3, 1:4] = _cross_matrix(w) @ rotation
-    y[:, 3:, :4] = _cross_matrix(p) @ y[:, :3, :4]
-    y[:, 3:, 1:4] -= _cross_matrix(v) @ rotation
+    y[:, :3, 1:4] = cross_matrix(w) @ rotation
+    y[:, 3:, :4] = cross_matrix(p) @ y[:, :3, :4]
+    y[:, 3:, 1:4] -= cross_matrix(v) @ rotation
     body_w = np.einsum("nji,nj->ni", rotation, w)
-    y[:, 3:, 4:] = rotation @ _inertia_times(body_w)
+    y[:, 3:, 4:] = rotation @ inertia_times(body_w)
     return y
 
 
@@ -108,7 +108,7 @@ def gravity_regressor(platform: Platform, trajectory: Trajectory) -> Array:
     g = np.zeros((len(trajectory.p_m), 6, 10))
     g[:, :3, 0] = gravity
     g[:, 3:, 0] = np.cross(trajectory.p_m, gravity)
-    g[:, 3:, 1:4] = -_cross_matrix(gravity) @ trajectory.rotation
+    g[:, 3:, 1:4] = -cross_matrix(gravity) @ trajectory.rotation
     return g
 
 
@@ -223,7 +223,7 @@ def read_truth(path: Path, from_s: float = 0.0) -> Trajectory:
             raise InputError(f"{path}: line 1: found columns {','.join(names[:13])}, expected {','.join(expected)}")
         rows = np.loadtxt(file, delimiter=",", usecols=range(13), ndmin=2)
     rows = rows[rows[:, 0] >= from_s - 1e-9]
-    return Trajectory(rows[:, 1:4], _rotation_from_rpy(rows[:, 4:7]), rows[:, 7:10], rows[:, 10:13])
+    return Trajectory(rows[:, 1:4], rotation_from_rpy(rows[:, 4:7]), rows[:, 7:10], rows[:, 10:13])
 
 
 def _covariance_recursion(y: Array, gbar: Array, process: Array, measurement: Array, prior_sigma: Array) -> Array:
@@ -266,11 +266,11 @@ def _home_height_m(base: Array, upper: Array, home_leg_length_m: float | list[fl
 def _about_home(wrench_columns: Array, p: Array) -> Array:
     """Moves the moment of wrench columns [e; R a x e] from O_A to the home point: adds p x e."""
     moved = wrench_columns.copy()
-    moved[:, 3:] += _cross_matrix(p) @ wrench_columns[:, :3]
+    moved[:, 3:] += cross_matrix(p) @ wrench_columns[:, :3]
     return moved
 
 
-def _cross_matrix(vector: Array) -> Array:
+def cross_matrix(vector: Array) -> Array:
     """[a]x with [a]x b = a x b, (..., 3, 3)."""
     matrix = np.zeros((*vector.shape[:-1], 3, 3))
     matrix[..., 0, 1], matrix[..., 0, 2] = -vector[..., 2], vector[..., 1]
@@ -279,7 +279,7 @@ def _cross_matrix(vector: Array) -> Array:
     return matrix
 
 
-def _inertia_times(w: Array) -> Array:
+def inertia_times(w: Array) -> Array:
     """L(w), (n, 3, 6): I w = L(w) [Ixx, Iyy, Izz, Ixy, Ixz, Iyz]."""
     matrix = np.zeros((len(w), 3, 6))
     x, y, z = w.T
@@ -289,7 +289,7 @@ def _inertia_times(w: Array) -> Array:
     return matrix
 
 
-def _rotation_from_rpy(rpy: Array) -> Array:
+def rotation_from_rpy(rpy: Array) -> Array:
     """Rz(yaw) Ry(pitch) Rx(roll), (n, 3, 3)."""
     (sr, sp, sy), (cr, cp, cy) = np.sin(rpy).T, np.cos(rpy).T
     rows = [

@@ -162,6 +162,37 @@ def tare(
 
 
 @app.command()
+def excite(
+    platform: Annotated[Path, typer.Option(help="Platform file (.toml).")],
+    duration: Annotated[float, typer.Option(help="Seconds that the motion may take, run-in and run-out included.")],
+    out: Annotated[Path, typer.Option(help="Trajectory to write (.csv: t,x,y,z,roll,pitch,yaw); a summary (.json) goes beside it.")],
+    scenario: Annotated[str, typer.Option(help="Scenario whose hydraulics and limits bound the motion.")] = "multisine",
+    mass: Annotated[
+        Optional[float], typer.Option(help="Expected load, kg.  [default: the platform file's known mass, or twice the platform's]")
+    ] = None,
+    height: Annotated[
+        Optional[float], typer.Option(help="Of its centre of mass over the platform, m.  [default: 3/4 of the hinges' radius]")
+    ] = None,
+    seed: Annotated[int, typer.Option(min=0, help="Of the random starts; the same seed gives the same motion.")] = 1,
+    starts: Annotated[int, typer.Option(min=1, help="Searches, each from another random motion.")] = 4,
+    iterations: Annotated[int, typer.Option(min=1, help="Steps of each search at most.")] = 100,
+    sines: Annotated[int, typer.Option(min=2, max=30, help="Frequencies in each of the six coordinates.")] = 8,
+    frequency_max: Annotated[float, typer.Option(help="Highest of them, Hz; the servo's bandwidth.")] = 2.5,
+) -> None:
+    """Finds a motion that identifies a load as well as the machine's stroke, valves and pump allow in a given time.
+
+    Six finite Fourier series, from rest at home to rest at home, for the smallest worst bound on the ten parameters relative to their
+    scales. The table shows the bounds of the motion found beside those of the paper's motion and of the multisine.
+
+    Example:  hexload excite --platform tests/data/paper_load.toml --duration 5 --out excite.csv
+    """
+    from hexload_tools import excite as verb
+
+    wish = verb.Wish(platform, duration, scenario, mass, height, seed, starts, iterations, sines, frequency_max)
+    verb.print_summary(verb.design(wish, out), wish, out)
+
+
+@app.command()
 def report(
     runs: Annotated[list[Path], typer.Argument(help="One or several run directories.", metavar="RUN_DIR...")],
     out: Annotated[

@@ -16,6 +16,10 @@
 #include <nanobind/stl/string.h>
 #include <nanobind/stl/vector.h>
 
+#include <algorithm>
+#include <cmath>
+#include <memory>
+
 namespace nb = nanobind;
 using namespace hexload::sim;
 
@@ -27,6 +31,34 @@ Twist twist_of(const Vector6& V) {
 
 MassProperties body_of(const PlatformFile& platform, const Load& load) {
     return mass_properties(platform.platform) + mass_properties(load);
+}
+
+// A scenario's motion, or that of a trajectory file in its place.
+struct Excitation {
+    std::unique_ptr<Trajectory> trajectory;
+    MotionLimits limits;
+};
+
+// The scenario's machine bounds it, whatever scenario the motion is of.
+Excitation excitation(const Scenario& scenario, const PlatformFile& platform, double duration_s,
+                      const Scenario& motion_of, const std::optional<std::filesystem::path>& file) {
+    const MotionLimits limits = motion_limits(platform.geometry, scenario.hydraulics, scenario.limits);
+    const TrajectorySettings settings = file ? TrajectorySettings(FileMotion{*file}) : motion_of.trajectory;
+    return {make_trajectory(settings, platform.geometry, limits, duration_s,
+                            static_cast<std::uint64_t>(motion_of.seed)),
+            limits};
+}
+
+// One row per tick: q, then the twist.
+Eigen::Matrix<double, -1, 12, Eigen::RowMajor> reference_motion(const Trajectory& trajectory,
+                                                                double duration_s) {
+    const auto ticks = static_cast<Eigen::Index>(std::llround(duration_s / tick_s)) + 1;
+    Eigen::Matrix<double, -1, 12, Eigen::RowMajor> rows(ticks, 12);
+    for (Eigen::Index tick = 0; tick < ticks; ++tick) {
+        const Motion motion = trajectory.at(static_cast<double>(tick) * tick_s);
+        rows.row(tick) << motion.q.transpose(), motion.twist().stacked().transpose();
+    }
+    return rows;
 }
 
 void bind_load(nb::module_& module) {
@@ -104,6 +136,35 @@ void bind_scenario(nb::module_& module) {
         .def_ro("seed", &Scenario::seed)
         .def_ro("substeps", &Scenario::substeps)
         .def_ro("loads", &Scenario::loads)
+        .def(
+            "motion_limits",
+            [](const Scenario& scenario, const PlatformFile& platform) {
+                const HydraulicSettings& hydraulics = scenario.hydraulics;
+                const MotionLimits limits = motion_limits(platform.geometry, hydraulics, scenario.limits);
+                // Orifices pass valve_share of the unloaded speed up to the load 1 - valve_share^2 of stall.
+                const double stall_n = (hydraulics.supply_pressure_pa - hydraulics.tank_pressure_pa) *
+                                       std::min(hydraulics.piston_area_m2, hydraulics.rod_side_area_m2);
+                const double share = scenario.limits.valve_share;
+                return std::array<double, 5>{limits.stroke_min_m, limits.stroke_max_m, limits.leg_speed_m_s,
+                                             limits.speed_sum_m_s, (1.0 - share * share) * stall_n};
+            },
+            nb::arg("platform"),
+            "[stroke min, max in m, speed of a leg, sum of six legs' speeds in m/s, stall force of a leg in "
+            "N]")
+        .def(
+            "reference_motion",
+            [](const Scenario& scenario, const PlatformFile& platform, double duration_s,
+               const std::optional<std::filesystem::path>& file, const std::optional<Scenario>& motion_of) {
+                const Excitation found =
+                    excitation(scenario, platform, duration_s, motion_of.value_or(scenario), file);
+                return std::pair{
+                    reference_motion(*found.trajectory, duration_s),
+                    keeps_limits(*found.trajectory, platform.geometry, found.limits, duration_s)};
+            },
+            nb::arg("platform"), nb::arg("duration_s"), nb::arg("file").none() = nb::none(),
+            nb::arg("motion_of").none() = nb::none(),
+            "(n, 12) [x, y, z, roll, pitch, yaw, v, w] at each tick, and whether the motion keeps this "
+            "scenario's limits: the\nmotion of this scenario, of a trajectory file, or of another scenario.")
         .def("to_toml", &to_toml, "the scenario with every default filled in");
     module.def("load_scenario", &load_scenario, nb::arg("path"), "Reads and checks a scenario file.");
 }

@@ -1,0 +1,278 @@
+"""`hexload excite`: the motion it finds, checked with the simulator and with the bound, and what it refuses."""
+
+import json
+import os
+import subprocess
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import hexload_native
+import numpy as np
+import pytest
+from hexload_tools import bound, excitation, project
+from hexload_tools.errors import InputError
+from hexload_tools.excite import Wish, design, problem_of, summary_of
+from scipy.interpolate import CubicHermiteSpline
+from scipy.spatial.transform import Rotation
+
+PLATFORM = project.SCENARIOS / "platforms" / "paper.toml"
+WISH = Wish(
+    platform_file=PLATFORM,
+    duration_s=3.0,
+    scenario="multisine",
+    mass_kg=None,
+    height_m=None,
+    seed=3,
+    starts=1,
+    iterations=20,
+    sines=5,
+    frequency_max_hz=2.5,
+)
+
+
+@pytest.fixture(scope="module")
+def found(tmp_path_factory) -> Path:
+    out = tmp_path_factory.mktemp("excite") / "found.csv"
+    design(WISH, out)
+    return out
+
+
+def problem() -> excitation.Problem:
+    scenario = hexload_native.load_scenario(str(project.SCENARIOS / "multisine.toml"))
+    return problem_of(WISH, hexload_native.load_platform(str(PLATFORM)), scenario)
+
+
+def read_rows(path: Path) -> np.ndarray:
+    assert path.read_text().startswith("t,x,y,z,roll,pitch,yaw\n")
+    return np.loadtxt(path, delimiter=",", skiprows=1)
+
+
+def trajectory_of_file(path: Path) -> bound.Trajectory:
+    """At each tick, without the simulator's code: cubics with central slopes, angular velocity from the change of R."""
+    rows = read_rows(path)
+    slopes = np.zeros_like(rows[:, 1:])
+    slopes[1:-1] = (rows[2:, 1:] - rows[:-2, 1:]) / (rows[2:, :1] - rows[:-2, :1])
+    spline = CubicHermiteSpline(rows[:, 0], rows[:, 1:], slopes)
+    t = np.arange(round(rows[-1, 0] / 1e-3) + 1) * 1e-3
+
+    def rotation(at_s):
+        return Rotation.from_euler("ZYX", spline(at_s)[:, 5:2:-1])
+
+    step_s = 1e-6
+    turn = rotation(t + step_s) * rotation(t - step_s).inv()
+    return bound.Trajectory(
+        spline(t)[:, :3], rotation(t).as_matrix(), spline(t, 1)[:, :3], turn.as_rotvec() / (2 * step_s)
+    )
+
+
+def test_the_motion_starts_and_ends_at_rest_at_home(found):
+    # GIVEN the motion found
+    rows = read_rows(found)
+    # WHEN its ends are looked at THEN the time is the wanted one, and the pose is home
+    assert (rows[0, 0], rows[-1, 0]) == (0.0, 3.0)
+    assert (rows[[0, -1], 1:] == 0).all()
+    # AND the first and last 2 ms of a quintic of 0.5 s, 10 (2 / 500)^3 = 6e-7 of 0.5 m or rad, are next to rest
+    assert np.abs(rows[[1, -2], 1:]).max() < 1e-6
+
+
+def test_the_motion_uses_a_limit_and_keeps_all(found, record_property):
+    # GIVEN the limits of the simulator's own seeded motions
+    scenario = hexload_native.load_scenario(str(project.SCENARIOS / "multisine.toml"))
+    platform = hexload_native.load_platform(str(PLATFORM))
+    low, high, speed_limit, sum_limit, force_limit = scenario.motion_limits(platform)
+    # WHEN the simulator reads the file THEN it finds stroke, leg speed and flow kept
+    rows, keeps_limits = scenario.reference_motion(platform, WISH.duration_s, file=found)
+    assert keeps_limits
+    # AND by the plant's kinematics and inverse dynamics the largest use of any limit is 100 %, less a margin of 0.1 %
+    # and what force gains when accelerations are taken from differences of 1 ms: (2 pi 2.5 Hz 1 ms)^2 / 6 = 4e-5
+    used = {"stroke": 0.0, "speed": 0.0, "flow": 0.0, "force": 0.0}
+    load = hexload_native.Load(500.0, np.array([0.0, 0.0, 0.3]), 500.0 * 0.2**2 * np.eye(3))
+    for before, row, after in zip(rows, rows[1:], rows[2:]):
+        rotation = hexload_native.rotation_from_rpy(row[3:6])
+        displacement = hexload_native.leg_displacement(platform, row[:3], rotation)
+        speed = np.abs(hexload_native.leg_velocity(platform, row[:3], rotation, row[6:]))
+        force = hexload_native.leg_forces(platform, load, row[:3], rotation, row[6:], (after[6:] - before[6:]) / 2e-3)
+        used["stroke"] = max(used["stroke"], (displacement / high).max(), (displacement / low).max())
+        used["speed"] = max(used["speed"], speed.max() / speed_limit)
+        used["flow"] = max(used["flow"], speed.sum() / sum_limit)
+        used["force"] = max(used["force"], np.abs(force).max() / force_limit)
+    record_property("used", used)
+    print("used share of each limit:", used)
+    assert 0.99 < max(used.values()) < 1.0 + 1e-3
+
+
+def test_the_simulator_runs_the_motion_inside_the_machines_limits(found, tmp_path, record_property):
+    # GIVEN a scenario with the file as its motion and the load that was expected
+    scenario = tmp_path / "scenario.toml"
+    scenario.write_text(
+        f'name = "excite"\nplatform = "{PLATFORM}"\n[simulation]\nduration_s = 3.0\n'
+        "[[load]]\nat_s = 0.0\nmass_kg = 500.0\ncom_m = [0.0, 0.0, 0.3]\n"
+        "inertia_com_kg_m2 = [20.0, 20.0, 20.0, 0.0, 0.0, 0.0]\n"
+        f'[trajectory]\nkind = "file"\npath = "{found}"\n'
+    )
+    # WHEN it is simulated with hydraulics and servo
+    out = tmp_path / "run"
+    subprocess.run([project.simulator(), scenario, "--out", out, "--quiet"], check=True)
+    log = np.loadtxt(out / "truth.csv", delimiter=",", skiprows=1)
+    displacement, speed, force = log[:, 19:25], np.abs(log[:, 25:31]), np.abs(log[:, 31:37])
+    low, high, speed_limit, sum_limit, force_limit = hexload_native.load_scenario(str(scenario)).motion_limits(
+        hexload_native.load_platform(str(PLATFORM))
+    )
+    used = [
+        displacement.max() / high,
+        speed.max() / speed_limit,
+        speed.sum(axis=1).max() / sum_limit,
+        force.max() / force_limit,
+    ]
+    record_property("used", used)
+    print("stroke, speed, flow and force of the run, of the limits:", np.array(used))
+    # THEN no end stop is touched: the limit leaves a tenth of the stroke
+    assert displacement.min() > low / 0.9
+    assert displacement.max() < high / 0.9
+    # AND speeds, which the limits leave three tenths of the valve's, and forces, half of stall, are what was planned
+    # within the 20 % by which a servo of 3 Hz may shoot over at 2.5 Hz
+    assert max(used[1:]) < 1.2
+
+
+def test_the_bound_shown_is_that_of_the_trajectory_in_the_file(found, record_property):
+    # GIVEN the summary, and the file read without the simulator
+    summary = json.loads(summary_of(found).read_text())
+    # WHEN the bound of that trajectory is computed for the summary's load, prior and the platform's sensors
+    sigma = bound.crlb(
+        bound.read_platform(PLATFORM),
+        trajectory_of_file(found),
+        summary["theta"],
+        bound.Sigmas(1e-3, 5.0),
+        summary["prior_sigma"],
+    )[-1]
+    relative = sigma / summary["scale"]
+    record_property("relative bound", relative.tolist())
+    # THEN it is the one told: angular velocity from differences of 1 us is good to 1e-9
+    np.testing.assert_allclose(summary["relative_bound"]["found"], relative, rtol=1e-6)
+
+
+def test_the_motion_is_better_than_the_papers_and_than_the_multisine(found, record_property):
+    # GIVEN the bounds of the three motions over the same time
+    bounds = {name: max(values) for name, values in json.loads(summary_of(found).read_text())["relative_bound"].items()}
+    record_property("worst relative bound", bounds)
+    print("worst relative bound:", bounds)
+    # WHEN the worst parameter is looked at THEN the paper's motion leaves it unknown, its prior being ten times its
+    # scale
+    assert bounds["paper"] > 5.0
+    # AND the motion found, after 20 steps of one search, is better than a random multisine inside the same limits
+    assert bounds["found"] < bounds["multisine"]
+
+
+def test_the_fast_information_is_the_bounds(found, record_property):
+    # GIVEN a random motion inside the limits and the motion found
+    random = excitation.fitted(problem(), 0.02 * np.random.default_rng(5).standard_normal((10, 6)), 1e-2)
+    basis = excitation.Basis(problem(), 1e-3)
+    motion = basis.motion(random)
+    # WHEN the information is computed by low-pass in one go and by the bound's recursion
+    fast = np.sqrt(np.diag(np.linalg.inv(excitation.information(problem(), motion[::10])))) / problem().scale
+    exact = excitation.relative_bound(problem(), excitation.trajectory_of(motion))
+    record_property("fast / exact", (fast / exact).tolist())
+    print("fast / exact:", fast / exact)
+    # THEN they agree within a tenth: implicit Euler at 10 ms lowers a 2.5 Hz signal by (1 + w^2 tau h / 2)^-1, 3 % at
+    # 25 ms
+    np.testing.assert_allclose(fast, exact, rtol=0.1)
+
+
+def test_the_derivative_is_that_of_the_objective():
+    # GIVEN a motion and a random direction
+    random = np.random.default_rng(7)
+    coefficients = excitation.fitted(problem(), 0.02 * random.standard_normal((10, 6)), 1e-2)
+    direction = 1e-3 * random.standard_normal((10, 6))
+    # WHEN the objective is taken a little ahead and behind
+    step = 1e-3
+    ahead, behind = (
+        excitation.scaled_objective(problem(), coefficients + side * step * direction)[0] for side in (1, -1)
+    )
+    slope = (ahead - behind) / (2 * step)
+    # THEN the slope is the derivative's, which has forward differences of 1e-6 in it
+    gradient = excitation.scaled_objective(problem(), coefficients)[1]
+    assert (gradient * direction).sum() == pytest.approx(slope, rel=1e-4)
+
+
+def test_the_same_seed_gives_the_same_bytes_and_another_seed_another_motion(tmp_path):
+    # GIVEN three searches of two steps, two of them with one seed
+    short = replace(WISH, duration_s=1.0, iterations=2, sines=3)
+    files = {name: tmp_path / f"{name}.csv" for name in ("first", "again", "other")}
+    for name, out in files.items():
+        design(replace(short, seed=4 if name == "other" else 3), out)
+    # WHEN compared THEN seed decides
+    first, again, other = (out.read_bytes() for out in files.values())
+    assert first == again
+    assert summary_of(files["first"]).read_bytes() == summary_of(files["again"]).read_bytes()
+    assert first != other
+
+
+def test_a_small_platform_with_its_own_machine(tmp_path):
+    # GIVEN the desk-size platform, bounded by the cylinders and the pump of its scenario
+    platform = project.SCENARIOS / "platforms" / "small_platform.toml"
+    out = tmp_path / "small.csv"
+    # WHEN a motion is designed
+    found, paper, multisine = design(
+        replace(WISH, platform_file=platform, scenario="small_platform", duration_s=1.0, iterations=5, sines=3), out
+    )
+    # THEN it keeps them, where the paper's 0.2 m do not, and its bound is below the multisine's
+    assert (found.keeps_limits, paper.keeps_limits, multisine.keeps_limits) == (True, False, True)
+    assert found.bound.max() < multisine.bound.max()
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"duration_s": 0.5}, "--duration: found 0.5 s, expected 1 to 120 s"),
+        ({"duration_s": float("nan")}, "--duration: found nan s"),
+        ({"duration_s": 3.0005}, "--duration: found 3.0005 s, expected a multiple of"),
+        ({"mass_kg": -1.0}, "--mass: found -1 kg, expected a positive number"),
+        ({"height_m": 0.0}, "--height: found 0 m, expected a number other than 0"),
+        ({"frequency_max_hz": 0.2}, "--frequency-max: found 0.2 Hz, expected more than 1 / duration"),
+        ({"frequency_max_hz": 50.0}, "--frequency-max: found 50 Hz"),
+        ({"scenario": "nothing"}, "unknown scenario 'nothing'"),
+        ({"platform_file": Path("no.toml")}, "no.toml"),
+        ({"mass_kg": 1e5}, "--mass: found 100000 kg"),
+    ],
+)
+def test_bad_input_is_refused_and_nothing_is_written(tmp_path, change, message):
+    # GIVEN one thing wrong WHEN a motion is wanted THEN it is named with what was expected
+    with pytest.raises(InputError) as refusal:
+        design(replace(WISH, **change), tmp_path / "out.csv")
+    assert message in str(refusal.value)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_summary_never_overwrites_the_motion(tmp_path):
+    # GIVEN a name that ends like the summary's WHEN a motion is wanted THEN it is refused
+    with pytest.raises(InputError, match="--out: found .*expected another name"):
+        design(WISH, tmp_path / "out.json")
+
+
+def hexload(*arguments):
+    environment = os.environ | {"COLUMNS": "200", "TERM": "dumb", "NO_COLOR": "1"}
+    return subprocess.run(
+        [sys.executable, "-m", "hexload_tools", *map(str, arguments)], capture_output=True, text=True, env=environment
+    )
+
+
+def test_the_command_line_shows_the_three_motions(tmp_path):
+    # GIVEN a short search WHEN it runs as a user runs it
+    out = tmp_path / "motion.csv"
+    result = hexload(
+        "excite", "--platform", PLATFORM, "--duration", 1, "--out", out, "--starts", 1, "--iterations", 2, "--sines", 3
+    )
+    # THEN the table has the summary's figures in %
+    assert result.returncode == 0, result.stderr
+    shown = json.loads(summary_of(out).read_text())["relative_bound"]
+    row = next(line.split() for line in result.stdout.splitlines() if line.split()[:1] == ["hx"])
+    assert row[1:] == [f"{100 * shown[name][1]:.4f}" for name in ("found", "paper", "multisine")]
+    assert "not excited" in result.stdout
+
+
+def test_a_refusal_on_the_command_line_is_one_line_with_status_2(tmp_path):
+    result = hexload("excite", "--platform", PLATFORM, "--duration", 0.1, "--out", tmp_path / "motion.csv")
+    assert result.returncode == 2
+    assert result.stderr.count("\n") == 1
+    assert list(tmp_path.iterdir()) == []
