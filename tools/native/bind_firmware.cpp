@@ -114,6 +114,9 @@ class Answer {
         result["sigma"] = as_array(std::move(sigmas_), rows, names.size());
         result["nis"] = as_array(std::move(nis_), rows, 0);
         result["verdict"] = verdicts_;
+        if (std::vector<double> covariance = link.covariance(); !covariance.empty()) {
+            result["covariance"] = as_array(std::move(covariance), names.size(), names.size());
+        }
         result["health"] = as_array(std::move(health_), rows, 0);
         result["health_counts"] = counts;
         result["refused"] = link.refused();
@@ -217,8 +220,10 @@ void bind_firmware(nb::module_& module) {
                nb::arg("out_path"), nb::arg("tare").none() = nb::none(),
                "Runs the firmware over a log: t [n] s, legs [n, 6] in m, m/s, N. Writes the estimates CSV "
                "and returns it as a\n"
-               "dict of arrays, with health counts and the number of refused samples. A tare is added to the "
-               "platform, and its\nsigma to that of the estimates. ValueError names what is wrong.");
+               "dict of arrays, with health counts and the number of refused samples; of the momentum filter "
+               "also the final covariance,
+without the tare's. A tare is added to the platform, and its sigma "
+               "to that of the estimates. ValueError names what is wrong.");
     nb::class_<FirmwareKinematics>(module, "Kinematics", "The firmware's kinematics stage, started at home.")
         .def(nb::init<const PlatformFile&>(), nb::arg("platform"))
         .def("solve", &FirmwareKinematics::solve, nb::arg("displacement_m"), nb::arg("velocity_m_s"),

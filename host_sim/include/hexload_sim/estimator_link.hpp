@@ -110,6 +110,11 @@ class EstimatorLink {
     // How often each health bit was set since the start, in the firmware's order.
     virtual std::vector<HealthCount> health_counts() const = 0;
 
+    // Covariance of the estimates after the last sample, row by row. Empty: this link does not tell.
+    virtual std::vector<double> covariance() const {
+        return {};
+    }
+
     // Nothing: there is no bus.
     virtual std::optional<BusCounts> bus_counts() const {
         return std::nullopt;

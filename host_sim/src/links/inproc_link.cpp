@@ -53,6 +53,22 @@ void add_tare_sigma(EstimateRow& row, const Vector10& tare_sigma, const hexload_
     add(HEXLOAD_PAPER_IZZ, tare_sigma[HEXLOAD_LOAD_IZZ]);
 }
 
+std::vector<double> covariance_of(const hexload_t&) {
+    return {};
+}
+std::vector<double> covariance_of(const hexload_momentum_t& self) {
+    constexpr std::size_t size = HEXLOAD_LOAD_DIM;
+    std::vector<double> matrix(size * size);
+    std::size_t entry = 0; // the firmware keeps the lower triangle by rows, the load's parameters first
+    for (std::size_t row = 0; row < size; row++) {
+        for (std::size_t column = 0; column <= row; column++, entry++) {
+            matrix[row * size + column] = self.filter.covariance[entry];
+            matrix[column * size + row] = self.filter.covariance[entry];
+        }
+    }
+    return matrix;
+}
+
 template <class Estimator, EstimatorKind kind> class InprocLink final : public EstimatorLink {
   public:
     InprocLink(const PlatformFile& platform, const EstimatorSettings& settings, double sampling_s,
@@ -95,6 +111,10 @@ template <class Estimator, EstimatorKind kind> class InprocLink final : public E
 
     std::string last_refusal() const override {
         return hexload_status_name(last_status_);
+    }
+
+    std::vector<double> covariance() const override {
+        return covariance_of(estimator_);
     }
 
   private:
