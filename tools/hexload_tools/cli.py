@@ -212,6 +212,41 @@ def report(
 
 
 @app.command()
+def campaign(
+    classes: Annotated[
+        Optional[str],
+        typer.Option(help="Classes of cases, with commas between them, or all.  [default: multisine,paper,paper_rest,work]"),
+    ] = None,
+    runs: Annotated[int, typer.Option(min=1, max=100_000, help="Cases of each class.")] = 48,
+    seed: Annotated[int, typer.Option(min=0, help="Of the first case of each class; the others count on from it.")] = 1,
+    duration: Annotated[float, typer.Option(help="Seconds of each case.")] = 10.0,
+    out: Annotated[
+        Optional[Path], typer.Option(help="Folder of the campaign; one that is there goes on.  [default: build/runs/campaign]")
+    ] = None,
+    scheduler: Annotated[
+        Optional[str],
+        typer.Option(metavar="ADDRESS", help="Scheduler of a Dask cluster, tcp://HOST:PORT.  [default: all cores of this machine]"),
+    ] = None,
+    keep: Annotated[bool, typer.Option("--keep", help="Keep the run directory of each case, on the machine that ran it.")] = False,
+    restart: Annotated[bool, typer.Option("--restart", help="Do the cases again that are done.")] = False,
+) -> None:
+    """Many seeded runs with loads, servos, motions and machines drawn anew: how good are the estimators, and how honest?
+
+    Compares the momentum filter, the paper's filter, least squares, recursive and total least squares and instrumental
+    variables with the Cramer-Rao bound of each case. Writes report.html, summary.json and a file per case; the same command
+    gives the same numbers, and goes on where it was interrupted. Workers of a cluster need this version, built, and start
+    with tools on the PYTHONPATH.
+
+    Example:  hexload campaign --classes multisine,work_pick_up --runs 24 --out build/runs/loads
+    """
+    from hexload_tools.campaign import verb
+    from hexload_tools.campaign.store import Settings
+
+    settings = Settings(verb.parse_classes(classes), runs, seed, duration)
+    print(verb.run_campaign(settings, out or verb.DEFAULT_OUT, scheduler, keep, restart))
+
+
+@app.command()
 def bench() -> None:
     """Measures the simulator's speed beside MuJoCo's, and the firmware's instructions and memory on a Cortex-M7.
 

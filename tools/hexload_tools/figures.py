@@ -54,7 +54,7 @@ def _line(t: Array, y: Array, style: Style, legend: bool = False) -> go.Scatter:
     )
 
 
-def _finish(figure: go.Figure, height: int) -> go.Figure:
+def finish(figure: go.Figure, height: int) -> go.Figure:
     figure.update_layout(
         height=height,
         margin={"l": 64, "r": 12, "t": 58, "b": 44},
@@ -94,7 +94,7 @@ def tracking(run: Run) -> go.Figure:
         error = Style(ERROR, "truth − reference", 1.0)
         figure.add_trace(_line(t, scale * (truth - reference), error, first), row + 1, column)
     figure.update_xaxes(title="time, s", row=4)
-    return _finish(figure, 760)
+    return finish(figure, 760)
 
 
 def _pose_unit(name: str) -> tuple[float, str]:
@@ -119,7 +119,7 @@ def leg_signals(log: LegLog) -> go.Figure:
             figure.add_trace(_line(log.t_s, scale * values[:, leg], style, row == 1), row, 1)
         figure.update_yaxes(title=title, row=row)
     figure.update_xaxes(title="time, s", row=3)
-    return _finish(figure, 640)
+    return finish(figure, 640)
 
 
 def estimates(run: Run) -> go.Figure:
@@ -150,7 +150,7 @@ def estimates(run: Run) -> go.Figure:
         reach = _settled_reach(error, sigma)
         figure.update_yaxes(range=[-reach, reach], row=row + 1, col=column)
     figure.update_xaxes(title="time, s", row=4)
-    return _finish(figure, 860)
+    return finish(figure, 860)
 
 
 def _band(t: Array, low: Array, high: Array, name: str, legend: bool = False) -> go.Scatter:
@@ -217,7 +217,7 @@ def innovation(run: Run, summary: NisSummary) -> go.Figure:
     figure.update_yaxes(title="NIS (no unit)", range=[0, ceiling], row=1, col=1)
     figure.update_yaxes(rangemode="tozero", row=1, col=2)
     figure.update_xaxes(title="time, s")
-    return _finish(figure, 340)
+    return finish(figure, 340)
 
 
 def coupling(matrix: list[list[float]]) -> go.Figure:
@@ -246,7 +246,7 @@ def coupling(matrix: list[list[float]]) -> go.Figure:
     )
     figure.add_vline(x=2.5, line={"color": INK, "width": 1})
     figure.add_hline(y=2.5, line={"color": INK, "width": 1})
-    _finish(figure, 400)
+    finish(figure, 400)
     figure.update_yaxes(autorange="reversed", showgrid=False, title="inertial force and moment")
     figure.update_xaxes(side="top", showgrid=False, title="acceleration")
     return figure.update_layout(margin={"t": 70})

@@ -1,0 +1,82 @@
+"""The figures of a campaign's page, as plotly objects. One colour per class in those of the momentum filter."""
+
+from collections.abc import Sequence
+
+import numpy as np
+import plotly.graph_objects as go
+from numpy.typing import NDArray
+from scipy.stats import chi2
+
+from hexload_tools.bound import THETA_NAMES
+from hexload_tools.campaign.statistics import PARAMETERS, ClassStatistics
+from hexload_tools.figures import BAND, INK, REFERENCE, finish
+
+Array = NDArray[np.float64]
+
+COLOURS = ("#1d5fa6", "#d97706", "#15803d", "#b91c1c", "#7c3aed", "#0e7490", "#be185d", "#4d7c0f", "#78350f", "#475569")
+HEIGHT = 380
+
+
+def colour_of(position: int) -> str:
+    return COLOURS[position % len(COLOURS)]
+
+
+def ratios(statistics: Sequence[ClassStatistics]) -> go.Figure:
+    """RMSE / bound of the momentum filter, parameter by parameter; the band is that of an efficient estimator."""
+    figure = go.Figure()
+    for position, entry in enumerate(statistics):
+        ratio = entry.estimators["momentum"].ratio
+        marker = {"color": colour_of(position), "size": 9, "symbol": position}
+        figure.add_trace(go.Scatter(x=THETA_NAMES, y=ratio, mode="markers", name=entry.name, marker=marker))
+    low, high = statistics[0].ratio_band
+    figure.add_hrect(y0=low, y1=high, fillcolor=BAND, line_width=0, layer="below")
+    figure.add_hline(y=1.0, line={"color": INK, "width": 1})
+    figure.update_yaxes(title="RMSE / bound", type="log")
+    return finish(figure, HEIGHT)
+
+
+def rivals(statistics: Sequence[ClassStatistics]) -> go.Figure:
+    """RMSE / bound, mean over the parameters, of every estimator."""
+    figure = go.Figure()
+    for position, name in enumerate(dict.fromkeys(name for entry in statistics for name in entry.estimators)):
+        entries = [entry for entry in statistics if name in entry.estimators]
+        means = [entry.estimators[name].ratio_mean for entry in entries]
+        marker = {"color": colour_of(position), "size": 10, "symbol": position}
+        classes = [entry.name for entry in entries]
+        figure.add_trace(go.Scatter(x=classes, y=means, mode="markers", name=name.replace("_", " "), marker=marker))
+    figure.add_hline(y=1.0, line={"color": INK, "width": 1})
+    figure.update_yaxes(title="RMSE / bound, mean of ten", type="log", dtick=1)
+    return finish(figure, HEIGHT)
+
+
+def nees(by_class: dict[str, list[dict]]) -> go.Figure:
+    """Share of runs below each NEES of the momentum filter, and what chi-square says."""
+    figure = go.Figure()
+    x = np.geomspace(1.0, 200.0, 200)
+    ideal = {"color": REFERENCE, "width": 4}
+    figure.add_trace(go.Scatter(x=x, y=100.0 * chi2.cdf(x, PARAMETERS), mode="lines", name="chi-square", line=ideal))
+    for position, (name, results) in enumerate(by_class.items()):
+        values = np.sort([result["estimators"]["momentum"]["nees"] for result in results])
+        figure.add_trace(_steps(values, len(values), name, colour_of(position)))
+    figure.update_xaxes(title="NEES", type="log")
+    figure.update_yaxes(title="runs, %", range=[0, 100])
+    return finish(figure, HEIGHT)
+
+
+def settling(by_class: dict[str, list[dict]]) -> go.Figure:
+    """Share of runs whose ten parameters are within 5 % of their scales for good."""
+    figure = go.Figure()
+    for position, (name, results) in enumerate(by_class.items()):
+        times = [result["estimators"]["momentum"].get("within_5") for result in results]
+        settled = np.sort([time for time in times if time is not None])
+        if len(settled):
+            figure.add_trace(_steps(settled, len(times), name, colour_of(position)))
+    figure.update_layout(showlegend=True)
+    figure.update_xaxes(title="time since the load appeared, s", rangemode="tozero")
+    figure.update_yaxes(title="runs, %", range=[0, 100])
+    return finish(figure, HEIGHT)
+
+
+def _steps(values: Array, runs: int, name: str, colour: str) -> go.Scatter:
+    share = 100.0 * np.arange(1, len(values) + 1) / runs
+    return go.Scatter(x=values, y=share, mode="lines", name=name, line={"color": colour, "width": 1.6, "shape": "hv"})

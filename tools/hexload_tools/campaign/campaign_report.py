@@ -1,0 +1,135 @@
+"""The campaign's page, self-contained HTML, and its table on the terminal."""
+
+from collections.abc import Sequence
+
+import jinja2
+import numpy as np
+import plotly.graph_objects as go
+import plotly.offline
+from rich import box
+from rich.table import Table
+
+from hexload_tools.bound import THETA_NAMES
+from hexload_tools.campaign import campaign_figures
+from hexload_tools.campaign.cases import CLASSES
+from hexload_tools.campaign.one_case import code_version
+from hexload_tools.campaign.statistics import ALARM_DUE_S, FAILURE_NEES, Alarms, ClassStatistics, Times
+from hexload_tools.campaign.store import Settings
+
+TEMPLATE = "campaign_report.html.jinja"
+UNITS = ("kg", "kg m", "kg m", "kg m", *(6 * ["kg m²"]))
+METHODS = {
+    "momentum": "momentum filter",
+    "paper": "paper's filter, told the mass",
+    "ls_raw": "least squares, raw differences",
+    "ls_zero_phase": "least squares, zero-phase filter",
+    "rls": "recursive least squares",
+    "tls": "total least squares",
+    "iv": "instrumental variables",
+}
+DASH = "–"
+
+
+def render(settings: Settings, statistics: Sequence[ClassStatistics], by_class: dict[str, list[dict]]) -> str:
+    drawn = {
+        "ratios": campaign_figures.ratios(statistics),
+        "rivals": campaign_figures.rivals(statistics),
+        "nees": campaign_figures.nees(by_class),
+        "settling": campaign_figures.settling(by_class),
+    }
+    environment = jinja2.Environment(
+        loader=jinja2.PackageLoader("hexload_tools.campaign", "."),
+        autoescape=True,
+        trim_blocks=True,
+        lstrip_blocks=True,
+        undefined=jinja2.StrictUndefined,
+    )
+    environment.filters |= {"fixed": fixed, "percent": percent, "time": time}
+    environment.filters |= {"alarms": alarm_text, "three": three_digits}
+    return environment.get_template(TEMPLATE).render(
+        settings=settings,
+        code=code_version(),
+        classes=CLASSES,
+        methods=METHODS,
+        names=THETA_NAMES,
+        units=UNITS,
+        statistics=statistics,
+        failure_nees=FAILURE_NEES,
+        alarm_due_s=ALARM_DUE_S,
+        figures={name: _to_html(figure, f"{name}-figure") for name, figure in drawn.items()},
+        plotly_js=plotly.offline.get_plotlyjs(),
+    )
+
+
+def terminal_table(statistics: Sequence[ClassStatistics]) -> Table:
+    title = (
+        "momentum filter: RMSE / bound, mean of ten and worst; NEES (ideal 10), NIS (6); "
+        "s to 5 %, to 1 % of scale; alarms"
+    )
+    table = Table(title=title, title_justify="left", box=box.SIMPLE_HEAD, padding=(0, 1, 0, 0))
+    errors = ("/ bound", "worst", "NEES", "in 95 %", "NIS", "failed")
+    for heading in ("class", "runs", *errors, "5 %", "p95", "1 %", "told", "latest ms", "false"):
+        table.add_column(heading, justify="left" if heading == "class" else "right", no_wrap=True)
+    for entry in statistics:
+        one, alarms = entry.estimators["momentum"], entry.alarms
+        within_5, within_1 = one.times.get("within_5"), one.times.get("within_1")
+        table.add_row(
+            entry.name,
+            str(entry.runs),
+            fixed(one.ratio_mean, 2),
+            f"{one.ratio_worst:.2f} {one.worst_name}",
+            fixed(one.nees_mean, 1),
+            percent(one.nees_in_band),
+            fixed(one.nis_mean, 2),
+            str(one.failures),
+            time(within_5, "median"),
+            time(within_5, "p95"),
+            time(within_1, "median"),
+            f"{len(alarms.delays_s)}/{alarms.changes}",
+            fixed(1e3 * alarms.delays_s.max(), 0) if len(alarms.delays_s) else DASH,
+            str(alarms.false),
+        )
+    return table
+
+
+def fixed(value: float | None, digits: int) -> str:
+    """A number with a fixed count of digits, in powers of ten where it would be long; a dash where there is none."""
+    if value is None or not np.isfinite(value):
+        return DASH
+    return f"{value:.{digits}f}" if abs(value) < 1e5 else f"{value:.1e}"
+
+
+def three_digits(value: float | None) -> str:
+    return DASH if value is None else f"{value:.3g}"
+
+
+def percent(share: float | None) -> str:
+    return DASH if share is None else f"{100.0 * share:.0f} %"
+
+
+def time(times: Times | None, which: str) -> str:
+    if times is None:
+        return DASH
+    value = getattr(times, which)
+    return f"{value:.2f}" if np.isfinite(value) else "never"
+
+
+def alarm_text(alarms: Alarms) -> str:
+    false = f"{alarms.false} false in {alarms.runs_with_false} runs" if alarms.false else "none false"
+    if alarms.changes == 0:
+        return false
+    if len(alarms.delays_s) == 0:
+        return f"all {alarms.missed} missed, {false}"
+    worst_ms, median_ms = 1e3 * alarms.delays_s.max(), 1e3 * np.median(alarms.delays_s)
+    return f"{median_ms:.0f} ms median, {worst_ms:.0f} ms latest, {alarms.missed} of {alarms.changes} missed, {false}"
+
+
+def _to_html(figure: go.Figure, identifier: str) -> str:
+    return figure.to_html(
+        full_html=False,
+        include_plotlyjs=False,
+        div_id=identifier,
+        default_width="100%",
+        default_height=f"{figure.layout.height}px",
+        config={"displayModeBar": False, "responsive": True},
+    )

@@ -1,0 +1,182 @@
+"""One case: simulate, run the firmware's two estimators and the baselines on its log, compare with truth and bound.
+
+Runs in the processes of the scheduler, on this machine or another.
+"""
+
+import functools
+import hashlib
+import json
+import shutil
+import subprocess
+import tempfile
+from dataclasses import asdict
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hexload_tools import bound, log_file, project
+from hexload_tools.campaign import baselines, cases, leg_regression
+from hexload_tools.campaign.baselines import Answer
+from hexload_tools.campaign.cases import MOTION_FILE, Case
+from hexload_tools.errors import ToolFailed
+from hexload_tools.log_file import LegLog, read_log
+from hexload_tools.toml_document import to_toml
+
+Array = NDArray[np.float64]
+
+WITHIN = {"within_5": 0.05, "within_1": 0.01}
+START_S = 0.2  # of a load: the mean NIS leaves out what the first tick of a filter makes of an unknown load
+LOAD_CHANGED = "load changed"
+
+
+@functools.cache
+def code_version() -> str:
+    """Digest of what decides the numbers of a case: programs, modules, and the platform that all cases begin with."""
+    modules = [Path(module.__file__) for module in (cases, leg_regression, baselines, bound, log_file)]
+    native = Path(project.native_module().__file__)
+    platform = project.SCENARIOS / "platforms" / "paper.toml"
+    digest = hashlib.sha256()
+    for path in (Path(__file__), *modules, native, project.simulator(), platform):
+        digest.update(path.read_bytes())
+    return digest.hexdigest()[:16]
+
+
+def run_case(case: Case, keep: Path | None) -> dict:
+    """What is stored of a case. `keep`: a folder for the run's files, in a folder of its name. Raises ToolFailed."""
+    with tempfile.TemporaryDirectory(prefix="hexload-campaign-") as name:
+        folder = Path(name)
+        directory = _simulate(case, folder)
+        result = _evaluate(case, folder, directory)
+        if keep is not None:
+            shutil.copytree(directory, keep / case.name, dirs_exist_ok=True)
+    return {"code": code_version(), "case": asdict(case), **result}
+
+
+def _simulate(case: Case, folder: Path) -> Path:
+    setup = cases.draw(case)
+    (folder / "platform.toml").write_text(to_toml(setup.platform))
+    (folder / "scenario.toml").write_text(to_toml(setup.scenario))
+    if setup.motion_rows is not None:
+        header = "t,x,y,z,roll,pitch,yaw"
+        np.savetxt(folder / MOTION_FILE, setup.motion_rows, fmt="%.12g", delimiter=",", header=header, comments="")
+    options = ["--out", folder / "run", "--estimator", "momentum", "--quiet"]
+    command = [project.simulator(), folder / "scenario.toml", *options]
+    finished = subprocess.run(command, capture_output=True, text=True, stdin=subprocess.DEVNULL)
+    if finished.returncode != 0:
+        said = finished.stderr.strip()
+        raise ToolFailed(f"case {case.name}: the simulator ended with status {finished.returncode}: {said}")
+    return folder / "run"
+
+
+def _evaluate(case: Case, folder: Path, directory: Path) -> dict:
+    meta = json.loads((directory / "meta.json").read_text())
+    load = meta["loads"][-1]
+    theta, since_s = np.array(load["theta"]), load["at_s"]
+    platform = bound.read_platform(folder / "platform.toml")
+    stated = cases.draw(case).platform["sensors"]
+    whole = _as_float32(read_log(directory / "log.csv"))
+    log = _from(whole, since_s)
+
+    momentum = _replay(folder, folder / "platform.toml", "momentum", whole)
+    prior_sigma = momentum["sigma"][0]  # the filter runs behind: its first row is still its prior
+    sigma = bound.Sigmas(meta["sensors"]["velocity_sigma_m_s"], meta["sensors"]["force_sigma_n"])
+    truth = bound.read_truth(directory / "truth.csv", from_s=since_s)
+    limit = bound.crlb(platform, truth, theta, sigma, prior_sigma, dt_s=meta["tick_s"])[-1]
+
+    is_now = momentum["t"] >= since_s - 1e-9
+    t_s = log.t_s - since_s
+    answer = Answer(momentum["value"][-1], momentum["covariance"], momentum["value"][is_now])
+    estimators = {"momentum": _score(answer, theta, t_s, momentum["nis"][is_now])}
+    if load["mass_kg"] > 0:  # the paper's filter must be told a mass
+        paper = _replay_paper(folder, load["mass_kg"], log)
+        estimators["paper"] = _score(paper[0], theta, t_s, paper[1])
+    for name, answer in baselines.baselines(log, platform, prior_sigma, stated["force_sigma_n"]).items():
+        estimators[name] = _score(answer, theta, t_s)
+    return {
+        "theta": theta.tolist(),
+        "bound": limit.tolist(),
+        "estimators": estimators,
+        "changes_s": [change["at_s"] for change in meta["loads"][1:]],
+        "alarms_s": _rising_edges(momentum),
+        "verdict": momentum["verdict"][-1],
+        "health": {name: ticks for name, ticks in momentum["health_counts"].items() if ticks},
+    }
+
+
+def _as_float32(log: LegLog) -> LegLog:
+    """The controller's samples are float32; the log has their shortest decimals."""
+    legs = (log.displacement_m, log.velocity_m_s, log.force_n)
+    return LegLog(log.t_s, *(values.astype(np.float32).astype(np.float64) for values in legs))
+
+
+def _from(log: LegLog, from_s: float) -> LegLog:
+    rows = log.t_s >= from_s - 1e-9
+    return LegLog(log.t_s[rows], log.displacement_m[rows], log.velocity_m_s[rows], log.force_n[rows])
+
+
+def _replay(folder: Path, platform: Path, estimator: str, log: LegLog) -> dict:
+    native = project.native_module()
+    legs = (log.displacement_m, log.velocity_m_s, log.force_n)
+    return native.replay(
+        native.load_platform(str(platform)), estimator, None, log.t_s, *legs, str(folder / "estimates.csv")
+    )
+
+
+def _replay_paper(folder: Path, mass_kg: float, log: LegLog) -> tuple[Answer, Array]:
+    """The paper's filter, told the mass, with what it takes for granted: centre of mass on the axis, no products."""
+    platform = folder / "platform_paper.toml"
+    platform.write_text((folder / "platform.toml").read_text() + to_toml({"load": {"known_mass_kg": mass_kg}}))
+    result = _replay(folder, platform, "paper", log)
+    dz, inertia = result["value"][:, 0], result["value"][:, 1:]
+    history = np.zeros((len(dz), 10))
+    history[:, 0], history[:, 3] = mass_kg, mass_kg * dz
+    history[:, 4:7] = inertia
+    history[:, 4:6] += mass_kg * dz[:, None] ** 2  # about O_A, by the parallel-axis theorem
+    return Answer(history[-1], np.full((10, 10), np.nan), history), result["nis"]
+
+
+def _score(answer: Answer, theta: Array, t_s: Array, nis: Array | None = None) -> dict:
+    """Final errors, NEES, mean NIS, and when the estimate came within a share of the scale for good.
+
+    None: never, or the method does not tell.
+    """
+    error = answer.theta - theta
+    score: dict = {"error": error.tolist(), "nees": None, "nis": None}
+    if np.isfinite(answer.covariance).all():
+        score["nees"] = float(error @ np.linalg.solve(answer.covariance, error))
+    if nis is not None:
+        score["nis"] = float(nis[t_s >= START_S].mean())
+    scale = scale_of(theta)
+    if answer.history is not None and scale is not None:
+        relative = np.abs(answer.history - theta) / scale
+        score |= {name: settled_at(t_s, relative.max(axis=1), share) for name, share in WITHIN.items()}
+        score["mass_and_moments_within_2"] = settled_at(t_s, relative[:, :4].max(axis=1), 0.02)
+    return score
+
+
+def scale_of(theta: Array) -> Array | None:
+    """What percentages refer to: a parameter's own value for m, hz, Ixx, Iyy, Izz; |h| for hx, hy; the mean moment for
+    products. None for the empty platform, which has none.
+    """
+    if theta[0] == 0.0:
+        return None
+    scale = np.abs(theta)
+    scale[1:3] = np.linalg.norm(theta[1:4])
+    scale[7:] = theta[4:7].mean()
+    return scale
+
+
+def settled_at(t_s: Array, deviation: Array, limit: float) -> float | None:
+    """The first time from which the deviation stays within the limit."""
+    outside = np.flatnonzero(~(deviation <= limit))
+    first = outside[-1] + 1 if len(outside) else 0
+    return round(float(t_s[first]), 6) if first < len(t_s) else None
+
+
+def _rising_edges(result: dict) -> list[float]:
+    """When the alarm of a changed load began."""
+    bit = list(result["health_counts"]).index(LOAD_CHANGED)
+    is_set = (result["health"].astype(np.int64) >> bit) & 1
+    edges = np.flatnonzero(np.diff(is_set, prepend=0) == 1)
+    return [round(float(t), 6) for t in result["t"][edges]]
