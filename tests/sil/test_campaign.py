@@ -1,0 +1,238 @@
+"""hexload campaign as a user meets it: the same numbers each time, going on where it stopped, on clusters too."""
+
+import json
+import os
+import signal
+import socket
+import subprocess
+import sys
+import time
+
+import numpy as np
+import pytest
+from distributed import Client, LocalCluster
+
+from hexload_tools import project
+from hexload_tools.campaign import schedule, verb
+from hexload_tools.campaign.store import Settings
+from hexload_tools.errors import InputError, ToolFailed
+from hexload_tools.log_file import read_log
+
+SHORT_S = 1.0
+TWO = Settings(("multisine",), 2, 1, SHORT_S)
+PATIENCE_S = 60.0
+
+
+@pytest.fixture(scope="module")
+def cluster():
+    with LocalCluster(n_workers=1, threads_per_worker=1, processes=True, dashboard_address="127.0.0.1:0") as cluster:
+        yield cluster
+
+
+@pytest.fixture(scope="module")
+def finished(cluster, tmp_path_factory):
+    """The folder of a campaign of two cases."""
+    folder = tmp_path_factory.mktemp("campaigns") / "two"
+    verb.run_campaign(TWO, folder, cluster.scheduler_address, keep=False, restart=False)
+    return folder
+
+
+@pytest.fixture
+def copy(finished, tmp_path):
+    subprocess.run(["cp", "-rp", finished, tmp_path / "copy"], check=True)
+    return tmp_path / "copy"
+
+
+def command(*arguments):
+    return [sys.executable, "-m", "hexload_tools", "campaign", *map(str, arguments)]
+
+
+def refusal(*arguments):
+    """The one line on stderr of a command that is refused with status 2."""
+    result = subprocess.run(command(*arguments), capture_output=True, text=True)
+    assert result.returncode == 2, result.stderr
+    assert result.stderr.count("\n") == 1, result.stderr
+    return result.stderr
+
+
+def contents(folder, pattern="cases/*.json"):
+    return {path.name: path.read_bytes() for path in folder.glob(pattern)}
+
+
+def test_the_same_command_gives_the_same_numbers_with_and_without_a_cluster(finished, cluster, tmp_path):
+    # GIVEN a campaign that ran on a cluster, by its scheduler's address
+    with Client(cluster.scheduler_address) as client:
+        loaded = client.run(lambda: "hexload_tools.campaign.one_case" in __import__("sys").modules)
+    assert any(loaded.values())
+    # WHEN the same runs on this machine's own cores THEN cases and summary are the same, byte by byte
+    out = tmp_path / "own"
+    options = ("--classes", "multisine", "--runs", 2, "--duration", SHORT_S, "--out", out)
+    result = subprocess.run(command(*options), capture_output=True, text=True)
+    assert result.returncode == 0, result.stderr
+    assert result.stdout.splitlines()[-1] == str(out / "report.html")
+    assert contents(out) == contents(finished)
+    assert sorted(contents(out)) == ["multisine-1.json", "multisine-2.json"]
+    assert contents(out, "summary.json") == contents(finished, "summary.json")
+
+
+def test_a_case_is_the_same_in_whatever_campaign(finished, cluster, tmp_path):
+    # GIVEN a case of a finished campaign WHEN it is the first of another one, beside another class
+    settings = Settings(("standstill", "multisine"), 1, 2, SHORT_S)
+    verb.run_campaign(settings, tmp_path / "other", cluster.scheduler_address, keep=True, restart=False)
+    # THEN its numbers are the same, and with --keep its files are there
+    assert contents(tmp_path / "other")["multisine-2.json"] == contents(finished)["multisine-2.json"]
+    assert (tmp_path / "other" / "runs" / "multisine-2" / "log.csv").is_file()
+    assert not (finished / "runs").exists()
+
+
+def test_a_campaign_goes_on_with_what_is_missing(copy, cluster, capsys):
+    # GIVEN a finished campaign of two runs
+    before = {path.name: path.stat().st_mtime_ns for path in (copy / "cases").iterdir()}
+    # WHEN it is wanted with three THEN this is said, the two are left as they are and one is added
+    three = Settings(("multisine",), 3, 1, SHORT_S)
+    verb.run_campaign(three, copy, cluster.scheduler_address, keep=False, restart=False)
+    said = capsys.readouterr().err
+    assert "has changed: runs was 2, is 3" in said
+    assert "2 of 3 cases are done already, 1 to go" in said
+    after = {path.name: path.stat().st_mtime_ns for path in (copy / "cases").iterdir()}
+    assert after == before | {"multisine-3.json": after["multisine-3.json"]}
+
+
+def test_an_interrupted_result_is_done_again(copy, finished, cluster, capsys):
+    # GIVEN a campaign one of whose results is cut off
+    path = copy / "cases" / "multisine-1.json"
+    path.write_bytes(path.read_bytes()[:700])
+    # WHEN it goes on THEN this is said, and the numbers are those of before
+    verb.run_campaign(TWO, copy, cluster.scheduler_address, keep=False, restart=False)
+    assert f"{path}: done again, as it is not whole" in capsys.readouterr().err
+    assert contents(copy) == contents(finished)
+
+
+def test_results_of_another_duration_are_done_again(copy, cluster, capsys):
+    # GIVEN a finished campaign WHEN one of another duration is wanted in its folder THEN results are replaced, and said
+    settings = Settings(("multisine",), 1, 1, 1.1)
+    verb.run_campaign(settings, copy, cluster.scheduler_address, keep=False, restart=False)
+    said = capsys.readouterr().err
+    assert "duration_s was 1.0, is 1.1" in said and "multisine-1.json: done again" in said
+    assert json.loads(contents(copy)["multisine-1.json"])["case"]["duration_s"] == 1.1
+
+
+def test_results_of_another_version_are_refused_until_a_restart(copy, finished, cluster):
+    # GIVEN a campaign that an older version of the code has begun
+    settings = json.loads((copy / "campaign.json").read_text())
+    (copy / "campaign.json").write_text(json.dumps(settings | {"code": "0123"}))
+    # WHEN it is to go on THEN it is refused, both versions are named and nothing is touched
+    with pytest.raises(InputError, match=f"found results of code 0123, expected {settings['code']}.*--restart"):
+        verb.run_campaign(TWO, copy, cluster.scheduler_address, keep=False, restart=False)
+    assert contents(copy) == contents(finished)
+    # WHEN it is to start anew THEN it does
+    one = Settings(("multisine",), 1, 1, SHORT_S)
+    verb.run_campaign(one, copy, cluster.scheduler_address, keep=False, restart=True)
+    assert list(contents(copy)) == ["multisine-1.json"]
+
+
+def test_an_interrupted_campaign_leaves_whole_results(tmp_path):
+    # GIVEN a campaign of more cases than can be done at once
+    options = ("--classes", "multisine", "--runs", 200, "--duration", SHORT_S, "--out", tmp_path / "long")
+    process = subprocess.Popen(command(*options), stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
+    try:
+        deadline = time.monotonic() + PATIENCE_S
+        while not contents(tmp_path / "long") and process.poll() is None:
+            assert time.monotonic() < deadline, "no case was done"
+            time.sleep(0.02)
+        # WHEN Ctrl-C is pressed after the first
+        process.send_signal(signal.SIGINT)
+        _, said = process.communicate(timeout=PATIENCE_S)
+    finally:
+        process.kill()
+    # THEN it ends as interrupted programs do, says how to go on, without a traceback, and what is there is whole
+    assert process.returncode == 130, said
+    assert "of 200 cases were done; the same command goes on" in " ".join(said.split())
+    assert "Traceback" not in said
+    done = contents(tmp_path / "long")
+    assert 0 < len(done) < 200
+    assert all("estimators" in json.loads(text) for text in done.values())
+    assert not list((tmp_path / "long").rglob("*.part"))
+
+
+def test_an_address_without_a_scheduler_is_refused(tmp_path):
+    # GIVEN a port on which nobody listens
+    with socket.socket() as free:
+        free.bind(("127.0.0.1", 0))
+        address = f"tcp://127.0.0.1:{free.getsockname()[1]}"
+    # WHEN it is given as the scheduler THEN the address is named and what was expected there
+    said = refusal("--scheduler", address, "--runs", 1, "--out", tmp_path / "out")
+    assert f"--scheduler: found no scheduler at {address}" in said and "dask scheduler" in said
+
+
+def test_an_address_that_is_none_is_refused():
+    with pytest.raises(InputError, match="--scheduler: found no scheduler at nowhere://x"):
+        with schedule.connected("nowhere://x"):
+            pass
+
+
+def test_a_scheduler_without_workers_is_told():
+    # GIVEN a scheduler that has no workers WHEN connected THEN the message says how to start one
+    with LocalCluster(n_workers=0, processes=False, dashboard_address="127.0.0.1:0") as empty:
+        with pytest.raises(ToolFailed, match="has no workers: start some with `dask worker"):
+            with schedule.connected(empty.scheduler_address):
+                pass
+
+
+def test_a_case_that_fails_is_named(cluster, tmp_path):
+    # GIVEN a case that cannot be run, here for its class, which the worker does not know
+    settings = Settings(("unheard_of",), 1, 7, SHORT_S)
+    # WHEN they run THEN the case and the reason are told
+    with pytest.raises(ToolFailed, match="case unheard_of-7: KeyError: 'unheard_of'"):
+        verb.run_campaign(settings, tmp_path / "out", cluster.scheduler_address, keep=False, restart=False)
+
+
+def test_an_unknown_class_is_refused(tmp_path):
+    said = refusal("--classes", "multisine,swing", "--out", tmp_path / "out")
+    assert "--classes: found 'swing', expected all, or some of: multisine, paper" in said
+    assert not (tmp_path / "out").exists()
+
+
+def test_a_duration_that_is_too_short_is_refused(tmp_path):
+    with pytest.raises(InputError, match="--duration: found 0.01 s, expected 1 to 3600 s"):
+        verb.run_campaign(Settings(("work",), 1, 1, 0.01), tmp_path / "out", None, keep=False, restart=False)
+    assert not (tmp_path / "out").exists()
+
+
+def test_a_folder_with_other_files_is_refused(tmp_path):
+    # GIVEN a folder with a file of somebody else WHEN it is to be the campaign's THEN it is refused and left as it is
+    (tmp_path / "mine.txt").write_text("keep")
+    with pytest.raises(InputError, match=f"{tmp_path}: found other files and no campaign.json"):
+        verb.run_campaign(TWO, tmp_path, None, keep=False, restart=False)
+    assert [path.name for path in tmp_path.iterdir()] == ["mine.txt"]
+
+
+def test_the_page_is_whole_and_loads_nothing(finished):
+    # GIVEN the page of a finished campaign WHEN read THEN classes and methods have their place, no tag has an address
+    page = (finished / "report.html").read_text()
+    for words in ("instrumental variables", "Alarms of a changed load", 'id="nees-figure"', 'id="class-multisine"'):
+        assert words in page
+    markup = page.replace("https://plotly.com", "").split("</script>")[-1]
+    assert "src=" not in markup and "<link" not in page
+
+
+def test_replay_tells_the_covariance_of_the_momentum_filter(tmp_path):
+    # GIVEN a recorded log
+    data = project.ROOT / "tests" / "data"
+    log = read_log(data / "multisine_eccentric.csv.gz")
+    legs = [part.astype(np.float32).astype(float) for part in (log.displacement_m, log.velocity_m_s, log.force_n)]
+    native = project.native_module()
+
+    def replay(estimator):
+        platform = native.load_platform(str(data / "paper_load.toml"))
+        return native.replay(platform, estimator, None, log.t_s, *legs, str(tmp_path / "estimates.csv"))
+
+    # WHEN the momentum filter replays it THEN its covariance is symmetric, definite and has the sigmas of the last row
+    result = replay("momentum")
+    covariance = result["covariance"]
+    assert covariance.shape == (10, 10)
+    assert np.array_equal(covariance, covariance.T)
+    assert np.linalg.eigvalsh(covariance / np.outer(result["sigma"][-1], result["sigma"][-1])).min() > 0
+    assert np.sqrt(covariance.diagonal()) == pytest.approx(result["sigma"][-1], rel=1e-6)
+    # and the paper's filter, which has other states, tells none
+    assert "covariance" not in replay("paper")
