@@ -76,8 +76,11 @@ def test_nees_is_judged_by_the_band_of_chi_square_with_ten_degrees_of_freedom():
     assert statistics.nees_mean_band(1) == pytest.approx((3.247, 20.483), abs=1e-3)
 
 
-def test_nees_that_is_not_a_number_is_a_failure():
+def test_nees_that_no_covariance_gives_is_a_failure():
+    # GIVEN a NEES that is no number, and one below 0, of a matrix that rounding has made indefinite
+    # WHEN counted THEN both have failed
     assert momentum(result([0.0] * 10, float("nan"))).failures == 1
+    assert momentum(result([0.0] * 10, -109.0)).failures == 1
 
 
 def test_the_bands_of_many_runs_close_in_on_the_ideal():

@@ -43,7 +43,7 @@ class EstimatorStatistics:
     ratio: Array  # (10,) RMSE / bound
     nees_mean: float | None  # ideal 10
     nees_in_band: float | None  # share of the runs, ideal 0.95
-    failures: int | None  # runs with NEES > FAILURE_NEES
+    failures: int | None  # runs with NEES > FAILURE_NEES, or below 0: then the covariance is none
     nis_mean: float | None
     times: dict[str, Times]  # of estimators that go along with the time
 
@@ -115,7 +115,7 @@ def _estimator(scores: Sequence[dict], bounds: Sequence[list], scales: Sequence[
         ratio=root_mean_square(error / np.array(bounds)),
         nees_mean=None if nees is None else float(nees.mean()),
         nees_in_band=None if nees is None else float(np.mean((nees >= low) & (nees <= high))),
-        failures=None if nees is None else int(np.sum(~(nees <= FAILURE_NEES))),
+        failures=None if nees is None else int(np.sum(~((nees >= 0.0) & (nees <= FAILURE_NEES)))),
         nis_mean=None if scores[0]["nis"] is None else float(np.mean([score["nis"] for score in scores])),
         times={name: settling([score[name] for score in scores]) for name in TIMES if name in scores[0]},
     )
