@@ -212,8 +212,8 @@ static const char* check_momentum(const hexload_config_t* config) {
     const hexload_momentum_config_t* momentum = &config->momentum;
     const field_t fields[] = {
         {"momentum.lag_ticks", momentum->lag_ticks >= 3 && momentum->lag_ticks <= HEXLOAD_LAG_TICKS_MAX},
-        {"momentum.longest_gap_ticks", momentum->longest_gap_ticks >= 1 &&
-                                           momentum->longest_gap_ticks <= HEXLOAD_MISSING_TICKS_MAX},
+        {"momentum.longest_gap_ticks",
+         momentum->longest_gap_ticks >= 1 && momentum->longest_gap_ticks <= HEXLOAD_MISSING_TICKS_MAX},
         {"momentum.prior_mass_kg", is_in(momentum->prior_mass_kg, HEXLOAD_REAL(0.0), MILLION)},
         {"momentum.prior_mass_sigma_kg", are_positive_up_to(MILLION, &momentum->prior_mass_sigma_kg, 1)},
         {"momentum.prior_moment_sigma_kg_m",

@@ -29,8 +29,8 @@ static inline void leg_blocks_copy(const hexload_leg_blocks_t* from, hexload_leg
 void leg_blocks_solve(const hexload_leg_blocks_t* blocks, const hexload_real_t y[HEXLOAD_LEGS],
                       hexload_real_t x[6]);
 
-/// Upper half of a column of J^-1, from its lower half: v of the twist at which one leg moves at unit speed and
-/// the others stand.
+/// Upper half of a column of J^-1, from its lower half: v of the twist at which one leg moves at unit speed
+/// and the others stand.
 void leg_blocks_velocity_of_leg(const hexload_leg_blocks_t* blocks, uint32_t leg,
                                 const hexload_real_t omega[3], hexload_real_t v[3]);
 

@@ -24,8 +24,9 @@ void hexload_load_monitor_init(hexload_load_monitor_t* self) {
 }
 
 /// mu of the measured twist.
-static void seed(hexload_load_monitor_t* self, const hexload_sensors_t* sensors, const hexload_real_t body[DIM],
-                 const hexload_motion_t* motion, const hexload_leg_blocks_t* jacobian) {
+static void seed(hexload_load_monitor_t* self, const hexload_sensors_t* sensors,
+                 const hexload_real_t body[DIM], const hexload_motion_t* motion,
+                 const hexload_leg_blocks_t* jacobian) {
     const hexload_real_t sigma_m_s = sensors->velocity_sigma_m_s;
     hexload_real_t variance[HEXLOAD_LEGS];
     hexload_real_t columns[HEXLOAD_LEGS][6];
@@ -46,17 +47,16 @@ static hexload_real_t force_variance(const hexload_load_monitor_t* self, hexload
     if (self->ticks < 2) {
         return variance;
     }
-    const hexload_real_t jump_n = sample->force_n[leg] -
-                                  HEXLOAD_REAL(2.0) * self->last_force_n[0][leg] + self->last_force_n[1][leg];
+    const hexload_real_t jump_n =
+        sample->force_n[leg] - HEXLOAD_REAL(2.0) * self->last_force_n[0][leg] + self->last_force_n[1][leg];
     const hexload_real_t beyond = jump_n * jump_n - HEXLOAD_REAL(54.0) * variance; // 9 (1 + 4 + 1)
     return variance + hexload_max(HEXLOAD_REAL(0.0), beyond) / HEXLOAD_REAL(16.0);
 }
 
 static void predict(hexload_load_monitor_t* self, const hexload_config_t* config,
-                    const hexload_sensors_t* sensors,
-                    const hexload_real_t body[DIM], const hexload_leg_sample_t* sample,
-                    const hexload_motion_t* motion, const hexload_momentum_input_t* input,
-                    hexload_real_t dt_s) {
+                    const hexload_sensors_t* sensors, const hexload_real_t body[DIM],
+                    const hexload_leg_sample_t* sample, const hexload_motion_t* motion,
+                    const hexload_momentum_input_t* input, hexload_real_t dt_s) {
     hexload_real_t variance[HEXLOAD_LEGS];
     hexload_real_t columns[HEXLOAD_LEGS][6];
     hexload_real_t G[PULLED][LIFTED];
@@ -111,8 +111,8 @@ static void specific_force(const momentum_row_t rows[HEXLOAD_LEGS], const hexloa
     leg_blocks_solve(jacobian, of_leg, acceleration);
 }
 
-/// What the parameters' errors do to mu with these forces. They last, so over the memory they add up; noise of
-/// this strength adds up to the same variance.
+/// What the parameters' errors do to mu with these forces. They last, so over the memory they add up; noise
+/// of this strength adds up to the same variance.
 static void add_unknown(hexload_load_monitor_t* self, const hexload_momentum_filter_t* filter,
                         const hexload_leg_sample_t* sample, const hexload_motion_t* motion,
                         const hexload_leg_blocks_t* jacobian, const momentum_row_t rows[HEXLOAD_LEGS],
@@ -168,10 +168,9 @@ static void follow_filter(hexload_load_monitor_t* self, const hexload_momentum_f
 }
 
 bool hexload_load_monitor_step(hexload_load_monitor_t* self, const hexload_config_t* config,
-                               const hexload_sensors_t* sensors,
-                               const hexload_momentum_filter_t* filter, const hexload_leg_sample_t* sample,
-                               const hexload_motion_t* motion, const hexload_leg_blocks_t* jacobian,
-                               uint32_t gap_ticks) {
+                               const hexload_sensors_t* sensors, const hexload_momentum_filter_t* filter,
+                               const hexload_leg_sample_t* sample, const hexload_motion_t* motion,
+                               const hexload_leg_blocks_t* jacobian, uint32_t gap_ticks) {
     hexload_real_t body[DIM];
     hexload_momentum_input_t input;
     momentum_row_t rows[HEXLOAD_LEGS];

@@ -11,11 +11,12 @@ void hexload_load_supervisor_init(hexload_load_supervisor_t* self) {
 }
 
 /// Accelerations below count as none. The slope of a line through 2 lag + 1 displacements changes within ten
-/// ticks with sqrt(0.45) sigma / (lag tick_s)^2 of noise; twenty of them, as higher degrees come in at times and
-/// the legs' inverse enlarges it.
+/// ticks with sqrt(0.45) sigma / (lag tick_s)^2 of noise; twenty of them, as higher degrees come in at times
+/// and the legs' inverse enlarges it.
 static hexload_real_t acceleration_noise_m_s2(const hexload_config_t* config) {
     const hexload_real_t lag_s = config->tick_s * (hexload_real_t)config->momentum.lag_ticks;
-    return HEXLOAD_REAL(20.0) * HEXLOAD_REAL(0.67082039) * config->sensors.displacement_sigma_m / (lag_s * lag_s);
+    return HEXLOAD_REAL(20.0) * HEXLOAD_REAL(0.67082039) * config->sensors.displacement_sigma_m /
+           (lag_s * lag_s);
 }
 
 /// Motion in platform axes, as Newton and Euler need it.
@@ -43,8 +44,7 @@ static void find_acceleration(hexload_load_supervisor_t* self, const hexload_con
 }
 
 static body_motion_t motion_of_body(const hexload_load_supervisor_t* self, const hexload_config_t* config,
-                                    const hexload_momentum_filter_t* filter,
-                                    const hexload_motion_t* motion) {
+                                    const hexload_momentum_filter_t* filter, const hexload_motion_t* motion) {
     const hexload_real_t specific_m_s2[3] = {self->acceleration[0], self->acceleration[1],
                                              self->acceleration[2] + config->gravity_m_s2};
     body_motion_t body = {{0}, {0}, {0}};
@@ -125,15 +125,15 @@ void hexload_load_supervisor_watch(hexload_load_supervisor_t* self, const hexloa
     const body_motion_t body = motion_of_body(self, config, filter, motion);
     hexload_real_t wrench[6];
     wrench_of_unit(&body, (int)self->next, wrench);
-    const hexload_real_t weight = hexload_min(
-        HEXLOAD_REAL(1.0), (hexload_real_t)DIM * config->tick_s / momentum->excitation_time_constant_s);
+    const hexload_real_t weight = hexload_min(HEXLOAD_REAL(1.0), (hexload_real_t)DIM * config->tick_s /
+                                                                     momentum->excitation_time_constant_s);
     self->information[self->next] +=
         weight * (information_of_tick(config, motion, wrench) - self->information[self->next]);
     self->next = (self->next + 1) % DIM;
 }
 
-/// What a parameter's sigma is compared with: its own value, of h the length, of products the mean moment; and
-/// at least what the empty platform has, as a load may be none.
+/// What a parameter's sigma is compared with: its own value, of h the length, of products the mean moment;
+/// and at least what the empty platform has, as a load may be none.
 static void find_scales(const hexload_momentum_filter_t* filter, hexload_real_t scale[DIM]) {
     const hexload_real_t* theta = filter->theta;
     const hexload_real_t* h = &theta[HEXLOAD_LOAD_HX];
@@ -152,8 +152,8 @@ static void find_scales(const hexload_momentum_filter_t* filter, hexload_real_t 
     }
 }
 
-/// Whether some body has these parameters, three sigma granted: the pseudo-inertia, second moments of mass with
-/// h and m, must be positive definite.
+/// Whether some body has these parameters, three sigma granted: the pseudo-inertia, second moments of mass
+/// with h and m, must be positive definite.
 static bool is_possible(const hexload_estimate_t* estimate) {
     const hexload_real_t* value = estimate->value;
     const hexload_real_t* sigma = estimate->sigma;
@@ -170,13 +170,12 @@ static bool is_possible(const hexload_estimate_t* estimate) {
     }
     for (int i = 0; i < 3; i++) {
         for (int j = 0; j <= i; j++) {
-            const hexload_real_t product =
-                i == j ? trace - I[i] : -value[HEXLOAD_LOAD_IXY + (i + j - 1)];
+            const hexload_real_t product = i == j ? trace - I[i] : -value[HEXLOAD_LOAD_IXY + (i + j - 1)];
             A[i][j] = product - value[HEXLOAD_LOAD_HX + i] * value[HEXLOAD_LOAD_HX + j] / mass;
             A[j][i] = A[i][j];
         }
-        A[i][i] += hexload_abs(value[HEXLOAD_LOAD_HX + i]) * HEXLOAD_REAL(6.0) * sigma[HEXLOAD_LOAD_HX + i] /
-                   mass;
+        A[i][i] +=
+            hexload_abs(value[HEXLOAD_LOAD_HX + i]) * HEXLOAD_REAL(6.0) * sigma[HEXLOAD_LOAD_HX + i] / mass;
     }
     return cholesky3(A, L);
 }
@@ -191,7 +190,7 @@ static hexload_verdict_t judge_parameter(const hexload_load_supervisor_t* self,
     const hexload_real_t ticks = momentum->excitation_time_constant_s / config->tick_s;
     const hexload_real_t gain = sigma * sigma * self->information[parameter] * ticks;
     return gain > HEXLOAD_REAL(1.25) ? HEXLOAD_VERDICT_CONVERGING // 1 / (2 / 3)^2 - 1
-                                       : HEXLOAD_VERDICT_NOT_EXCITED;
+                                     : HEXLOAD_VERDICT_NOT_EXCITED;
 }
 
 void hexload_load_supervisor_judge(hexload_load_supervisor_t* self, const hexload_config_t* config,
@@ -207,9 +206,9 @@ void hexload_load_supervisor_judge(hexload_load_supervisor_t* self, const hexloa
     const bool is_consistent = self->nis_mean <= config->momentum.inconsistent_nis && is_body;
     self->impossible_ticks = is_body ? 0 : self->impossible_ticks + 1;
     for (int k = 0; k < DIM; k++) {
-        const hexload_verdict_t verdict =
-            is_consistent ? judge_parameter(self, config, scale[k], estimate->sigma[k], k)
-                          : HEXLOAD_VERDICT_INCONSISTENT;
+        const hexload_verdict_t verdict = is_consistent
+                                              ? judge_parameter(self, config, scale[k], estimate->sigma[k], k)
+                                              : HEXLOAD_VERDICT_INCONSISTENT;
         estimate->parameter_verdict[k] = verdict;
         if (verdict > estimate->verdict) {
             estimate->verdict = verdict;

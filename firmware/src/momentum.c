@@ -38,10 +38,9 @@ hexload_status_t hexload_momentum_init(hexload_momentum_t* self, const hexload_c
 /// The alarm comes at once, and the filter forgets when it reaches the change.
 static void watch_load(hexload_momentum_t* self, const hexload_config_t* config,
                        const hexload_sensors_t* sensors, const hexload_leg_sample_t* sample,
-                       const hexload_motion_t* motion,
-                       uint32_t gap_ticks, uint32_t* health) {
-    const bool has_changed = hexload_load_monitor_step(&self->monitor, config, sensors, &self->filter, sample, motion,
-                                                       &self->kinematics.jacobian, gap_ticks);
+                       const hexload_motion_t* motion, uint32_t gap_ticks, uint32_t* health) {
+    const bool has_changed = hexload_load_monitor_step(&self->monitor, config, sensors, &self->filter, sample,
+                                                       motion, &self->kinematics.jacobian, gap_ticks);
     if (has_changed && !self->is_changing) {
         self->is_changing = true;
         self->change_tick = sample->tick - ALARM_DELAY_TICKS;
@@ -72,8 +71,7 @@ static void filter_past(hexload_momentum_t* self, const hexload_config_t* config
     self->is_interrupted = false;
     hexload_momentum_filter_step(&self->filter, config, sensors, &self->smoother.constants, &past, &motion,
                                  &self->past_kinematics.jacobian);
-    hexload_load_supervisor_watch(&self->supervisor, config, &self->filter, &motion,
-                                  past.gap_ticks);
+    hexload_load_supervisor_watch(&self->supervisor, config, &self->filter, &motion, past.gap_ticks);
 }
 
 /// From nothing, when a number is no longer finite, or when no body has had these parameters for long: an

@@ -11,13 +11,12 @@
 
 enum { STATES = HEXLOAD_MOMENTUM_STATES, DIM = HEXLOAD_LOAD_DIM };
 
-static void read_prior(const hexload_config_t* config, hexload_real_t value[DIM],
-                       hexload_real_t sigma[DIM]) {
+static void read_prior(const hexload_config_t* config, hexload_real_t value[DIM], hexload_real_t sigma[DIM]) {
     const hexload_momentum_config_t* momentum = &config->momentum;
     for (int k = 0; k < DIM; k++) {
         value[k] = HEXLOAD_REAL(0.0);
-        sigma[k] = k < HEXLOAD_LOAD_IXX ? momentum->prior_moment_sigma_kg_m
-                                        : momentum->prior_inertia_sigma_kg_m2;
+        sigma[k] =
+            k < HEXLOAD_LOAD_IXX ? momentum->prior_moment_sigma_kg_m : momentum->prior_inertia_sigma_kg_m2;
     }
     value[HEXLOAD_LOAD_M] = momentum->prior_mass_kg;
     sigma[HEXLOAD_LOAD_M] = momentum->prior_mass_sigma_kg;
@@ -93,8 +92,8 @@ static void move_covariance(hexload_real_t* P, hexload_real_t G[PULLED][LIFTED])
 
 /// mu+ = mu + dt/2 (u + u_last) + Gbar (theta + theta_platform).
 static void predict(hexload_momentum_filter_t* self, const hexload_config_t* config,
-                    const hexload_sensors_t* sensors, const hexload_motion_t* motion, const hexload_momentum_input_t* input,
-                    uint32_t gap_ticks) {
+                    const hexload_sensors_t* sensors, const hexload_motion_t* motion,
+                    const hexload_momentum_input_t* input, uint32_t gap_ticks) {
     const hexload_real_t dt_s = config->tick_s * (hexload_real_t)gap_ticks;
     const hexload_real_t impulse_sigma_n_s = dt_s * sensors->force_sigma_n;
     hexload_real_t variance[HEXLOAD_LEGS];
@@ -115,7 +114,7 @@ static void predict(hexload_momentum_filter_t* self, const hexload_config_t* con
 /// What the smoother leaves of the measured speeds.
 typedef struct residue {
     hexload_real_t smooth_twist[6];
-    hexload_real_t twist[6];             ///< measured minus smooth
+    hexload_real_t twist[6];                   ///< measured minus smooth
     hexload_real_t velocity_m_s[HEXLOAD_LEGS]; ///< likewise
 } residue_t;
 
@@ -174,24 +173,23 @@ static hexload_real_t correlated_ticks(const hexload_smoother_constants_t* smoot
                                        const hexload_sensors_t* sensors, const residue_t* residue) {
     hexload_real_t q = HEXLOAD_REAL(0.0);
     for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
-        const hexload_real_t in_sigmas =
-            residue->velocity_m_s[leg] / sensors->velocity_sigma_m_s;
+        const hexload_real_t in_sigmas = residue->velocity_m_s[leg] / sensors->velocity_sigma_m_s;
         q += in_sigmas * in_sigmas;
     }
     const hexload_real_t share = hexload_max(HEXLOAD_REAL(0.0), HEXLOAD_REAL(1.0) - CHI_SQUARE_6_95 / q);
     return HEXLOAD_REAL(1.0) + HEXLOAD_REAL(0.5) * (hexload_real_t)smoother->lag_ticks * share;
 }
 
-/// The six leg speeds as a measurement of momentum: e = Y(V) (theta + theta_platform) - mu, H = [Y, -E] with the
-/// smooth twist, so that H's noise is not the innovation's.
+/// The six leg speeds as a measurement of momentum: e = Y(V) (theta + theta_platform) - mu, H = [Y, -E] with
+/// the smooth twist, so that H's noise is not the innovation's.
 typedef struct measurement {
     hexload_real_t Y[6][DIM];
     hexload_real_t innovation[6];
     hexload_real_t S[6][6]; ///< R first; lower triangle
 } measurement_t;
 
-/// Noise of e: that of the leg speeds by the cautious body, and the parameters' errors on the part of the twist
-/// that the smoother leaves out.
+/// Noise of e: that of the leg speeds by the cautious body, and the parameters' errors on the part of the
+/// twist that the smoother leaves out.
 static void measurement_noise(const hexload_momentum_filter_t* self, const hexload_sensors_t* sensors,
                               const hexload_motion_t* motion, const hexload_leg_blocks_t* jacobian,
                               const residue_t* residue, hexload_real_t noise_ticks, hexload_real_t R[6][6]) {
@@ -259,8 +257,7 @@ static void factor(hexload_real_t S[6][6]) {
 }
 
 /// Rows of x become those of L^-1 x.
-static void whiten(hexload_real_t L[6][6], hexload_real_t HP[6][STATES],
-                   hexload_real_t innovation[6]) {
+static void whiten(hexload_real_t L[6][6], hexload_real_t HP[6][STATES], hexload_real_t innovation[6]) {
     for (int i = 0; i < 6; i++) {
         for (int k = 0; k < i; k++) {
             for (int state = 0; state < STATES; state++) {

@@ -186,7 +186,7 @@ void momentum_row_by_theta(const momentum_row_t* row, const hexload_motion_t* mo
 }
 
 void momentum_read_input(const hexload_motion_t* motion, const hexload_real_t force_n[HEXLOAD_LEGS],
-                       hexload_momentum_input_t* input) {
+                         hexload_momentum_input_t* input) {
     hexload_real_t moved[3];
     *input = (hexload_momentum_input_t){0};
     for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
@@ -205,7 +205,7 @@ void momentum_read_input(const hexload_motion_t* motion, const hexload_real_t fo
 }
 
 void momentum_pull(const hexload_momentum_input_t* last, const hexload_momentum_input_t* input,
-                            hexload_real_t impulse_m_s, hexload_real_t G[PULLED][LIFTED]) {
+                   hexload_real_t impulse_m_s, hexload_real_t G[PULLED][LIFTED]) {
     const hexload_real_t half = HEXLOAD_REAL(0.5) * impulse_m_s;
     for (int k = 0; k < LIFTED; k++) {
         G[0][k] = HEXLOAD_REAL(0.0);
@@ -259,8 +259,9 @@ void momentum_add_noise(hexload_real_t columns[HEXLOAD_LEGS][6], const hexload_r
         }
         row += skipped;
         for (int b = 0; b <= a; b++) {
-            covariance[row + b] += scaled[0] * columns[0][b] + scaled[1] * columns[1][b] + scaled[2] * columns[2][b] +
-                      scaled[3] * columns[3][b] + scaled[4] * columns[4][b] + scaled[5] * columns[5][b];
+            covariance[row + b] += scaled[0] * columns[0][b] + scaled[1] * columns[1][b] +
+                                   scaled[2] * columns[2][b] + scaled[3] * columns[3][b] +
+                                   scaled[4] * columns[4][b] + scaled[5] * columns[5][b];
         }
         row += a + 1;
     }

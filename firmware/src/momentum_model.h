@@ -54,16 +54,16 @@ void momentum_of_push(const hexload_motion_t* motion, int leg, hexload_real_t mo
 void momentum_of_leg_speeds(const hexload_real_t theta[HEXLOAD_LOAD_DIM], const hexload_motion_t* motion,
                             const hexload_leg_blocks_t* jacobian, hexload_real_t columns[HEXLOAD_LEGS][6]);
 
-/// Adds the sum of variance x x^T over the columns x to a covariance of mu: the lower triangle by rows, row a of
-/// which begins skipped + ... entries further than the last; `skipped` entries stand before each row.
+/// Adds the sum of variance x x^T over the columns x to a covariance of mu: the lower triangle by rows, row a
+/// of which begins skipped + ... entries further than the last; `skipped` entries stand before each row.
 void momentum_add_noise(hexload_real_t columns[HEXLOAD_LEGS][6], const hexload_real_t variance[HEXLOAD_LEGS],
                         hexload_real_t* covariance, int skipped);
 
 /// A row T of J M^-1: how much a leg's speed grows with momentum. M is the mass matrix of a body, so
 /// mu = M V; c its centre of mass seen from O_A.
 typedef struct momentum_row {
-    hexload_real_t linear[3];  ///< by P
-    hexload_real_t angular[3]; ///< by H
+    hexload_real_t linear[3];    ///< by P
+    hexload_real_t angular[3];   ///< by H
     hexload_real_t at_origin[3]; ///< by P when H is taken about O_A
 } momentum_row_t;
 

@@ -12,8 +12,8 @@ enum { ONE_ROUND = HEXLOAD_WINDOW_CAPACITY * HEXLOAD_DELAY_CAPACITY };
 
 enum { THIRD_ON_FIRST, FIFTH_ON_FIRST, FIFTH_ON_THIRD };
 
-/// The binomial coefficients C(n, 0..5) of any whole n, modulo 2^64, from those of 0 by additions alone: up by
-/// C(n + 1, k) = C(n, k) + C(n, k - 1), down by its inverse.
+/// The binomial coefficients C(n, 0..5) of any whole n, modulo 2^64, from those of 0 by additions alone: up
+/// by C(n + 1, k) = C(n, k) + C(n, k - 1), down by its inverse.
 static void make_binomials(int32_t n, uint64_t binomial[HEXLOAD_SMOOTHER_ORDERS]) {
     memset(binomial, 0, HEXLOAD_SMOOTHER_ORDERS * sizeof binomial[0]);
     binomial[0] = 1;
@@ -67,10 +67,9 @@ static void make_polynomials(hexload_smoother_constants_t* constants, const hexl
         p[2] -= project[FIFTH_ON_FIRST] * p[0] + project[FIFTH_ON_THIRD] * p[1];
         square[2] += p[2] * p[2];
     }
-    const hexload_real_t slope[3] = {
-        slope_at_0[0], slope_at_0[1] - project[THIRD_ON_FIRST],
-        slope_at_0[2] - project[FIFTH_ON_FIRST] -
-            project[FIFTH_ON_THIRD] * (slope_at_0[1] - project[THIRD_ON_FIRST])};
+    const hexload_real_t slope[3] = {slope_at_0[0], slope_at_0[1] - project[THIRD_ON_FIRST],
+                                     slope_at_0[2] - project[FIFTH_ON_FIRST] -
+                                         project[FIFTH_ON_THIRD] * (slope_at_0[1] - project[THIRD_ON_FIRST])};
     for (int m = 0; m < 3; m++) {
         const hexload_real_t both_sides = HEXLOAD_REAL(2.0) * square[m];
         const hexload_real_t sigma_m_s = config->sensors.displacement_sigma_m * slope[m] / config->tick_s;
@@ -196,8 +195,7 @@ static void enter(hexload_smoother_t* self) {
 
 /// A signed sum as a number, by its halves: the conversion of 64 bits would be a call of a library.
 static hexload_real_t to_real(uint64_t sum) {
-    return (hexload_real_t)(int32_t)(sum >> 32) * HEXLOAD_REAL(4294967296.0) +
-           (hexload_real_t)(uint32_t)sum;
+    return (hexload_real_t)(int32_t)(sum >> 32) * HEXLOAD_REAL(4294967296.0) + (hexload_real_t)(uint32_t)sum;
 }
 
 static void fit_slopes(const hexload_smoother_t* self, hexload_real_t velocity_m_s[HEXLOAD_LEGS]) {

@@ -51,14 +51,13 @@ static void begin(bench_t* bench, hexload_config_t config, motion_t motion, uint
 
 static void step(bench_t* bench, const body_t* load) {
     hexload_config_t noisy = bench->config;
-    hexload_leg_sample_t sample =
-        perfect_sample(&bench->config, load, &bench->motion,
-                       (double)bench->estimator.kinematics.home_height_m, bench->tick);
+    hexload_leg_sample_t sample = perfect_sample(
+        &bench->config, load, &bench->motion, (double)bench->estimator.kinematics.home_height_m, bench->tick);
     noisy.sensors.velocity_sigma_m_s *= (hexload_real_t)bench->noise;
     noisy.sensors.force_sigma_n *= (hexload_real_t)bench->noise;
     add_noise(&noisy, &bench->seed, &sample);
-    TEST_ASSERT_EQUAL_INT(HEXLOAD_OK, hexload_momentum_tick(&bench->estimator, &bench->config, &sample,
-                                                            &bench->estimate));
+    TEST_ASSERT_EQUAL_INT(
+        HEXLOAD_OK, hexload_momentum_tick(&bench->estimator, &bench->config, &sample, &bench->estimate));
     if ((bench->estimator.health.bits >> HEXLOAD_HEALTH_LOAD_CHANGED & 1u) != 0) {
         bench->alarms++;
         bench->last_alarm = bench->tick;
@@ -115,8 +114,8 @@ static void test_errors_are_as_large_as_the_filter_says(void) {
         TEST_ASSERT_EQUAL_UINT32(0, bench.alarms);
         sum += nees;
     }
-    // AND the mean is 10 within 3.3 sigma, sigma = sqrt(2 * 10 / 20); more on top, as a first-order filter is never
-    // perfectly consistent
+    // AND the mean is 10 within 3.3 sigma, sigma = sqrt(2 * 10 / 20); more on top, as a first-order filter is
+    // never perfectly consistent
     printf("mean NEES %.2f\n", sum / RUNS);
     TEST_ASSERT_DOUBLE_WITHIN(3.3, 10.0, sum / RUNS);
 }
@@ -159,7 +158,8 @@ static void test_standstill_tells_the_mass_and_says_that_it_tells_no_inertia(voi
     TEST_ASSERT_TRUE(bench.estimator.health.bits >> HEXLOAD_HEALTH_NOT_EXCITED & 1u);
     // AND a motion that begins then is no change of load
     bench.motion = random_motion(8, 0.04, 0.08);
-    for (int k = 0; k < 6; k++) { // from rest at home, smoothly enough for the test of a jump: by phases of zero speed
+    for (int k = 0; k < 6;
+         k++) { // from rest at home, smoothly enough for the test of a jump: by phases of zero speed
         bench.motion.phase_rad[k][0] = 0.0;
         bench.motion.phase_rad[k][1] = 3.14159265358979;
         bench.motion.frequency_hz[k][1] = bench.motion.frequency_hz[k][0];
@@ -176,7 +176,8 @@ static void test_understated_noise_is_noticed_and_used(void) {
         bench_t bench;
         begin(&bench, paper_machine(), random_motion(300 + n, 0.05, 0.12), 400 + n);
         bench.noise = 2.0;
-        // WHEN 2 s have passed THEN it is said, nothing is taken for a new load, and the sigmas are right all the same
+        // WHEN 2 s have passed THEN it is said, nothing is taken for a new load, and the sigmas are right all
+        // the same
         run(&bench, &eccentric, 2000);
         TEST_ASSERT_TRUE(bench.estimator.health.bits >> HEXLOAD_HEALTH_NOISE_MISSTATED & 1u);
         TEST_ASSERT_EQUAL_UINT32(0, bench.alarms);
@@ -208,7 +209,8 @@ static void test_long_gap_restarts_the_momentum_and_keeps_the_load(void) {
     begin(&bench, paper_machine(), random_motion(42, 0.05, 0.1), 7);
     run(&bench, &eccentric, 2000);
     const double sigma_kg = (double)bench.estimate.sigma[0];
-    // GIVEN half a second without samples WHEN they come again THEN that is told, and what was known is still known
+    // GIVEN half a second without samples WHEN they come again THEN that is told, and what was known is still
+    // known
     bench.tick += 500;
     run(&bench, &eccentric, 1000);
     TEST_ASSERT_EQUAL_UINT32(1, bench.estimator.health.count[HEXLOAD_HEALTH_RATE_RESEEDED]);
@@ -236,13 +238,14 @@ static void test_refused_sample_changes_nothing_but_the_counter(void) {
     hexload_momentum_t before;
     const hexload_estimate_t last = bench.estimate;
     memcpy(&before, &bench.estimator, sizeof before);
-    // GIVEN a NaN, an old tick and legs that no pose has WHEN they come THEN only the count of refusals changes
+    // GIVEN a NaN, an old tick and legs that no pose has WHEN they come THEN only the count of refusals
+    // changes
     hexload_leg_sample_t broken[3] = {{.tick = 300}, {.tick = 299}, {.tick = 300}};
     broken[0].force_n[3] = (hexload_real_t)NAN;
     broken[2].displacement_m[0] = HEXLOAD_REAL(0.8);
     for (int n = 0; n < 3; n++) {
-        TEST_ASSERT_NOT_EQUAL(HEXLOAD_OK, hexload_momentum_tick(&bench.estimator, &bench.config, &broken[n],
-                                                                &bench.estimate));
+        TEST_ASSERT_NOT_EQUAL(
+            HEXLOAD_OK, hexload_momentum_tick(&bench.estimator, &bench.config, &broken[n], &bench.estimate));
     }
     TEST_ASSERT_EQUAL_UINT32(before.health.refused + 3, bench.estimator.health.refused);
     bench.estimator.health.refused = before.health.refused;

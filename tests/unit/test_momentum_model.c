@@ -72,7 +72,8 @@ static void test_rows_turn_momentum_back_into_leg_speeds(void) {
         for (int k = 0; k < HEXLOAD_LOAD_DIM; k++) {
             by_parameters += (double)by_theta[k] * (double)theta[k];
         }
-        // THEN they are the legs' speeds, and so is the sum over the parameters; a condition number of about 100
+        // THEN they are the legs' speeds, and so is the sum over the parameters; a condition number of about
+        // 100
         TEST_ASSERT_DOUBLE_WITHIN(ROUNDINGS(2000, 1.0), (double)sample.velocity_m_s[leg], speed);
         TEST_ASSERT_DOUBLE_WITHIN(ROUNDINGS(2000, 1.0), (double)sample.velocity_m_s[leg], by_parameters);
     }
@@ -110,8 +111,8 @@ static void test_momentum_grows_by_the_impulse_of_legs_and_gravity(void) {
     momentum_read_input(&after, sample[1].force_n, &input[1]);
     momentum_pull(&input[0], &input[1], config.tick_s * config.gravity_m_s2, G);
     momentum_move(momentum, &input[0], &input[1], config.tick_s, G, theta);
-    // THEN it is that of the next tick: the trapezoid errs by dt^3 / 12 f'' < 1e-5 N s at 3 Hz and 3 kN, and the momenta
-    // come from poses and twists in the core's precision
+    // THEN it is that of the next tick: the trapezoid errs by dt^3 / 12 f'' < 1e-5 N s at 3 Hz and 3 kN, and
+    // the momenta come from poses and twists in the core's precision
     for (int k = 0; k < 6; k++) {
         TEST_ASSERT_DOUBLE_WITHIN(1e-4 + ROUNDINGS(400, 500.0), (double)expected[k], (double)momentum[k]);
     }

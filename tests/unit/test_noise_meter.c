@@ -4,7 +4,8 @@
 void setUp(void) {}
 void tearDown(void) {}
 
-/// Sensors as the meter takes them after `ticks` of violent motion with noise of `scale` times the stated sigmas.
+/// Sensors as the meter takes them after `ticks` of violent motion with noise of `scale` times the stated
+/// sigmas.
 static hexload_sensors_t measured(double scale, uint32_t ticks, uint32_t shock_every, uint32_t* health) {
     static const body_t load = {500.0, {0.05, -0.03, 0.3}, {25.0, 30.0, 20.0, 1.0, -2.0, 0.5}};
     const motion_t motion = random_motion(5, 0.05, 0.1);
@@ -43,8 +44,8 @@ static void test_misstated_sigmas_are_measured(void) {
         // GIVEN a motion with other noise than stated WHEN 2 s of it have been seen
         uint32_t health = 0;
         const hexload_sensors_t sensors = measured(scales[n], 2000, 0, &health);
-        // THEN the true sigmas are used: mean squares of 6,000 third differences spread by 3 %, sigmas by half of
-        // that; four sigma
+        // THEN the true sigmas are used: mean squares of 6,000 third differences spread by 3 %, sigmas by
+        // half of that; four sigma
         TEST_ASSERT_DOUBLE_WITHIN(0.06 * scales[n] * 1e-3, scales[n] * 1e-3,
                                   (double)sensors.velocity_sigma_m_s);
         TEST_ASSERT_DOUBLE_WITHIN(0.06 * scales[n] * 5.0, scales[n] * 5.0, (double)sensors.force_sigma_n);

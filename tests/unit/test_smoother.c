@@ -51,10 +51,10 @@ static void test_slope_of_a_polynomial_of_degree_six_is_exact(void) {
             continue;
         }
         taken++;
-        // WHEN a sample of the past is taken out THEN its slopes are those of the polynomials. The kernel of degree six
-        // over 121 ticks has a sum of absolute values of 110 /s and a root sum of squares of 12 /s. What a stored
-        // displacement loses, half a step on average, changes its sign where a leg passes home; float's rounding of 0.5 m
-        // is noise, four sigma
+        // WHEN a sample of the past is taken out THEN its slopes are those of the polynomials. The kernel of
+        // degree six over 121 ticks has a sum of absolute values of 110 /s and a root sum of squares of 12
+        // /s. What a stored displacement loses, half a step on average, changes its sign where a leg passes
+        // home; float's rounding of 0.5 m is noise, four sigma
         const hexload_leg_sample_t exact = sample_of(past.sample.tick);
         const double tolerance = 110 * 0.5 * step_m + 4 * 12 * ROUNDINGS(0.3, 0.5) + ROUNDINGS(20, 2.0);
         for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
@@ -93,9 +93,11 @@ static void test_noise_of_the_slope_at_rest_is_that_of_a_line(void) {
             }
         }
     }
-    // WHEN the slopes' mean square is compared with that of a line through 141 points, 12 sigma^2 / (dt^2 N^3)
+    // WHEN the slopes' mean square is compared with that of a line through 141 points, 12 sigma^2 / (dt^2
+    // N^3)
     const double line = 12.0 * 20e-6 * 20e-6 / (1e-3 * 1e-3 * 141.0 * 141.0 * 141.0);
-    // THEN it is that, plus the share of higher degrees that noise lets through now and then; 1,200 squares spread by 4 %
+    // THEN it is that, plus the share of higher degrees that noise lets through now and then; 1,200 squares
+    // spread by 4 %
     TEST_ASSERT_TRUE(square / count > 0.85 * line);
     TEST_ASSERT_TRUE(square / count < 2.0 * line);
 }
@@ -143,8 +145,8 @@ static void test_missing_ticks_are_bridged_and_told(void) {
         (void)hexload_smoother_put(&smoother, &config, &sample, tick - last_put);
         last_put = tick;
         put++;
-        // WHEN samples are taken out THEN at most one comes for each that is put in, in order, each with the distance
-        // to the one before
+        // WHEN samples are taken out THEN at most one comes for each that is put in, in order, each with the
+        // distance to the one before
         if (hexload_smoother_take(&smoother, &past)) {
             TEST_ASSERT_EQUAL_UINT32(next, past.sample.tick);
             TEST_ASSERT_EQUAL_UINT32(next == 30 ? 0 : next == 102 ? 3 : next == 151 ? 2 : 1, past.gap_ticks);
@@ -169,8 +171,8 @@ static void test_too_long_a_gap_begins_anew(void) {
         TEST_ASSERT_EQUAL(tick > 0, hexload_smoother_put(&smoother, &config, &sample, tick > 0));
         (void)hexload_smoother_take(&smoother, &past);
     }
-    // GIVEN a gap of one tick more than can be bridged WHEN the next samples come THEN a whole window must fill, and the
-    // first one out has no predecessor
+    // GIVEN a gap of one tick more than can be bridged WHEN the next samples come THEN a whole window must
+    // fill, and the first one out has no predecessor
     const uint32_t after = 39 + config.momentum.longest_gap_ticks + 1;
     const hexload_leg_sample_t sample = sample_of(after);
     TEST_ASSERT_FALSE(hexload_smoother_put(&smoother, &config, &sample, after - 39));

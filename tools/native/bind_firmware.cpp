@@ -215,15 +215,15 @@ void bind_firmware(nb::module_& module) {
         "The firmware's configuration as it lies in memory: numbers of 32 bits in the float build, so a "
         "32-bit "
         "controller can\nread it. ValueError names what is wrong.");
-    module.def("replay", &replay, nb::arg("platform"), nb::arg("estimator").none(), nb::arg("prior").none(),
-               nb::arg("t"), nb::arg("displacement_m"), nb::arg("velocity_m_s"), nb::arg("force_n"),
-               nb::arg("out_path"), nb::arg("tare").none() = nb::none(),
-               "Runs the firmware over a log: t [n] s, legs [n, 6] in m, m/s, N. Writes the estimates CSV "
-               "and returns it as a\n"
-               "dict of arrays, with health counts and the number of refused samples; of the momentum filter "
-               "also the final covariance,
-without the tare's. A tare is added to the platform, and its sigma "
-               "to that of the estimates. ValueError names what is wrong.");
+    module.def(
+        "replay", &replay, nb::arg("platform"), nb::arg("estimator").none(), nb::arg("prior").none(),
+        nb::arg("t"), nb::arg("displacement_m"), nb::arg("velocity_m_s"), nb::arg("force_n"),
+        nb::arg("out_path"), nb::arg("tare").none() = nb::none(),
+        "Runs the firmware over a log: t [n] s, legs [n, 6] in m, m/s, N. Writes the estimates CSV "
+        "and returns it as a\n"
+        "dict of arrays, with health counts and the number of refused samples; of the momentum filter "
+        "also the final covariance,\nwithout the tare's. A tare is added to the platform, and its sigma "
+        "to that of the estimates. ValueError names what is wrong.");
     nb::class_<FirmwareKinematics>(module, "Kinematics", "The firmware's kinematics stage, started at home.")
         .def(nb::init<const PlatformFile&>(), nb::arg("platform"))
         .def("solve", &FirmwareKinematics::solve, nb::arg("displacement_m"), nb::arg("velocity_m_s"),

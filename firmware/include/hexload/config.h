@@ -46,8 +46,8 @@ typedef struct hexload_platform {
 /// too small.
 typedef struct hexload_sensors {
     hexload_real_t displacement_sigma_m; ///< 0..0.1, not 0
-    hexload_real_t velocity_sigma_m_s; ///< 0..1, not 0
-    hexload_real_t force_sigma_n;      ///< 0..1e5, not 0
+    hexload_real_t velocity_sigma_m_s;   ///< 0..1, not 0
+    hexload_real_t force_sigma_n;        ///< 0..1e5, not 0
     hexload_real_t
         velocity_range_m_s;       ///< 0..50, not 0: a velocity beyond is a fault and the sample is refused
     hexload_real_t force_range_n; ///< 0..1e8, not 0: likewise; a little above what the legs can do
@@ -71,14 +71,14 @@ typedef struct hexload_paper_config {
 
 /// Tuning of the momentum filter.
 typedef struct hexload_momentum_config {
-    uint32_t lag_ticks;         ///< how far the filter runs behind; 3..HEXLOAD_LAG_TICKS_MAX
-    uint32_t longest_gap_ticks; ///< from sample to sample that is bridged; 1..16. Beyond: momentum restarts
-    hexload_real_t prior_mass_kg;             ///< of the load; 0..1e6
+    uint32_t lag_ticks;           ///< how far the filter runs behind; 3..HEXLOAD_LAG_TICKS_MAX
+    uint32_t longest_gap_ticks;   ///< from sample to sample that is bridged; 1..16. Beyond: momentum restarts
+    hexload_real_t prior_mass_kg; ///< of the load; 0..1e6
     hexload_real_t prior_mass_sigma_kg;       ///< 0..1e6, not 0; small: the mass is known
     hexload_real_t prior_moment_sigma_kg_m;   ///< of hx, hy, hz; 0..1e6, not 0
     hexload_real_t prior_inertia_sigma_kg_m2; ///< of the tensor's entries; 0..1e6, not 0
-    hexload_real_t inconsistent_nis; ///< verdict "inconsistent" above this mean NIS; 6..1e6 (ideal: 6)
-    hexload_real_t nis_time_constant_s;        ///< of that mean; tick_s..1e3
+    hexload_real_t inconsistent_nis;    ///< verdict "inconsistent" above this mean NIS; 6..1e6 (ideal: 6)
+    hexload_real_t nis_time_constant_s; ///< of that mean; tick_s..1e3
     hexload_real_t converged_relative_sigma;   ///< "converged" below this part of the scale; 0..1
     hexload_real_t excitation_time_constant_s; ///< how far back the motion counts; tick_s..1e3
 } hexload_momentum_config_t;

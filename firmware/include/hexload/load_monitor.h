@@ -3,8 +3,9 @@
 /// the parameters as they are, against the present leg speeds.
 ///
 /// The momentum filter runs lag_ticks behind, so its own innovations would tell of a new load that much too
-/// late. Here mu has six states of its own and no smoothing. What the filter does not know yet counts as noise:
-/// each parameter with its sigma, as far as the present forces would show it within the memory of the test.
+/// late. Here mu has six states of its own and no smoothing. What the filter does not know yet counts as
+/// noise: each parameter with its sigma, as far as the present forces would show it within the memory of the
+/// test.
 #ifndef HEXLOAD_LOAD_MONITOR_H
 #define HEXLOAD_LOAD_MONITOR_H
 
@@ -20,7 +21,7 @@ typedef struct hexload_load_monitor {
     hexload_real_t last_force_n[2][HEXLOAD_LEGS]; ///< newest first
     hexload_real_t nis;      ///< of the last sample, bounded; 6 when nothing could be told
     hexload_real_t nis_mean; ///< leaky; ideal 6
-    uint32_t ticks;                               ///< since the start, up to two
+    uint32_t ticks;          ///< since the start, up to two
 } hexload_load_monitor_t;
 
 /// mu comes with the next sample.

@@ -33,24 +33,24 @@ enum hexload_load_parameter {
 };
 
 enum {
-    HEXLOAD_MOMENTUM_STATES = HEXLOAD_LOAD_DIM + 6,                                         ///< theta, mu
+    HEXLOAD_MOMENTUM_STATES = HEXLOAD_LOAD_DIM + 6, ///< theta, mu
     HEXLOAD_MOMENTUM_COVARIANCES = HEXLOAD_MOMENTUM_STATES * (HEXLOAD_MOMENTUM_STATES + 1) / 2,
 };
 
 /// What moves mu at one tick.
 typedef struct hexload_momentum_input {
-    hexload_real_t wrench[6];     ///< [F N; N + p x F N m], base axes
-    hexload_real_t arm[2][4];     ///< p_x, R's first row; p_y, R's second row: G without gravity
+    hexload_real_t wrench[6]; ///< [F N; N + p x F N m], base axes
+    hexload_real_t arm[2][4]; ///< p_x, R's first row; p_y, R's second row: G without gravity
 } hexload_momentum_input_t;
 
 typedef struct hexload_momentum_filter {
     hexload_real_t platform[HEXLOAD_LOAD_DIM]; ///< theta_platform
     hexload_real_t theta[HEXLOAD_LOAD_DIM];
-    hexload_real_t momentum[6];                             ///< mu
+    hexload_real_t momentum[6];                              ///< mu
     hexload_real_t covariance[HEXLOAD_MOMENTUM_COVARIANCES]; ///< lower triangle by rows; theta first, then mu
     hexload_momentum_input_t last_input;
     hexload_real_t smooth_twist[6]; ///< of the last sample, base axes
-    hexload_real_t nis; ///< of the last sample, 6 degrees of freedom; 6 when there was none
+    hexload_real_t nis;             ///< of the last sample, 6 degrees of freedom; 6 when there was none
 } hexload_momentum_filter_t;
 
 /// Theta of the configuration's prior. mu comes with the first sample.

@@ -37,9 +37,9 @@ typedef struct hexload_smoother_constants {
     uint32_t lag_ticks;
     uint64_t entering[HEXLOAD_SMOOTHER_ORDERS];   ///< C(2 lag + 1, n)
     uint64_t central[3][HEXLOAD_SMOOTHER_ORDERS]; ///< sums about the first tick -> odd sums about the middle
-    hexload_real_t project[3];                   ///< of the third on p1; of the fifth on p1 and p3
-    hexload_real_t slope[3];                     ///< from a sum in steps to c_m in m/s
-    hexload_real_t inverse_variance[3];          ///< 1 / sigma^2 of c_m
+    hexload_real_t project[3];                    ///< of the third on p1; of the fifth on p1 and p3
+    hexload_real_t slope[3];                      ///< from a sum in steps to c_m in m/s
+    hexload_real_t inverse_variance[3];           ///< 1 / sigma^2 of c_m
 } hexload_smoother_constants_t;
 
 typedef struct hexload_smoother {

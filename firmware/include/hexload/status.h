@@ -39,7 +39,8 @@ typedef enum hexload_health_bit {
     HEXLOAD_HEALTH_NOISE_BOUNDED =
         9, ///< removal of the force noise's effects was held: a spike, or sigmas too small
     HEXLOAD_HEALTH_LOAD_CHANGED = 10, ///< the load is no longer the one before: identification begins anew
-    HEXLOAD_HEALTH_NOISE_MISSTATED = 11, ///< the sensors' noise is not the stated one; measured sigmas are used
+    HEXLOAD_HEALTH_NOISE_MISSTATED =
+        11, ///< the sensors' noise is not the stated one; measured sigmas are used
     HEXLOAD_HEALTH_BITS = 12
 } hexload_health_bit_t;
 

@@ -1,5 +1,5 @@
-/// Replays a log inside the controller with the momentum estimator: arguments LOG OUT, files of the host in the
-/// format of tools/hexload_tools/target.py.
+/// Replays a log inside the controller with the momentum estimator: arguments LOG OUT, files of the host in
+/// the format of tools/hexload_tools/target.py.
 #include "hexload/momentum.h"
 
 #include "arguments.h"
