@@ -27,6 +27,8 @@ class Measured:
     hard: target.Replayed
     rivals: dict[str, np.void]
     nodes: dict[str, tuple[target.NodeRun, target.NodeRun]]  # by profile: motion, hard
+    momentum_bytes: int
+    momentum: tuple[np.ndarray, np.ndarray]  # answers: motion, hard
     core: target.Size
     bus_and_app: target.Size
 
@@ -50,6 +52,7 @@ def _measure() -> dict[str, Measured]:
         folder = Path(name)
         for optimisation, preset in target.CORTEX_M7.items():
             target.build_preset(preset)
+            momentum = [target.replay_momentum(preset, config, samples, folder) for samples in (recorded, hard)]
             measured[optimisation] = Measured(
                 target.replay(preset, config, recorded, folder),
                 target.replay(preset, config, hard, folder),
@@ -61,6 +64,8 @@ def _measure() -> dict[str, Measured]:
                     )
                     for profile in target.PROFILES
                 },
+                momentum[0][0],
+                (momentum[0][1], momentum[1][1]),
                 target.size_of(target.library(preset)),
                 target.size_of(*target.node_libraries(preset)),
             )
@@ -81,6 +86,8 @@ def _stage_table(measured: dict[str, Measured]) -> Table:
         table.add_row(stage, *(f"{count:,}" for count in counts))
     ticks = [answers["tick_instructions"].max() for each in measured.values() for answers in _both(each)]
     table.add_row("whole tick", *(f"{count:,}" for count in ticks))
+    ticks = [answers["tick_instructions"].max() for each in measured.values() for answers in each.momentum]
+    table.add_row("whole tick, momentum", *(f"{count:,}" for count in ticks))
     for profile in target.PROFILES:
         for column, part in enumerate(target.NODE_PARTS):
             counts = [
@@ -136,8 +143,9 @@ def _memory_table(measured: dict[str, Measured]) -> Table:
     for optimisation in measured:
         table.add_column(optimisation, justify="right")
     rows = {
-        "code and constants of the core": [each.core.text for each in measured.values()],
+        "code and constants of the core, both estimators": [each.core.text for each in measured.values()],
         "an estimator": [each.motion.estimator_bytes for each in measured.values()],
+        "a momentum estimator": [each.momentum_bytes for each in measured.values()],
         "its configuration": [each.motion.config_bytes for each in measured.values()],
         "stack of a tick": [_both(each)[1]["tick_stack_bytes"].max() for each in measured.values()],
         "code and constants of bus and application": [each.bus_and_app.text for each in measured.values()],
