@@ -10,6 +10,7 @@ import hexload_native_double
 import numpy as np
 import pytest
 from hexload_tools.log_file import LegLog, read_log
+from hexload_tools.replay import in_words, load_changes_s
 
 DATA = Path(__file__).parents[1] / "data"
 NAMES = ["m", "hx", "hy", "hz", "Ixx", "Iyy", "Izz", "Ixy", "Ixz", "Iyz"]
@@ -91,7 +92,7 @@ def test_a_pick_up_is_told_within_five_milliseconds_and_identified_again(tmp_pat
     # GIVEN a log in which the load of 312 kg becomes one of 431 kg at 6.1 s
     truth = truth_of("load_pickup")["segments"]
     result = replay(hexload_native, "load_pickup", tmp_path)
-    alarms = result["t"][result["health"].astype(int) & LOAD_CHANGED != 0]
+    alarms = load_changes_s(result)
     # WHEN it is replayed THEN that is told once, 5 ms later at most
     print("alarms at", alarms)
     record_property("alarm_s", [float(t) for t in alarms])
@@ -128,3 +129,15 @@ def test_a_late_start_in_mid_motion_is_like_any_other(tmp_path):
     truth = np.array(truth_of("multisine_eccentric")["segments"][0]["theta"])
     assert (np.abs(result["value"][-1] - truth) < 4 * result["sigma"][-1]).all()
     assert result["verdict"][-1] == "converged"
+
+
+def test_each_parameter_has_a_verdict_with_its_reason(tmp_path):
+    # GIVEN the first two seconds of a work motion, whose inertia moves are yet to come WHEN they are replayed
+    result = replay(hexload_native, "work_motion", tmp_path, slice(0, 2000))
+    verdicts = dict(zip(result["names"], result["parameter_verdict"], strict=True))
+    # THEN the mass has converged, an inertia has not, and the words say which motion is missing when there is none
+    assert verdicts["m"] == "converged"
+    assert verdicts["Ixx"] in ("converging", "not_excited")
+    assert in_words("Iyy", "not_excited") == "not excited: no pitch acceleration in the last 10 s, or too little"
+    assert [in_words(name, "not_excited") for name in result["names"]]
+    assert in_words("m", "converged") == "converged"

@@ -36,20 +36,56 @@ def replay_log(
     return result | {"remarks": samples.remarks}
 
 
+# What has not moved when a parameter is not excited.
+MISSING_MOTION = {
+    "m": "no weight and no acceleration",
+    "hx": "no weight and no acceleration",
+    "hy": "no weight and no acceleration",
+    "hz": "no tilt and no horizontal acceleration",
+    "dz": "no roll and no pitch acceleration",
+    "Ixx": "no roll acceleration",
+    "Iyy": "no pitch acceleration",
+    "Izz": "no yaw acceleration",
+    "Ixy": "no roll and no pitch acceleration",
+    "Ixz": "no roll and no yaw acceleration",
+    "Iyz": "no pitch and no yaw acceleration",
+}
+
+
+def in_words(name: str, verdict: str) -> str:
+    """A parameter's verdict with its reason."""
+    if verdict == "not_excited":
+        return f"not excited: {MISSING_MOTION[name]} in the last 10 s, or too little"
+    if verdict == "inconsistent":
+        return "inconsistent: friction, other noise or another load than the model's"
+    return verdict
+
+
+def load_changes_s(result: dict) -> list[float]:
+    """When the firmware has noticed another load."""
+    bit = list(result["health_counts"]).index("load changed")  # they are in the order of the bits
+    return [float(t_s) for t_s in result["t"][result["health"].astype(int) >> bit & 1 == 1]]
+
+
 def print_summary(result: dict, out: Path) -> None:
     """The final estimates on the terminal."""
     table = Table()
     table.add_column("parameter")
     table.add_column("estimate", justify="right")
     table.add_column("sigma", justify="right")
-    for name, value, sigma in zip(result["names"], result["value"][-1], result["sigma"][-1]):
+    table.add_column("verdict")
+    rows = zip(result["names"], result["value"][-1], result["sigma"][-1], result["parameter_verdict"])
+    for name, value, sigma, verdict in rows:
         digits = TEN_DIGITS if "m" in result["names"] else DIGITS[name]
         unit = UNITS.get(name) or unit_of(name)
-        table.add_row(f"{SYMBOLS.get(name, name)}, {unit}", f"{value:.{digits}f}", f"{sigma:.{digits}f}")
+        numbers = (f"{value:.{digits}f}", f"{sigma:.{digits}f}")
+        table.add_row(f"{SYMBOLS.get(name, name)}, {unit}", *numbers, in_words(name, verdict))
     Console().print(table)
     health = ", ".join(f"{name} in {ticks} ticks" for name, ticks in result["health_counts"].items() if ticks)
     print(f"verdict:   {result['verdict'][-1]} after {len(result['t'])} ticks")
     print(f"health:    {health or 'no remark'}")
+    if times_s := load_changes_s(result):
+        print(f"new load:  noticed at {', '.join(f'{t_s:.3f} s' for t_s in times_s)}")
     if result["refused"]:
         print(f"refused:   {result['refused']} samples, the first at {result['first_refusal']}")
     for remark in result["remarks"]:

@@ -90,6 +90,7 @@ class Answer {
         nis_.push_back(row.nis);
         health_.push_back(row.health);
         verdicts_.append(nb::str(row.verdict.data(), row.verdict.size()));
+        last_verdicts_ = row.parameter_verdict;
     }
 
     bool empty() const {
@@ -114,6 +115,7 @@ class Answer {
         result["sigma"] = as_array(std::move(sigmas_), rows, names.size());
         result["nis"] = as_array(std::move(nis_), rows, 0);
         result["verdict"] = verdicts_;
+        result["parameter_verdict"] = last_verdicts(names.size());
         if (std::vector<double> covariance = link.covariance(); !covariance.empty()) {
             result["covariance"] = as_array(std::move(covariance), names.size(), names.size());
         }
@@ -125,8 +127,17 @@ class Answer {
     }
 
   private:
+    nb::list last_verdicts(std::size_t parameters) const {
+        nb::list list;
+        for (std::size_t k = 0; k < parameters; k++) {
+            list.append(nb::str(last_verdicts_[k].data(), last_verdicts_[k].size()));
+        }
+        return list;
+    }
+
     std::vector<double> times_, values_, sigmas_, nis_, health_;
     nb::list verdicts_;
+    std::array<std::string_view, 10> last_verdicts_;
 };
 
 nb::dict replay(const PlatformFile& platform, const std::optional<std::string>& estimator,
@@ -221,7 +232,8 @@ void bind_firmware(nb::module_& module) {
         nb::arg("out_path"), nb::arg("tare").none() = nb::none(),
         "Runs the firmware over a log: t [n] s, legs [n, 6] in m, m/s, N. Writes the estimates CSV "
         "and returns it as a\n"
-        "dict of arrays, with health counts and the number of refused samples; of the momentum filter "
+        "dict of arrays, with health counts, each parameter's last verdict and the number of refused "
+        "samples; of the momentum filter "
         "also the final covariance,\nwithout the tare's. A tare is added to the platform, and its sigma "
         "to that of the estimates. ValueError names what is wrong.");
     nb::class_<FirmwareKinematics>(module, "Kinematics", "The firmware's kinematics stage, started at home.")

@@ -28,7 +28,8 @@ struct EstimateRow {
     std::array<double, 10> value{}; // the first parameter_names().size() entries are used
     std::array<double, 10> sigma{};
     double nis = 0.0;
-    std::string_view verdict;
+    std::string_view verdict; // the worst of the parameters'
+    std::array<std::string_view, 10> parameter_verdict;
     std::uint32_t health = 0;
 };
 

@@ -22,6 +22,8 @@ EstimateRow estimate_row(const hexload_estimate_t& estimate, double t_s, std::ui
     std::copy(std::begin(estimate.sigma), std::end(estimate.sigma), row.sigma.begin());
     row.nis = static_cast<double>(estimate.nis);
     row.verdict = hexload_verdict_name(estimate.verdict);
+    std::transform(std::begin(estimate.parameter_verdict), std::end(estimate.parameter_verdict),
+                   row.parameter_verdict.begin(), hexload_verdict_name);
     row.health = health_bits;
     return row;
 }
