@@ -6,8 +6,15 @@
 
 enum { DIM = HEXLOAD_LOAD_DIM };
 
+#define IDEAL_NIS HEXLOAD_REAL(6.0)
+
 void hexload_load_supervisor_init(hexload_load_supervisor_t* self) {
-    *self = (hexload_load_supervisor_t){.nis_mean = HEXLOAD_REAL(6.0)};
+    *self = (hexload_load_supervisor_t){.nis_mean = IDEAL_NIS};
+}
+
+void hexload_load_supervisor_forget(hexload_load_supervisor_t* self) {
+    self->nis_mean = IDEAL_NIS;
+    self->impossible_ticks = 0;
 }
 
 /// Accelerations below count as none. The slope of a line through 2 lag + 1 displacements changes within ten

@@ -64,6 +64,7 @@ static void filter_past(hexload_momentum_t* self, const hexload_config_t* config
     if (self->is_changing && past.sample.tick - self->change_tick < UINT32_MAX / 2) {
         hexload_momentum_filter_forget(&self->filter, config);
         hexload_load_monitor_init(&self->monitor);
+        hexload_load_supervisor_forget(&self->supervisor);
         past.gap_ticks = 0;
         self->is_changing = false;
     }
@@ -81,7 +82,7 @@ static void restart_when_lost(hexload_momentum_t* self, const hexload_config_t* 
         self->supervisor.impossible_ticks > IMPOSSIBLE_TICKS) {
         hexload_momentum_filter_init(&self->filter, config);
         hexload_load_monitor_init(&self->monitor);
-        self->supervisor.impossible_ticks = 0;
+        hexload_load_supervisor_forget(&self->supervisor);
         self->is_interrupted = true;
         hexload_health_set(health, HEXLOAD_HEALTH_FILTER_RESTARTED);
     }

@@ -26,6 +26,9 @@ void hexload_load_supervisor_init(hexload_load_supervisor_t* self);
 void hexload_load_supervisor_hear(hexload_load_supervisor_t* self, const hexload_config_t* config,
                                   const hexload_load_monitor_t* monitor);
 
+/// The filter has begun anew: innovations of before say nothing any more. What the motion tells stays.
+void hexload_load_supervisor_forget(hexload_load_supervisor_t* self);
+
 /// Looks at the motion of one sample of the filter.
 /// @param gap_ticks periods since the last; 0: the first.
 void hexload_load_supervisor_watch(hexload_load_supervisor_t* self, const hexload_config_t* config,
