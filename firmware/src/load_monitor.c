@@ -11,7 +11,7 @@
 /// Time constant of the mean, and how long an error of the parameters has added up in mu.
 #define MEMORY_S HEXLOAD_REAL(0.05)
 
-/// The mean's threshold; the chance of a false alarm is that of the mean of 100 independent NIS.
+/// Twice the ideal: the leaky mean of 100 NIS has a sigma of 0.35, so noise alone does not reach it.
 #define ALARM_NIS HEXLOAD_REAL(12.0)
 
 /// One tick counts this much at most: a single spike raises the mean by 2.

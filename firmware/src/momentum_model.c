@@ -160,31 +160,6 @@ bool momentum_rows(const hexload_real_t theta[HEXLOAD_LOAD_DIM], const hexload_m
     return true;
 }
 
-void momentum_row_by_theta(const momentum_row_t* row, const hexload_motion_t* motion,
-                           const hexload_real_t twist[6], hexload_real_t by_theta[HEXLOAD_LOAD_DIM]) {
-    const hexload_real_t* v = &twist[0];
-    const hexload_real_t* omega = &twist[3];
-    hexload_real_t turned[3];
-    hexload_real_t lifted[3];
-    hexload_real_t w[3];
-    hexload_real_t g[3];
-    cross3(row->at_origin, omega, turned);
-    cross3(v, row->angular, lifted);
-    for (int k = 0; k < 3; k++) {
-        turned[k] += lifted[k];
-    }
-    by_theta[HEXLOAD_LOAD_M] = dot3(row->at_origin, v);
-    hexload_motion_to_platform(motion, turned, &by_theta[HEXLOAD_LOAD_HX]);
-    hexload_motion_to_platform(motion, omega, w);
-    hexload_motion_to_platform(motion, row->angular, g);
-    by_theta[HEXLOAD_LOAD_IXX] = g[0] * w[0];
-    by_theta[HEXLOAD_LOAD_IYY] = g[1] * w[1];
-    by_theta[HEXLOAD_LOAD_IZZ] = g[2] * w[2];
-    by_theta[HEXLOAD_LOAD_IXY] = g[0] * w[1] + g[1] * w[0];
-    by_theta[HEXLOAD_LOAD_IXZ] = g[0] * w[2] + g[2] * w[0];
-    by_theta[HEXLOAD_LOAD_IYZ] = g[1] * w[2] + g[2] * w[1];
-}
-
 void momentum_read_input(const hexload_motion_t* motion, const hexload_real_t force_n[HEXLOAD_LEGS],
                          hexload_momentum_input_t* input) {
     hexload_real_t moved[3];

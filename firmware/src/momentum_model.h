@@ -54,8 +54,9 @@ void momentum_of_push(const hexload_motion_t* motion, int leg, hexload_real_t mo
 void momentum_of_leg_speeds(const hexload_real_t theta[HEXLOAD_LOAD_DIM], const hexload_motion_t* motion,
                             const hexload_leg_blocks_t* jacobian, hexload_real_t columns[HEXLOAD_LEGS][6]);
 
-/// Adds the sum of variance x x^T over the columns x to a covariance of mu: the lower triangle by rows, row a
-/// of which begins skipped + ... entries further than the last; `skipped` entries stand before each row.
+/// Adds the sum of variance x x^T over the columns x to P_mm.
+/// @param covariance where row 0 of mu begins in a lower triangle that is stored by rows.
+/// @param skipped entries of other states at the start of each row.
 void momentum_add_noise(hexload_real_t columns[HEXLOAD_LEGS][6], const hexload_real_t variance[HEXLOAD_LEGS],
                         hexload_real_t* covariance, int skipped);
 
@@ -70,9 +71,5 @@ typedef struct momentum_row {
 /// @return false when theta is no body: its central inertia is not positive definite.
 bool momentum_rows(const hexload_real_t theta[HEXLOAD_LOAD_DIM], const hexload_motion_t* motion,
                    momentum_row_t rows[HEXLOAD_LEGS]);
-
-/// T Y(V): how much a leg's speed would grow with each parameter of a body that moves with a twist.
-void momentum_row_by_theta(const momentum_row_t* row, const hexload_motion_t* motion,
-                           const hexload_real_t twist[6], hexload_real_t by_theta[HEXLOAD_LOAD_DIM]);
 
 #endif
