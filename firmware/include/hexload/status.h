@@ -53,7 +53,8 @@ typedef struct hexload_health {
 
 /// Sets a health bit of the present tick. Reentrant, constant time.
 static inline void hexload_health_set(uint32_t* bits, hexload_health_bit_t bit) {
-    *bits |= (uint32_t)1u << (unsigned)bit;
+    const uint32_t one = 1;
+    *bits |= one << bit;
 }
 
 /// Short name of a status for messages, e.g. "pose not found". Never NULL; static storage.
