@@ -62,8 +62,9 @@ std::vector<double> covariance_of(const hexload_momentum_t& self) {
     std::size_t entry = 0; // the firmware keeps the lower triangle by rows, the load's parameters first
     for (std::size_t row = 0; row < size; row++) {
         for (std::size_t column = 0; column <= row; column++, entry++) {
-            matrix[row * size + column] = self.filter.covariance[entry];
-            matrix[column * size + row] = self.filter.covariance[entry];
+            const auto value = static_cast<double>(self.filter.covariance[entry]);
+            matrix[row * size + column] = value;
+            matrix[column * size + row] = value;
         }
     }
     return matrix;
