@@ -83,6 +83,16 @@ static bool is_in(hexload_real_t value, hexload_real_t least, hexload_real_t mos
     return value >= least && value <= most; // false for NaN
 }
 
+/// No leg is as short as nothing at this displacement.
+static bool leaves_legs(const hexload_geometry_t* geometry, hexload_real_t displacement_m) {
+    for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
+        if (!(geometry->home_leg_length_m[leg] + displacement_m > HEXLOAD_REAL(0.0))) {
+            return false;
+        }
+    }
+    return true;
+}
+
 static bool are_positive_up_to(hexload_real_t most, const hexload_real_t* values, int count) {
     for (int k = 0; k < count; k++) {
         if (!(values[k] > HEXLOAD_REAL(0.0)) || !(values[k] <= most)) {
@@ -139,7 +149,7 @@ static const char* check_machine(const hexload_config_t* config) {
         {"geometry.platform_hinge_m", are_finite(&geometry->platform_hinge_m[0][0], 3 * HEXLOAD_LEGS)},
         {"geometry.home_leg_length_m",
          are_positive_up_to(MILLION, geometry->home_leg_length_m, HEXLOAD_LEGS)},
-        {"geometry.stroke_min_m", is_in(geometry->stroke_min_m, -MILLION, MILLION)},
+        {"geometry.stroke_min_m", leaves_legs(geometry, geometry->stroke_min_m)},
         {"geometry.stroke_max_m", is_in(geometry->stroke_max_m, geometry->stroke_min_m, MILLION) &&
                                       geometry->stroke_max_m > geometry->stroke_min_m},
         {"platform.mass_kg", are_positive_up_to(MILLION, &config->platform.mass_kg, 1)},

@@ -29,19 +29,21 @@ hexload_status_t hexload_tick(hexload_t* self, const hexload_config_t* config,
                               const hexload_leg_sample_t* sample, hexload_estimate_t* estimate) {
     uint32_t health = 0;
     uint32_t gap_ticks = 0;
+    hexload_motion_t motion;
+    hexload_wrench_t wrench;
     hexload_status_t status = hexload_leg_sample_check(&self->leg_gate, config, sample, &gap_ticks, &health);
     if (status != HEXLOAD_OK) {
         return hexload_health_refuse(&self->health, status);
     }
-    status = hexload_kinematics_solve(&self->kinematics, config, sample, &self->motion);
+    status = hexload_kinematics_solve(&self->kinematics, config, sample, &motion);
     if (status != HEXLOAD_OK) {
         return hexload_health_refuse(&self->health, status);
     }
     hexload_leg_sample_accept(&self->leg_gate, sample);
 
-    hexload_wrench_compute(&self->motion, sample, &self->wrench);
-    hexload_paper_filter_step(&self->paper_filter, config, sample, &self->motion, &self->wrench, gap_ticks,
-                              &health);
+    hexload_wrench_compute(&motion, sample, &wrench);
+    hexload_paper_filter_step(&self->paper_filter, config, sample, &motion, &self->kinematics.jacobian,
+                              &wrench, gap_ticks, &health);
     hexload_supervisor_judge(&self->supervisor, config, &self->paper_filter, estimate, &health);
     estimate->tick = sample->tick;
     hexload_health_count(&self->health, health);

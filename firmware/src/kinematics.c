@@ -13,15 +13,20 @@ static void rotation_minus_identity(const hexload_real_t q[4], hexload_real_t Q[
     const hexload_real_t x = HEXLOAD_REAL(2.0) * q[1];
     const hexload_real_t y = HEXLOAD_REAL(2.0) * q[2];
     const hexload_real_t z = HEXLOAD_REAL(2.0) * q[3];
-    Q[0][0] = -y * q[2] - z * q[3];
-    Q[1][1] = -x * q[1] - z * q[3];
-    Q[2][2] = -x * q[1] - y * q[2];
-    Q[0][1] = x * q[2] - w * q[3];
-    Q[1][0] = x * q[2] + w * q[3];
-    Q[0][2] = x * q[3] + w * q[2];
-    Q[2][0] = x * q[3] - w * q[2];
-    Q[1][2] = y * q[3] - w * q[1];
-    Q[2][1] = y * q[3] + w * q[1];
+    const hexload_real_t xy = x * q[2];
+    const hexload_real_t xz = x * q[3];
+    const hexload_real_t yz = y * q[3];
+    const hexload_real_t xx = x * q[1];
+    const hexload_real_t zz = z * q[3];
+    Q[0][0] = hexload_fma(-y, q[2], -zz);
+    Q[1][1] = -xx - zz;
+    Q[2][2] = hexload_fma(-y, q[2], -xx);
+    Q[0][1] = hexload_fma(-w, q[3], xy);
+    Q[1][0] = hexload_fma(w, q[3], xy);
+    Q[0][2] = hexload_fma(w, q[2], xz);
+    Q[2][0] = hexload_fma(-w, q[2], xz);
+    Q[1][2] = hexload_fma(-w, q[1], yz);
+    Q[2][1] = hexload_fma(w, q[1], yz);
 }
 
 /// Moves a pose by a small twist times time, [translation; rotation vector] in base axes.
@@ -31,15 +36,14 @@ static void move_pose(hexload_real_t p[3], hexload_real_t q[4], const hexload_re
     hexload_real_t turned[3];
     cross3(half, &q[1], turned);
     const hexload_real_t w = q[0] - dot3(half, &q[1]);
-    const hexload_real_t x = q[1] + half[0] * q[0] + turned[0];
-    const hexload_real_t y = q[2] + half[1] * q[0] + turned[1];
-    const hexload_real_t z = q[3] + half[2] * q[0] + turned[2];
-    const hexload_real_t inverse_norm = HEXLOAD_REAL(1.0) / hexload_sqrt(w * w + x * x + y * y + z * z);
+    const hexload_real_t xyz[3] = {hexload_fma(half[0], q[0], q[1] + turned[0]),
+                                   hexload_fma(half[1], q[0], q[2] + turned[1]),
+                                   hexload_fma(half[2], q[0], q[3] + turned[2])};
+    const hexload_real_t inverse_norm = HEXLOAD_REAL(1.0) / hexload_sqrt(hexload_fma(w, w, dot3(xyz, xyz)));
     q[0] = w * inverse_norm;
-    q[1] = x * inverse_norm;
-    q[2] = y * inverse_norm;
-    q[3] = z * inverse_norm;
+    HEXLOAD_UNROLL
     for (int k = 0; k < 3; k++) {
+        q[1 + k] = xyz[k] * inverse_norm;
         p[k] += step[k];
     }
 }
@@ -60,15 +64,17 @@ static hexload_real_t legs_of_pose(const hexload_kinematics_t* self, const hexlo
         hexload_real_t lever[3]; // R a
         hexload_real_t L[3];
         hexload_real_t square_growth = self->home_defect_m2[leg];
+        HEXLOAD_UNROLL
         for (int k = 0; k < 3; k++) {
             const hexload_real_t turned = dot3(Q[k], a);
             const hexload_real_t u = motion->p_m[k] + turned;
             lever[k] = a[k] + turned;
             L[k] = c[k] + u;
-            square_growth += u * (c[k] + L[k]);
+            square_growth = hexload_fma(u, c[k] + L[k], square_growth);
         }
         const hexload_real_t length_m = hexload_sqrt(dot3(L, L));
         const hexload_real_t inverse_length = HEXLOAD_REAL(1.0) / length_m;
+        HEXLOAD_UNROLL
         for (int k = 0; k < 3; k++) {
             motion->J[leg][k] = L[k] * inverse_length;
         }
@@ -170,18 +176,29 @@ hexload_status_t hexload_kinematics_init(hexload_kinematics_t* self, const hexlo
     return HEXLOAD_OK;
 }
 
-/// Newton's first step from the last pose, whose legs and Jacobian are known.
-static void leave_last_pose(const hexload_kinematics_t* self, const hexload_leg_sample_t* sample,
-                            hexload_motion_t* motion) {
+/// Newton's first step from the last pose, whose legs and Jacobian are known; from farther away home is as
+/// good a start, and one that cannot be the wrong one.
+/// @return true when it is the last pose.
+static bool begin_search(const hexload_kinematics_t* self, const hexload_geometry_t* geometry,
+                         const hexload_leg_sample_t* sample, hexload_motion_t* motion) {
     hexload_real_t moved_m[HEXLOAD_LEGS];
     hexload_real_t step[6];
+    hexload_real_t farthest_m = HEXLOAD_REAL(0.0);
     for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
         moved_m[leg] = sample->displacement_m[leg] - self->displacement_m[leg];
+        farthest_m = hexload_max(farthest_m, hexload_abs(moved_m[leg]));
+    }
+    if (self->is_lost || farthest_m > HEXLOAD_REAL(0.05) * geometry->home_leg_length_m[0]) {
+        memset(motion->p_m, 0, sizeof motion->p_m);
+        memset(motion->quaternion, 0, sizeof motion->quaternion);
+        motion->quaternion[0] = HEXLOAD_REAL(1.0);
+        return false;
     }
     leg_blocks_solve(&self->jacobian, moved_m, step);
     memcpy(motion->p_m, self->p_m, sizeof motion->p_m);
     memcpy(motion->quaternion, self->quaternion, sizeof motion->quaternion);
     move_pose(motion->p_m, motion->quaternion, step);
+    return true;
 }
 
 /// Newton can end in another assembly of the same legs, such as the mirror image below the base. No platform
@@ -192,20 +209,14 @@ static bool is_near_home(const hexload_motion_t* motion, const hexload_geometry_
     return dot3(motion->p_m, motion->p_m) < reach_m * reach_m && half_turn > HEXLOAD_REAL(0.5);
 }
 
-/// The pose found is the present one, and the next search starts from it. Arrays one by one, as in
-/// leg_blocks_copy().
+/// The pose found is the present one, and the next search starts from it.
 static void accept_pose(hexload_kinematics_t* self, const hexload_leg_sample_t* sample,
-                        const hexload_motion_t* found, hexload_motion_t* motion) {
-    memcpy(self->p_m, found->p_m, sizeof self->p_m);
-    memcpy(self->quaternion, found->quaternion, sizeof self->quaternion);
+                        const hexload_leg_blocks_t* jacobian, hexload_motion_t* motion) {
+    memcpy(self->p_m, motion->p_m, sizeof self->p_m);
+    memcpy(self->quaternion, motion->quaternion, sizeof self->quaternion);
     memcpy(self->displacement_m, sample->displacement_m, sizeof self->displacement_m);
-    memcpy(motion->p_m, found->p_m, sizeof motion->p_m);
-    memcpy(motion->quaternion, found->quaternion, sizeof motion->quaternion);
-    for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
-        memcpy(motion->J[leg], found->J[leg], sizeof motion->J[leg]);
-    }
-    motion->newton_steps = found->newton_steps;
-    rotation_minus_identity(found->quaternion, motion->R);
+    leg_blocks_copy(jacobian, &self->jacobian);
+    rotation_minus_identity(motion->quaternion, motion->R);
     for (int k = 0; k < 3; k++) {
         motion->R[k][k] += HEXLOAD_REAL(1.0);
     }
@@ -213,24 +224,18 @@ static void accept_pose(hexload_kinematics_t* self, const hexload_leg_sample_t* 
 
 hexload_status_t hexload_kinematics_solve(hexload_kinematics_t* self, const hexload_config_t* config,
                                           const hexload_leg_sample_t* sample, hexload_motion_t* motion) {
-    hexload_motion_t found;
     hexload_leg_blocks_t jacobian;
-    leave_last_pose(self, sample, &found);
-    hexload_status_t status = find_pose(self, &config->geometry, sample, &found, &jacobian);
-    if (status != HEXLOAD_OK ||
-        !is_near_home(&found, &config->geometry)) { // the last pose may be the bad one
-        found = (hexload_motion_t){.quaternion = {HEXLOAD_REAL(1.0)}};
-        status = find_pose(self, &config->geometry, sample, &found, &jacobian);
+    const bool is_from_last = begin_search(self, &config->geometry, sample, motion);
+    hexload_status_t status = find_pose(self, &config->geometry, sample, motion, &jacobian);
+    if (status == HEXLOAD_OK && !is_near_home(motion, &config->geometry)) {
+        status = HEXLOAD_ERR_POSE;
     }
     if (status != HEXLOAD_OK) {
+        self->is_lost = self->is_lost || is_from_last;
         return status;
     }
-    if (!is_near_home(&found, &config->geometry)) {
-        return HEXLOAD_ERR_POSE;
-    }
-    accept_pose(self, sample, &found, motion);
-    leg_blocks_copy(&jacobian, &self->jacobian);
-    leg_blocks_solve(&self->jacobian, sample->velocity_m_s, motion->twist); // inverse of (3)
-    leg_blocks_rate_gain(&self->jacobian, motion->rate_gain);
+    self->is_lost = false;
+    accept_pose(self, sample, &jacobian, motion);
+    leg_blocks_solve(&jacobian, sample->velocity_m_s, motion->twist); // inverse of (3)
     return HEXLOAD_OK;
 }

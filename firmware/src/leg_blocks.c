@@ -44,14 +44,16 @@ static void choose_carriers(hexload_real_t J[HEXLOAD_LEGS][6], uint32_t leg[HEXL
 /// A row times a matrix of rows a, b and c.
 static void times_rows(const hexload_real_t row[3], const hexload_real_t a[3], const hexload_real_t b[3],
                        const hexload_real_t c[3], hexload_real_t out[3]) {
+    HEXLOAD_UNROLL
     for (int k = 0; k < 3; k++) {
-        out[k] = row[0] * a[k] + row[1] * b[k] + row[2] * c[k];
+        out[k] = hexload_fma(row[2], c[k], hexload_fma(row[1], b[k], row[0] * a[k]));
     }
 }
 
 /// E1, M1 and K: the other legs' directions in terms of the carriers'.
 static bool express_by_carriers(hexload_real_t J[HEXLOAD_LEGS][6], hexload_leg_blocks_t* blocks) {
     hexload_real_t E1[3][3];
+    HEXLOAD_UNROLL
     for (int i = 0; i < 3; i++) {
         const hexload_real_t* row = J[blocks->leg[i]];
         memcpy(E1[i], &row[0], sizeof E1[i]);
@@ -60,6 +62,7 @@ static bool express_by_carriers(hexload_real_t J[HEXLOAD_LEGS][6], hexload_leg_b
     if (!invert3(E1, blocks->E1_inverse)) {
         return false;
     }
+    HEXLOAD_UNROLL
     for (int i = 0; i < 3; i++) {
         times_rows(J[blocks->leg[3 + i]], blocks->E1_inverse[0], blocks->E1_inverse[1], blocks->E1_inverse[2],
                    blocks->K[i]);
@@ -87,6 +90,7 @@ static bool take_carriers_out(hexload_real_t J[HEXLOAD_LEGS][6], hexload_leg_blo
         const hexload_real_t* row = J[blocks->leg[3 + i]];
         hexload_real_t share[3];
         times_rows(blocks->K[i], blocks->M1[0], blocks->M1[1], blocks->M1[2], share);
+        HEXLOAD_UNROLL
         for (int k = 0; k < 3; k++) {
             S[i][k] = row[3 + k] - share[k];
         }
@@ -112,39 +116,68 @@ void leg_blocks_solve(const hexload_leg_blocks_t* blocks, const hexload_real_t y
     const hexload_real_t y1[3] = {y[leg[0]], y[leg[1]], y[leg[2]]};
     hexload_real_t y2[3];
     hexload_real_t left[3];
+    HEXLOAD_UNROLL
     for (int i = 0; i < 3; i++) {
         y2[i] = y[leg[3 + i]] - dot3(blocks->K[i], y1);
     }
+    HEXLOAD_UNROLL
     for (int i = 0; i < 3; i++) {
         x[3 + i] = dot3(blocks->S_inverse[i], y2);
     }
+    HEXLOAD_UNROLL
     for (int i = 0; i < 3; i++) {
         left[i] = y1[i] - dot3(blocks->M1[i], &x[3]);
     }
+    HEXLOAD_UNROLL
     for (int i = 0; i < 3; i++) {
         x[i] = dot3(blocks->E1_inverse[i], left);
     }
 }
 
-void leg_blocks_rate_gain(const hexload_leg_blocks_t* blocks, hexload_real_t gain[3][HEXLOAD_LEGS]) {
-    for (int i = 0; i < 3; i++) { // S^-1 [-K, E], columns in the order of the legs
-        hexload_real_t share[3];
-        times_rows(blocks->S_inverse[i], blocks->K[0], blocks->K[1], blocks->K[2], share);
-        for (int k = 0; k < 3; k++) {
-            gain[i][blocks->leg[k]] = -share[k];
-            gain[i][blocks->leg[3 + k]] = blocks->S_inverse[i][k];
+void leg_blocks_invert(const hexload_leg_blocks_t* blocks, hexload_real_t columns[HEXLOAD_LEGS][6]) {
+    hexload_real_t share[3][3]; // S^-1 [-K, E] is the lower half, columns in the order of blocks->leg
+    HEXLOAD_UNROLL
+    for (int i = 0; i < 3; i++) {
+        times_rows(blocks->S_inverse[i], blocks->K[0], blocks->K[1], blocks->K[2], share[i]);
+    }
+    for (int n = 0; n < HEXLOAD_LEGS; n++) {
+        hexload_real_t* twist = columns[blocks->leg[n]];
+        hexload_real_t left[3];
+        HEXLOAD_UNROLL
+        for (int i = 0; i < 3; i++) {
+            twist[3 + i] = n < 3 ? -share[i][n] : blocks->S_inverse[i][n - 3];
+        }
+        HEXLOAD_UNROLL
+        for (int i = 0; i < 3; i++) {
+            left[i] = (i == n ? HEXLOAD_REAL(1.0) : HEXLOAD_REAL(0.0)) - dot3(blocks->M1[i], &twist[3]);
+        }
+        HEXLOAD_UNROLL
+        for (int i = 0; i < 3; i++) {
+            twist[i] = dot3(blocks->E1_inverse[i], left);
         }
     }
 }
 
-void leg_blocks_velocity_of_leg(const hexload_leg_blocks_t* blocks, uint32_t leg,
-                                const hexload_real_t omega[3], hexload_real_t v[3]) {
-    hexload_real_t left[3];
+void leg_blocks_rate_noise(const hexload_leg_blocks_t* blocks, hexload_real_t T[3][3],
+                           hexload_real_t noise[3][3]) {
+    hexload_real_t square[3][3]; // omega = S^-1 z with z = y2 - K y1, whose covariance is E + K K^T
     for (int i = 0; i < 3; i++) {
-        const hexload_real_t own = blocks->leg[i] == leg ? HEXLOAD_REAL(1.0) : HEXLOAD_REAL(0.0);
-        left[i] = own - dot3(blocks->M1[i], omega);
+        for (int k = 0; k <= i; k++) {
+            square[i][k] =
+                dot3(blocks->K[i], blocks->K[k]) + (i == k ? HEXLOAD_REAL(1.0) : HEXLOAD_REAL(0.0));
+            square[k][i] = square[i][k];
+        }
+    }
+    hexload_real_t gain[3][3];
+    HEXLOAD_UNROLL
+    for (int i = 0; i < 3; i++) {
+        times_rows(T[i], blocks->S_inverse[0], blocks->S_inverse[1], blocks->S_inverse[2], gain[i]);
     }
     for (int i = 0; i < 3; i++) {
-        v[i] = dot3(blocks->E1_inverse[i], left);
+        hexload_real_t product[3];
+        times_rows(gain[i], square[0], square[1], square[2], product);
+        for (int k = 0; k <= i; k++) {
+            noise[i][k] = dot3(product, gain[k]);
+        }
     }
 }

@@ -29,12 +29,11 @@ static inline void leg_blocks_copy(const hexload_leg_blocks_t* from, hexload_leg
 void leg_blocks_solve(const hexload_leg_blocks_t* blocks, const hexload_real_t y[HEXLOAD_LEGS],
                       hexload_real_t x[6]);
 
-/// Upper half of a column of J^-1, from its lower half: v of the twist at which one leg moves at unit speed
-/// and the others stand.
-void leg_blocks_velocity_of_leg(const hexload_leg_blocks_t* blocks, uint32_t leg,
-                                const hexload_real_t omega[3], hexload_real_t v[3]);
+/// J^-1 by columns: row i is the twist at which leg i moves at unit speed and the others stand.
+void leg_blocks_invert(const hexload_leg_blocks_t* blocks, hexload_real_t columns[HEXLOAD_LEGS][6]);
 
-/// Lower half of J^-1.
-void leg_blocks_rate_gain(const hexload_leg_blocks_t* blocks, hexload_real_t gain[3][HEXLOAD_LEGS]);
+/// Covariance of T omega for leg speeds with independent errors of variance 1; lower triangle.
+void leg_blocks_rate_noise(const hexload_leg_blocks_t* blocks, hexload_real_t T[3][3],
+                           hexload_real_t noise[3][3]);
 
 #endif

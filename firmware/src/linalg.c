@@ -13,6 +13,7 @@ bool invert3(hexload_real_t A[3][3], hexload_real_t inverse[3][3]) {
     }
     const hexload_real_t scale = HEXLOAD_REAL(1.0) / determinant;
     for (int i = 0; i < 3; i++) {
+        HEXLOAD_UNROLL
         for (int k = 0; k < 3; k++) {
             inverse[i][k] = scale * column[k][i];
         }
@@ -20,23 +21,14 @@ bool invert3(hexload_real_t A[3][3], hexload_real_t inverse[3][3]) {
     return true;
 }
 
-bool cholesky3(hexload_real_t A[3][3], hexload_real_t L[3][3]) {
-    for (int i = 0; i < 3; i++) {
-        for (int j = 0; j < i; j++) {
+void cholesky6(hexload_real_t A[6][6]) {
+    for (int i = 0; i < 6; i++) {
+        for (int j = 0; j <= i; j++) {
             hexload_real_t sum = A[i][j];
             for (int k = 0; k < j; k++) {
-                sum -= L[i][k] * L[j][k];
+                sum = hexload_fma(-A[i][k], A[j][k], sum);
             }
-            L[i][j] = sum * L[j][j];
+            A[i][j] = i == j ? HEXLOAD_REAL(1.0) / hexload_sqrt(sum) : sum * A[j][j];
         }
-        hexload_real_t pivot = A[i][i];
-        for (int k = 0; k < i; k++) {
-            pivot -= L[i][k] * L[i][k];
-        }
-        if (!(pivot > HEXLOAD_REAL(0.0))) { // also refuses NaN
-            return false;
-        }
-        L[i][i] = HEXLOAD_REAL(1.0) / hexload_sqrt(pivot);
     }
-    return true;
 }

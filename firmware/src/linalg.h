@@ -9,13 +9,20 @@
 #include <stdbool.h>
 
 static inline hexload_real_t dot3(const hexload_real_t a[3], const hexload_real_t b[3]) {
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+    return hexload_fma(a[2], b[2], hexload_fma(a[1], b[1], a[0] * b[0]));
+}
+
+static inline hexload_real_t dot6(const hexload_real_t a[6], const hexload_real_t b[6]) {
+    return hexload_fma(
+        a[5], b[5],
+        hexload_fma(a[4], b[4],
+                    hexload_fma(a[3], b[3], hexload_fma(a[2], b[2], hexload_fma(a[1], b[1], a[0] * b[0])))));
 }
 
 static inline void cross3(const hexload_real_t a[3], const hexload_real_t b[3], hexload_real_t out[3]) {
-    out[0] = a[1] * b[2] - a[2] * b[1];
-    out[1] = a[2] * b[0] - a[0] * b[2];
-    out[2] = a[0] * b[1] - a[1] * b[0];
+    out[0] = hexload_fma(a[1], b[2], -(a[2] * b[1]));
+    out[1] = hexload_fma(a[2], b[0], -(a[0] * b[2]));
+    out[2] = hexload_fma(a[0], b[1], -(a[1] * b[0]));
 }
 
 /// Inverse of A.
@@ -25,14 +32,68 @@ bool invert3(hexload_real_t A[3][3], hexload_real_t inverse[3][3]);
 
 /// Lower triangle of L with A = L L^T, diagonal inverted; A symmetric, its lower triangle is read.
 /// @return false when A is not positive definite.
-bool cholesky3(hexload_real_t A[3][3], hexload_real_t L[3][3]);
+static inline bool cholesky3(hexload_real_t A[3][3], hexload_real_t L[3][3]) {
+    HEXLOAD_UNROLL
+    for (int i = 0; i < 3; i++) {
+        for (int j = 0; j < i; j++) {
+            hexload_real_t sum = A[i][j];
+            for (int k = 0; k < j; k++) {
+                sum = hexload_fma(-L[i][k], L[j][k], sum);
+            }
+            L[i][j] = sum * L[j][j];
+        }
+        hexload_real_t pivot = A[i][i];
+        for (int k = 0; k < i; k++) {
+            pivot = hexload_fma(-L[i][k], L[i][k], pivot);
+        }
+        if (!(pivot > HEXLOAD_REAL(0.0))) { // also refuses NaN
+            return false;
+        }
+        L[i][i] = HEXLOAD_REAL(1.0) / hexload_sqrt(pivot);
+    }
+    return true;
+}
+
+/// Lower triangle of L with A = L L^T, diagonal inverted, in place; A positive definite, its lower triangle
+/// is read.
+void cholesky6(hexload_real_t A[6][6]);
+
+/// X = L^-1 X for the L of cholesky6() and a matrix X of six rows.
+static inline void whiten6(hexload_real_t L[6][6], hexload_real_t* X, int columns) {
+    for (int column = 0; column < columns; column++) {
+        hexload_real_t x[6];
+        HEXLOAD_UNROLL
+        for (int i = 0; i < 6; i++) {
+            x[i] = X[i * columns + column];
+            HEXLOAD_UNROLL
+            for (int k = 0; k < i; k++) {
+                x[i] = hexload_fma(-L[i][k], x[k], x[i]);
+            }
+            x[i] *= L[i][i];
+            X[i * columns + column] = x[i];
+        }
+    }
+}
+
+/// row -= u^T X for the first `count` of the columns of a matrix X of six rows.
+static inline void take_off6(hexload_real_t* row, const hexload_real_t u[6], const hexload_real_t* X,
+                             int columns, int count) {
+    for (int j = 0; j < count; j++) {
+        hexload_real_t left = row[j];
+        HEXLOAD_UNROLL
+        for (int a = 0; a < 6; a++) {
+            left = hexload_fma(-u[a], X[a * columns + j], left);
+        }
+        row[j] = left;
+    }
+}
 
 /// x = L^-1 b for the L of cholesky3().
 static inline void forward_substitute3(hexload_real_t L[3][3], const hexload_real_t b[3],
                                        hexload_real_t x[3]) {
     x[0] = b[0] * L[0][0];
-    x[1] = (b[1] - L[1][0] * x[0]) * L[1][1];
-    x[2] = (b[2] - L[2][0] * x[0] - L[2][1] * x[1]) * L[2][2];
+    x[1] = hexload_fma(-L[1][0], x[0], b[1]) * L[1][1];
+    x[2] = hexload_fma(-L[2][1], x[1], hexload_fma(-L[2][0], x[0], b[2])) * L[2][2];
 }
 
 #endif

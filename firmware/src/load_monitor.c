@@ -1,6 +1,5 @@
 #include "hexload/load_monitor.h"
 
-#include "leg_blocks.h"
 #include "linalg.h"
 #include "momentum_model.h"
 
@@ -36,7 +35,7 @@ static void seed(hexload_load_monitor_t* self, const hexload_sensors_t* sensors,
     for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
         variance[leg] = sigma_m_s * sigma_m_s;
     }
-    momentum_add_noise(columns, variance, self->covariance, 0);
+    momentum_add_noise(columns, variance, self->covariance);
 }
 
 /// A force that jumps between two ticks is not a trapezoid: its second difference, beyond three sigma of
@@ -66,81 +65,54 @@ static void predict(hexload_load_monitor_t* self, const hexload_config_t* config
         momentum_of_push(motion, leg, columns[leg]);
         variance[leg] = dt_s * dt_s * force_variance(self, sensors->force_sigma_n, leg, sample);
     }
-    momentum_add_noise(columns, variance, self->covariance, 0);
-}
-
-/// One leg's speed. Returns the normalised innovation squared.
-static hexload_real_t update(hexload_load_monitor_t* self, const hexload_real_t H[6],
-                             hexload_real_t velocity_m_s, hexload_real_t variance) {
-    hexload_real_t* P = self->covariance;
-    hexload_real_t PH[6] = {0};
-    hexload_real_t S = variance;
-    hexload_real_t innovation = velocity_m_s;
-    for (int i = 0; i < 6; i++) {
-        for (int j = 0; j < 6; j++) {
-            PH[i] += P[j <= i ? ROW(i) + j : ROW(j) + i] * H[j];
-        }
-        S += H[i] * PH[i];
-        innovation -= H[i] * self->momentum[i];
-    }
-    const hexload_real_t inverse_S = HEXLOAD_REAL(1.0) / S;
-    for (int i = 0; i < 6; i++) {
-        const hexload_real_t gain = inverse_S * PH[i];
-        self->momentum[i] += gain * innovation;
-        for (int j = 0; j <= i; j++) {
-            P[ROW(i) + j] -= gain * PH[j];
-        }
-    }
-    return innovation * innovation * inverse_S;
-}
-
-/// Acceleration less gravity that the legs' forces give the body.
-static void specific_force(const momentum_row_t rows[HEXLOAD_LEGS], const hexload_motion_t* motion,
-                           const hexload_leg_sample_t* sample, const hexload_leg_blocks_t* jacobian,
-                           hexload_real_t acceleration[6]) {
-    hexload_real_t wrench[6] = {0};
-    hexload_real_t of_leg[HEXLOAD_LEGS];
-    for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
-        for (int k = 0; k < 6; k++) {
-            wrench[k] += sample->force_n[leg] * motion->J[leg][k];
-        }
-    }
-    for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
-        of_leg[leg] = dot3(rows[leg].at_origin, &wrench[0]) + dot3(rows[leg].angular, &wrench[3]);
-    }
-    leg_blocks_solve(jacobian, of_leg, acceleration);
+    momentum_add_noise(columns, variance, self->covariance);
 }
 
 /// What the parameters' errors do to mu with these forces. They last, so over the memory they add up; noise
 /// of this strength adds up to the same variance.
 static void add_unknown(hexload_load_monitor_t* self, const hexload_momentum_filter_t* filter,
-                        const hexload_leg_sample_t* sample, const hexload_motion_t* motion,
-                        const hexload_leg_blocks_t* jacobian, const momentum_row_t rows[HEXLOAD_LEGS],
+                        const hexload_motion_t* motion, const hexload_real_t acceleration[6],
                         hexload_real_t dt_s) {
-    hexload_real_t acceleration[6];
     hexload_real_t Y[6][DIM];
     hexload_real_t spread[6][6];
-    specific_force(rows, motion, sample, jacobian, acceleration);
     momentum_regressor(motion, acceleration, Y);
     momentum_spread(filter, Y, spread);
     for (int a = 0; a < 6; a++) {
         for (int b = 0; b <= a; b++) {
-            self->covariance[ROW(a) + b] += MEMORY_S * dt_s * spread[a][b];
+            self->covariance[a][b] = hexload_fma(MEMORY_S * dt_s, spread[a][b], self->covariance[a][b]);
         }
     }
 }
 
+/// The momentum of the measured twist. Returns the normalised innovation squared.
 static hexload_real_t correct(hexload_load_monitor_t* self, const hexload_sensors_t* sensors,
-                              const hexload_leg_sample_t* sample, const momentum_row_t rows[HEXLOAD_LEGS]) {
-    const hexload_real_t sigma_m_s = sensors->velocity_sigma_m_s;
-    hexload_real_t nis = HEXLOAD_REAL(0.0);
-    for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
-        hexload_real_t H[6];
-        memcpy(&H[0], rows[leg].linear, sizeof rows[leg].linear);
-        memcpy(&H[3], rows[leg].angular, sizeof rows[leg].angular);
-        nis += update(self, H, sample->velocity_m_s[leg], sigma_m_s * sigma_m_s);
+                              const hexload_real_t body[DIM], const hexload_motion_t* motion,
+                              const hexload_leg_blocks_t* jacobian) {
+    hexload_real_t columns[HEXLOAD_LEGS][6];
+    hexload_real_t variance[HEXLOAD_LEGS];
+    hexload_real_t S[6][6];
+    hexload_real_t U[6][6]; // S^-1/2 P
+    hexload_real_t innovation[6];
+    momentum_of_leg_speeds(body, motion, jacobian, columns);
+    momentum_of_body(body, motion, motion->twist, innovation);
+    memcpy(S, self->covariance, sizeof S);
+    for (int i = 0; i < 6; i++) {
+        variance[i] = sensors->velocity_sigma_m_s * sensors->velocity_sigma_m_s;
+        innovation[i] -= self->momentum[i];
+        for (int j = 0; j < 6; j++) {
+            U[i][j] = self->covariance[j <= i ? i : j][j <= i ? j : i];
+        }
     }
-    return nis;
+    momentum_add_noise(columns, variance, S);
+    cholesky6(S);
+    whiten6(S, &U[0][0], 6);
+    whiten6(S, innovation, 1);
+    for (int i = 0; i < 6; i++) {
+        const hexload_real_t u[6] = {U[0][i], U[1][i], U[2][i], U[3][i], U[4][i], U[5][i]};
+        self->momentum[i] += dot6(u, innovation);
+        take_off6(self->covariance[i], u, &U[0][0], 6, i + 1);
+    }
+    return dot6(innovation, innovation);
 }
 
 static void remember(hexload_load_monitor_t* self, const hexload_leg_sample_t* sample,
@@ -173,22 +145,22 @@ bool hexload_load_monitor_step(hexload_load_monitor_t* self, const hexload_confi
                                const hexload_leg_blocks_t* jacobian, uint32_t gap_ticks) {
     hexload_real_t body[DIM];
     hexload_momentum_input_t input;
-    momentum_row_t rows[HEXLOAD_LEGS];
+    hexload_real_t acceleration[6];
     momentum_read_input(motion, sample->force_n, &input);
     follow_filter(self, filter, motion, body);
-    if (!momentum_rows(body, motion, rows)) { // nothing can be told yet
+    if (!momentum_acceleration(body, motion, input.wrench, acceleration)) { // nothing can be told yet
         hexload_load_monitor_init(self);
         return false;
     }
-    if (self->ticks == 0 || gap_ticks > config->momentum.longest_gap_ticks) {
+    if (self->ticks == 0 || gap_ticks > HEXLOAD_LONGEST_STEP_TICKS) {
         hexload_load_monitor_init(self);
         memcpy(self->theta, filter->theta, sizeof self->theta);
         seed(self, sensors, body, motion, jacobian);
     } else {
         const hexload_real_t dt_s = config->tick_s * (hexload_real_t)gap_ticks;
         predict(self, config, sensors, body, sample, motion, &input, dt_s);
-        add_unknown(self, filter, sample, motion, jacobian, rows, dt_s);
-        const hexload_real_t nis = correct(self, sensors, sample, rows);
+        add_unknown(self, filter, motion, acceleration, dt_s);
+        const hexload_real_t nis = correct(self, sensors, body, motion, jacobian);
         self->nis = hexload_min(nis, LARGEST_NIS);
         self->nis_mean += config->tick_s / MEMORY_S * (self->nis - self->nis_mean);
     }

@@ -68,7 +68,9 @@ static void filter_past(hexload_momentum_t* self, const hexload_config_t* config
         past.gap_ticks = 0;
         self->is_changing = false;
     }
-    past.gap_ticks = self->is_interrupted ? 0 : past.gap_ticks;
+    if (self->is_interrupted || past.gap_ticks > HEXLOAD_LONGEST_STEP_TICKS) {
+        past.gap_ticks = 0;
+    }
     self->is_interrupted = false;
     hexload_momentum_filter_step(&self->filter, config, sensors, &self->smoother.constants, &past, &motion,
                                  &self->past_kinematics.jacobian);

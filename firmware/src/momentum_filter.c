@@ -9,7 +9,7 @@
 #define IDEAL_NIS HEXLOAD_REAL(6.0)
 #define CHI_SQUARE_6_95 HEXLOAD_REAL(12.59)
 
-enum { STATES = HEXLOAD_MOMENTUM_STATES, DIM = HEXLOAD_LOAD_DIM };
+enum { DIM = HEXLOAD_LOAD_DIM };
 
 static void read_prior(const hexload_config_t* config, hexload_real_t value[DIM], hexload_real_t sigma[DIM]) {
     const hexload_momentum_config_t* momentum = &config->momentum;
@@ -35,7 +35,7 @@ void hexload_momentum_filter_init(hexload_momentum_filter_t* self, const hexload
     }
     read_prior(config, self->theta, sigma);
     for (int k = 0; k < DIM; k++) {
-        self->covariance[ROW(k) + k] = sigma[k] * sigma[k];
+        self->load_cov[k][k] = sigma[k] * sigma[k];
     }
 }
 
@@ -52,39 +52,41 @@ static void make_cautious(const hexload_momentum_filter_t* self, hexload_real_t 
     add_platform(self, body);
     body[HEXLOAD_LOAD_M] = self->platform[HEXLOAD_LOAD_M] +
                            hexload_max(self->theta[HEXLOAD_LOAD_M], HEXLOAD_REAL(0.0)) +
-                           hexload_sqrt(self->covariance[0]);
+                           hexload_sqrt(self->load_cov[HEXLOAD_LOAD_M][HEXLOAD_LOAD_M]);
     for (int k = HEXLOAD_LOAD_IXX; k <= HEXLOAD_LOAD_IZZ; k++) {
         body[k] = self->platform[k] + hexload_max(self->theta[k], HEXLOAD_REAL(0.0)) +
-                  hexload_sqrt(self->covariance[ROW(k) + k]);
+                  hexload_sqrt(self->load_cov[k][k]);
     }
 }
 
 /// P_mt and P_mm for mu+ = mu + Gbar theta. With C the mean of P_mt before and after,
 /// P_mm grows by Gbar C^T + C Gbar^T.
-static void move_covariance(hexload_real_t* P, hexload_real_t G[PULLED][LIFTED]) {
+static void move_covariance(hexload_momentum_filter_t* self, hexload_real_t G[PULLED][LIFTED]) {
     hexload_real_t mean[6][LIFTED];
     for (int b = 0; b < 6; b++) {
-        memcpy(mean[b], &P[ROW(DIM + b)], sizeof mean[b]);
+        memcpy(mean[b], self->cross_cov[b], sizeof mean[b]);
     }
     for (int a = 0; a < PULLED; a++) {
-        hexload_real_t* P_mt = &P[ROW(DIM + FIRST_PULLED + a)];
+        hexload_real_t* row = self->cross_cov[FIRST_PULLED + a];
         for (int k = 0; k < LIFTED; k++) {
             for (int j = 0; j < DIM; j++) {
-                P_mt[j] += G[a][k] * (j <= k ? P[ROW(k) + j] : P[ROW(j) + k]);
+                row[j] = hexload_fma(G[a][k], self->load_cov[k][j], row[j]);
             }
         }
+        HEXLOAD_UNROLL
         for (int k = 0; k < LIFTED; k++) {
-            mean[FIRST_PULLED + a][k] = HEXLOAD_REAL(0.5) * (mean[FIRST_PULLED + a][k] + P_mt[k]);
+            mean[FIRST_PULLED + a][k] = HEXLOAD_REAL(0.5) * (mean[FIRST_PULLED + a][k] + row[k]);
         }
     }
     for (int a = 0; a < PULLED; a++) {
         const int row = FIRST_PULLED + a;
         for (int b = 0; b < 6; b++) {
             hexload_real_t sum = HEXLOAD_REAL(0.0);
+            HEXLOAD_UNROLL
             for (int k = 0; k < LIFTED; k++) {
-                sum += G[a][k] * mean[b][k];
+                sum = hexload_fma(G[a][k], mean[b][k], sum);
             }
-            P[b <= row ? ROW(DIM + row) + DIM + b : ROW(DIM + b) + DIM + row] +=
+            self->momentum_cov[b <= row ? row : b][b <= row ? b : row] +=
                 b == row ? HEXLOAD_REAL(2.0) * sum : sum;
         }
     }
@@ -103,12 +105,12 @@ static void predict(hexload_momentum_filter_t* self, const hexload_config_t* con
     momentum_pull(&self->last_input, input, dt_s * config->gravity_m_s2, G);
     add_platform(self, body);
     momentum_move(self->momentum, &self->last_input, input, dt_s, G, body);
-    move_covariance(self->covariance, G);
+    move_covariance(self, G);
     for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
         momentum_of_push(motion, leg, columns[leg]);
         variance[leg] = impulse_sigma_n_s * impulse_sigma_n_s;
     }
-    momentum_add_noise(columns, variance, &self->covariance[ROW(DIM)], DIM);
+    momentum_add_noise(columns, variance, self->momentum_cov);
 }
 
 /// What the smoother leaves of the measured speeds.
@@ -131,31 +133,19 @@ static void find_residue(const hexload_smooth_sample_t* sample, const hexload_mo
 static void seed_momentum(hexload_momentum_filter_t* self, const hexload_sensors_t* sensors,
                           const hexload_motion_t* motion, const hexload_leg_blocks_t* jacobian,
                           const residue_t* residue) {
-    hexload_real_t* P = self->covariance;
     hexload_real_t body[DIM];
-    hexload_real_t Y[DIM][6];
+    hexload_real_t Y[6][DIM];
     hexload_real_t variance[HEXLOAD_LEGS];
     hexload_real_t columns[HEXLOAD_LEGS][6];
     add_platform(self, body);
     momentum_of_body(body, motion, residue->smooth_twist, self->momentum);
-    for (int k = 0; k < DIM; k++) {
-        hexload_real_t unit[DIM] = {0};
-        unit[k] = HEXLOAD_REAL(1.0);
-        momentum_of_body(unit, motion, residue->smooth_twist, Y[k]);
-    }
+    momentum_regressor(motion, residue->smooth_twist, Y);
     for (int a = 0; a < 6; a++) {
-        hexload_real_t* P_mt = &P[ROW(DIM + a)];
         for (int j = 0; j < DIM; j++) {
-            P_mt[j] = HEXLOAD_REAL(0.0);
-            for (int k = 0; k < DIM; k++) {
-                P_mt[j] += Y[k][a] * (j <= k ? P[ROW(k) + j] : P[ROW(j) + k]);
-            }
+            self->cross_cov[a][j] = momentum_times_row(Y[a], self->load_cov[j], a < 3);
         }
         for (int b = 0; b <= a; b++) {
-            P_mt[DIM + b] = HEXLOAD_REAL(0.0);
-            for (int k = 0; k < DIM; k++) {
-                P_mt[DIM + b] += P_mt[k] * Y[k][b];
-            }
+            self->momentum_cov[a][b] = momentum_times_row(Y[b], self->cross_cov[a], b < 3);
         }
     }
     make_cautious(self, body);
@@ -165,7 +155,7 @@ static void seed_momentum(hexload_momentum_filter_t* self, const hexload_sensors
         const hexload_real_t left_m_s = residue->velocity_m_s[leg];
         variance[leg] = sigma_m_s * sigma_m_s + HEXLOAD_REAL(4.0) * left_m_s * left_m_s;
     }
-    momentum_add_noise(columns, variance, &P[ROW(DIM)], DIM);
+    momentum_add_noise(columns, variance, self->momentum_cov);
 }
 
 /// How many ticks a residue beyond the noise stays the same: a shock is smeared over half the lag.
@@ -188,6 +178,12 @@ typedef struct measurement {
     hexload_real_t S[6][6]; ///< R first; lower triangle
 } measurement_t;
 
+/// -H P by its blocks.
+typedef struct projection {
+    hexload_real_t load[6][DIM];
+    hexload_real_t momentum[6][6];
+} projection_t;
+
 /// Noise of e: that of the leg speeds by the cautious body, and the parameters' errors on the part of the
 /// twist that the smoother leaves out.
 static void measurement_noise(const hexload_momentum_filter_t* self, const hexload_sensors_t* sensors,
@@ -205,10 +201,11 @@ static void measurement_noise(const hexload_momentum_filter_t* self, const hexlo
     for (int a = 0; a < 6; a++) {
         for (int b = 0; b <= a; b++) {
             hexload_real_t sum = HEXLOAD_REAL(0.0);
+            HEXLOAD_UNROLL
             for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
-                sum += columns[leg][a] * columns[leg][b];
+                sum = hexload_fma(columns[leg][a], columns[leg][b], sum);
             }
-            R[a][b] = sigma_m_s * sigma_m_s * sum + noise_ticks * spread[a][b];
+            R[a][b] = hexload_fma(sigma_m_s * sigma_m_s, sum, noise_ticks * spread[a][b]);
         }
     }
 }
@@ -225,76 +222,55 @@ static void measure(const hexload_momentum_filter_t* self, const hexload_motion_
 }
 
 /// -H P = [E, -Y] P, and S = H P H^T + R.
-static void project_covariance(const hexload_real_t* P, measurement_t* measured,
-                               hexload_real_t HP[6][STATES]) {
-    for (int state = 0; state < STATES; state++) {
-        hexload_real_t column[STATES];
-        for (int j = 0; j < STATES; j++) {
-            column[j] = P[j <= state ? ROW(state) + j : ROW(j) + state];
-        }
-        for (int a = 0; a < 6; a++) {
-            HP[a][state] = column[DIM + a] - momentum_times_row(measured->Y[a], column, a < 3);
-        }
-    }
+static void project_covariance(const hexload_momentum_filter_t* self, measurement_t* measured,
+                               projection_t* U) {
     for (int a = 0; a < 6; a++) {
+        const hexload_real_t* Y = measured->Y[a];
+        for (int j = 0; j < DIM; j++) {
+            U->load[a][j] = self->cross_cov[a][j] - momentum_times_row(Y, self->load_cov[j], a < 3);
+        }
+        for (int b = 0; b < 6; b++) {
+            U->momentum[a][b] = self->momentum_cov[b <= a ? a : b][b <= a ? b : a] -
+                                momentum_times_row(Y, self->cross_cov[b], a < 3);
+        }
         for (int b = 0; b <= a; b++) {
-            measured->S[a][b] += HP[a][DIM + b] - momentum_times_row(measured->Y[b], HP[a], b < 3);
+            measured->S[a][b] += U->momentum[a][b] - momentum_times_row(measured->Y[b], U->load[a], b < 3);
         }
     }
 }
 
-/// S = L L^T in place, diagonal inverted. S is R and more, so it is positive definite.
-static void factor(hexload_real_t S[6][6]) {
-    for (int i = 0; i < 6; i++) {
-        for (int j = 0; j <= i; j++) {
-            hexload_real_t sum = S[i][j];
-            for (int k = 0; k < j; k++) {
-                sum -= S[i][k] * S[j][k];
-            }
-            S[i][j] = i == j ? HEXLOAD_REAL(1.0) / hexload_sqrt(sum) : sum * S[j][j];
-        }
-    }
-}
-
-/// Rows of x become those of L^-1 x.
-static void whiten(hexload_real_t L[6][6], hexload_real_t HP[6][STATES], hexload_real_t innovation[6]) {
-    for (int i = 0; i < 6; i++) {
-        for (int k = 0; k < i; k++) {
-            for (int state = 0; state < STATES; state++) {
-                HP[i][state] -= L[i][k] * HP[k][state];
-            }
-            innovation[i] -= L[i][k] * innovation[k];
-        }
-        for (int state = 0; state < STATES; state++) {
-            HP[i][state] *= L[i][i];
-        }
-        innovation[i] *= L[i][i];
+/// Column i of a matrix of six rows.
+static void read_column(const hexload_real_t* matrix, int columns, int i, hexload_real_t column[6]) {
+    HEXLOAD_UNROLL
+    for (int a = 0; a < 6; a++) {
+        column[a] = matrix[a * columns + i];
     }
 }
 
 /// x += (H P)^T S^-1 e, P -= (H P)^T S^-1 H P, both by their whitened halves.
 static void correct(hexload_momentum_filter_t* self, measurement_t* measured) {
-    hexload_real_t* P = self->covariance;
-    hexload_real_t U[6][STATES];
-    project_covariance(P, measured, U);
-    factor(measured->S);
-    whiten(measured->S, U, measured->innovation);
+    projection_t U;
+    hexload_real_t u[6];
     const hexload_real_t* e = measured->innovation;
-    self->nis = e[0] * e[0] + e[1] * e[1] + e[2] * e[2] + e[3] * e[3] + e[4] * e[4] + e[5] * e[5];
-    for (int i = 0; i < STATES; i++) {
-        const hexload_real_t u[6] = {U[0][i], U[1][i], U[2][i], U[3][i], U[4][i], U[5][i]};
-        const hexload_real_t correction =
-            u[0] * e[0] + u[1] * e[1] + u[2] * e[2] + u[3] * e[3] + u[4] * e[4] + u[5] * e[5];
-        hexload_real_t* row = &P[ROW(i)];
-        for (int j = 0; j <= i; j++) {
-            row[j] -= u[0] * U[0][j] + u[1] * U[1][j] + u[2] * U[2][j] + u[3] * U[3][j] + u[4] * U[4][j] +
-                      u[5] * U[5][j];
+    project_covariance(self, measured, &U);
+    cholesky6(measured->S);
+    whiten6(measured->S, &U.load[0][0], DIM);
+    whiten6(measured->S, &U.momentum[0][0], 6);
+    whiten6(measured->S, measured->innovation, 1);
+    self->nis = dot6(e, e);
+    for (int i = 0; i < DIM; i++) {
+        read_column(&U.load[0][0], DIM, i, u);
+        self->theta[i] += dot6(u, e);
+        take_off6(self->load_cov[i], u, &U.load[0][0], DIM, i + 1);
+        for (int j = 0; j < i; j++) {
+            self->load_cov[j][i] = self->load_cov[i][j];
         }
-        if (i < DIM) {
-            self->theta[i] += correction;
-        } else {
-            self->momentum[i - DIM] += correction;
-        }
+    }
+    for (int i = 0; i < 6; i++) {
+        read_column(&U.momentum[0][0], 6, i, u);
+        self->momentum[i] += dot6(u, e);
+        take_off6(self->cross_cov[i], u, &U.load[0][0], DIM, DIM);
+        take_off6(self->momentum_cov[i], u, &U.momentum[0][0], 6, i + 1);
     }
 }
 
@@ -326,19 +302,19 @@ void hexload_momentum_filter_forget(hexload_momentum_filter_t* self, const hexlo
     hexload_real_t value[DIM];
     hexload_real_t sigma[DIM];
     read_prior(config, value, sigma);
-    memset(self->covariance, 0, sizeof self->covariance);
+    memset(self->load_cov, 0, sizeof self->load_cov);
     for (int k = 0; k < DIM; k++) {
-        self->covariance[ROW(k) + k] = sigma[k] * sigma[k];
+        self->load_cov[k][k] = sigma[k] * sigma[k];
     }
 }
 
 bool hexload_momentum_filter_is_finite(const hexload_momentum_filter_t* self) {
     hexload_real_t sum = HEXLOAD_REAL(0.0); // a variance below zero becomes NaN here
     for (int k = 0; k < DIM; k++) {
-        sum += self->theta[k] + hexload_sqrt(self->covariance[ROW(k) + k]);
+        sum += self->theta[k] + hexload_sqrt(self->load_cov[k][k]);
     }
     for (int k = 0; k < 6; k++) {
-        sum += self->momentum[k] + hexload_sqrt(self->covariance[ROW(DIM + k) + DIM + k]);
+        sum += self->momentum[k] + hexload_sqrt(self->momentum_cov[k][k]);
     }
     return isfinite(sum);
 }
@@ -347,6 +323,6 @@ void hexload_momentum_filter_read(const hexload_momentum_filter_t* self, hexload
                                   hexload_real_t sigma[DIM]) {
     for (int k = 0; k < DIM; k++) {
         value[k] = self->theta[k];
-        sigma[k] = hexload_sqrt(self->covariance[ROW(k) + k]);
+        sigma[k] = hexload_sqrt(self->load_cov[k][k]);
     }
 }

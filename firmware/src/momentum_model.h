@@ -6,8 +6,7 @@
 
 #include "hexload/momentum_filter.h"
 
-/// Where row i of a lower triangle begins that is stored by rows.
-#define ROW(i) ((i) * ((i) + 1) / 2)
+#include "linalg.h"
 
 /// [P; H] of a body that moves with a twist: Y(p, R, V) theta.
 void momentum_of_body(const hexload_real_t theta[HEXLOAD_LOAD_DIM], const hexload_motion_t* motion,
@@ -20,11 +19,9 @@ void momentum_regressor(const hexload_motion_t* motion, const hexload_real_t twi
 /// Row of Y times ten numbers; of the linear momentum's rows only m and h count.
 static inline hexload_real_t momentum_times_row(const hexload_real_t Y[HEXLOAD_LOAD_DIM],
                                                 const hexload_real_t x[HEXLOAD_LOAD_DIM], bool is_linear) {
-    hexload_real_t sum = Y[0] * x[0] + Y[1] * x[1] + Y[2] * x[2] + Y[3] * x[3];
-    if (!is_linear) {
-        sum += Y[4] * x[4] + Y[5] * x[5] + Y[6] * x[6] + Y[7] * x[7] + Y[8] * x[8] + Y[9] * x[9];
-    }
-    return sum;
+    const hexload_real_t sum =
+        hexload_fma(Y[3], x[3], hexload_fma(Y[2], x[2], hexload_fma(Y[1], x[1], Y[0] * x[0])));
+    return is_linear ? sum : sum + dot6(&Y[HEXLOAD_LOAD_IXX], &x[HEXLOAD_LOAD_IXX]);
 }
 
 /// Y P_tt Y^T, lower triangle: how uncertain the parameters leave what Y makes of them.
@@ -54,22 +51,15 @@ void momentum_of_push(const hexload_motion_t* motion, int leg, hexload_real_t mo
 void momentum_of_leg_speeds(const hexload_real_t theta[HEXLOAD_LOAD_DIM], const hexload_motion_t* motion,
                             const hexload_leg_blocks_t* jacobian, hexload_real_t columns[HEXLOAD_LEGS][6]);
 
-/// Adds the sum of variance x x^T over the columns x to P_mm.
-/// @param covariance where row 0 of mu begins in a lower triangle that is stored by rows.
-/// @param skipped entries of other states at the start of each row.
+/// Adds the sum of variance x x^T over the columns x to a covariance of mu, lower triangle.
 void momentum_add_noise(hexload_real_t columns[HEXLOAD_LEGS][6], const hexload_real_t variance[HEXLOAD_LEGS],
-                        hexload_real_t* covariance, int skipped);
+                        hexload_real_t covariance[6][6]);
 
-/// A row T of J M^-1: how much a leg's speed grows with momentum. M is the mass matrix of a body, so
-/// mu = M V; c its centre of mass seen from O_A.
-typedef struct momentum_row {
-    hexload_real_t linear[3];    ///< by P
-    hexload_real_t angular[3];   ///< by H
-    hexload_real_t at_origin[3]; ///< by P when H is taken about O_A
-} momentum_row_t;
-
+/// Acceleration less gravity that a wrench gives a body at rest, [linear; angular] of O_A: M^-1 times the
+/// wrench.
+/// @param wrench about the fixed home point of O_A.
 /// @return false when theta is no body: its central inertia is not positive definite.
-bool momentum_rows(const hexload_real_t theta[HEXLOAD_LOAD_DIM], const hexload_motion_t* motion,
-                   momentum_row_t rows[HEXLOAD_LEGS]);
+bool momentum_acceleration(const hexload_real_t theta[HEXLOAD_LOAD_DIM], const hexload_motion_t* motion,
+                           const hexload_real_t wrench[6], hexload_real_t acceleration[6]);
 
 #endif

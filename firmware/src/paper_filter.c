@@ -1,5 +1,6 @@
 #include "hexload/paper_filter.h"
 
+#include "leg_blocks.h"
 #include "linalg.h"
 #include "paper_model.h"
 
@@ -40,10 +41,16 @@ void hexload_paper_filter_init(hexload_paper_filter_t* self, const hexload_confi
     }
 }
 
-/// Product of row i of N with row j of a matrix of three rows and a column for each parameter.
-static hexload_real_t times_row(const hexload_paper_model_t* model, int i,
-                                const hexload_real_t row[HEXLOAD_PAPER_DIM]) {
-    return model->by_dz[i] * row[HEXLOAD_PAPER_DZ] + model->by_inertia[i] * row[HEXLOAD_PAPER_IXX + i];
+/// Row i of N times two entries of a vector of the parameters, the only ones that count, added to sum.
+static inline hexload_real_t add_row(const hexload_paper_model_t* model, int i, hexload_real_t dz,
+                                     hexload_real_t own_inertia, hexload_real_t sum) {
+    const hexload_real_t by_inertia = hexload_fma(model->by_inertia[i], own_inertia, sum);
+    return i < 2 ? hexload_fma(model->by_dz[i], dz, by_inertia) : by_inertia;
+}
+
+/// Entry of a symmetric matrix whose lower triangle is stored.
+static inline hexload_real_t param_cov(const hexload_paper_filter_t* self, int i, int j) {
+    return i >= j ? self->param_cov[i][j] : self->param_cov[j][i];
 }
 
 static void add_jacobian_noise(hexload_jacobian_noise_t* sum, const hexload_jacobian_noise_t* part) {
@@ -58,57 +65,50 @@ static void add_jacobian_noise(hexload_jacobian_noise_t* sum, const hexload_jaco
 
 /// (32): x = f(x), P = J P J^T + Q with J = [E, N; 0, E] and five non-zero entries in N.
 static void predict(hexload_paper_filter_t* self, const hexload_paper_model_t* model) {
+    HEXLOAD_UNROLL
     for (int i = 0; i < 3; i++) {
         self->rate_rad_s[i] += model->rate_step_rad_s[i];
-        for (int j = 0; j <= i; j++) {
-            self->rate_cov[i][j] +=
-                model->noise[i][j] + times_row(model, i, self->cross_cov[j]); // Q + N P_tw
+        HEXLOAD_UNROLL
+        for (int j = 0; j <= i; j++) { // Q + N P_tw
+            const hexload_real_t* row = self->cross_cov[j];
+            self->rate_cov[i][j] = add_row(model, i, row[HEXLOAD_PAPER_DZ], row[HEXLOAD_PAPER_IXX + i],
+                                           self->rate_cov[i][j] + model->noise[i][j]);
         }
     }
-    add_jacobian_noise(&self->jacobian_noise, &model->jacobian_noise);
+    HEXLOAD_UNROLL
     for (int i = 0; i < 3; i++) {
-        const hexload_real_t cautious_D = model->cautious_inertia_kg_m2[i];
-        self->noise_lever_kg_m2[i] = cautious_D * cautious_D / model->inertia_kg_m2[i];
-    }
-    for (int i = 0; i < 3; i++) {
-        for (int k = 0; k < HEXLOAD_PAPER_DIM; k++) {
-            self->cross_cov[i][k] += times_row(model, i, self->param_cov[k]); // P_wt += N P_tt
+        hexload_real_t* row = self->cross_cov[i];
+        HEXLOAD_UNROLL
+        for (int k = 0; k < HEXLOAD_PAPER_DIM; k++) { // P_wt += N P_tt
+            row[k] = add_row(model, i, param_cov(self, k, HEXLOAD_PAPER_DZ),
+                             param_cov(self, k, HEXLOAD_PAPER_IXX + i), row[k]);
         }
-        for (int j = 0; j <= i; j++) {
-            self->rate_cov[i][j] += times_row(model, j, self->cross_cov[i]); // + P_wt(new) N^T
-            self->rate_cov[j][i] = self->rate_cov[i][j];
+        HEXLOAD_UNROLL
+        for (int j = 0; j <= i; j++) { // + P_wt(new) N^T
+            self->rate_cov[i][j] =
+                add_row(model, j, row[HEXLOAD_PAPER_DZ], row[HEXLOAD_PAPER_IXX + j], self->rate_cov[i][j]);
         }
     }
 }
 
 /// Omega (29), platform axes, from the leg velocities, and its noise.
 static void measure_rate(const hexload_config_t* config, const hexload_motion_t* motion,
-                         hexload_real_t rate_rad_s[3], hexload_real_t noise[3][3]) {
-    const hexload_real_t variance = config->sensors.velocity_sigma_m_s * config->sensors.velocity_sigma_m_s;
-    hexload_motion_to_platform(motion, &motion->twist[3], rate_rad_s);
-    memset(noise, 0, 3 * sizeof noise[0]);
-    for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
-        const hexload_real_t base_axes[3] = {motion->rate_gain[0][leg], motion->rate_gain[1][leg],
-                                             motion->rate_gain[2][leg]};
-        hexload_real_t gain[3];
-        hexload_motion_to_platform(motion, base_axes, gain);
-        for (int i = 0; i < 3; i++) {
-            for (int j = 0; j <= i; j++) {
-                noise[i][j] += gain[i] * gain[j];
-            }
-        }
-    }
+                         const hexload_leg_blocks_t* jacobian, hexload_real_t rate_rad_s[3],
+                         hexload_real_t noise[3][3]) {
+    const hexload_real_t sigma_m_s = config->sensors.velocity_sigma_m_s;
+    hexload_real_t to_platform[3][3]; // for legs with errors of sigma_m_s
     for (int i = 0; i < 3; i++) {
-        for (int j = 0; j <= i; j++) {
-            noise[i][j] *= variance;
-            noise[j][i] = noise[i][j];
+        for (int k = 0; k < 3; k++) {
+            to_platform[i][k] = sigma_m_s * motion->R[k][i];
         }
     }
+    hexload_motion_to_platform(motion, &motion->twist[3], rate_rad_s);
+    leg_blocks_rate_noise(jacobian, to_platform, noise);
 }
 
 /// Value held within -most..most; sets the health bit when that changes it.
-static hexload_real_t bound_noise(hexload_real_t value, hexload_real_t most, uint32_t* health) {
-    if (value <= most && value >= -most) {
+static inline hexload_real_t bound_noise(hexload_real_t value, hexload_real_t most, uint32_t* health) {
+    if (hexload_abs(value) <= most) {
         return value;
     }
     hexload_health_set(health, HEXLOAD_HEALTH_NOISE_BOUNDED);
@@ -119,61 +119,80 @@ static hexload_real_t bound_noise(hexload_real_t value, hexload_real_t most, uin
 /// innovation: its variance there looks like motion and shrinks P, its product with itself moves the inertias
 /// (D15). A spike counts as noise of its size; it can at most double a variance
 /// and move dz by one sigma.
-static void remove_noise_effects(hexload_paper_filter_t* self, hexload_real_t S[3][3],
-                                 const hexload_real_t prior_variance[3], uint32_t* health) {
+static void remove_noise_effects(hexload_paper_filter_t* self, const hexload_real_t lever_kg_m2[3],
+                                 hexload_real_t S[3][3], const hexload_real_t prior_variance[3],
+                                 uint32_t* health) {
     const hexload_real_t one = HEXLOAD_REAL(1.0);
     hexload_jacobian_noise_t* noise = &self->jacobian_noise;
     hexload_real_t* dz_variance = &self->param_cov[HEXLOAD_PAPER_DZ][HEXLOAD_PAPER_DZ];
+    HEXLOAD_UNROLL
     for (int i = 0; i < 3; i++) {
         const int own = HEXLOAD_PAPER_IXX + i;
         hexload_real_t* variance = &self->param_cov[own][own];
         const hexload_real_t kept = self->rate_cov[i][i] / prior_variance[i]; // 1 - K
+        const hexload_real_t kept_variance = kept * kept;
         const hexload_real_t false_share = bound_noise(*variance * noise->inertia[i] / S[i][i], one, health);
-        self->param[own] -= self->noise_lever_kg_m2[i] * false_share;
-        *variance += *variance * false_share;
-        noise->inertia[i] *= kept * kept;
+        self->param[own] = hexload_fma(-lever_kg_m2[i], false_share, self->param[own]);
+        *variance = hexload_fma(*variance, false_share, *variance);
+        noise->inertia[i] *= kept_variance;
         if (i < 2) {
-            const hexload_real_t dz_move =
-                *dz_variance * self->noise_lever_kg_m2[i] * noise->mixed[i] / S[i][i];
-            self->param[HEXLOAD_PAPER_DZ] -= bound_noise(dz_move, hexload_sqrt(*dz_variance), health);
-            *dz_variance += *dz_variance * bound_noise(*dz_variance * noise->dz[i] / S[i][i], one, health);
-            noise->dz[i] *= kept * kept;
-            noise->mixed[i] *= kept * kept;
+            const hexload_real_t dz_gain = *dz_variance / S[i][i];
+            self->param[HEXLOAD_PAPER_DZ] -=
+                bound_noise(dz_gain * lever_kg_m2[i] * noise->mixed[i], hexload_sqrt(*dz_variance), health);
+            *dz_variance =
+                hexload_fma(*dz_variance, bound_noise(dz_gain * noise->dz[i], one, health), *dz_variance);
+            noise->dz[i] *= kept_variance;
+            noise->mixed[i] *= kept_variance;
         }
     }
+}
+
+/// What is left of a number without column k of U times three others.
+static inline hexload_real_t take_off(hexload_real_t number, hexload_real_t U[3][3 + HEXLOAD_PAPER_DIM],
+                                      int k, hexload_real_t a, hexload_real_t b, hexload_real_t c) {
+    return hexload_fma(-U[2][k], c, hexload_fma(-U[1][k], b, hexload_fma(-U[0][k], a, number)));
 }
 
 /// P -= U^T U with U = S^-1/2 H P, and x += U^T S^-1/2 y (36): symmetric by construction.
 static void correct(hexload_paper_filter_t* self, hexload_real_t L[3][3], const hexload_real_t whitened[3]) {
     hexload_real_t U[3][3 + HEXLOAD_PAPER_DIM]; // column k belongs to state k
+    HEXLOAD_UNROLL
     for (int k = 0; k < 3 + HEXLOAD_PAPER_DIM; k++) {
         hexload_real_t column[3];
         hexload_real_t solved[3];
+        HEXLOAD_UNROLL
         for (int i = 0; i < 3; i++) {
-            column[i] = k < 3 ? self->rate_cov[i][k] : self->cross_cov[i][k - 3];
+            column[i] = k >= 3   ? self->cross_cov[i][k - 3]
+                        : k <= i ? self->rate_cov[i][k]
+                                 : self->rate_cov[k][i];
         }
         forward_substitute3(L, column, solved);
+        HEXLOAD_UNROLL
         for (int i = 0; i < 3; i++) {
             U[i][k] = solved[i];
         }
     }
+    HEXLOAD_UNROLL
     for (int i = 0; i < 3; i++) {
+        HEXLOAD_UNROLL
         for (int j = 0; j <= i; j++) {
-            self->rate_cov[i][j] -= U[0][i] * U[0][j] + U[1][i] * U[1][j] + U[2][i] * U[2][j];
-            self->rate_cov[j][i] = self->rate_cov[i][j];
+            self->rate_cov[i][j] = take_off(self->rate_cov[i][j], U, i, U[0][j], U[1][j], U[2][j]);
         }
+        HEXLOAD_UNROLL
         for (int k = 0; k < HEXLOAD_PAPER_DIM; k++) {
-            self->cross_cov[i][k] -= U[0][i] * U[0][3 + k] + U[1][i] * U[1][3 + k] + U[2][i] * U[2][3 + k];
+            self->cross_cov[i][k] =
+                take_off(self->cross_cov[i][k], U, i, U[0][3 + k], U[1][3 + k], U[2][3 + k]);
         }
-        self->rate_rad_s[i] += U[0][i] * whitened[0] + U[1][i] * whitened[1] + U[2][i] * whitened[2];
+        self->rate_rad_s[i] = take_off(self->rate_rad_s[i], U, i, -whitened[0], -whitened[1], -whitened[2]);
     }
+    HEXLOAD_UNROLL
     for (int i = 0; i < HEXLOAD_PAPER_DIM; i++) {
-        const int s = 3 + i;
+        HEXLOAD_UNROLL
         for (int j = 0; j <= i; j++) {
-            self->param_cov[i][j] -= U[0][s] * U[0][3 + j] + U[1][s] * U[1][3 + j] + U[2][s] * U[2][3 + j];
-            self->param_cov[j][i] = self->param_cov[i][j];
+            self->param_cov[i][j] =
+                take_off(self->param_cov[i][j], U, 3 + i, U[0][3 + j], U[1][3 + j], U[2][3 + j]);
         }
-        self->param[i] += U[0][s] * whitened[0] + U[1][s] * whitened[1] + U[2][s] * whitened[2];
+        self->param[i] = take_off(self->param[i], U, 3 + i, -whitened[0], -whitened[1], -whitened[2]);
     }
 }
 
@@ -186,8 +205,7 @@ static void bound_covariance(hexload_paper_filter_t* self, uint32_t* health) {
         if (*variance > most) {
             const hexload_real_t scale = hexload_sqrt(most / *variance);
             for (int j = 0; j < HEXLOAD_PAPER_DIM; j++) {
-                self->param_cov[k][j] *= scale;
-                self->param_cov[j][k] = self->param_cov[k][j];
+                self->param_cov[j < k ? k : j][j < k ? j : k] *= scale;
             }
             for (int i = 0; i < 3; i++) {
                 self->cross_cov[i][k] *= scale;
@@ -216,33 +234,51 @@ static void bound_inertia(hexload_paper_filter_t* self, uint32_t* health) {
 static void seed_rate(hexload_paper_filter_t* self, const hexload_real_t rate_rad_s[3],
                       hexload_real_t noise[3][3]) {
     memcpy(self->rate_rad_s, rate_rad_s, sizeof self->rate_rad_s);
-    memcpy(self->rate_cov, noise, sizeof self->rate_cov);
+    for (int i = 0; i < 3; i++) {
+        for (int j = 0; j <= i; j++) {
+            self->rate_cov[i][j] = noise[i][j];
+        }
+    }
     memset(self->cross_cov, 0, sizeof self->cross_cov);
     self->jacobian_noise = (hexload_jacobian_noise_t){0};
     self->gated = 0;
     self->nis = IDEAL_NIS; // no innovation: a mean of NIS stands still
 }
 
-/// (29)-(31), (36).
-static void update(hexload_paper_filter_t* self, const hexload_config_t* config,
-                   const hexload_real_t rate_rad_s[3], hexload_real_t noise[3][3], uint32_t* health) {
-    hexload_real_t S[3][3];
-    hexload_real_t L[3][3];
+/// Innovation of the measured rates, S and its factor (29)-(31).
+/// @return false when rounding has cost P its definiteness.
+static inline bool innovate(hexload_paper_filter_t* self, const hexload_real_t rate_rad_s[3],
+                            hexload_real_t noise[3][3], hexload_real_t S[3][3], hexload_real_t L[3][3],
+                            hexload_real_t whitened[3]) {
     hexload_real_t innovation[3];
-    hexload_real_t whitened[3];
+    HEXLOAD_UNROLL
     for (int i = 0; i < 3; i++) {
         innovation[i] = rate_rad_s[i] - self->rate_rad_s[i];
-        for (int j = 0; j < 3; j++) {
+        HEXLOAD_UNROLL
+        for (int j = 0; j <= i; j++) {
             S[i][j] = self->rate_cov[i][j] + noise[i][j];
         }
     }
-    if (!cholesky3(S, L)) { // rounding has cost P its definiteness
+    if (!cholesky3(S, L)) {
+        return false;
+    }
+    forward_substitute3(L, innovation, whitened);
+    self->nis = dot3(whitened, whitened);
+    return true;
+}
+
+/// (29)-(31), (36), and what keeps an estimate honest.
+static void update(hexload_paper_filter_t* self, const hexload_config_t* config,
+                   const hexload_real_t lever_kg_m2[3], const hexload_real_t rate_rad_s[3],
+                   hexload_real_t noise[3][3], uint32_t* health) {
+    hexload_real_t S[3][3];
+    hexload_real_t L[3][3];
+    hexload_real_t whitened[3];
+    if (!innovate(self, rate_rad_s, noise, S, L, whitened)) {
         seed_rate(self, rate_rad_s, noise);
         hexload_health_set(health, HEXLOAD_HEALTH_RATE_RESEEDED);
         return;
     }
-    forward_substitute3(L, innovation, whitened);
-    self->nis = dot3(whitened, whitened);
     if (!(self->nis <= config->paper.gate_nis)) { // also NaN
         hexload_health_set(health, HEXLOAD_HEALTH_MEASUREMENT_GATED);
         self->gated++;
@@ -256,7 +292,7 @@ static void update(hexload_paper_filter_t* self, const hexload_config_t* config,
                                               self->rate_cov[2][2]};
     self->gated = 0;
     correct(self, L, whitened);
-    remove_noise_effects(self, S, prior_variance, health);
+    remove_noise_effects(self, lever_kg_m2, S, prior_variance, health);
     bound_covariance(self, health);
     bound_inertia(self, health);
 }
@@ -276,12 +312,10 @@ static bool is_finite(const hexload_paper_filter_t* self) {
 static void remember(hexload_paper_filter_t* self, const hexload_leg_sample_t* sample,
                      const hexload_wrench_t* wrench) {
     self->last_wrench = *wrench;
-    for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
-        for (int age = HEXLOAD_FORCE_HISTORY - 1; age > 0; age--) {
-            self->last_force_n[age][leg] = self->last_force_n[age - 1][leg];
-        }
-        self->last_force_n[0][leg] = sample->force_n[leg];
+    for (int age = HEXLOAD_FORCE_HISTORY - 1; age > 0; age--) {
+        memcpy(self->last_force_n[age], self->last_force_n[age - 1], sizeof self->last_force_n[age]);
     }
+    memcpy(self->last_force_n[0], sample->force_n, sizeof self->last_force_n[0]);
     if (self->history < HEXLOAD_FORCE_HISTORY) {
         self->history++;
     }
@@ -289,10 +323,11 @@ static void remember(hexload_paper_filter_t* self, const hexload_leg_sample_t* s
 
 void hexload_paper_filter_step(hexload_paper_filter_t* self, const hexload_config_t* config,
                                const hexload_leg_sample_t* sample, const hexload_motion_t* motion,
-                               const hexload_wrench_t* wrench, uint32_t gap_ticks, uint32_t* health) {
+                               const hexload_leg_blocks_t* jacobian, const hexload_wrench_t* wrench,
+                               uint32_t gap_ticks, uint32_t* health) {
     hexload_real_t rate_rad_s[3];
     hexload_real_t noise[3][3];
-    measure_rate(config, motion, rate_rad_s, noise);
+    measure_rate(config, motion, jacobian, rate_rad_s, noise);
     if (gap_ticks != 1) {
         self->history = 0; // differences over a gap are motion
     }
@@ -306,7 +341,8 @@ void hexload_paper_filter_step(hexload_paper_filter_t* self, const hexload_confi
         hexload_paper_model_linearise(self, config, sample, motion, wrench,
                                       config->tick_s * (hexload_real_t)gap_ticks, &model);
         predict(self, &model);
-        update(self, config, rate_rad_s, noise, health);
+        add_jacobian_noise(&self->jacobian_noise, &model.jacobian_noise);
+        update(self, config, model.noise_lever_kg_m2, rate_rad_s, noise, health);
     }
     if (!is_finite(self)) {
         hexload_paper_filter_init(self, config);

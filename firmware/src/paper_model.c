@@ -16,12 +16,13 @@ static void combined_inertia(const hexload_paper_filter_t* filter, hexload_real_
     const hexload_real_t reduced_mass_kg = filter->constants.reduced_mass_kg;
     const hexload_real_t lever_variance = HEXLOAD_REAL(4.0) * reduced_mass_kg * reduced_mass_kg * lever_m *
                                           lever_m * filter->param_cov[HEXLOAD_PAPER_DZ][HEXLOAD_PAPER_DZ];
+    HEXLOAD_UNROLL
     for (int k = 0; k < 3; k++) {
         const int own = HEXLOAD_PAPER_IXX + k;
         hexload_real_t variance = filter->param_cov[own][own];
         D[k] = filter->constants.inertia_kg_m2[k] + filter->param[own];
         if (k < 2) {
-            D[k] += reduced_mass_kg * lever_m * lever_m;
+            D[k] = hexload_fma(reduced_mass_kg * lever_m, lever_m, D[k]);
             variance += lever_variance;
         }
         cautious_D[k] = D[k] + hexload_sqrt(variance);
@@ -58,8 +59,8 @@ static hexload_real_t force_noise_seen(const hexload_paper_filter_t* filter,
         return stated_sigma_n;
     }
     const hexload_real_t difference_n =
-        sample->force_n[leg] - filter->last_force_n[2][leg] +
-        HEXLOAD_REAL(3.0) * (filter->last_force_n[1][leg] - filter->last_force_n[0][leg]);
+        hexload_fma(HEXLOAD_REAL(3.0), filter->last_force_n[1][leg] - filter->last_force_n[0][leg],
+                    sample->force_n[leg] - filter->last_force_n[2][leg]);
     return difference_n * HEXLOAD_REAL(0.2236068); // 1 / sqrt(1 + 9 + 9 + 1)
 }
 
@@ -84,16 +85,18 @@ static void sum_over_legs(const hexload_paper_filter_t* filter, const hexload_co
         hexload_motion_to_platform(motion, motion->J[leg], direction);
         cross3(arm_m, direction, torque);
         const hexload_real_t side[2] = {direction[1], -direction[0]};
+        HEXLOAD_UNROLL
         for (int i = 0; i < 3; i++) {
             const hexload_real_t torque_seen = seen_n * torque[i];
+            HEXLOAD_UNROLL
             for (int j = 0; j <= i; j++) {
-                noise->per_newton[i][j] += torque[i] * torque[j];
+                noise->per_newton[i][j] = hexload_fma(torque[i], torque[j], noise->per_newton[i][j]);
             }
-            noise->torque[i] += torque_seen * torque_seen;
+            noise->torque[i] = hexload_fma(torque_seen, torque_seen, noise->torque[i]);
             if (i < 2) {
                 const hexload_real_t side_seen = seen_n * side[i];
-                noise->side[i] += side_seen * side_seen;
-                noise->mixed[i] += side_seen * torque_seen;
+                noise->side[i] = hexload_fma(side_seen, side_seen, noise->side[i]);
+                noise->mixed[i] = hexload_fma(side_seen, torque_seen, noise->mixed[i]);
             }
         }
     }
@@ -103,8 +106,10 @@ static void sum_over_legs(const hexload_paper_filter_t* filter, const hexload_co
 static void add_force_noise(const force_noise_t* noise, const derivative_gains_t* gains,
                             hexload_real_t impulse_sigma_n_s, hexload_paper_model_t* model) {
     hexload_real_t by_torque[3]; // of the rate
+    HEXLOAD_UNROLL
     for (int i = 0; i < 3; i++) {
         by_torque[i] = impulse_sigma_n_s / model->inertia_kg_m2[i];
+        HEXLOAD_UNROLL
         for (int j = 0; j <= i; j++) {
             model->noise[i][j] = by_torque[i] * by_torque[j] * noise->per_newton[i][j];
         }
@@ -113,10 +118,11 @@ static void add_force_noise(const force_noise_t* noise, const derivative_gains_t
         if (i < 2) { // (by_side side + lever by_own torque) times itself, and times by_own torque
             const hexload_real_t by_side = gains->by_side[i];
             const hexload_real_t by_lever = gains->lever_kg_m * by_own;
-            const hexload_real_t with_torque = by_side * noise->mixed[i] + by_lever * noise->torque[i];
-            const hexload_real_t with_side = by_side * noise->side[i] + by_lever * noise->mixed[i];
+            const hexload_real_t with_torque =
+                hexload_fma(by_side, noise->mixed[i], by_lever * noise->torque[i]);
+            const hexload_real_t with_side = hexload_fma(by_side, noise->side[i], by_lever * noise->mixed[i]);
             model->jacobian_noise.mixed[i] = by_own * with_torque;
-            model->jacobian_noise.dz[i] = by_side * with_side + by_lever * with_torque;
+            model->jacobian_noise.dz[i] = hexload_fma(by_side, with_side, by_lever * with_torque);
         }
     }
 }
@@ -134,8 +140,9 @@ static void add_linearisation_error(const hexload_paper_filter_t* filter, const 
         const hexload_real_t relative_variance = relative_sigma * relative_sigma;
         const hexload_real_t by_square = model->rate_step_rad_s[k] * relative_variance;
         const hexload_real_t by_dz = moved * side_n[k] / D;
-        model->noise[k][k] += LINEARISATION_ERROR_TICKS * (HEXLOAD_REAL(2.0) * by_square * by_square +
-                                                           by_dz * by_dz * dz_variance * relative_variance);
+        const hexload_real_t second_order = hexload_fma(HEXLOAD_REAL(2.0) * by_square, by_square,
+                                                        by_dz * by_dz * dz_variance * relative_variance);
+        model->noise[k][k] = hexload_fma(LINEARISATION_ERROR_TICKS, second_order, model->noise[k][k]);
     }
 }
 
@@ -152,10 +159,10 @@ static void combined_products(const hexload_paper_filter_t* filter, const hexloa
 }
 
 /// Product of a symmetric matrix without diagonal, xy, xz, yz, with a vector, added to out.
-static void add_products(const hexload_real_t O[3], const hexload_real_t x[3], hexload_real_t out[3]) {
-    out[0] += O[0] * x[1] + O[1] * x[2];
-    out[1] += O[0] * x[0] + O[2] * x[2];
-    out[2] += O[1] * x[0] + O[2] * x[1];
+static inline void add_products(const hexload_real_t O[3], const hexload_real_t x[3], hexload_real_t out[3]) {
+    out[0] = hexload_fma(O[0], x[1], hexload_fma(O[1], x[2], out[0]));
+    out[1] = hexload_fma(O[0], x[0], hexload_fma(O[2], x[2], out[1]));
+    out[2] = hexload_fma(O[1], x[0], hexload_fma(O[2], x[1], out[2]));
 }
 
 /// Takes omega x I omega and the products' share of I omega' off the torque, I with diagonal D and products
@@ -165,20 +172,24 @@ static void take_off_coupling(const hexload_real_t rate_rad_s[3], const hexload_
                               const hexload_real_t O[3], hexload_real_t dt_s, hexload_real_t torque[3]) {
     hexload_real_t acceleration[3] = {0};
     hexload_real_t coupling[3];
+    HEXLOAD_UNROLL
     for (int pass = 0; pass < COUPLING_PASSES; pass++) {
         hexload_real_t middle[3];
         hexload_real_t momentum[3];
+        HEXLOAD_UNROLL
         for (int k = 0; k < 3; k++) {
-            middle[k] = rate_rad_s[k] + HEXLOAD_REAL(0.5) * dt_s * acceleration[k];
+            middle[k] = hexload_fma(HEXLOAD_REAL(0.5) * dt_s, acceleration[k], rate_rad_s[k]);
             momentum[k] = D[k] * middle[k];
         }
         add_products(O, middle, momentum);
         cross3(middle, momentum, coupling);
         add_products(O, acceleration, coupling);
+        HEXLOAD_UNROLL
         for (int k = 0; k < 3; k++) {
             acceleration[k] = (torque[k] - coupling[k]) / D[k];
         }
     }
+    HEXLOAD_UNROLL
     for (int k = 0; k < 3; k++) {
         torque[k] -= coupling[k];
     }
@@ -215,9 +226,11 @@ void hexload_paper_model_linearise(const hexload_paper_filter_t* filter, const h
     for (int k = 0; k < 3; k++) {
         model->rate_step_rad_s[k] = dt_s * torque[k] / model->inertia_kg_m2[k];
         model->by_inertia[k] = gains.by_torque[k] * torque[k];
+        const hexload_real_t cautious_D = model->cautious_inertia_kg_m2[k];
+        model->noise_lever_kg_m2[k] = cautious_D * cautious_D / model->inertia_kg_m2[k];
     }
-    model->by_dz[0] = gains.by_side[0] * force_n[1] + gains.lever_kg_m * model->by_inertia[0];
-    model->by_dz[1] = -gains.by_side[1] * force_n[0] + gains.lever_kg_m * model->by_inertia[1];
+    model->by_dz[0] = hexload_fma(gains.by_side[0], force_n[1], gains.lever_kg_m * model->by_inertia[0]);
+    model->by_dz[1] = hexload_fma(-gains.by_side[1], force_n[0], gains.lever_kg_m * model->by_inertia[1]);
     model->by_dz[2] = HEXLOAD_REAL(0.0);
     sum_over_legs(filter, config, sample, motion, com_m, &noise);
     add_force_noise(&noise, &gains, dt_s * config->sensors.force_sigma_n, model);

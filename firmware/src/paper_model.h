@@ -10,10 +10,12 @@ typedef struct hexload_paper_model {
     hexload_real_t rate_step_rad_s[3];        ///< dt omega'
     hexload_real_t by_dz[3];                  ///< N's first column (34); its third entry is zero
     hexload_real_t by_inertia[3];             ///< N's diagonal entries (34)
-    hexload_real_t noise[3][3];               ///< Q of the rates, from the stated force noise
+    hexload_real_t noise[3][3];               ///< Q of the rates, from the stated force noise; lower triangle
     hexload_jacobian_noise_t jacobian_noise;  ///< variances that force noise adds to N's entries, see D15
     hexload_real_t inertia_kg_m2[3];          ///< D
     hexload_real_t cautious_inertia_kg_m2[3]; ///< D of the derivatives
+    /// Noise of a rate over the noise that it makes in the rate's derivative by its inertia, times -1.
+    hexload_real_t noise_lever_kg_m2[3];
 } hexload_paper_model_t;
 
 /// Euler's equation about the common centre of mass from the last tick to this one, forces trapezoidal.

@@ -12,19 +12,33 @@ enum { ONE_ROUND = HEXLOAD_WINDOW_CAPACITY * HEXLOAD_DELAY_CAPACITY };
 
 enum { THIRD_ON_FIRST, FIFTH_ON_FIRST, FIFTH_ON_THIRD };
 
-/// The binomial coefficients C(n, 0..5) of any whole n, modulo 2^64, from those of 0 by additions alone: up
-/// by C(n + 1, k) = C(n, k) + C(n, k - 1), down by its inverse.
-static void make_binomials(int32_t n, uint64_t binomial[HEXLOAD_SMOOTHER_ORDERS]) {
-    memset(binomial, 0, HEXLOAD_SMOOTHER_ORDERS * sizeof binomial[0]);
-    binomial[0] = 1;
-    for (int32_t i = 0; i < n; i++) {
-        for (int k = HEXLOAD_SMOOTHER_ORDERS - 1; k > 0; k--) {
-            binomial[k] += binomial[k - 1];
+/// The sums count tick j of the window, from -lag to lag, with C(j + h - 1, 2 h) and C(j + h, 2 h + 1), in
+/// turn for h = 0, 1, 2: the odd ones are odd in j. When the window moves on, each j falls by one; by
+/// Pascal's rule each sum then loses that before it, from before or after the move.
+static void move_on(uint64_t sum[HEXLOAD_SMOOTHER_ORDERS]) {
+    const uint64_t second = sum[2];
+    const uint64_t fourth = sum[4];
+    sum[1] -= sum[0];
+    sum[2] -= sum[1];
+    sum[3] -= second;
+    sum[4] -= sum[3];
+    sum[5] -= fourth;
+}
+
+/// Weights of the two ends of the window, from those of j = 0 by moving on; C(-j + h - 1, 2 h) is that of j
+/// + 1.
+static void make_weights(hexload_smoother_constants_t* constants) {
+    uint64_t weight[HEXLOAD_SMOOTHER_ORDERS] = {1};
+    for (uint32_t j = 0; j < constants->lag_ticks; j++) {
+        for (int n = 0; n < HEXLOAD_SMOOTHER_ORDERS; n += 2) {
+            constants->entering[n] = (int32_t)weight[n];
         }
+        move_on(weight);
     }
-    for (int32_t i = 0; i > n; i--) {
-        for (int k = 1; k < HEXLOAD_SMOOTHER_ORDERS; k++) {
-            binomial[k] -= binomial[k - 1];
+    for (int n = 0; n < HEXLOAD_SMOOTHER_ORDERS; n++) {
+        constants->leaving[n] = (int32_t)(uint32_t)weight[n];
+        if (n % 2 == 1) {
+            constants->entering[n] = -constants->leaving[n];
         }
     }
 }
@@ -82,15 +96,7 @@ void hexload_smoother_init(hexload_smoother_t* self, const hexload_config_t* con
     memset(self, 0, sizeof *self);
     hexload_smoother_constants_t* constants = &self->constants;
     constants->lag_ticks = config->momentum.lag_ticks;
-    const int32_t lag = (int32_t)constants->lag_ticks;
-    make_binomials(2 * lag + 1, constants->entering);
-    for (int h = 0; h < 3; h++) { // Vandermonde: C(i - lag + h, 2 h + 1) from the C(i, n)
-        uint64_t shift[HEXLOAD_SMOOTHER_ORDERS];
-        make_binomials(h - lag, shift);
-        for (int n = 0; n <= 2 * h + 1; n++) {
-            constants->central[h][n] = shift[2 * h + 1 - n];
-        }
-    }
+    make_weights(constants);
     make_polynomials(constants, config);
 }
 
@@ -169,7 +175,11 @@ bool hexload_smoother_put(hexload_smoother_t* self, const hexload_config_t* conf
     return goes_on;
 }
 
-/// Moves the window on by a tick: C(i - 1, n) = C(i, n) - C(i - 1, n - 1).
+static uint64_t times(int32_t weight, int32_t steps) {
+    return (uint64_t)((int64_t)weight * steps);
+}
+
+/// Moves the window on by a tick.
 static void enter(hexload_smoother_t* self) {
     static const int32_t nothing[HEXLOAD_LEGS] = {0};
     const uint32_t window = window_ticks(self);
@@ -177,12 +187,13 @@ static void enter(hexload_smoother_t* self) {
     const int32_t* out =
         self->entered < window ? nothing : self->steps[(self->entered - window) % HEXLOAD_WINDOW_CAPACITY];
     for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
-        const uint64_t x = (uint64_t)(int64_t)in[leg];
-        uint64_t lower = self->sum[0][leg] + x - (uint64_t)(int64_t)out[leg];
-        self->sum[0][leg] = lower;
-        for (int n = 1; n < HEXLOAD_SMOOTHER_ORDERS; n++) {
-            lower = self->sum[n][leg] - lower + self->constants.entering[n] * x;
-            self->sum[n][leg] = lower;
+        uint64_t* sum = self->sum[leg];
+        for (int n = 0; n < HEXLOAD_SMOOTHER_ORDERS; n++) {
+            sum[n] -= times(self->constants.leaving[n], out[leg]);
+        }
+        move_on(sum);
+        for (int n = 0; n < HEXLOAD_SMOOTHER_ORDERS; n++) {
+            sum[n] += times(self->constants.entering[n], in[leg]);
         }
     }
     self->entered++;
@@ -195,7 +206,13 @@ static void enter(hexload_smoother_t* self) {
 
 /// A signed sum as a number, by its halves: the conversion of 64 bits would be a call of a library.
 static hexload_real_t to_real(uint64_t sum) {
-    return (hexload_real_t)(int32_t)(sum >> 32) * HEXLOAD_REAL(4294967296.0) + (hexload_real_t)(uint32_t)sum;
+    return hexload_fma((hexload_real_t)(int32_t)(sum >> 32), HEXLOAD_REAL(4294967296.0),
+                       (hexload_real_t)(uint32_t)sum);
+}
+
+/// How much of a polynomial is kept whose coefficients over the legs have this sum of squares in sigmas.
+static hexload_real_t share_of(hexload_real_t square) {
+    return hexload_max(HEXLOAD_REAL(0.0), HEXLOAD_REAL(1.0) - CHI_SQUARE_6_95 / square);
 }
 
 static void fit_slopes(const hexload_smoother_t* self, hexload_real_t velocity_m_s[HEXLOAD_LEGS]) {
@@ -205,23 +222,20 @@ static void fit_slopes(const hexload_smoother_t* self, hexload_real_t velocity_m
     for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
         hexload_real_t odd[3];
         for (int h = 0; h < 3; h++) {
-            uint64_t sum = 0;
-            for (int n = 0; n < 2 * h + 2; n++) {
-                sum += constants->central[h][n] * self->sum[n][leg];
-            }
-            odd[h] = to_real(sum);
+            odd[h] = to_real(self->sum[leg][2 * h + 1]);
         }
-        odd[1] -= constants->project[THIRD_ON_FIRST] * odd[0];
-        odd[2] -= constants->project[FIFTH_ON_FIRST] * odd[0] + constants->project[FIFTH_ON_THIRD] * odd[1];
+        odd[1] = hexload_fma(-constants->project[THIRD_ON_FIRST], odd[0], odd[1]);
+        odd[2] = hexload_fma(-constants->project[FIFTH_ON_FIRST], odd[0], odd[2]);
+        odd[2] = hexload_fma(-constants->project[FIFTH_ON_THIRD], odd[1], odd[2]);
         for (int m = 0; m < 3; m++) {
             part[m][leg] = constants->slope[m] * odd[m];
-            q[m] += part[m][leg] * part[m][leg] * constants->inverse_variance[m];
+            q[m] = hexload_fma(part[m][leg], part[m][leg], q[m]);
         }
     }
-    const hexload_real_t third = hexload_max(HEXLOAD_REAL(0.0), HEXLOAD_REAL(1.0) - CHI_SQUARE_6_95 / q[1]);
-    const hexload_real_t fifth = hexload_max(HEXLOAD_REAL(0.0), HEXLOAD_REAL(1.0) - CHI_SQUARE_6_95 / q[2]);
+    const hexload_real_t third = share_of(q[1] * constants->inverse_variance[1]);
+    const hexload_real_t fifth = share_of(q[2] * constants->inverse_variance[2]);
     for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
-        velocity_m_s[leg] = part[0][leg] + third * part[1][leg] + fifth * part[2][leg];
+        velocity_m_s[leg] = hexload_fma(fifth, part[2][leg], hexload_fma(third, part[1][leg], part[0][leg]));
     }
 }
 

@@ -42,7 +42,11 @@ void hexload_supervisor_judge(hexload_supervisor_t* self, const hexload_config_t
                               const hexload_paper_filter_t* filter, hexload_estimate_t* estimate,
                               uint32_t* health) {
     const hexload_paper_config_t* paper = &config->paper;
-    *estimate = (hexload_estimate_t){0}; // entries beyond the paper's four too
+    for (int k = HEXLOAD_PAPER_DIM; k < HEXLOAD_PARAMETERS_MAX; k++) {
+        estimate->value[k] = HEXLOAD_REAL(0.0);
+        estimate->sigma[k] = HEXLOAD_REAL(0.0);
+        estimate->parameter_verdict[k] = HEXLOAD_VERDICT_CONVERGED;
+    }
     hexload_paper_filter_read(filter, estimate->value, estimate->sigma);
     // One spike must not turn the verdict: a tick raises the mean by half the way to the threshold at most.
     const hexload_real_t weight = config->tick_s / paper->nis_time_constant_s;

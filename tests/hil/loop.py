@@ -7,7 +7,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import can
@@ -39,6 +39,12 @@ class Controller:
     @classmethod
     def linux(cls) -> "Controller":
         return cls("linux", (project.controller(),), PROFILES, signal.SIGSTOP, signal.SIGCONT)
+
+    @classmethod
+    def linux_separate(cls) -> "Controller":
+        """With the arithmetic of a processor that rounds a b + c twice."""
+        ecu = project.controller()
+        return replace(cls.linux(), command=(ecu.with_name(f"{ecu.name}_separate"),))
 
     @classmethod
     def zynqmp_r5(cls) -> "Controller":

@@ -42,6 +42,7 @@ def over_bus(request, paper_run):
     return request.param, read_run(paper_run(request.param).directory)
 
 
+@pytest.mark.needs("fused multiply-add")
 @pytest.mark.parametrize("profile", PROFILES)
 def test_estimates_are_the_firmwares_on_the_quantised_log_to_the_last_digit(paper_run, profile, tmp_path):
     # GIVEN a run over the bus, and its log quantised to the profile's steps

@@ -1,4 +1,7 @@
-"""The controller on another processor computes what hexload_ecu computes here, and says so when it cannot go on."""
+"""The controller on another processor computes what hexload_ecu computes here, and says so when it cannot go on.
+
+The processor has no fused multiply-add, so hexload_ecu is the one that was built without.
+"""
 
 import re
 import shutil
@@ -18,7 +21,7 @@ PROFILE = "classic"
 
 @pytest.fixture
 def on_linux(start, simulator, can_interface) -> Loop:
-    return Loop(start, Controller.linux(), (), simulator, can_interface)
+    return Loop(start, Controller.linux_separate(), (), simulator, can_interface)
 
 
 def test_answers_are_those_of_the_linux_process_to_the_byte(paper_run, on_linux, tmp_path):

@@ -148,27 +148,63 @@ static void test_update_keeps_the_carriers_of_a_platform_in_motion(void) {
     }
 }
 
-static void test_rate_gain_is_the_lower_half_of_the_inverse(void) {
+static void test_columns_are_those_of_the_inverse(void) {
     uint64_t seed = 2;
     for (int run = 0; run < 1000; run++) {
         // GIVEN the blocks of a Jacobian
-        hexload_real_t J[HEXLOAD_LEGS][6], gain[3][HEXLOAD_LEGS];
+        hexload_real_t J[HEXLOAD_LEGS][6], columns[HEXLOAD_LEGS][6];
         hexload_leg_blocks_t blocks;
         random_jacobian(&seed, J);
         TEST_ASSERT_TRUE(leg_blocks_make(J, &blocks));
-        // WHEN its rate gain is asked for THEN gain times J is [0, E]
-        leg_blocks_rate_gain(&blocks, gain);
-        for (int i = 0; i < 3; i++) {
+        // WHEN the columns of the inverse are asked for THEN the Jacobian times each is one leg at unit speed
+        leg_blocks_invert(&blocks, columns);
+        for (int i = 0; i < HEXLOAD_LEGS; i++) {
             double size = 1.0;
-            for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
-                size = fmax(size, fabs((double)gain[i][leg]));
-            }
             for (int k = 0; k < 6; k++) {
+                size = fmax(size, fabs((double)columns[i][k]));
+            }
+            for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
+                double sum = 0.0;
+                for (int k = 0; k < 6; k++) {
+                    sum += (double)columns[i][k] * (double)J[leg][k];
+                }
+                TEST_ASSERT_DOUBLE_WITHIN(ROUNDINGS(1000, size), leg == i ? 1.0 : 0.0, sum);
+            }
+        }
+    }
+}
+
+static void test_rate_noise_is_the_sum_over_the_columns(void) {
+    uint64_t seed = 12;
+    for (int run = 0; run < 1000; run++) {
+        // GIVEN the blocks of a Jacobian, and the angular velocity turned by a matrix
+        hexload_real_t J[HEXLOAD_LEGS][6], columns[HEXLOAD_LEGS][6], T[3][3], noise[3][3];
+        hexload_leg_blocks_t blocks;
+        double turned[HEXLOAD_LEGS][3], size = 1.0;
+        random_jacobian(&seed, J);
+        TEST_ASSERT_TRUE(leg_blocks_make(J, &blocks));
+        leg_blocks_invert(&blocks, columns);
+        for (int i = 0; i < 3; i++) {
+            for (int k = 0; k < 3; k++) {
+                T[i][k] = (hexload_real_t)uniform(&seed);
+            }
+            for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
+                turned[leg][i] = 0.0;
+                for (int k = 0; k < 3; k++) {
+                    turned[leg][i] += (double)T[i][k] * (double)columns[leg][3 + k];
+                }
+                size = fmax(size, fabs(turned[leg][i]));
+            }
+        }
+        // WHEN its noise is asked for THEN it is the sum of the squares that the legs give
+        leg_blocks_rate_noise(&blocks, T, noise);
+        for (int i = 0; i < 3; i++) {
+            for (int k = 0; k <= i; k++) {
                 double sum = 0.0;
                 for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
-                    sum += (double)gain[i][leg] * (double)J[leg][k];
+                    sum += turned[leg][i] * turned[leg][k];
                 }
-                TEST_ASSERT_DOUBLE_WITHIN(ROUNDINGS(500, size), k == 3 + i ? 1.0 : 0.0, sum);
+                TEST_ASSERT_DOUBLE_WITHIN(ROUNDINGS(2000, size * size), sum, (double)noise[i][k]);
             }
         }
     }
@@ -223,7 +259,8 @@ int main(void) {
     RUN_TEST(test_legs_along_the_axes_are_solved_whatever_their_order);
     RUN_TEST(test_update_solves_as_well_wherever_the_legs_have_gone);
     RUN_TEST(test_update_keeps_the_carriers_of_a_platform_in_motion);
-    RUN_TEST(test_rate_gain_is_the_lower_half_of_the_inverse);
+    RUN_TEST(test_columns_are_those_of_the_inverse);
+    RUN_TEST(test_rate_noise_is_the_sum_over_the_columns);
     RUN_TEST(test_legs_that_leave_a_direction_free_are_refused);
     RUN_TEST(test_legs_that_leave_a_rotation_free_are_refused);
     RUN_TEST(test_a_jacobian_with_nan_is_refused);

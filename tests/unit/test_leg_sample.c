@@ -60,14 +60,32 @@ static void test_leg_sample_refuses_what_no_sensor_of_the_machine_can_say(void) 
 }
 
 static void test_leg_sample_says_when_a_leg_is_beyond_its_stroke(void) {
+    const hexload_config_t config = paper_machine();
+    hexload_leg_gate_t gate;
     hexload_leg_sample_t sample = {.tick = 8};
     uint32_t gap_ticks = 0, health = 0;
+    hexload_leg_sample_init(&gate);
     const hexload_real_t beyond_m[2] = {HEXLOAD_REAL(0.31), HEXLOAD_REAL(-0.31)};
     for (int n = 0; n < 2; n++) {
         sample.displacement_m[2] = beyond_m[n];
-        TEST_ASSERT_EQUAL_INT(HEXLOAD_OK, check_after(7, &sample, &gap_ticks, &health));
+        health = 0;
+        TEST_ASSERT_EQUAL_INT(HEXLOAD_OK,
+                              hexload_leg_sample_check(&gate, &config, &sample, &gap_ticks, &health));
         TEST_ASSERT_EQUAL_UINT32(1u << HEXLOAD_HEALTH_LEG_OUT_OF_STROKE, health);
     }
+}
+
+static void test_leg_sample_refuses_a_leg_that_has_moved_faster_than_its_range(void) {
+    // GIVEN a machine whose legs are said to reach 10 m/s, and one sample at home
+    hexload_leg_sample_t sample = {.tick = 8};
+    uint32_t gap_ticks = 0, health = 0;
+    // WHEN a leg is 11 mm away after a tick, as after a spike of its sensor THEN the sample is refused
+    sample.displacement_m[4] = HEXLOAD_REAL(-0.011);
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_ERR_SAMPLE, check_after(7, &sample, &gap_ticks, &health));
+    // and taken when it had two ticks for that, or went 9.9 mm
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_OK, check_after(6, &sample, &gap_ticks, &health));
+    sample.displacement_m[4] = HEXLOAD_REAL(-0.0099);
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_OK, check_after(7, &sample, &gap_ticks, &health));
 }
 
 static void test_leg_sample_counts_the_ticks_since_the_last(void) {
@@ -111,6 +129,7 @@ int main(void) {
     RUN_TEST(test_leg_sample_refuses_a_leg_without_length);
     RUN_TEST(test_leg_sample_refuses_what_no_sensor_of_the_machine_can_say);
     RUN_TEST(test_leg_sample_says_when_a_leg_is_beyond_its_stroke);
+    RUN_TEST(test_leg_sample_refuses_a_leg_that_has_moved_faster_than_its_range);
     RUN_TEST(test_leg_sample_counts_the_ticks_since_the_last);
     RUN_TEST(test_leg_sample_refuses_time_that_stands_still_or_runs_backwards);
     RUN_TEST(test_leg_sample_goes_on_when_the_tick_counter_wraps);

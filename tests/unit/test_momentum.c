@@ -77,7 +77,7 @@ static double nees_of(const bench_t* bench, const body_t* load) {
     theta_of(load, theta);
     for (int i = 0; i < DIM; i++) {
         for (int j = 0; j <= i; j++) {
-            L[i][j] = (double)bench->estimator.filter.covariance[i * (i + 1) / 2 + j];
+            L[i][j] = (double)bench->estimator.filter.load_cov[i][j];
             for (int k = 0; k < j; k++) {
                 L[i][j] -= L[i][k] * L[j][k];
             }
@@ -259,7 +259,7 @@ static void test_broken_covariance_begins_anew(void) {
     begin(&bench, paper_machine(), random_motion(45, 0.05, 0.1), 10);
     run(&bench, &eccentric, 1000);
     // GIVEN a covariance that rounding, or a fault of memory, has spoilt WHEN the next sample comes
-    bench.estimator.filter.covariance[0] = HEXLOAD_REAL(-1.0);
+    bench.estimator.filter.load_cov[0][0] = HEXLOAD_REAL(-1.0);
     step(&bench, &eccentric);
     // THEN the filter begins anew and says so, and finds the load again
     TEST_ASSERT_TRUE(bench.estimator.health.bits >> HEXLOAD_HEALTH_FILTER_RESTARTED & 1u);

@@ -127,9 +127,10 @@ def _filter_table(measured: dict[str, Measured]) -> Table:
         text_bytes = target.size_of(*target.objects(preset, *sources)).text
         table.add_row(name, *(f"{number:,}" for number in (*instructions, text_bytes, ram_bytes)))
 
-    own = [each.rivals["own"]["instructions"] for each in measured.values()]
     whole = [_both(each)[0]["stage_instructions"][:, stage].max() for each in measured.values()]
-    add("* hexload, both updates alone", own, ("paper_filter.c",), own_bytes)
+    for name, filter_name in (("time and measurement update", "kalman"), ("with gate, bounds, noise effects", "own")):
+        counts = [each.rivals[filter_name]["instructions"] for each in measured.values()]
+        add(f"* hexload, {name}", counts, ("paper_filter.c",), own_bytes)
     add("* hexload, with model and noise", whole, ("paper_filter.c", "paper_model.c"), own_bytes)
     for rival, (name, source) in RIVALS.items():
         add(f"* {name}", [each.rivals[rival]["instructions"] for each in measured.values()], (source,), RIVAL_BYTES)

@@ -9,22 +9,30 @@ from scipy.spatial.transform import Rotation
 JUMPS = 200
 IMPOSSIBLE = 1000
 SETTLED_TICKS = 20  # between two disturbances
+GAPS = (2, 3, 4, 8)  # that the default configuration bridges
+LAGS = range(80, 92)  # ticks from one gap to the next: then the momentum filter comes to the first
+SHAKEN = 200
+SHAKEN_M = 0.0045  # 9 mm to and fro within a tick: the default range of 10 m/s
+FAR_TICKS = 200  # in which a leg can have gone anywhere
 
 
 def hard_samples(native: ModuleType, platform, recorded: NDArray) -> NDArray:
     """`recorded`: the samples of a motion with noise, a thousand or more, from its start.
 
-    In this order: the motion itself, with a spike in a force while little is known; gaps that are bridged and one that
-    is not; a velocity that is wrong once, and for so long that the gate opens; a spike in a force when much is known; a
-    stroke that is left; jumps between poses all over the workspace; leg lengths that no pose has; values that are
-    refused at once.
+    In this order: the motion itself, with a spike in a force while little is known; gaps that are bridged, the longest
+    once more when the filter that lags behind comes to its first, and one that is not; a velocity that is wrong once,
+    and for so long that the gate opens; a spike in a force when much is known; a stroke that is left; legs that shake
+    as fast as their range allows; poses all over the workspace, one after the other; leg lengths that no pose has;
+    values that are refused at once.
     """
     rng = np.random.default_rng(4)
     start = recorded[:500].copy()
     start["force_n"][10, 4] += 1e5
     parts = [start]
-    for gap_ticks in (2, 3, 50):
-        parts.append(_after(parts, recorded, gap_ticks))
+    for gap_ticks in GAPS:
+        for ticks in LAGS:
+            parts.append(_after(parts, recorded, gap_ticks, ticks))
+    parts.append(_after(parts, recorded, 50, 400))
     wrong_velocity = _after(parts, recorded)
     wrong_velocity["velocity_m_s"][0, 2] += 0.1
     parts.append(wrong_velocity)
@@ -37,12 +45,18 @@ def hard_samples(native: ModuleType, platform, recorded: NDArray) -> NDArray:
     raised = _after(parts, recorded)
     raised["displacement_m"][0] = 0.31
     parts.append(raised)
-    jumps = _after(parts, recorded, ticks=JUMPS)
-    jumps["displacement_m"] = [_legs_of_random_pose(native, platform, rng) for _ in range(JUMPS)]
-    parts.append(jumps)
-    impossible = _after(parts, recorded, ticks=IMPOSSIBLE)
-    impossible["displacement_m"] = rng.uniform(-0.6, 0.6, (IMPOSSIBLE, 6))
-    parts.append(impossible)
+    parts.append(_after(parts, recorded, ticks=400))
+    shaken = _after(parts, recorded, ticks=SHAKEN)
+    shaken["displacement_m"] += rng.uniform(-SHAKEN_M, SHAKEN_M, (SHAKEN, 6)).astype(np.float32)
+    parts.append(shaken)
+    for _ in range(JUMPS):
+        jump = _after(parts, recorded, FAR_TICKS, 1)
+        jump["displacement_m"] = _legs_of_random_pose(native, platform, rng)
+        parts.append(jump)
+    for _ in range(IMPOSSIBLE):
+        impossible = _after(parts, recorded, FAR_TICKS, 1)
+        impossible["displacement_m"] = rng.uniform(-0.6, 0.6, 6)
+        parts.append(impossible)
     refused = _after(parts, recorded, ticks=2)
     refused["force_n"][0, 5] = np.nan
     refused["tick"][1] = recorded["tick"][0]

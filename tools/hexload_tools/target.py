@@ -14,7 +14,7 @@ from hexload_tools.log_file import LegLog
 
 CORTEX_M7 = {"-O2": "target-cortex-m7", "-O3": "target-cortex-m7-o3"}  # presets
 STAGES = ("leg sample", "kinematics", "wrench", "filter", "supervisor")
-RIVALS = ("dense", "eigen", "own")
+RIVALS = ("dense", "eigen", "own", "kalman")
 PROFILES = ("fd", "classic")
 NODE_PARTS = ("decode", "encode", "whole sample")
 PATIENCE_S = 300.0  # for a run of seconds

@@ -49,7 +49,7 @@ typedef struct hexload_sensors {
     hexload_real_t velocity_sigma_m_s;   ///< 0..1, not 0
     hexload_real_t force_sigma_n;        ///< 0..1e5, not 0
     hexload_real_t
-        velocity_range_m_s;       ///< 0..50, not 0: a velocity beyond is a fault and the sample is refused
+        velocity_range_m_s; ///< 0..50, not 0: a leg that is faster, or has moved faster, is a fault; refused
     hexload_real_t force_range_n; ///< 0..1e8, not 0: likewise; a little above what the legs can do
 } hexload_sensors_t;
 
@@ -71,9 +71,9 @@ typedef struct hexload_paper_config {
 
 /// Tuning of the momentum filter.
 typedef struct hexload_momentum_config {
-    uint32_t lag_ticks;           ///< how far the filter runs behind; 3..HEXLOAD_LAG_TICKS_MAX
-    uint32_t longest_gap_ticks;   ///< from sample to sample that is bridged; 1..16. Beyond: momentum restarts
-    hexload_real_t prior_mass_kg; ///< of the load; 0..1e6
+    uint32_t lag_ticks;         ///< how far the filter runs behind; 3..HEXLOAD_LAG_TICKS_MAX
+    uint32_t longest_gap_ticks; ///< from sample to sample that the smoother bridges; 1..16. Beyond: all anew
+    hexload_real_t prior_mass_kg;             ///< of the load; 0..1e6
     hexload_real_t prior_mass_sigma_kg;       ///< 0..1e6, not 0; small: the mass is known
     hexload_real_t prior_moment_sigma_kg_m;   ///< of hx, hy, hz; 0..1e6, not 0
     hexload_real_t prior_inertia_sigma_kg_m2; ///< of the tensor's entries; 0..1e6, not 0

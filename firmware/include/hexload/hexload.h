@@ -25,8 +25,6 @@ HEXLOAD_DECLS_BEGIN
 typedef struct { // no tag: hexload is a namespace in C++
     hexload_leg_gate_t leg_gate;
     hexload_kinematics_t kinematics;
-    hexload_motion_t motion;
-    hexload_wrench_t wrench;
     hexload_paper_filter_t paper_filter;
     hexload_supervisor_t supervisor;
     hexload_health_t health;

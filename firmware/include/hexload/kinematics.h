@@ -5,9 +5,11 @@
 
 #include "hexload/leg_sample.h"
 
+#include <stdbool.h>
+
 HEXLOAD_DECLS_BEGIN
 
-/// Newton steps of one search; a tick that follows another needs one, a start from home about five.
+/// Newton steps of one search; a tick that follows another needs one or two, a start from home about five.
 enum { HEXLOAD_NEWTON_STEPS_MAX = 8 };
 
 /// A leg Jacobian taken apart, to solve J x = y. E are its left columns, M its right ones. Three legs, the
@@ -28,9 +30,7 @@ typedef struct hexload_motion {
     hexload_real_t R[3][3];            ///< base <- platform
     hexload_real_t J[HEXLOAD_LEGS][6]; ///< leg velocities = J [v; omega]; row i = [e_i, R a_i x e_i]
     hexload_real_t twist[6];           ///< [v m/s; omega rad/s] from the measured leg velocities
-    hexload_real_t rate_gain[3]
-                            [HEXLOAD_LEGS]; ///< lower half of J^-1: omega = rate_gain * leg velocities; 1/m
-    uint32_t newton_steps;                  ///< Jacobians evaluated by this call's search
+    uint32_t newton_steps;             ///< Jacobians evaluated by this call's search
 } hexload_motion_t;
 
 /// Constants of the geometry and the last pose, from which the next search starts.
@@ -42,6 +42,7 @@ typedef struct hexload_kinematics {
     hexload_real_t quaternion[4];
     hexload_real_t displacement_m[HEXLOAD_LEGS]; ///< the legs of that pose
     hexload_leg_blocks_t jacobian;               ///< there
+    bool is_lost;                                ///< no search starts from that pose any more
 } hexload_kinematics_t;
 
 /// Finds the home height and starts at the home pose.
@@ -50,12 +51,13 @@ typedef struct hexload_kinematics {
 HEXLOAD_MUST_USE hexload_status_t hexload_kinematics_init(hexload_kinematics_t* self,
                                                           const hexload_config_t* config);
 
-/// Forward kinematics by Newton's method from the last pose and, where that finds nothing near home, from
-/// home; then the twist. Leg lengths of the result agree with the displacements to a few ulp; the Jacobian is
-/// that of a pose less than a micrometre away. Poses beyond a leg's length or 90 degrees from home are other
-/// assemblies of the same legs and count as not found.
-/// @return HEXLOAD_OK, HEXLOAD_ERR_POSE or HEXLOAD_ERR_SINGULAR; then self and motion do not change.
-///         Reentrant. Worst case: 2 HEXLOAD_NEWTON_STEPS_MAX Jacobians; one on a tick
+/// Forward kinematics by Newton's method, from the last pose or, when the legs have moved far or nothing was
+/// found from there the last time, from home; then the twist. Leg lengths of the result agree with the
+/// displacements to a few ulp; the Jacobian is that of a pose less than a micrometre away. Poses beyond a
+/// leg's length or 90 degrees from home are other assemblies of the same legs and count as not found.
+/// @return HEXLOAD_OK, HEXLOAD_ERR_POSE or HEXLOAD_ERR_SINGULAR; then motion means nothing, and of self no
+/// more
+///         than is_lost has changed. Reentrant. Worst case: HEXLOAD_NEWTON_STEPS_MAX Jacobians; one on a tick
 ///         that follows another up to 1 m/s, as the first step uses the last tick's.
 HEXLOAD_MUST_USE hexload_status_t hexload_kinematics_solve(hexload_kinematics_t* self,
                                                            const hexload_config_t* config,
@@ -66,9 +68,11 @@ HEXLOAD_MUST_USE hexload_status_t hexload_kinematics_solve(hexload_kinematics_t*
 static inline void hexload_motion_to_platform(const hexload_motion_t* motion,
                                               const hexload_real_t base_axes[3],
                                               hexload_real_t platform_axes[3]) {
+    HEXLOAD_UNROLL
     for (int k = 0; k < 3; k++) {
         platform_axes[k] =
-            motion->R[0][k] * base_axes[0] + motion->R[1][k] * base_axes[1] + motion->R[2][k] * base_axes[2];
+            hexload_fma(motion->R[2][k], base_axes[2],
+                        hexload_fma(motion->R[1][k], base_axes[1], motion->R[0][k] * base_axes[0]));
     }
 }
 

@@ -15,16 +15,18 @@ typedef struct hexload_leg_sample {
     hexload_real_t force_n[HEXLOAD_LEGS];        ///< positive pushes the platform away from the base
 } hexload_leg_sample_t;
 
-/// Last accepted tick.
+/// Last accepted sample.
 typedef struct hexload_leg_gate {
+    hexload_real_t last_displacement_m[HEXLOAD_LEGS];
     uint32_t last_tick;
-    uint32_t accepted; ///< samples so far, saturating; 0: last_tick means nothing
+    uint32_t accepted; ///< samples so far, saturating; 0: the others mean nothing
 } hexload_leg_gate_t;
 
 void hexload_leg_sample_init(hexload_leg_gate_t* self);
 
-/// Checks a sample: finite and in range, every leg longer than nothing, later than the last. A source that
-/// starts its tick counter anew needs hexload_init().
+/// Checks a sample: finite and in range, every leg longer than nothing, later than the last, and no leg
+/// farther from there than its range of speed allows: a spike, which would mislead for as long as a window
+/// holds it. A source that starts its tick counter anew needs hexload_init().
 /// @param[out] gap_ticks periods since the last accepted sample: 1 when none is missing, 0 for the first
 /// sample.
 /// @param[in,out] health sets LEG_OUT_OF_STROKE, SAMPLE_MISSING.
@@ -36,7 +38,7 @@ HEXLOAD_MUST_USE hexload_status_t hexload_leg_sample_check(const hexload_leg_gat
                                                            const hexload_leg_sample_t* sample,
                                                            uint32_t* gap_ticks, uint32_t* health);
 
-/// Remembers the sample's tick.
+/// Remembers the sample's tick and displacements.
 void hexload_leg_sample_accept(hexload_leg_gate_t* self, const hexload_leg_sample_t* sample);
 
 HEXLOAD_DECLS_END

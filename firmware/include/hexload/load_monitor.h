@@ -15,7 +15,7 @@ HEXLOAD_DECLS_BEGIN
 
 typedef struct hexload_load_monitor {
     hexload_real_t momentum[6];
-    hexload_real_t covariance[21];          ///< lower triangle by rows
+    hexload_real_t covariance[6][6];        ///< the lower triangle counts
     hexload_real_t theta[HEXLOAD_LOAD_DIM]; ///< that of the last tick
     hexload_momentum_input_t last_input;
     hexload_real_t last_force_n[2][HEXLOAD_LEGS]; ///< newest first
@@ -28,7 +28,7 @@ typedef struct hexload_load_monitor {
 void hexload_load_monitor_init(hexload_load_monitor_t* self);
 
 /// One sample of the present.
-/// @param gap_ticks periods since the last; more than longest_gap_ticks: mu begins anew.
+/// @param gap_ticks periods since the last; more than HEXLOAD_LONGEST_STEP_TICKS: mu begins anew.
 /// @return true when the load has changed. Reentrant, constant time.
 HEXLOAD_MUST_USE bool hexload_load_monitor_step(hexload_load_monitor_t* self, const hexload_config_t* config,
                                                 const hexload_sensors_t* sensors,

@@ -32,10 +32,9 @@ enum hexload_load_parameter {
     HEXLOAD_LOAD_DIM
 };
 
-enum {
-    HEXLOAD_MOMENTUM_STATES = HEXLOAD_LOAD_DIM + 6, ///< theta, mu
-    HEXLOAD_MOMENTUM_COVARIANCES = HEXLOAD_MOMENTUM_STATES * (HEXLOAD_MOMENTUM_STATES + 1) / 2,
-};
+/// Longest time that mu is moved on over in one step: at 3 Hz the trapezoid's error is then 3e-4. Over a
+/// longer gap mu begins anew, which also makes up for what the gap costs in the other stages.
+enum { HEXLOAD_LONGEST_STEP_TICKS = 3 };
 
 /// What moves mu at one tick.
 typedef struct hexload_momentum_input {
@@ -46,8 +45,10 @@ typedef struct hexload_momentum_input {
 typedef struct hexload_momentum_filter {
     hexload_real_t platform[HEXLOAD_LOAD_DIM]; ///< theta_platform
     hexload_real_t theta[HEXLOAD_LOAD_DIM];
-    hexload_real_t momentum[6];                              ///< mu
-    hexload_real_t covariance[HEXLOAD_MOMENTUM_COVARIANCES]; ///< lower triangle by rows; theta first, then mu
+    hexload_real_t momentum[6];                                  ///< mu
+    hexload_real_t load_cov[HEXLOAD_LOAD_DIM][HEXLOAD_LOAD_DIM]; ///< of theta
+    hexload_real_t cross_cov[6][HEXLOAD_LOAD_DIM];               ///< of mu with theta
+    hexload_real_t momentum_cov[6][6];                           ///< of mu; the lower triangle counts
     hexload_momentum_input_t last_input;
     hexload_real_t smooth_twist[6]; ///< of the last sample, base axes
     hexload_real_t nis;             ///< of the last sample, 6 degrees of freedom; 6 when there was none

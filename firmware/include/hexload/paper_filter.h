@@ -47,7 +47,8 @@ typedef struct hexload_jacobian_noise {
     hexload_real_t inertia[3];
 } hexload_jacobian_noise_t;
 
-/// State and covariance P = [rate_cov, cross_cov; cross_cov^T, param_cov]; both squares are symmetric.
+/// State and covariance P = [rate_cov, cross_cov; cross_cov^T, param_cov]; of both squares the lower triangle
+/// counts.
 typedef struct hexload_paper_filter {
     hexload_paper_constants_t constants;
     hexload_real_t rate_rad_s[3];            ///< omega, platform axes
@@ -55,8 +56,6 @@ typedef struct hexload_paper_filter {
     hexload_real_t rate_cov[3][3];
     hexload_real_t cross_cov[3][HEXLOAD_PAPER_DIM];
     hexload_real_t param_cov[HEXLOAD_PAPER_DIM][HEXLOAD_PAPER_DIM];
-    hexload_real_t
-        noise_lever_kg_m2[3]; ///< noise of a rate over noise of its derivative by the inertia, negative of
     hexload_jacobian_noise_t jacobian_noise; ///< summed over the filter's memory, in cross_cov / param_cov
     hexload_wrench_t last_wrench;
     hexload_real_t last_force_n[HEXLOAD_FORCE_HISTORY][HEXLOAD_LEGS]; ///< newest first
@@ -69,13 +68,15 @@ typedef struct hexload_paper_filter {
 void hexload_paper_filter_init(hexload_paper_filter_t* self, const hexload_config_t* config);
 
 /// One time update (32) and one measurement update (36).
+/// @param jacobian that of motion.
 /// @param gap_ticks 0 for the first sample, which sets the rates; more than longest_gap_ticks: rates restart.
 /// @param[in,out] health sets RATE_RESEEDED, MEASUREMENT_GATED, INERTIA_BOUNDED, COVARIANCE_BOUNDED,
 /// FILTER_RESTARTED, NOISE_BOUNDED.
 /// Reentrant, constant time but for these cases, which are shorter.
 void hexload_paper_filter_step(hexload_paper_filter_t* self, const hexload_config_t* config,
                                const hexload_leg_sample_t* sample, const hexload_motion_t* motion,
-                               const hexload_wrench_t* wrench, uint32_t gap_ticks, uint32_t* health);
+                               const hexload_leg_blocks_t* jacobian, const hexload_wrench_t* wrench,
+                               uint32_t gap_ticks, uint32_t* health);
 
 /// Estimates and their standard deviations.
 void hexload_paper_filter_read(const hexload_paper_filter_t* self, hexload_real_t value[HEXLOAD_PAPER_DIM],

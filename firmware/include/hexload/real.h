@@ -16,6 +16,17 @@
 #define HEXLOAD_DECLS_END
 #endif
 
+/// 1: a b + c is rounded once, as processors with that instruction do it in half the time; 0: twice, for
+/// those without. All builds with the same value compute the same bits. On x86-64 libm does it where the
+/// processor does not.
+#ifndef HEXLOAD_FUSED
+#if defined(__FP_FAST_FMAF) || defined(__ARM_FEATURE_FMA) || defined(__x86_64__)
+#define HEXLOAD_FUSED 1
+#else
+#define HEXLOAD_FUSED 0
+#endif
+#endif
+
 #ifdef HEXLOAD_REFERENCE_DOUBLE
 typedef double hexload_real_t;
 #define HEXLOAD_REAL(literal) literal
@@ -25,6 +36,9 @@ static inline hexload_real_t hexload_sqrt(hexload_real_t x) {
 }
 static inline hexload_real_t hexload_abs(hexload_real_t x) {
     return fabs(x);
+}
+static inline hexload_real_t hexload_fma(hexload_real_t a, hexload_real_t b, hexload_real_t c) {
+    return HEXLOAD_FUSED ? fma(a, b, c) : a * b + c;
 }
 #else
 typedef float hexload_real_t;
@@ -38,6 +52,18 @@ static inline hexload_real_t hexload_sqrt(hexload_real_t x) {
 static inline hexload_real_t hexload_abs(hexload_real_t x) {
     return fabsf(x);
 }
+/// a b + c.
+static inline hexload_real_t hexload_fma(hexload_real_t a, hexload_real_t b, hexload_real_t c) {
+    return HEXLOAD_FUSED ? fmaf(a, b, c) : a * b + c;
+}
+#endif
+
+/// Before a loop of at most eight rounds, whose bounds are numbers or counters of such loops around it: its
+/// body then stands once for each round, and what it indexes stays in registers. clang does so by itself.
+#if defined(__GNUC__) && !defined(__clang__)
+#define HEXLOAD_UNROLL _Pragma("GCC unroll 8")
+#else
+#define HEXLOAD_UNROLL
 #endif
 
 /// Larger and smaller of two numbers; with a NaN the second argument.

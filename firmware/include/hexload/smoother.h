@@ -35,16 +35,17 @@ enum {
 /// What the lag makes of the polynomials.
 typedef struct hexload_smoother_constants {
     uint32_t lag_ticks;
-    uint64_t entering[HEXLOAD_SMOOTHER_ORDERS];   ///< C(2 lag + 1, n)
-    uint64_t central[3][HEXLOAD_SMOOTHER_ORDERS]; ///< sums about the first tick -> odd sums about the middle
-    hexload_real_t project[3];                    ///< of the third on p1; of the fifth on p1 and p3
-    hexload_real_t slope[3];                      ///< from a sum in steps to c_m in m/s
-    hexload_real_t inverse_variance[3];           ///< 1 / sigma^2 of c_m
+    int32_t entering[HEXLOAD_SMOOTHER_ORDERS]; ///< weights of the window's newest tick in the sums
+    int32_t leaving[HEXLOAD_SMOOTHER_ORDERS];  ///< of its oldest
+    hexload_real_t project[3];                 ///< of the third on p1; of the fifth on p1 and p3
+    hexload_real_t slope[3];                   ///< from a sum in steps to c_m in m/s
+    hexload_real_t inverse_variance[3];        ///< 1 / sigma^2 of c_m
 } hexload_smoother_constants_t;
 
 typedef struct hexload_smoother {
     hexload_smoother_constants_t constants;
-    uint64_t sum[HEXLOAD_SMOOTHER_ORDERS][HEXLOAD_LEGS]; ///< of C(i, n) x_i over the window, modulo 2^64
+    uint64_t sum[HEXLOAD_LEGS]
+                [HEXLOAD_SMOOTHER_ORDERS]; ///< of weights times steps over the window, modulo 2^64
     int32_t steps[HEXLOAD_WINDOW_CAPACITY][HEXLOAD_LEGS];
     hexload_real_t velocity_m_s[HEXLOAD_DELAY_CAPACITY][HEXLOAD_LEGS];
     hexload_real_t force_n[HEXLOAD_DELAY_CAPACITY][HEXLOAD_LEGS];

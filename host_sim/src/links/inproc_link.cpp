@@ -59,12 +59,9 @@ std::vector<double> covariance_of(const hexload_t&) {
 std::vector<double> covariance_of(const hexload_momentum_t& self) {
     constexpr std::size_t size = HEXLOAD_LOAD_DIM;
     std::vector<double> matrix(size * size);
-    std::size_t entry = 0; // the firmware keeps the lower triangle by rows, the load's parameters first
     for (std::size_t row = 0; row < size; row++) {
-        for (std::size_t column = 0; column <= row; column++, entry++) {
-            const auto value = static_cast<double>(self.filter.covariance[entry]);
-            matrix[row * size + column] = value;
-            matrix[column * size + row] = value;
+        for (std::size_t column = 0; column < size; column++) {
+            matrix[row * size + column] = static_cast<double>(self.filter.load_cov[row][column]);
         }
     }
     return matrix;

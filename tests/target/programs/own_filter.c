@@ -3,7 +3,9 @@
 #include "paper_filter.c" // its two steps are static
 
 static hexload_config_t config;
-static hexload_paper_filter_t filter;
+static hexload_paper_filter_t filter; // all of it
+static hexload_paper_filter_t kalman; // its Kalman filter alone
+static hexload_paper_model_t model;
 
 void own_filter_start(const rival_filter_t* start) {
     hexload_config_default(&config);
@@ -21,23 +23,39 @@ void own_filter_start(const rival_filter_t* start) {
             }
         }
     }
+    kalman = filter;
 }
 
-void own_filter_step(const rival_input_t* input) {
-    hexload_paper_model_t model = {.jacobian_noise = {{0}}};
-    hexload_real_t noise[3][3];
-    uint32_t health = 0;
+void own_filter_prepare(const rival_input_t* input) {
     memcpy(model.noise, input->Q, sizeof model.noise);
-    memcpy(noise, input->R, sizeof noise);
     for (int i = 0; i < RATES; i++) {
         model.by_dz[i] = input->N[i][HEXLOAD_PAPER_DZ];
         model.by_inertia[i] = input->N[i][HEXLOAD_PAPER_IXX + i];
-        model.rate_step_rad_s[i] = times_row(&model, i, filter.param);
-        model.inertia_kg_m2[i] = 50.0f;
-        model.cautious_inertia_kg_m2[i] = 60.0f;
+        model.rate_step_rad_s[i] =
+            add_row(&model, i, filter.param[HEXLOAD_PAPER_DZ], filter.param[HEXLOAD_PAPER_IXX + i], 0.0f);
+        model.noise_lever_kg_m2[i] = 72.0f;
     }
+}
+
+void kalman_filter_step(rival_input_t* input) {
+    hexload_real_t S[3][3];
+    hexload_real_t L[3][3];
+    hexload_real_t whitened[3];
+    predict(&kalman, &model);
+    if (innovate(&kalman, input->measured, input->R, S, L, whitened)) {
+        correct(&kalman, L, whitened);
+    }
+}
+
+void own_filter_step(rival_input_t* input) {
+    uint32_t health = 0;
     predict(&filter, &model);
-    update(&filter, &config, input->measured, noise, &health);
+    add_jacobian_noise(&filter.jacobian_noise, &model.jacobian_noise);
+    update(&filter, &config, model.noise_lever_kg_m2, input->measured, input->R, &health);
+}
+
+void kalman_filter_read(float parameters[PARAMETERS]) {
+    memcpy(parameters, kalman.param, sizeof kalman.param);
 }
 
 void own_filter_read(float parameters[PARAMETERS]) {

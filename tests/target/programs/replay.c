@@ -50,6 +50,8 @@ static void run_stages(hexload_t* self, const hexload_config_t* config, const he
     uint32_t health = 0;
     uint32_t gap_ticks = 0;
     hexload_estimate_t estimate;
+    hexload_motion_t motion;
+    hexload_wrench_t wrench;
     uint32_t mark = instruction_counter_mark();
     hexload_status_t status = hexload_leg_sample_check(&self->leg_gate, config, sample, &gap_ticks, &health);
     instructions[LEG_SAMPLE] = instruction_counter_since(mark);
@@ -57,18 +59,18 @@ static void run_stages(hexload_t* self, const hexload_config_t* config, const he
         return;
     }
     mark = instruction_counter_mark();
-    status = hexload_kinematics_solve(&self->kinematics, config, sample, &self->motion);
+    status = hexload_kinematics_solve(&self->kinematics, config, sample, &motion);
     instructions[KINEMATICS] = instruction_counter_since(mark);
     if (status != HEXLOAD_OK) {
         return;
     }
     hexload_leg_sample_accept(&self->leg_gate, sample);
     mark = instruction_counter_mark();
-    hexload_wrench_compute(&self->motion, sample, &self->wrench);
+    hexload_wrench_compute(&motion, sample, &wrench);
     instructions[WRENCH] = instruction_counter_since(mark);
     mark = instruction_counter_mark();
-    hexload_paper_filter_step(&self->paper_filter, config, sample, &self->motion, &self->wrench, gap_ticks,
-                              &health);
+    hexload_paper_filter_step(&self->paper_filter, config, sample, &motion, &self->kinematics.jacobian,
+                              &wrench, gap_ticks, &health);
     instructions[FILTER] = instruction_counter_since(mark);
     mark = instruction_counter_mark();
     hexload_supervisor_judge(&self->supervisor, config, &self->paper_filter, &estimate, &health);

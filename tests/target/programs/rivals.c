@@ -18,7 +18,7 @@ void* _sbrk(ptrdiff_t increment) {
     return (void*)-1;
 }
 
-enum { STEPS = 300, FILTERS = 3 };
+enum { STEPS = 300, FILTERS = 4 };
 
 typedef struct {
     uint32_t instructions; ///< of the longest step
@@ -78,7 +78,7 @@ int main(void) {
     float rate[RATES] = {0};
     instruction_counter_start();
     for (int step = 0; step < STEPS; step++) {
-        const rival_input_t input = input_of(step, rate);
+        rival_input_t input = input_of(step, rate);
         const dense_input_t dense_input = dense_input_of(&input);
         uint32_t mark = instruction_counter_mark();
         dense_filter_step(&dense, &dense_input, &input);
@@ -86,13 +86,18 @@ int main(void) {
         mark = instruction_counter_mark();
         eigen_filter_step(&eigen, &input);
         count(mark, &answers[1]);
+        own_filter_prepare(&input);
         mark = instruction_counter_mark();
         own_filter_step(&input);
         count(mark, &answers[2]);
+        mark = instruction_counter_mark();
+        kalman_filter_step(&input);
+        count(mark, &answers[3]);
     }
     memcpy(answers[0].parameter, &dense.x[RATES], sizeof answers[0].parameter);
     memcpy(answers[1].parameter, &eigen.x[RATES], sizeof answers[1].parameter);
     own_filter_read(answers[2].parameter);
+    kalman_filter_read(answers[3].parameter);
     if (!semihosting_command_line(command_line, sizeof command_line) ||
         strtok_r(command_line, " ", &rest) == NULL) {
         return 2;

@@ -35,9 +35,15 @@ void dense_filter_step(rival_filter_t* self, const dense_input_t* dense, const r
 void eigen_filter_step(rival_filter_t* self, const rival_input_t* input);
 
 /// This project's filter without the model of the machine: time update, and measurement update with gate,
-/// bounds and removal of noise effects. Of N it takes the paper's five entries.
+/// bounds and removal of noise effects. Of N it takes the paper's five entries, which prepare() puts where
+/// the model's stage leaves them.
 void own_filter_start(const rival_filter_t* start);
-void own_filter_step(const rival_input_t* input);
+void own_filter_prepare(const rival_input_t* input);
+void own_filter_step(rival_input_t* input);
+
+/// The same without gate, bounds and removal of noise effects: what the rivals do.
+void kalman_filter_step(rival_input_t* input);
+void kalman_filter_read(float parameters[PARAMETERS]);
 void own_filter_read(float parameters[PARAMETERS]);
 
 #ifdef __cplusplus
