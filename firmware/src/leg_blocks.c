@@ -7,11 +7,11 @@ static const hexload_real_t WORTH_EXCHANGING = HEXLOAD_REAL(2.0);
 
 /// Puts three legs first whose directions span space well in every pose: the first leg, the one most across
 /// it, and the one most out of the plane of both. Then no entry of K is large, and no digits are lost.
-static void choose_carriers(hexload_real_t J[HEXLOAD_LEGS][6], uint32_t leg[HEXLOAD_LEGS]) {
+static void choose_carriers(hexload_real_t J[HEXLOAD_LEGS][6], uint8_t leg[HEXLOAD_LEGS]) {
     hexload_real_t normal[3];
     hexload_real_t largest = HEXLOAD_REAL(0.0);
-    uint32_t second = 1;
-    for (uint32_t i = 1; i < HEXLOAD_LEGS; i++) {
+    uint8_t second = 1;
+    for (uint8_t i = 1; i < HEXLOAD_LEGS; i++) {
         cross3(J[0], J[i], normal);
         const hexload_real_t size = dot3(normal, normal);
         if (size > largest) {
@@ -21,8 +21,8 @@ static void choose_carriers(hexload_real_t J[HEXLOAD_LEGS][6], uint32_t leg[HEXL
     }
     cross3(J[0], J[second], normal);
     largest = HEXLOAD_REAL(0.0);
-    uint32_t third = second == 1 ? 2 : 1;
-    for (uint32_t i = 1; i < HEXLOAD_LEGS; i++) {
+    uint8_t third = second == 1 ? 2 : 1;
+    for (uint8_t i = 1; i < HEXLOAD_LEGS; i++) {
         const hexload_real_t size = hexload_abs(dot3(normal, J[i]));
         if (size > largest && i != second) {
             largest = size;
@@ -33,7 +33,7 @@ static void choose_carriers(hexload_real_t J[HEXLOAD_LEGS][6], uint32_t leg[HEXL
     leg[1] = second;
     leg[2] = third;
     uint32_t others = 3;
-    for (uint32_t i = 1; i < HEXLOAD_LEGS; i++) {
+    for (uint8_t i = 1; i < HEXLOAD_LEGS; i++) {
         if (i != second && i != third) {
             leg[others] = i;
             others++;
@@ -112,7 +112,7 @@ bool leg_blocks_update(hexload_real_t J[HEXLOAD_LEGS][6], hexload_leg_blocks_t* 
 
 void leg_blocks_solve(const hexload_leg_blocks_t* blocks, const hexload_real_t y[HEXLOAD_LEGS],
                       hexload_real_t x[6]) {
-    const uint32_t* leg = blocks->leg;
+    const uint8_t* leg = blocks->leg;
     const hexload_real_t y1[3] = {y[leg[0]], y[leg[1]], y[leg[2]]};
     hexload_real_t y2[3];
     hexload_real_t left[3];

@@ -52,4 +52,4 @@ def test_stages_and_bookkeeping_make_up_the_tick(preset, inputs, tmp_path):
     # the counting of health bits, is small
     besides = accepted["tick_instructions"].astype(int) - accepted["stage_instructions"].sum(axis=1)
     assert besides.min() > 0
-    assert besides.max() < 150
+    assert besides.max() < 200

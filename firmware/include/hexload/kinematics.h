@@ -16,7 +16,7 @@ enum { HEXLOAD_NEWTON_STEPS_MAX = 8 };
 /// carriers (1), give the velocity once the rotation is known, and the other three (2) the rotation:
 ///     omega = S^-1 (y2 - K y1),  v = E1^-1 (y1 - M1 omega)  with  K = E2 E1^-1,  S = M2 - K M1
 typedef struct hexload_leg_blocks {
-    uint32_t leg[HEXLOAD_LEGS]; ///< the carriers, then the others
+    uint8_t leg[HEXLOAD_LEGS]; ///< the carriers, then the others
     hexload_real_t E1_inverse[3][3];
     hexload_real_t M1[3][3];
     hexload_real_t K[3][3];
