@@ -24,10 +24,14 @@ Matrix36 columns(const std::array<Vector3, 6>& points) {
     return matrix;
 }
 
+// By the eigenvalues of a square matrix, squares of the hinges' spread: the SVD of a 3 x 6 matrix takes long
+// to compile.
 bool on_one_line(const Matrix36& points) {
     const Matrix36 centred = points.colwise() - points.rowwise().mean();
-    const Vector3 spread = centred.jacobiSvd().singularValues();
-    return spread(1) <= collinear_ratio * spread(0) || spread(0) == 0.0;
+    const Matrix3 scatter = centred * centred.transpose();
+    const Vector3 spread_squared = scatter.jacobiSvd().singularValues();
+    return spread_squared(1) <= collinear_ratio * collinear_ratio * spread_squared(0) ||
+           spread_squared(0) == 0.0;
 }
 
 // Ratio of extreme singular values, moments divided by the platform radius so that all entries are
