@@ -264,9 +264,9 @@ def record(tmp_path_factory, make_loop) -> Callable[..., Recording]:
 
 
 @pytest.fixture(scope="session")
-def paper_run(record) -> Callable[[str], Recording]:
-    """paper_run(profile): all of the paper's scenario, 10,000 ticks."""
-    return record
+def paper_run(record, kind) -> Callable[[str], Recording]:
+    """paper_run(profile): the paper's scenario; all of it, or half of it on an emulator in an emulator."""
+    return lambda profile: record(profile, "--duration", kind.paper_s)
 
 
 @pytest.fixture(scope="session")

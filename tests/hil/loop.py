@@ -33,12 +33,17 @@ class Controller:
     name: str
     command: tuple[str | Path, ...]
     profiles: tuple[str, ...]  # that it speaks; the first one unless it is told otherwise
+    paper_s: int  # so much of the paper's scenario is run with it
     hold: signal.Signals  # its time stands still
     go_on: signal.Signals
 
+    @property
+    def paper_ticks(self) -> int:
+        return 1000 * self.paper_s + 1  # both ends
+
     @classmethod
     def linux(cls) -> "Controller":
-        return cls("linux", (project.controller(),), PROFILES, signal.SIGSTOP, signal.SIGCONT)
+        return cls("linux", (project.controller(),), PROFILES, 10, signal.SIGSTOP, signal.SIGCONT)
 
     @classmethod
     def linux_separate(cls) -> "Controller":
@@ -49,7 +54,7 @@ class Controller:
     @classmethod
     def zynqmp_r5(cls) -> "Controller":
         command = (sys.executable, "-m", "hexload_tools.zynqmp_r5")
-        return cls("zynqmp_r5", command, ("classic",), signal.SIGUSR1, signal.SIGUSR2)
+        return cls("zynqmp_r5", command, ("classic",), 5, signal.SIGUSR1, signal.SIGUSR2)
 
 
 @dataclass(frozen=True)

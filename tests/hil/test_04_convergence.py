@@ -30,9 +30,9 @@ def quantised(values: np.ndarray, step: float) -> np.ndarray:
 
 
 @pytest.fixture(scope="module")
-def in_process(simulator, tmp_path_factory):
+def in_process(simulator, kind, tmp_path_factory):
     directory = tmp_path_factory.mktemp("inproc") / "run"
-    subprocess.run([simulator, SCENARIO, "--out", directory, "--quiet"], check=True)
+    subprocess.run([simulator, SCENARIO, "--duration", str(kind.paper_s), "--out", directory, "--quiet"], check=True)
     return read_run(directory)
 
 
