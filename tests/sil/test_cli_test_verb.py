@@ -1,8 +1,12 @@
 """How `hexload test` counts: a test that failed, did not run, or was skipped is never counted as passed."""
 
+from threading import Event
+
 import pytest
 
 from hexload_tools import test as verb
+
+PATIENCE_S = 60.0
 
 
 def junit(tmp_path, *statuses):
@@ -17,7 +21,8 @@ def junit(tmp_path, *statuses):
 def presets(monkeypatch, tmp_path):
     """Replaces the building and running of presets by outcomes that the test chooses."""
     chosen = {}
-    monkeypatch.setattr(verb, "_run_preset", lambda preset, regex: chosen[preset])
+    monkeypatch.setattr(verb, "_run_preset", lambda preset, regex, built: chosen[preset])
+    monkeypatch.setattr(verb.build, "build", lambda preset, *targets, niceness: None)
     return chosen
 
 
@@ -82,7 +87,7 @@ def test_a_run_of_no_test_fails(presets, capsys):
 
 def test_a_build_that_fails_is_counted_and_the_other_presets_still_run(monkeypatch, capsys):
     # GIVEN a compiler that refuses everything
-    def refuse(preset):
+    def refuse(preset, *targets, niceness):
         raise verb.ToolFailed(f"building {preset} failed\nerror: found nothing, expected ';'")
 
     monkeypatch.setattr(verb.build, "build", refuse)
@@ -91,3 +96,18 @@ def test_a_build_that_fails_is_counted_and_the_other_presets_still_run(monkeypat
     output = capsys.readouterr().out
     assert output.count("expected ';'") == 2
     assert output.splitlines()[-1] == "0 passed, 2 failed"
+
+
+def test_the_next_preset_is_built_while_one_is_tested(monkeypatch, capsys):
+    # GIVEN tests of the first preset that last until the second one has been built
+    built = {"host": Event(), "host-clang": Event()}
+    monkeypatch.setattr(verb.build, "build", lambda preset, *targets, niceness: built[preset].set())
+
+    def tests_of(preset, regex, build):
+        build.result()
+        return outcome(preset, int(built["host-clang"].wait(PATIENCE_S)))
+
+    monkeypatch.setattr(verb, "_run_preset", tests_of)
+    # WHEN both are run THEN the tests of both end well
+    verb.run_tests(["host", "host-clang"], None)
+    assert capsys.readouterr().out.splitlines()[-1] == "2 passed, 0 failed"
