@@ -15,7 +15,6 @@
 
 #include "ports/linux/real_time.hpp"
 
-#include <CLI/CLI.hpp>
 #include <fmt/format.h>
 
 #include <chrono>
@@ -270,14 +269,9 @@ ExitStatus status_of(const std::exception& error) {
 } // namespace
 
 int main(int argc, char** argv) {
-    CLI::App app{"Simulates a hydraulic Stewart platform with a load and identifies the load on the way.",
-                 "hexload_sim"};
     Options options;
-    declare(app, options);
-    try {
-        app.parse(argc, argv);
-    } catch (const CLI::ParseError& error) {
-        return app.exit(error) == 0 ? exit_done : exit_bad_input;
+    if (const auto status = read_command_line(argc, argv, options)) {
+        return *status;
     }
     try {
         return simulate(options);

@@ -80,10 +80,18 @@ sim::Pacing Options::pacing() const {
     return is_in_process() ? sim::Pacing::free_running : sim::Pacing::lockstep;
 }
 
-void declare(CLI::App& app, Options& options) {
+std::optional<ExitStatus> read_command_line(int argc, char** argv, Options& options) {
+    CLI::App app{"Simulates a hydraulic Stewart platform with a load and identifies the load on the way.",
+                 "hexload_sim"};
     declare_experiment(app, options);
     declare_bus(app, options);
     app.add_flag("--force", options.force, "replace an existing run directory");
     app.add_flag("--quiet", options.quiet, "no progress, no summary");
     app.footer(footer);
+    try {
+        app.parse(argc, argv);
+    } catch (const CLI::ParseError& error) {
+        return app.exit(error) == 0 ? exit_done : exit_bad_input;
+    }
+    return std::nullopt;
 }

@@ -10,10 +10,6 @@
 #include <optional>
 #include <string>
 
-namespace CLI {
-class App;
-}
-
 enum ExitStatus {
     exit_done = 0,
     exit_bad_input = 2,
@@ -48,4 +44,5 @@ struct Options {
     hexload::sim::Pacing pacing() const;
 };
 
-void declare(CLI::App& app, Options& options);
+// A status: the program ends with it, as all has been said (help, or what is wrong).
+std::optional<ExitStatus> read_command_line(int argc, char** argv, Options& options);
