@@ -13,7 +13,7 @@ namespace hexload::sim {
 namespace {
 
 constexpr std::string_view header = "t,x,y,z,roll,pitch,yaw";
-constexpr std::array<const char*, 7> columns{"t", "x", "y", "z", "roll", "pitch", "yaw"};
+constexpr std::array<const char*, 7> column_names{"t", "x", "y", "z", "roll", "pitch", "yaw"};
 
 std::string_view without_carriage_return(std::string_view line) {
     return line.ends_with('\r') ? line.substr(0, line.size() - 1) : line;
@@ -25,13 +25,13 @@ std::array<double, 7> parse_row(const std::string& file, std::size_t line_number
         const bool is_last = column + 1 == values.size();
         const std::size_t comma = line.find(',');
         if ((comma == std::string_view::npos) != is_last) {
-            throw InputError(file, line_number, columns[column], is_last ? "more columns" : "too few columns",
-                             "seven columns");
+            throw InputError(file, line_number, column_names[column],
+                             is_last ? "more columns" : "too few columns", "seven columns");
         }
         const std::string_view field = line.substr(0, comma);
         const auto [end, error] = std::from_chars(field.data(), field.data() + field.size(), values[column]);
         if (error != std::errc{} || end != field.data() + field.size() || !std::isfinite(values[column])) {
-            throw InputError(file, line_number, columns[column], "\"" + std::string(field) + "\"",
+            throw InputError(file, line_number, column_names[column], "\"" + std::string(field) + "\"",
                              "a finite number");
         }
         line.remove_prefix(is_last ? line.size() : comma + 1);

@@ -37,9 +37,9 @@ PlatformFile with_tare(PlatformFile platform, const Vector10& tare) {
     return platform;
 }
 
-PlatformFile with_own_load(PlatformFile platform, double share) {
-    platform.platform.mass_kg *= 1.0 - share;
-    platform.platform.inertia_kg_m2 *= 1.0 - share;
+PlatformFile with_own_load(PlatformFile platform, double load_share) {
+    platform.platform.mass_kg *= 1.0 - load_share;
+    platform.platform.inertia_kg_m2 *= 1.0 - load_share;
     platform.known_mass_kg.reset();
     return platform;
 }
