@@ -420,12 +420,13 @@ SCENARIO("in real time every tick is answered or counted") {
         }
         bench.link().start();
         WHEN("the ticks are run") {
-            bench.steps(0, 1499);
-            THEN("those that are more than 1000 ticks late count as missing") {
+            const auto rows = bench.steps(0, 1499);
+            THEN("those that are more than 1000 ticks late count as missing, and have no row") {
                 CHECK(bench.counts().expected == 1500);
                 CHECK(bench.counts().missing == 499);
                 CHECK(bench.counts().answers == 1001);
                 CHECK(bench.counts().late == 999); // 1498 and 1499 are in time
+                CHECK(rows.size() == 1001);
             }
         }
     }

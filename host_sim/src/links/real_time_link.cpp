@@ -25,14 +25,16 @@ class AnswerAccount {
         ++expected_;
         give_up_before(tick - latest_answer_ticks);
     }
-    void answered(std::uint32_t tick, std::uint32_t newest_tick) {
+    // Whether it counts as an answer: false when it was given up before.
+    bool answered(std::uint32_t tick, std::uint32_t newest_tick) {
         give_up_before(tick);
         if (due_.empty() || due_.front() != tick) {
-            return; // given up before
+            return false;
         }
         due_.pop_front();
         ++answers_;
         late_ += newest_tick - tick > 1 ? 1U : 0U;
+        return true;
     }
     void give_up_all() {
         missing_ += due_.size();
@@ -173,12 +175,11 @@ void RealTimeLink::take(const AnswerPart& part) {
         is_silent_ = false;
     }
     last_heard_ = session_.now();
-    if (part.ends_tick) {
-        account_.answered(part.answered_tick, newest_tick_);
-    }
+    const bool counts = !part.ends_tick || account_.answered(part.answered_tick, newest_tick_);
     if (part.whole) {
         take_state(part.whole->state, part.whole->fault);
-        if (const auto row = book_.take(*part.whole)) {
+        const auto row = book_.take(*part.whole);
+        if (row && counts) { // what counts as missing has no row
             rows_.push_back(*row);
         }
     }
