@@ -1,5 +1,6 @@
 """The limits of budget.toml: memory, stack and instructions of the estimator on a Cortex-M7, and what it is linked with."""
 
+import json
 import subprocess
 import tomllib
 from functools import cache
@@ -12,6 +13,7 @@ from call_graph import deepest_chain, read_call_graph
 from hexload_tools import target
 from hexload_tools.hard_inputs import hard_samples
 from hexload_tools.log_file import read_log
+from hexload_tools.uncertain_estimates import early_covariances, estimates
 
 HERE = Path(__file__).parent
 DATA = HERE.parent / "data"
@@ -29,6 +31,7 @@ MOST_STACK_BYTES = 3 * 1024
 PAPER_SOURCES = ("wrench.c", "paper_model.c", "paper_filter.c", "supervisor.c", "hexload.c")
 MOMENTUM_SOURCES = ("noise_meter.c", "smoother.c", "momentum_model.c", "momentum_filter.c", "load_monitor.c",
                     "load_supervisor.c", "momentum.c")  # fmt: skip
+BODY_SOURCES = ("body.c", "nearest_body.c")  # what only those link who ask for it
 
 
 def check(what: str, found: int, limit: int) -> None:
@@ -109,8 +112,10 @@ def test_code_and_data_are_within_their_limits():
     core = target.size_of(target.library(preset))
     node = target.size_of(*target.node_libraries(preset))
     for name, left_out in {"core": MOMENTUM_SOURCES, "momentum": PAPER_SOURCES}.items():
-        text = core.text - target.size_of(*target.objects(preset, *left_out)).text
+        text = core.text - target.size_of(*target.objects(preset, *left_out, *BODY_SOURCES)).text
         check(f"text of {name}, bytes", text, BUDGET["bytes"][f"{name}_text"])
+    body = target.size_of(*target.objects(preset, *BODY_SOURCES))
+    check("text of the load as a body, bytes", body.text, BUDGET["bytes"]["body_text"])
     check("data of the core, bytes", core.data, BUDGET["bytes"]["core_data"])
     check("text of bus and application, bytes", node.text, BUDGET["bytes"]["bus_and_app_text"])
     check("data of bus and application, bytes", node.data, BUDGET["bytes"]["bus_and_app_data"])
@@ -196,6 +201,40 @@ def test_instructions_of_the_momentum_estimator_are_within_their_limits(optimisa
     for kind, (_, answers) in momentum_runs[optimisation].items():
         check(f"{optimisation}, {kind}, instructions", answers["tick_instructions"].max(), limits[kind])
         assert answers["tick_stack_bytes"].max() <= BUDGET["stack_bytes"]["hexload_momentum_tick"]
+
+
+@pytest.fixture(scope="module")
+def body_runs(tmp_path_factory) -> dict[str, dict[str, np.ndarray]]:
+    """Answers for estimates of a filter that has just begun, and for hard ones, a hundred times as wrong."""
+    folder = tmp_path_factory.mktemp("bodies")
+    random = np.random.default_rng(1)
+    machine = hexload_native.load_platform(DATA / "unknown_load.toml")
+    log, truth = read_log(DATA / "work_motion.csv.gz"), json.loads((DATA / "work_motion.truth.json").read_text())
+    early = early_covariances(hexload_native, machine, log, folder)
+    questions = {}
+    for kind, times in {"early": 1.0, "hard": 100.0}.items():
+        covariances = np.repeat([times**2 * covariance for covariance in early], 100, axis=0)
+        drawn = [estimates(random, np.array(truth["segments"][0]["theta"]), times**2 * each, 100) for each in early]
+        questions[kind] = (np.concatenate(drawn), covariances)
+    return {
+        optimisation: {kind: target.run_bodies(preset, *asked, folder) for kind, asked in questions.items()}
+        for optimisation, preset in target.CORTEX_M7.items()
+    }
+
+
+@pytest.mark.parametrize("optimisation", target.CORTEX_M7)
+def test_instructions_of_the_load_as_a_body_are_within_their_limits(optimisation, body_runs):
+    limits = BUDGET["body_instructions"][optimisation]
+    for kind, answers in body_runs[optimisation].items():
+        # GIVEN estimates most of which no body has WHEN they are brought to the nearest that one has THEN that is found
+        assert (answers["is_possible"] == 0).mean() > 0.5
+        assert (answers["is_found"] == 1).all()
+        # AND within the limits
+        check(f"{optimisation}, {kind}, nearest, instructions", answers["nearest_instructions"].max(), limits[kind])
+        check(f"{optimisation}, {kind}, describe, instructions", answers["describe_instructions"].max(), limits["describe"])
+        for name in ("describe", "nearest"):
+            limit = BUDGET["stack_bytes"][f"hexload_body_{name}"]
+            check(f"{optimisation}, {kind}, {name}, stack, bytes", answers[f"{name}_stack_bytes"].max(), limit)
 
 
 @pytest.mark.parametrize("profile", target.PROFILES)

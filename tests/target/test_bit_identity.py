@@ -13,6 +13,7 @@ import hexload_native
 import numpy as np
 import pytest
 from hexload_tools import target
+from hexload_tools.uncertain_estimates import early_covariances, estimates
 from recorded import LOGS, log_of, platform_file
 
 SECONDS = 10.0
@@ -71,3 +72,24 @@ def test_controller_computes_the_bits_of_the_host_with_the_momentum_filter(name,
         _, answers = target.replay_momentum(preset, config, samples, tmp_path)
         print(f"{name}, {optimisation}: {len(answers)} ticks, last estimate {answers['value'][-1]}")
         assert_same_bits(answers, host)
+
+
+def test_controller_computes_the_bits_of_the_host_for_the_load_as_a_body(tmp_path):
+    # GIVEN estimates as wrong as those of the first two seconds of a motion, described and brought inside by the host
+    platform = hexload_native.load_platform(platform_file("multisine_eccentric", tmp_path))
+    random = np.random.default_rng(2)
+    truth = np.array([312.0, -28.0, 41.0, 84.0, 45.0, 46.0, 20.0, 5.6, 6.5, -9.4])
+    early = early_covariances(hexload_native, platform, log_of("multisine_eccentric"), tmp_path)
+    thetas = np.concatenate([estimates(random, truth, covariance, 25) for covariance in early])
+    covariances = np.repeat(early, 25, axis=0)
+    bodies = [hexload_native.describe_body(*asked) for asked in zip(thetas, covariances, strict=True)]
+    nearest = [hexload_native.nearest_body(*asked) for asked in zip(thetas, covariances, strict=True)]
+    assert 10 < sum(body["is_possible"] for body in bodies) < 90
+    for preset in target.CORTEX_M7.values():
+        # WHEN the Cortex-M7 does it THEN all numbers are the same, to the bit, and so are the flags
+        answers = target.run_bodies(preset, thetas, covariances, tmp_path)
+        for name, expected in [*((name, bodies) for name in bodies[0]), ("distance_sigmas", nearest)]:
+            found = np.array([np.asarray(each[name], float) for each in expected])
+            np.testing.assert_array_equal(answers[name].astype(float), found, name)
+        np.testing.assert_array_equal(answers["nearest"].astype(float), [each["theta"] for each in nearest])
+        np.testing.assert_array_equal(answers["is_found"], [each["is_found"] for each in nearest])

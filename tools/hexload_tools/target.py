@@ -55,6 +55,20 @@ MOMENTUM_ANSWER = np.dtype(
         ("tick_stack_bytes", "<u4"),
     ]
 )
+BODY_QUESTION = np.dtype([("theta", "<f4", 10), ("covariance", "<f4", 55)])
+BODY_ANSWER = np.dtype(
+    [
+        *((name, "<f4") for name in ("mass_kg", "mass_sigma_kg")),
+        *((name, "<f4", 3) for name in ("com_m", "com_sigma_m")),
+        *((name, "<f4", 6) for name in ("inertia_kg_m2", "inertia_sigma_kg_m2")),
+        *((name, "<u4") for name in ("has_com", "has_inertia", "is_possible")),
+        ("nearest", "<f4", 10),
+        ("distance_sigmas", "<f4"),
+        ("is_found", "<u4"),
+        *((name, "<u4") for name in ("describe_instructions", "nearest_instructions")),
+        *((name, "<u4") for name in ("describe_stack_bytes", "nearest_stack_bytes")),
+    ]
+)
 RIVAL_ANSWER = np.dtype([("instructions", "<u4"), ("parameter", "<f4", 4)])
 
 NODE_HEADER = np.dtype(
@@ -122,6 +136,19 @@ def replay_momentum(preset: str, config: bytes, samples: NDArray, folder: Path) 
     return int(header["estimator_bytes"]), answers
 
 
+def run_bodies(preset: str, thetas: NDArray, covariances: NDArray, folder: Path) -> NDArray:
+    """Runs the program `body` on estimates [n, 10] with covariances [n, 10, 10]: answers of BODY_ANSWER."""
+    questions = np.zeros(len(thetas), BODY_QUESTION)
+    questions["theta"] = thetas
+    questions["covariance"] = np.asarray(covariances)[:, *np.tril_indices(10)]
+    (folder / "in").write_bytes(questions.tobytes())
+    run(preset, "body", ["in", "out"], folder)
+    answers = np.frombuffer((folder / "out").read_bytes(), BODY_ANSWER)
+    if len(answers) != len(questions):
+        raise ToolFailed(f"{preset}: found {len(answers)} answers, expected {len(questions)}")
+    return answers
+
+
 def run_node(preset: str, profile: str, config: bytes, samples: NDArray, folder: Path) -> NodeRun:
     """Runs the program `node`: the samples reach the application as frames of the profile.
 
@@ -165,8 +192,9 @@ def directory(preset: str) -> Path:
 
 
 def objects(preset: str, *sources: str) -> list[Path]:
-    """Of sources of the firmware or of the programs, found by name."""
-    return [next(directory(preset).rglob(f"{source}.obj")) for source in sources]
+    """Of sources of the firmware, or else of the programs, found by name."""
+    folders = [directory(preset) / name for name in ("firmware", "tests")]
+    return [next(path for folder in folders for path in folder.rglob(f"{source}.obj")) for source in sources]
 
 
 def library(preset: str) -> Path:

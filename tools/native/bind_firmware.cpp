@@ -175,6 +175,59 @@ nb::dict replay(const PlatformFile& platform, const std::optional<std::string>& 
     return std::move(answer).finish(*link, first_refusal);
 }
 
+using Theta = Eigen::Matrix<double, HEXLOAD_LOAD_DIM, 1>;
+using Covariance = Eigen::Matrix<double, HEXLOAD_LOAD_DIM, HEXLOAD_LOAD_DIM>;
+
+// A hundred numbers as the firmware keeps them.
+struct FirmwareEstimate {
+    std::array<hexload_real_t, HEXLOAD_LOAD_DIM> theta{};
+    std::array<hexload_real_t, HEXLOAD_LOAD_COVARIANCES> covariance{};
+
+    FirmwareEstimate(const Theta& value, const Covariance& matrix) {
+        std::size_t entry = 0;
+        for (Eigen::Index row = 0; row < HEXLOAD_LOAD_DIM; row++) {
+            theta[static_cast<std::size_t>(row)] = static_cast<hexload_real_t>(value[row]);
+            for (Eigen::Index column = 0; column <= row; column++, entry++) {
+                covariance[entry] = static_cast<hexload_real_t>(matrix(row, column));
+            }
+        }
+    }
+};
+
+template <std::size_t size> Eigen::VectorXd as_vector(const hexload_real_t (&values)[size]) {
+    return Eigen::Map<const Eigen::Matrix<hexload_real_t, Eigen::Dynamic, 1>>(values, size)
+        .template cast<double>();
+}
+
+nb::dict describe_body(const Theta& theta, const Covariance& covariance) {
+    const FirmwareEstimate estimate(theta, covariance);
+    hexload_body_t body;
+    hexload_body_describe(estimate.theta.data(), estimate.covariance.data(), &body);
+    nb::dict result;
+    result["mass_kg"] = static_cast<double>(body.mass_kg);
+    result["mass_sigma_kg"] = static_cast<double>(body.mass_sigma_kg);
+    result["com_m"] = nb::cast(as_vector(body.com_m));
+    result["com_sigma_m"] = nb::cast(as_vector(body.com_sigma_m));
+    result["inertia_kg_m2"] = nb::cast(as_vector(body.inertia_kg_m2));
+    result["inertia_sigma_kg_m2"] = nb::cast(as_vector(body.inertia_sigma_kg_m2));
+    result["has_com"] = body.has_com;
+    result["has_inertia"] = body.has_inertia;
+    result["is_possible"] = body.is_possible;
+    return result;
+}
+
+nb::dict nearest_body(const Theta& theta, const Covariance& covariance) {
+    const FirmwareEstimate estimate(theta, covariance);
+    hexload_real_t nearest[HEXLOAD_LOAD_DIM];
+    hexload_real_t distance_sigmas = 0;
+    nb::dict result;
+    result["is_found"] = hexload_body_nearest(estimate.theta.data(), estimate.covariance.data(), nearest,
+                                              &distance_sigmas);
+    result["theta"] = nb::cast(as_vector(nearest));
+    result["distance_sigmas"] = static_cast<double>(distance_sigmas);
+    return result;
+}
+
 // The kinematics stage alone, for comparison with the plant's.
 class FirmwareKinematics {
   public:
@@ -236,6 +289,11 @@ void bind_firmware(nb::module_& module) {
         "samples; of the momentum filter "
         "also the final covariance,\nwithout the tare's. A tare is added to the platform, and its sigma "
         "to that of the estimates. ValueError names what is wrong.");
+    module.def("describe_body", &describe_body, nb::arg("theta"), nb::arg("covariance"),
+               "hexload_body_describe() of hexload/body.h: theta [10], covariance [10, 10], of which the lower "
+               "triangle is read.");
+    module.def("nearest_body", &nearest_body, nb::arg("theta"), nb::arg("covariance"),
+               "hexload_body_nearest() of hexload/body.h, likewise: a dict of theta, distance_sigmas, is_found.");
     nb::class_<FirmwareKinematics>(module, "Kinematics", "The firmware's kinematics stage, started at home.")
         .def(nb::init<const PlatformFile&>(), nb::arg("platform"))
         .def("solve", &FirmwareKinematics::solve, nb::arg("displacement_m"), nb::arg("velocity_m_s"),

@@ -19,6 +19,7 @@
 #include "hexload/paper_filter.h"
 #include "hexload/supervisor.h"
 #include "hexload/momentum.h"
+#include "hexload/body.h"
 
 HEXLOAD_DECLS_BEGIN
 

@@ -36,6 +36,9 @@ enum hexload_load_parameter {
 /// longer gap mu begins anew, which also makes up for what the gap costs in the other stages.
 enum { HEXLOAD_LONGEST_STEP_TICKS = 3 };
 
+/// Numbers of a symmetric matrix of theta, the lower triangle by rows.
+enum { HEXLOAD_LOAD_COVARIANCES = HEXLOAD_LOAD_DIM * (HEXLOAD_LOAD_DIM + 1) / 2 };
+
 /// What moves mu at one tick.
 typedef struct hexload_momentum_input {
     hexload_real_t wrench[6]; ///< [F N; N + p x F N m], base axes
@@ -78,6 +81,10 @@ bool hexload_momentum_filter_is_finite(const hexload_momentum_filter_t* self);
 void hexload_momentum_filter_read(const hexload_momentum_filter_t* self,
                                   hexload_real_t value[HEXLOAD_LOAD_DIM],
                                   hexload_real_t sigma[HEXLOAD_LOAD_DIM]);
+
+/// Covariance of the estimates.
+void hexload_momentum_filter_covariance(const hexload_momentum_filter_t* self,
+                                        hexload_real_t covariance[HEXLOAD_LOAD_COVARIANCES]);
 
 HEXLOAD_DECLS_END
 
