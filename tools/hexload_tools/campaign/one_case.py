@@ -46,14 +46,15 @@ def run_case(case: Case, keep: Path | None) -> dict:
     """What is stored of a case. `keep`: a folder for the run's files, in a folder of its name. Raises ToolFailed."""
     with tempfile.TemporaryDirectory(prefix="hexload-campaign-") as name:
         folder = Path(name)
-        directory = _simulate(case, folder)
+        directory = simulate(case, folder)
         result = _evaluate(case, folder, directory)
         if keep is not None:
             shutil.copytree(directory, keep / case.name, dirs_exist_ok=True)
     return {"code": code_version(), "case": asdict(case), **result}
 
 
-def _simulate(case: Case, folder: Path) -> Path:
+def simulate(case: Case, folder: Path) -> Path:
+    """The run directory of a case, in `folder`; its platform file lies beside it. Raises ToolFailed."""
     setup = cases.draw(case)
     (folder / "platform.toml").write_text(to_toml(setup.platform))
     (folder / "scenario.toml").write_text(to_toml(setup.scenario))
