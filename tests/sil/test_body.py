@@ -1,6 +1,10 @@
 """The load as a body: are the sigmas honest, is the nearest possible body the nearest, and how much nearer is it?"""
 
+import csv
+import gzip
 import json
+import subprocess
+import sys
 from functools import cache
 from pathlib import Path
 
@@ -12,6 +16,7 @@ from hexload_tools.campaign.cases import Case
 from hexload_tools.campaign.one_case import scale_of, simulate
 from hexload_tools.firmware_run import run_firmware
 from hexload_tools.log_file import read_log
+from hexload_tools.replay import replay_log
 from hexload_tools.uncertain_estimates import EARLY_S, early_covariances, estimates, start_of
 from scipy.optimize import nnls
 
@@ -169,3 +174,84 @@ def test_runs_of_the_simulator_are_nearer_to_the_truth_after_it(tmp_path, record
     print(f"all {counts.sum()} impossible estimates: rms error {raw_rms:.3f} -> {nearest_rms:.3f} of scale")
     assert counts.sum() > 40
     assert nearest_rms < 0.6 * raw_rms
+
+
+@pytest.fixture
+def short_log(tmp_path) -> Path:
+    """The first 0.9 s of the work motion, which tell little."""
+    path = tmp_path / "short.csv"
+    with gzip.open(DATA / "work_motion.csv.gz", "rt") as log:
+        path.write_text("".join(log.readline() for _ in range(901)))
+    return path
+
+
+def hexload(*arguments) -> subprocess.CompletedProcess:
+    return subprocess.run([sys.executable, "-m", "hexload_tools", *map(str, arguments)], capture_output=True, text=True)
+
+
+def test_replay_tells_the_body_and_the_nearest_one_when_no_body_has_the_estimate(short_log, tmp_path):
+    # GIVEN a log that is too short for the inertia WHEN it is replayed
+    machine = DATA / "unknown_load.toml"
+    out, bodies = tmp_path / "estimates.csv", tmp_path / "bodies.csv"
+    finished = hexload("replay", short_log, "--platform", machine, "--out", out, "--bodies", bodies)
+    # THEN the summary says that no body has these parameters, and how far off the nearest is
+    assert finished.returncode == 0, finished.stderr
+    assert "nearest possible" in finished.stdout
+    assert "body:      impossible" in finished.stdout and "sigma off" in finished.stdout
+    # AND each row has its body: what is unknown is empty, and the last one is what replay() returns
+    result = replay_log(short_log, machine, None, None, tmp_path / "again.csv")
+    rows = list(csv.reader(bodies.open()))
+    header = [*result["body"]["names"], *(f"s_{name}" for name in result["body"]["names"]), "possible", "distance"]
+    assert rows[0] == ["t", *header, *(f"n_{name}" for name in result["body"]["names"])]
+    assert len(rows) == 901
+    first = dict(zip(rows[0], rows[1], strict=True))
+    assert first["m"] == "0" and first["cx"] == first["s_cx"] == first["Ixx"] == first["n_cx"] == ""
+    last = np.array(rows[-1][1:], float)
+    body = result["body"]
+    expected = [*body["value"], *body["sigma"], body["is_possible"], body["distance_sigmas"], *body["nearest"]]
+    np.testing.assert_allclose(last, expected, rtol=1e-8)
+    # AND mass, centre of mass and tensor are those of the ten parameters, the nearest one's those of a body
+    np.testing.assert_allclose(body["value"], central(result["value"][-1]), rtol=1e-4, atol=1e-4)
+    moments = body["nearest"][4:7]
+    assert body["value"][4] < 0 and (moments > 0).all() and 2 * moments.max() < moments.sum()
+
+
+def test_replay_of_a_whole_log_tells_a_possible_body(tmp_path):
+    # GIVEN a log of 20 s WHEN it is replayed THEN the body is possible, and nothing is said of another
+    finished = hexload(
+        "replay", DATA / "work_motion.csv.gz", "--platform", DATA / "unknown_load.toml", "--out", tmp_path / "e.csv"
+    )
+    assert finished.returncode == 0, finished.stderr
+    assert "body:      possible" in finished.stdout
+    assert "nearest" not in finished.stdout
+    # AND errors are within four of its sigmas
+    result = replay_log(DATA / "work_motion.csv.gz", DATA / "unknown_load.toml", None, None, tmp_path / "e.csv")
+    body = result["body"]
+    assert (np.abs(body["value"] - central(truth_of("work_motion"))) < 4 * body["sigma"]).all()
+
+
+def test_a_tare_makes_the_bodys_sigmas_larger(short_log, tmp_path):
+    # GIVEN a tare of nothing, known to 1 kg, 1 kg m and 1 kg m^2 WHEN a log is replayed with it and without
+    log = read_log(short_log)
+    platform = hexload_native.load_platform(DATA / "unknown_load.toml")
+    tare = hexload_native.Tare(np.zeros(10), np.ones(10))
+    plain, tared = (
+        run_firmware(hexload_native, platform, log, tmp_path / "e.csv", "momentum", tare=each)["body"] for each in (None, tare)
+    )
+    # THEN the mass's sigma is the root of both squares, and the others are larger too
+    assert tared["sigma"][0] == pytest.approx(np.hypot(plain["sigma"][0], 1.0), rel=1e-6)
+    assert (tared["sigma"] > plain["sigma"]).all()
+
+
+@pytest.mark.parametrize("same", [False, True])
+def test_bodies_that_cannot_be_told_are_refused_and_nothing_is_written(same, tmp_path):
+    # GIVEN the paper's filter, which finds four parameters, or one name for two files WHEN bodies are asked for
+    machine = DATA / ("unknown_load.toml" if same else "paper_load.toml")
+    bodies = tmp_path / ("estimates.csv" if same else "bodies.csv")
+    finished = hexload(
+        "replay", DATA / "paper_noisy.csv.gz", "--platform", machine, "--out", tmp_path / "estimates.csv", "--bodies", bodies
+    )
+    # THEN that is refused, with what was found and what was expected, and no file appears
+    assert finished.returncode == 2
+    assert "found" in finished.stderr and "expected" in finished.stderr
+    assert list(tmp_path.iterdir()) == []

@@ -127,16 +127,22 @@ def replay(
     estimator: Annotated[Optional[Estimator], typer.Option(help="Instead of the platform file's.")] = None,
     prior: Annotated[Optional[Prior], typer.Option(help="Start covariance, instead of the platform file's.")] = None,
     tare: Annotated[Optional[Path], typer.Option(help="File of hexload tare, made with the same platform file.")] = None,
+    bodies: Annotated[
+        Optional[Path], typer.Option(help="The load as a body to write (.csv), one row per tick: centre of mass, central tensor, nearest possible body.")
+    ] = None,
 ) -> None:
     """Runs the controller's own C code over a recorded log.
 
     With --tare the empty platform is what its tare run found, and the sigmas tell the tare's uncertainty too.
 
+    All ten parameters (--estimator momentum) are shown as a body too: mass, centre of mass and tensor about it, whether any body
+    can have them, and if none can, the nearest one that a body can have.
+
     Example:  hexload replay tests/data/paper_noisy.csv.gz --platform tests/data/paper_load.toml --out estimates.csv
     """
     from hexload_tools import replay as verb
 
-    verb.print_summary(verb.replay_log(log, platform, estimator, prior, out, tare), out)
+    verb.print_summary(verb.replay_log(log, platform, estimator, prior, out, tare, bodies), out)
 
 
 @app.command()

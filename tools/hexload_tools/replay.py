@@ -1,5 +1,7 @@
 """`hexload replay`: runs the firmware's own C over a recorded log."""
 
+import math
+from contextlib import nullcontext
 from pathlib import Path
 
 from rich.console import Console
@@ -16,21 +18,29 @@ TEN_DIGITS = 4  # of the momentum filter's parameters, in kg, kg m and kg m^2
 
 
 def replay_log(
-    log: Path, platform_file: Path, estimator: str | None, prior: str | None, out: Path, tare: Path | None = None
+    log: Path,
+    platform_file: Path,
+    estimator: str | None,
+    prior: str | None,
+    out: Path,
+    tare: Path | None = None,
+    bodies: Path | None = None,
 ) -> dict:
     """Writes the estimates CSV to `out`, one row per log row, and returns what hexload_native.replay returns, with the log reader's remarks.
 
     `estimator` and `prior` override the platform file's [estimator] table. `tare`: file of `hexload tare`, made with
-    the same platform.
+    the same platform. `bodies`: a CSV for the load as a body, one row per log row.
     """
+    if bodies is not None and bodies.absolute() == out.absolute():
+        raise InputError(f"{out}: found the same file for --out and --bodies, expected two")
     samples = read_any_log(log)
     native = native_firmware()
     platform = load_platform(native, platform_file)
     offset = None if tare is None else tare_for(tare, native, platform, platform_file)
     files = f"{log} with {platform_file}" + ("" if tare is None else f" and {tare}")
-    with replaced_when_done(out) as temporary:
+    with replaced_when_done(out) as temporary, replaced_when_done(bodies) if bodies else nullcontext() as body_file:
         try:
-            result = run_firmware(native, platform, samples, temporary, estimator, prior, offset)
+            result = run_firmware(native, platform, samples, temporary, estimator, prior, offset, body_file)
         except ValueError as error:
             raise InputError(f"{files}: {error}") from None
     return result | {"remarks": samples.remarks}
@@ -67,6 +77,34 @@ def load_changes_s(result: dict) -> list[float]:
     return [float(t_s) for t_s in result["t"][result["health"].astype(int) >> bit & 1 == 1]]
 
 
+BODY_UNITS = {"m": "kg", "c": "m", "I": "kg m²"}
+BODY_DIGITS = {"m": TEN_DIGITS, "c": 6, "I": TEN_DIGITS}
+
+
+def body_table(body: dict) -> Table:
+    """The load as a body: what is not known is a dash."""
+    table = Table()
+    table.add_column("load as a body")
+    columns = {"estimate": body["value"], "sigma": body["sigma"]}
+    if not body["is_possible"]:
+        columns["nearest possible"] = body["nearest"]
+    for heading in columns:
+        table.add_column(heading, justify="right")
+    for row, name in enumerate(body["names"]):
+        numbers = [values[row] for values in columns.values()]
+        words = ["-" if math.isnan(number) else f"{number:.{BODY_DIGITS[name[0]]}f}" for number in numbers]
+        table.add_row(f"{name}, {BODY_UNITS[name[0]]}", *words)
+    return table
+
+
+def possible_in_words(body: dict) -> str:
+    if body["is_possible"]:
+        return "possible"
+    if math.isnan(body["distance_sigmas"]):
+        return "impossible, and far from any that is possible"
+    return f"impossible: no body has these parameters; the nearest possible ones are {body['distance_sigmas']:.2f} sigma off"
+
+
 def print_summary(result: dict, out: Path) -> None:
     """The final estimates on the terminal."""
     table = Table()
@@ -81,6 +119,9 @@ def print_summary(result: dict, out: Path) -> None:
         numbers = (f"{value:.{digits}f}", f"{sigma:.{digits}f}")
         table.add_row(f"{SYMBOLS.get(name, name)}, {unit}", *numbers, in_words(name, verdict))
     Console().print(table)
+    if "body" in result:
+        Console().print(body_table(result["body"]))
+        print(f"body:      {possible_in_words(result['body'])}")
     health = ", ".join(f"{name} in {ticks} ticks" for name, ticks in result["health_counts"].items() if ticks)
     print(f"verdict:   {result['verdict'][-1]} after {len(result['t'])} ticks")
     print(f"health:    {health or 'no remark'}")

@@ -5,6 +5,7 @@
 #include <hexload_sim/input_error.hpp>
 
 #include "firmware_config.hpp"
+#include "load_body.hpp"
 
 #include <nanobind/eigen/dense.h>
 #include <nanobind/ndarray.h>
@@ -78,6 +79,25 @@ nb::object as_array(std::vector<double>&& values, std::size_t rows, std::size_t 
     return nb::cast(nb::ndarray<nb::numpy, double>(owned->data(), {rows, columns}, owner));
 }
 
+// NaN where something is not known.
+nb::dict body_dict(const LoadBody& body) {
+    const auto vector = [](const std::array<double, 10>& values) {
+        return as_array(std::vector<double>(values.begin(), values.end()), values.size(), 0);
+    };
+    nb::list names;
+    for (const std::string_view name : LoadBody::names) {
+        names.append(nb::str(name.data(), name.size()));
+    }
+    nb::dict result;
+    result["names"] = names;
+    result["value"] = vector(body.value);
+    result["sigma"] = vector(body.sigma);
+    result["is_possible"] = body.is_possible;
+    result["distance_sigmas"] = body.distance_sigmas;
+    result["nearest"] = vector(body.nearest);
+    return result;
+}
+
 // What replay() returns, row by row.
 class Answer {
   public:
@@ -90,7 +110,7 @@ class Answer {
         nis_.push_back(row.nis);
         health_.push_back(row.health);
         verdicts_.append(nb::str(row.verdict.data(), row.verdict.size()));
-        last_verdicts_ = row.parameter_verdict;
+        last_row_ = row;
     }
 
     bool empty() const {
@@ -117,6 +137,7 @@ class Answer {
         result["verdict"] = verdicts_;
         result["parameter_verdict"] = last_verdicts(names.size());
         if (std::vector<double> covariance = link.covariance(); !covariance.empty()) {
+            result["body"] = body_dict(load_body(last_row_, covariance));
             result["covariance"] = as_array(std::move(covariance), names.size(), names.size());
         }
         result["health"] = as_array(std::move(health_), rows, 0);
@@ -130,20 +151,21 @@ class Answer {
     nb::list last_verdicts(std::size_t parameters) const {
         nb::list list;
         for (std::size_t k = 0; k < parameters; k++) {
-            list.append(nb::str(last_verdicts_[k].data(), last_verdicts_[k].size()));
+            const std::string_view verdict = last_row_.parameter_verdict[k];
+            list.append(nb::str(verdict.data(), verdict.size()));
         }
         return list;
     }
 
     std::vector<double> times_, values_, sigmas_, nis_, health_;
     nb::list verdicts_;
-    std::array<std::string_view, 10> last_verdicts_;
+    EstimateRow last_row_;
 };
 
 nb::dict replay(const PlatformFile& platform, const std::optional<std::string>& estimator,
                 const std::optional<std::string>& prior, const Column& t, const LegColumns& displacement_m,
                 const LegColumns& velocity_m_s, const LegColumns& force_n, const std::string& out_path,
-                const std::optional<Tare>& tare) {
+                const std::optional<Tare>& tare, const std::optional<std::string>& bodies_path) {
     const std::size_t rows = t.shape(0);
     if (rows < 2 || displacement_m.shape(0) != rows || velocity_m_s.shape(0) != rows ||
         force_n.shape(0) != rows) {
@@ -153,6 +175,13 @@ nb::dict replay(const PlatformFile& platform, const std::optional<std::string>& 
     const auto link =
         make_inproc_link(platform, override_settings(platform.estimator, estimator, prior), sampling_s, tare);
     EstimateFile file(out_path, link->parameter_names());
+    std::optional<BodyFile> bodies;
+    if (bodies_path) {
+        if (link->covariance().empty()) {
+            throw InputError("bodies: found the estimator paper, expected momentum");
+        }
+        bodies.emplace(*bodies_path);
+    }
     Answer answer;
     std::string first_refusal;
     for (std::size_t row = 0; row < rows; row++) {
@@ -164,6 +193,9 @@ nb::dict replay(const PlatformFile& platform, const std::optional<std::string>& 
         if (!estimate.empty()) {
             file.write(estimate.front());
             answer.add(estimate.front(), link->parameter_names().size());
+            if (bodies) {
+                bodies->write(t(row), load_body(estimate.front(), link->covariance()));
+            }
         } else if (first_refusal.empty()) {
             first_refusal = "t = " + std::to_string(t(row)) + " s: " + link->last_refusal();
         }
@@ -172,6 +204,9 @@ nb::dict replay(const PlatformFile& platform, const std::optional<std::string>& 
         throw InputError("log: the estimator refused every sample; the first at " + first_refusal);
     }
     file.close();
+    if (bodies) {
+        bodies->close();
+    }
     return std::move(answer).finish(*link, first_refusal);
 }
 
@@ -221,8 +256,8 @@ nb::dict nearest_body(const Theta& theta, const Covariance& covariance) {
     hexload_real_t nearest[HEXLOAD_LOAD_DIM];
     hexload_real_t distance_sigmas = 0;
     nb::dict result;
-    result["is_found"] = hexload_body_nearest(estimate.theta.data(), estimate.covariance.data(), nearest,
-                                              &distance_sigmas);
+    result["is_found"] =
+        hexload_body_nearest(estimate.theta.data(), estimate.covariance.data(), nearest, &distance_sigmas);
     result["theta"] = nb::cast(as_vector(nearest));
     result["distance_sigmas"] = static_cast<double>(distance_sigmas);
     return result;
@@ -282,18 +317,22 @@ void bind_firmware(nb::module_& module) {
     module.def(
         "replay", &replay, nb::arg("platform"), nb::arg("estimator").none(), nb::arg("prior").none(),
         nb::arg("t"), nb::arg("displacement_m"), nb::arg("velocity_m_s"), nb::arg("force_n"),
-        nb::arg("out_path"), nb::arg("tare").none() = nb::none(),
+        nb::arg("out_path"), nb::arg("tare").none() = nb::none(), nb::arg("bodies_path").none() = nb::none(),
         "Runs the firmware over a log: t [n] s, legs [n, 6] in m, m/s, N. Writes the estimates CSV "
         "and returns it as a\n"
         "dict of arrays, with health counts, each parameter's last verdict and the number of refused "
         "samples; of the momentum filter "
-        "also the final covariance,\nwithout the tare's. A tare is added to the platform, and its sigma "
+        "also the final covariance,\nwithout the tare's, and the final body: mass, centre of mass and "
+        "central tensor with sigmas, whether a body can have them,\nand the nearest that one can have. "
+        "bodies_path: a CSV of the same for each row. A tare is added to the platform, and its sigma "
         "to that of the estimates. ValueError names what is wrong.");
-    module.def("describe_body", &describe_body, nb::arg("theta"), nb::arg("covariance"),
-               "hexload_body_describe() of hexload/body.h: theta [10], covariance [10, 10], of which the lower "
-               "triangle is read.");
-    module.def("nearest_body", &nearest_body, nb::arg("theta"), nb::arg("covariance"),
-               "hexload_body_nearest() of hexload/body.h, likewise: a dict of theta, distance_sigmas, is_found.");
+    module.def(
+        "describe_body", &describe_body, nb::arg("theta"), nb::arg("covariance"),
+        "hexload_body_describe() of hexload/body.h: theta [10], covariance [10, 10], of which the lower "
+        "triangle is read.");
+    module.def(
+        "nearest_body", &nearest_body, nb::arg("theta"), nb::arg("covariance"),
+        "hexload_body_nearest() of hexload/body.h, likewise: a dict of theta, distance_sigmas, is_found.");
     nb::class_<FirmwareKinematics>(module, "Kinematics", "The firmware's kinematics stage, started at home.")
         .def(nb::init<const PlatformFile&>(), nb::arg("platform"))
         .def("solve", &FirmwareKinematics::solve, nb::arg("displacement_m"), nb::arg("velocity_m_s"),
