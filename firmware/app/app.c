@@ -41,6 +41,7 @@ void hexload_app_settings_default(hexload_app_settings_t* settings) {
         .sample_timeout_ms = 100,
         .lockstep_timeout_ms = 10000,
         .refused_limit = 100,
+        .filter = HEXLOAD_FILTER_PAPER,
     };
 }
 
@@ -48,21 +49,50 @@ static bool is_in(uint32_t value, uint32_t least, uint32_t most) {
     return value >= least && value <= most;
 }
 
+static bool is_filter(hexload_bus_filter_t filter) {
+    return filter == HEXLOAD_FILTER_PAPER || filter == HEXLOAD_FILTER_MOMENTUM;
+}
+
+const hexload_health_t* hexload_app_health(const hexload_app_t* self) {
+    return self->filter == HEXLOAD_FILTER_MOMENTUM ? &self->estimator.momentum.health
+                                                   : &self->estimator.paper.health;
+}
+
+static hexload_status_t init_estimator(hexload_app_t* self, const hexload_config_t* config,
+                                       hexload_bus_filter_t filter) {
+    return filter == HEXLOAD_FILTER_MOMENTUM ? hexload_momentum_init(&self->estimator.momentum, config)
+                                             : hexload_init(&self->estimator.paper, config);
+}
+
+static hexload_status_t tick_estimator(hexload_app_t* self, const hexload_leg_sample_t* sample) {
+    return self->filter == HEXLOAD_FILTER_MOMENTUM
+               ? hexload_momentum_tick(&self->estimator.momentum, &self->config, sample, &self->estimate)
+               : hexload_tick(&self->estimator.paper, &self->config, sample, &self->estimate);
+}
+
 /// What the estimator would say before its first sample.
 static void forget_estimate(hexload_app_t* self) {
     hexload_estimate_t* estimate = &self->estimate;
-    *estimate = (hexload_estimate_t){.verdict = HEXLOAD_VERDICT_NOT_EXCITED,
-                                     .nis = self->estimator.paper_filter.nis,
-                                     .nis_mean = self->estimator.supervisor.nis_mean};
-    hexload_paper_filter_read(&self->estimator.paper_filter, estimate->value, estimate->sigma);
-    for (int k = 0; k < HEXLOAD_PAPER_DIM; k++) {
+    *estimate = (hexload_estimate_t){.verdict = HEXLOAD_VERDICT_NOT_EXCITED};
+    for (int k = 0; k < HEXLOAD_PARAMETERS_MAX; k++) {
         estimate->parameter_verdict[k] = HEXLOAD_VERDICT_NOT_EXCITED;
+    }
+    if (self->filter == HEXLOAD_FILTER_MOMENTUM) {
+        const hexload_momentum_t* momentum = &self->estimator.momentum;
+        estimate->nis = momentum->filter.nis;
+        estimate->nis_mean = momentum->supervisor.nis_mean;
+        hexload_momentum_filter_read(&momentum->filter, estimate->value, estimate->sigma);
+    } else {
+        const hexload_t* paper = &self->estimator.paper;
+        estimate->nis = paper->paper_filter.nis;
+        estimate->nis_mean = paper->supervisor.nis_mean;
+        hexload_paper_filter_read(&paper->paper_filter, estimate->value, estimate->sigma);
     }
 }
 
 /// A fresh estimator and counters that start from 0.
 static hexload_status_t begin_anew(hexload_app_t* self) {
-    const hexload_status_t status = hexload_init(&self->estimator, &self->config);
+    const hexload_status_t status = init_estimator(self, &self->config, self->filter);
     if (status != HEXLOAD_OK) {
         return status;
     }
@@ -72,6 +102,7 @@ static hexload_status_t begin_anew(hexload_app_t* self) {
     self->refused_in_a_row = 0;
     self->samples_missing = 0;
     self->last_tick = 0;
+    self->change_tick = 0;
     return HEXLOAD_OK;
 }
 
@@ -79,15 +110,16 @@ hexload_status_t hexload_app_init(hexload_app_t* self, const hexload_config_t* c
                                   const hexload_app_settings_t* settings) {
     if (!is_in(settings->sample_timeout_ms, SHORTEST_TIMEOUT_MS, LONGEST_TIMEOUT_MS) ||
         !is_in(settings->lockstep_timeout_ms, SHORTEST_TIMEOUT_MS, LONGEST_LOCKSTEP_TIMEOUT_MS) ||
-        settings->refused_limit == 0) {
+        settings->refused_limit == 0 || !is_filter(settings->filter)) {
         return HEXLOAD_ERR_CONFIG;
     }
-    const hexload_status_t status = hexload_init(&self->estimator, config);
+    const hexload_status_t status = init_estimator(self, config, settings->filter);
     if (status != HEXLOAD_OK) {
         return status;
     }
     self->config = *config;
     self->settings = *settings;
+    self->filter = settings->filter;
     self->state = HEXLOAD_APP_IDLE;
     self->pacing = HEXLOAD_PACING_REAL_TIME;
     return begin_anew(self);
@@ -125,15 +157,21 @@ static hexload_bus_result_t reset(hexload_app_t* self) {
     return HEXLOAD_RESULT_DONE;
 }
 
-static hexload_bus_result_t select_filter(const hexload_app_t* self, float argument) {
+static hexload_bus_result_t select_filter(hexload_app_t* self, float argument) {
     if (self->state != HEXLOAD_APP_IDLE) {
         return HEXLOAD_RESULT_WRONG_STATE;
     }
-    if (argument == (float)HEXLOAD_FILTER_PAPER) {
+    if (argument != (float)HEXLOAD_FILTER_PAPER && argument != (float)HEXLOAD_FILTER_MOMENTUM) {
+        return HEXLOAD_RESULT_BAD_ARGUMENT;
+    }
+    const hexload_bus_filter_t filter =
+        argument == (float)HEXLOAD_FILTER_MOMENTUM ? HEXLOAD_FILTER_MOMENTUM : HEXLOAD_FILTER_PAPER;
+    if (filter == self->filter) {
         return HEXLOAD_RESULT_DONE;
     }
-    return argument == (float)HEXLOAD_FILTER_MOMENTUM ? HEXLOAD_RESULT_NOT_AVAILABLE
-                                                      : HEXLOAD_RESULT_BAD_ARGUMENT;
+    self->filter = filter;
+    return begin_anew(self) == HEXLOAD_OK ? HEXLOAD_RESULT_DONE
+                                          : HEXLOAD_RESULT_NOT_AVAILABLE; // not reached, as in start()
 }
 
 static bool has_safe_prior(const hexload_config_t* config) {
@@ -154,7 +192,7 @@ static hexload_bus_result_t set_known_mass(hexload_app_t* self, float mass_kg) {
     }
     const bool is_safe = has_safe_prior(&self->config);
     hexload_config_t config = self->config;
-    config.paper.load_mass_kg = (hexload_real_t)mass_kg;
+    hexload_config_set_known_mass(&config, (hexload_real_t)mass_kg);
     if (is_safe) {
         hexload_config_set_prior(&config, HEXLOAD_PRIOR_SAFE);
     }
@@ -200,6 +238,9 @@ static void take_estimate(hexload_app_t* self, uint32_t tick) {
     if (self->state != HEXLOAD_APP_ARMED) { // the first sample has none before it
         hexload_count(&self->samples_missing, tick - self->last_tick - 1);
     }
+    if ((hexload_app_health(self)->bits >> HEXLOAD_HEALTH_LOAD_CHANGED & 1u) != 0) {
+        self->change_tick = tick;
+    }
     self->last_tick = tick;
     self->refused_in_a_row = 0;
     self->state =
@@ -208,7 +249,7 @@ static void take_estimate(hexload_app_t* self, uint32_t tick) {
 
 static hexload_status_t run(hexload_app_t* self, const hexload_leg_sample_t* sample) {
     self->silence_ms = 0;
-    const hexload_status_t status = hexload_tick(&self->estimator, &self->config, sample, &self->estimate);
+    const hexload_status_t status = tick_estimator(self, sample);
     if (status == HEXLOAD_OK) {
         take_estimate(self, sample->tick);
         return status;
@@ -227,8 +268,9 @@ void hexload_app_sample(hexload_app_t* self, const hexload_leg_sample_t* sample,
     answer->status = (int8_t)status;
     answer->state = (uint8_t)self->state;
     answer->fault = (uint8_t)self->fault;
-    answer->health = (uint16_t)self->estimator.health.bits;
-    answer->refused = self->estimator.health.refused;
+    answer->filter = (uint8_t)self->filter;
+    answer->health = (uint16_t)hexload_app_health(self)->bits;
+    answer->refused = hexload_app_health(self)->refused;
     answer->estimate = self->estimate;
 }
 

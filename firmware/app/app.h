@@ -7,7 +7,8 @@
 ///       +---- STOP ------+--------------------------+-----------------------------+
 ///       +---- RESET ---- FAULT <---- time-out, estimator refuses, wrong profile, second controller, bus down
 ///
-/// No frames and no I/O here: node.h connects it to a bus, a port may also call it directly.
+/// It has both estimators' memory, one at a time: the paper's, or the momentum filter's for all ten
+/// parameters. No frames and no I/O here: node.h connects it to a bus, a port may also call it directly.
 #ifndef HEXLOAD_APP_APP_H
 #define HEXLOAD_APP_APP_H
 
@@ -37,12 +38,17 @@ typedef struct hexload_app_settings {
     uint32_t sample_timeout_ms;   ///< silence in real time after which ESTIMATING ends in FAULT; 5..60000
     uint32_t lockstep_timeout_ms; ///< the same in lockstep, where the source may be slow; 5..600000
     uint32_t refused_limit;       ///< samples refused in a row that end in FAULT; >= 1
+    hexload_bus_filter_t filter;  ///< until SELECT_FILTER chooses another
 } hexload_app_settings_t;
 
 typedef struct hexload_app {
     hexload_config_t config; ///< a copy: commands change it
     hexload_app_settings_t settings;
-    hexload_t estimator;
+    hexload_bus_filter_t filter; ///< whose memory `estimator` is
+    union {
+        hexload_t paper;
+        hexload_momentum_t momentum;
+    } estimator;
     hexload_estimate_t estimate; ///< last
     hexload_app_state_t state;
     hexload_app_fault_t fault;
@@ -51,34 +57,40 @@ typedef struct hexload_app {
     uint32_t refused_in_a_row;
     uint32_t samples_missing; ///< ticks without a sample since START, saturating
     uint32_t last_tick;       ///< of the last accepted sample
+    uint32_t change_tick;     ///< of the sample at which the load was last noticed to have changed
 } hexload_app_t;
 
-/// 100 ms, 10 s, 100 samples.
+/// 100 ms, 10 s, 100 samples, the paper's filter.
 void hexload_app_settings_default(hexload_app_settings_t* settings);
 
 /// Enters IDLE.
-/// @return what hexload_init() says of config; HEXLOAD_ERR_CONFIG also for settings out of range. Then self
-///         is unchanged.
+/// @return what the estimator's init says of config; HEXLOAD_ERR_CONFIG also for settings out of range. Then
+///         self is unchanged.
 HEXLOAD_MUST_USE hexload_status_t hexload_app_init(hexload_app_t* self, const hexload_config_t* config,
                                                    const hexload_app_settings_t* settings);
 
 /// Carries out a command. START: from IDLE only; begins with a fresh estimator. STOP: to IDLE from anywhere
 /// but FAULT; the last estimate stays readable. RESET: to IDLE from anywhere, fresh estimator. SELECT_FILTER,
-/// SET_KNOWN_MASS: in IDLE only; a mass that hexload_config_check() refuses changes nothing. The safe prior
-/// goes with a new mass; a prior that was configured otherwise stays.
+/// SET_KNOWN_MASS: in IDLE only. Another filter is a fresh one, and the last estimate is forgotten; the one
+/// that is selected already goes on as it is. The mass is told to both filters
+/// (hexload_config_set_known_mass()); one that hexload_config_check() refuses changes nothing. The safe prior
+/// goes with a new mass; a prior of the paper's filter that was configured otherwise stays.
 /// @param[out] acknowledge all but profile, which node.h knows.
 void hexload_app_command(hexload_app_t* self, const hexload_bus_command_t* command,
                          hexload_bus_acknowledge_t* acknowledge);
 
-/// One leg sample: runs hexload_tick() in ARMED, ESTIMATING and CONVERGED. In every state the answer is
+/// One leg sample: runs the estimator's tick in ARMED, ESTIMATING and CONVERGED. In every state the answer is
 /// filled in (with the last estimate), so that a source in lockstep hears why nothing moves. Worst case:
-/// hexload_tick().
+/// hexload_momentum_tick().
 /// @param[out] answer all but missing_legs, which node.h knows.
 void hexload_app_sample(hexload_app_t* self, const hexload_leg_sample_t* sample,
                         hexload_bus_answer_t* answer);
 
 /// Time passes: call it every millisecond, or with the milliseconds since the last call.
 void hexload_app_elapse(hexload_app_t* self, uint32_t elapsed_ms);
+
+/// Health of the estimator since START.
+const hexload_health_t* hexload_app_health(const hexload_app_t* self);
 
 /// The caller found a reason to stop. The first fault stays until RESET.
 void hexload_app_set_fault(hexload_app_t* self, hexload_app_fault_t fault);

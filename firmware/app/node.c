@@ -5,8 +5,9 @@
 #include <stddef.h>
 
 // The lasting memory of a node, its estimator included.
-_Static_assert(sizeof(hexload_node_t) <= 2048 * sizeof(hexload_real_t) / sizeof(float),
-               "a node fits in 2 KiB");
+_Static_assert(sizeof(hexload_node_t) <= (size_t)13 * 1024 * sizeof(hexload_real_t) / sizeof(float) ||
+                   HEXLOAD_LAG_TICKS_MAX > 86,
+               "a node fits in 13 KiB");
 
 hexload_status_t hexload_node_init(hexload_node_t* self, const hexload_config_t* config,
                                    const hexload_app_settings_t* settings, hexload_bus_profile_t profile,
@@ -25,6 +26,7 @@ hexload_status_t hexload_node_init(hexload_node_t* self, const hexload_config_t*
     self->leg_silence_ms = 0;
     self->status_wait_ms = 0;
     self->send_failed = 0;
+    self->health_seen = 0;
     self->answer_page = 0;
     self->status_page = 0;
     self->heard_controller = false;
@@ -50,25 +52,31 @@ static void carry_out(hexload_node_t* self, const hexload_bus_command_t* command
     if (acknowledge.result == HEXLOAD_RESULT_DONE &&
         (command->kind == HEXLOAD_COMMAND_START || command->kind == HEXLOAD_COMMAND_RESET)) {
         hexload_sample_assembly_forgive(&self->assembly);
+        self->health_seen = 0;
     }
     self->answer_page = 0; // each run's answers begin with page 0, whatever was before it
     hexload_bus_encode_acknowledge(&acknowledge, &frame);
     (void)send(self, &frame);
 }
 
-/// Classic: the next page of the answer that is being sent; page 0 begins with this one. A change of fault
-/// does not wait for the round to end.
+/// Classic: the next page of the answer that is being sent; page 0 begins with this one, and tells the health
+/// bits of all samples since the one before. A change of fault does not wait for the round to end.
 static int page_answer(hexload_node_t* self, const hexload_bus_answer_t* answer, hexload_bus_frame_t* frame) {
+    if (answer->status == HEXLOAD_OK) {
+        self->health_seen |= answer->health;
+    }
     if (answer->tick % HEXLOAD_BUS_ANSWER_PERIOD != 0) {
         return 0;
     }
     if (self->answer_page == 0 || self->answer.fault != answer->fault) {
         self->answer = *answer;
+        self->answer.health = self->health_seen;
         self->answer_page = 0;
+        self->health_seen = 0;
     }
     self->answer.tick = answer->tick; // each page tells the sample just processed
     const int count = hexload_bus_encode_answer(HEXLOAD_BUS_CLASSIC, &self->answer, self->answer_page, frame);
-    self->answer_page = (uint8_t)((self->answer_page + 1) % HEXLOAD_BUS_ANSWER_PAGES);
+    self->answer_page = (uint8_t)((self->answer_page + 1) % hexload_bus_answer_pages(self->answer.filter));
     return count;
 }
 
@@ -96,11 +104,29 @@ static void note_time(hexload_node_t* self, uint32_t begin_us) {
     }
 }
 
+/// Since START, saturating.
+static uint16_t load_changes(const hexload_node_t* self) {
+    const uint32_t count = hexload_app_health(&self->app)->count[HEXLOAD_HEALTH_LOAD_CHANGED];
+    return count < UINT16_MAX ? (uint16_t)count : UINT16_MAX;
+}
+
+static void send_load_change(hexload_node_t* self) {
+    const hexload_bus_load_change_t change = {.tick = self->app.change_tick,
+                                              .load_changes = load_changes(self)};
+    hexload_bus_frame_t frame;
+    hexload_bus_encode_load_change(&change, &frame);
+    (void)send(self, &frame);
+}
+
 static void process(hexload_node_t* self, const hexload_leg_sample_t* sample) {
     const bool has_clock = self->port.clock_us != NULL;
     const uint32_t begin_us = has_clock ? self->port.clock_us(self->port.context) : 0;
+    const uint32_t changes_before = hexload_app_health(&self->app)->count[HEXLOAD_HEALTH_LOAD_CHANGED];
     hexload_bus_answer_t answer;
     hexload_app_sample(&self->app, sample, &answer);
+    if (hexload_app_health(&self->app)->count[HEXLOAD_HEALTH_LOAD_CHANGED] != changes_before) {
+        send_load_change(self);
+    }
     answer.missing_legs = self->assembly.missing_legs;
     send_answer(self, &answer);
     if (has_clock) {
@@ -149,7 +175,8 @@ static void send_status(hexload_node_t* self) {
     status->fault = (uint8_t)self->app.fault;
     status->tick = self->app.last_tick;
     status->samples_missing = self->app.samples_missing;
-    status->samples_refused = self->app.estimator.health.refused;
+    status->samples_refused = hexload_app_health(&self->app)->refused;
+    status->load_changes = load_changes(self);
     if (self->port.stack_margin_bytes != NULL) {
         status->stack_margin_bytes = self->port.stack_margin_bytes(self->port.context);
     }

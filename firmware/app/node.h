@@ -3,7 +3,8 @@
 ///
 /// A port calls hexload_node_receive() for each received frame and hexload_node_period() every millisecond,
 /// from one thread, frames first. A sample is processed when its last frame arrives: the answer does not wait
-/// for the next period. Frames that the node sent itself must not come back.
+/// for the next period. A change of the load is sent as an event, before the answer to the sample at which it
+/// was noticed, and stays in the status. Frames that the node sent itself must not come back.
 ///
 /// A node that hears another controller while it listens stays silent until it is started anew: it neither
 /// answers nor carries out commands. One that is active and hears another goes on answering and sending its
@@ -33,6 +34,7 @@ typedef struct hexload_node {
     uint32_t leg_silence_ms; ///< since the last frame of a sample, saturating
     uint32_t status_wait_ms; ///< since the last status page
     uint32_t send_failed;    ///< frames that the port could not queue, saturating
+    uint16_t health_seen;    ///< classic: bits of the samples since the last page with them
     uint8_t answer_page;     ///< next one
     uint8_t status_page;     ///< next one
     bool heard_controller;   ///< while listening
@@ -44,8 +46,8 @@ HEXLOAD_MUST_USE hexload_status_t hexload_node_init(hexload_node_t* self, const 
                                                     hexload_bus_profile_t profile,
                                                     const hexload_port_t* port);
 
-/// One received frame: command, part of a sample, or a sign of a second controller. Worst case:
-/// hexload_tick() and three frames sent.
+/// One received frame: command, part of a sample, or a sign of a second controller. Worst case: the
+/// estimator's tick and four frames sent.
 void hexload_node_receive(hexload_node_t* self, const hexload_bus_frame_t* frame);
 
 /// Periods of 1 ms that have passed since the last call: 1 when the port keeps its time; more are counted as

@@ -2,17 +2,19 @@
 
 #include "bus/answer_frames.h"
 
-enum {
-    ALL_FD_PARTS = (1 << HEXLOAD_BUS_ANSWER_FRAMES) - 1,
-    ALL_PAGES = (1 << HEXLOAD_BUS_ANSWER_PAGES) - 1,
-};
+static uint32_t all_of(int parts) {
+    return (UINT32_C(1) << parts) - 1;
+}
+
+static uint32_t all_parts(const hexload_answer_assembly_t* self) {
+    return all_of(self->profile == HEXLOAD_BUS_FD ? HEXLOAD_BUS_ANSWER_FRAMES
+                                                  : hexload_bus_answer_pages(self->answer.filter));
+}
 
 /// Farther apart, a whole round of pages may have been lost between two pages that seem to follow one
 /// another.
-enum { LONGEST_PAGE_STEP_TICKS = HEXLOAD_BUS_ANSWER_PAGES * HEXLOAD_BUS_ANSWER_PERIOD };
-
-static uint32_t all_parts(const hexload_answer_assembly_t* self) {
-    return self->profile == HEXLOAD_BUS_FD ? ALL_FD_PARTS : ALL_PAGES;
+static uint32_t longest_page_step_ticks(uint8_t filter) {
+    return (uint32_t)hexload_bus_answer_pages(filter) * HEXLOAD_BUS_ANSWER_PERIOD;
 }
 
 void hexload_answer_assembly_init(hexload_answer_assembly_t* self, hexload_bus_profile_t profile) {
@@ -43,6 +45,9 @@ static hexload_bus_status_t add_fd(hexload_answer_assembly_t* self, const hexloa
     if (!is_first && self->parts != 0 && (is_doubled || ahead > UINT32_MAX / 2)) {
         return HEXLOAD_BUS_ERR_TICK;
     }
+    if (!is_first && self->parts != 0 && ahead == 0 && next.filter != self->answer.filter) {
+        return HEXLOAD_BUS_ERR_VALUE; // one answer is one filter's
+    }
     if (is_first || ahead != 0) {
         give_up(self);
     }
@@ -52,9 +57,9 @@ static hexload_bus_status_t add_fd(hexload_answer_assembly_t* self, const hexloa
     if (part != HEXLOAD_ANSWER_HEALTH) {
         return HEXLOAD_BUS_PARTIAL;
     }
-    const bool is_whole = self->parts == ALL_FD_PARTS;
+    const bool is_whole = self->parts == all_parts(self);
     give_up(self);
-    self->parts = ALL_FD_PARTS; // what still comes of this tick is late
+    self->parts = all_parts(self); // what still comes of this tick is late
     if (is_whole) {
         *answer = self->answer;
     }
@@ -85,7 +90,7 @@ static hexload_bus_status_t add_page(hexload_answer_assembly_t* self, const hexl
         next.tick = tick;
     } else if (self->parts != 0 && (ahead == 0 || ahead > UINT32_MAX / 2)) {
         return HEXLOAD_BUS_ERR_TICK;
-    } else if (self->parts != (UINT32_C(1) << page) - 1 || ahead > LONGEST_PAGE_STEP_TICKS) {
+    } else if (page < 0 || self->parts != all_of(page) || ahead > longest_page_step_ticks(next.filter)) {
         give_up(self); // pages were lost: wait for the next page 0
         *answered_tick = tick;
         return HEXLOAD_BUS_PARTIAL;
@@ -94,7 +99,7 @@ static hexload_bus_status_t add_page(hexload_answer_assembly_t* self, const hexl
     self->page_tick = tick;
     self->parts |= UINT32_C(1) << page;
     *answered_tick = tick;
-    if (self->parts != ALL_PAGES) {
+    if (self->parts != all_parts(self)) {
         return HEXLOAD_BUS_PARTIAL;
     }
     *answer = self->answer;

@@ -14,15 +14,24 @@
                        (int)HEXLOAD_DBC_##signal##_INCONSISTENT_CHOICE == HEXLOAD_VERDICT_INCONSISTENT,      \
                    "verdicts of the DBC")
 SAME_VERDICTS(HEALTH_FD_VERDICT);
-SAME_VERDICTS(HEALTH_FD_VERDICT_DZ);
-SAME_VERDICTS(HEALTH_FD_VERDICT_IXX);
-SAME_VERDICTS(HEALTH_FD_VERDICT_IYY);
-SAME_VERDICTS(HEALTH_FD_VERDICT_IZZ);
 SAME_VERDICTS(ANSWER_PAGE_VERDICT);
-SAME_VERDICTS(ANSWER_PAGE_VERDICT_DZ);
-SAME_VERDICTS(ANSWER_PAGE_VERDICT_IXX);
-SAME_VERDICTS(ANSWER_PAGE_VERDICT_IYY);
-SAME_VERDICTS(ANSWER_PAGE_VERDICT_IZZ);
+#define SAME_VERDICTS_OF(parameter)                                                                          \
+    SAME_VERDICTS(HEALTH_FD_VERDICT_##parameter);                                                            \
+    SAME_VERDICTS(ANSWER_PAGE_VERDICT_##parameter)
+SAME_VERDICTS_OF(DZ);
+SAME_VERDICTS_OF(IXX);
+SAME_VERDICTS_OF(IYY);
+SAME_VERDICTS_OF(IZZ);
+SAME_VERDICTS_OF(LOAD_M);
+SAME_VERDICTS_OF(LOAD_HX);
+SAME_VERDICTS_OF(LOAD_HY);
+SAME_VERDICTS_OF(LOAD_HZ);
+SAME_VERDICTS_OF(LOAD_IXX);
+SAME_VERDICTS_OF(LOAD_IYY);
+SAME_VERDICTS_OF(LOAD_IZZ);
+SAME_VERDICTS_OF(LOAD_IXY);
+SAME_VERDICTS_OF(LOAD_IXZ);
+SAME_VERDICTS_OF(LOAD_IYZ);
 
 #define SAME_STATUSES(signal)                                                                                \
     _Static_assert(HEXLOAD_DBC_##signal##_OK_CHOICE == HEXLOAD_OK &&                                         \
@@ -38,22 +47,44 @@ SAME_STATUSES(ANSWER_PAGE_STATUS);
 _Static_assert((int)HEXLOAD_HEALTH_BITS == 12,
                "health bits of the DBC: its range and its comments name each");
 
-// This version answers with the paper's filter in every frame.
-enum { PAPER = HEXLOAD_FILTER_PAPER };
-_Static_assert((int)HEXLOAD_DBC_ESTIMATE_FD_FILTER_PAPER_CHOICE == PAPER, "filters of the DBC");
-_Static_assert((int)HEXLOAD_DBC_SIGMA_FD_FILTER_PAPER_CHOICE == PAPER, "filters of the DBC");
-_Static_assert((int)HEXLOAD_DBC_ANSWER_PAGE_FILTER_PAPER_CHOICE == PAPER, "filters of the DBC");
+#define SAME_FILTERS(signal)                                                                                 \
+    _Static_assert((int)HEXLOAD_DBC_##signal##_PAPER_CHOICE == HEXLOAD_FILTER_PAPER &&                       \
+                       (int)HEXLOAD_DBC_##signal##_MOMENTUM_CHOICE == HEXLOAD_FILTER_MOMENTUM,               \
+                   "filters of the DBC")
+SAME_FILTERS(HEALTH_FD_FILTER);
+SAME_FILTERS(ANSWER_PAGE_FILTER);
+
+// The ten parameters among the codec's fields: in an initialiser, and as the entries of an array.
+#define LOAD_FIELDS(prefix, type, from)                                                                      \
+    .prefix##load_m = (type)(from)[HEXLOAD_LOAD_M], .prefix##load_hx = (type)(from)[HEXLOAD_LOAD_HX],        \
+    .prefix##load_hy = (type)(from)[HEXLOAD_LOAD_HY], .prefix##load_hz = (type)(from)[HEXLOAD_LOAD_HZ],      \
+    .prefix##load_ixx = (type)(from)[HEXLOAD_LOAD_IXX], .prefix##load_iyy = (type)(from)[HEXLOAD_LOAD_IYY],  \
+    .prefix##load_izz = (type)(from)[HEXLOAD_LOAD_IZZ], .prefix##load_ixy = (type)(from)[HEXLOAD_LOAD_IXY],  \
+    .prefix##load_ixz = (type)(from)[HEXLOAD_LOAD_IXZ], .prefix##load_iyz = (type)(from)[HEXLOAD_LOAD_IYZ]
+#define LOAD_ENTRIES(prefix, message)                                                                        \
+    {                                                                                                        \
+        (message).prefix##load_m, (message).prefix##load_hx, (message).prefix##load_hy,                      \
+            (message).prefix##load_hz, (message).prefix##load_ixx, (message).prefix##load_iyy,               \
+            (message).prefix##load_izz, (message).prefix##load_ixy, (message).prefix##load_ixz,              \
+            (message).prefix##load_iyz                                                                       \
+    }
+_Static_assert(HEXLOAD_LOAD_M == 0 && HEXLOAD_LOAD_HZ == 3 && HEXLOAD_LOAD_IZZ == 6 && HEXLOAD_LOAD_IYZ == 9,
+               "order of the entries");
 
 static const hexload_frame_layout_t estimate_layout = {HEXLOAD_DBC_ESTIMATE_FD_FRAME_ID,
                                                        HEXLOAD_DBC_ESTIMATE_FD_LENGTH, HEXLOAD_FRAME_CRC32};
 static const hexload_frame_layout_t sigma_layout = {HEXLOAD_DBC_SIGMA_FD_FRAME_ID,
                                                     HEXLOAD_DBC_SIGMA_FD_LENGTH, HEXLOAD_FRAME_CRC32};
+static const hexload_frame_layout_t load_layout = {HEXLOAD_DBC_LOAD_FD_FRAME_ID, HEXLOAD_DBC_LOAD_FD_LENGTH,
+                                                   HEXLOAD_FRAME_CRC32};
+static const hexload_frame_layout_t load_sigma_layout = {
+    HEXLOAD_DBC_LOAD_SIGMA_FD_FRAME_ID, HEXLOAD_DBC_LOAD_SIGMA_FD_LENGTH, HEXLOAD_FRAME_CRC32};
 static const hexload_frame_layout_t health_layout = {HEXLOAD_DBC_HEALTH_FD_FRAME_ID,
                                                      HEXLOAD_DBC_HEALTH_FD_LENGTH, HEXLOAD_FRAME_CRC32};
 static const hexload_frame_layout_t page_layout = {HEXLOAD_DBC_ANSWER_PAGE_FRAME_ID,
                                                    HEXLOAD_DBC_ANSWER_PAGE_LENGTH, HEXLOAD_FRAME_CRC8};
 
-// Pages of a classic answer. The four values and the four sigmas follow one another.
+// Codes of a classic answer's pages. Values and sigmas of a filter follow one another.
 enum {
     PAGE_HEALTH = HEXLOAD_DBC_ANSWER_PAGE_PAGE_HEALTH_CHOICE,
     PAGE_VALUE = HEXLOAD_DBC_ANSWER_PAGE_PAGE_DZ_CHOICE,
@@ -62,19 +93,60 @@ enum {
     PAGE_NIS_MEAN = HEXLOAD_DBC_ANSWER_PAGE_PAGE_NIS_MEAN_CHOICE,
     PAGE_VERDICTS = HEXLOAD_DBC_ANSWER_PAGE_PAGE_VERDICTS_CHOICE,
     PAGE_REFUSED = HEXLOAD_DBC_ANSWER_PAGE_PAGE_REFUSED_CHOICE,
+    PAGE_LOAD_VALUE = HEXLOAD_DBC_ANSWER_PAGE_PAGE_LOAD_M_CHOICE,
+    PAGE_LOAD_SIGMA = HEXLOAD_DBC_ANSWER_PAGE_PAGE_SIGMA_LOAD_M_CHOICE,
+    PAGE_LOAD_VERDICTS = HEXLOAD_DBC_ANSWER_PAGE_PAGE_LOAD_VERDICTS_CHOICE,
 };
 _Static_assert((int)HEXLOAD_DBC_ANSWER_PAGE_PAGE_IZZ_CHOICE == PAGE_VALUE + HEXLOAD_PAPER_DIM - 1 &&
                    (int)HEXLOAD_DBC_ANSWER_PAGE_PAGE_SIGMA_IZZ_CHOICE == PAGE_SIGMA + HEXLOAD_PAPER_DIM - 1 &&
                    PAGE_HEALTH == 0 && PAGE_REFUSED == HEXLOAD_BUS_ANSWER_PAGES - 1,
                "pages of the DBC");
+_Static_assert((int)HEXLOAD_DBC_ANSWER_PAGE_PAGE_LOAD_IYZ_CHOICE == PAGE_LOAD_VALUE + HEXLOAD_LOAD_DIM - 1 &&
+                   PAGE_LOAD_SIGMA == PAGE_LOAD_VALUE + HEXLOAD_LOAD_DIM &&
+                   (int)HEXLOAD_DBC_ANSWER_PAGE_PAGE_SIGMA_LOAD_IYZ_CHOICE ==
+                       PAGE_LOAD_SIGMA + HEXLOAD_LOAD_DIM - 1 &&
+                   PAGE_REFUSED == PAGE_NIS + 3,
+               "pages of the DBC");
+
+// Places in a round of the momentum filter: health, values and sigmas, nis to refused, verdicts.
+enum {
+    PLACE_NIS = 1 + 2 * HEXLOAD_LOAD_DIM,
+    PLACE_VERDICTS = PLACE_NIS + 4,
+};
+_Static_assert(PLACE_VERDICTS == HEXLOAD_BUS_LOAD_ANSWER_PAGES - 1, "pages of the DBC");
+
+/// Code of the page at this place of a round.
+static int page_code(uint8_t filter, int place) {
+    if (filter != HEXLOAD_FILTER_MOMENTUM || place == 0) {
+        return place;
+    }
+    if (place < PLACE_NIS) {
+        return PAGE_LOAD_VALUE - 1 + place;
+    }
+    return place < PLACE_VERDICTS ? PAGE_NIS - PLACE_NIS + place : PAGE_LOAD_VERDICTS;
+}
+
+/// The place of a page in a round; -1: rounds of this filter have no such page.
+static int page_place(uint8_t filter, int code) {
+    for (int place = 0; place < hexload_bus_answer_pages(filter); place++) {
+        if (page_code(filter, place) == code) {
+            return place;
+        }
+    }
+    return -1;
+}
+
+static int parameters_of(uint8_t filter) {
+    return filter == HEXLOAD_FILTER_MOMENTUM ? (int)HEXLOAD_LOAD_DIM : (int)HEXLOAD_PAPER_DIM;
+}
 
 /// Checks a number that goes on the bus as float32 or came from there.
 static bool is_float32(hexload_real_t value) {
     return isfinite((float)value);
 }
 
-static bool is_finite(const hexload_estimate_t* estimate) {
-    for (int k = 0; k < HEXLOAD_PAPER_DIM; k++) {
+static bool is_finite(const hexload_estimate_t* estimate, int parameters) {
+    for (int k = 0; k < parameters; k++) {
         if (!is_float32(estimate->value[k]) || !is_float32(estimate->sigma[k])) {
             return false;
         }
@@ -86,7 +158,6 @@ static void encode_estimate(const hexload_bus_answer_t* answer, hexload_bus_fram
     const hexload_estimate_t* estimate = &answer->estimate;
     const struct hexload_dbc_estimate_fd_t message = {
         .tick = answer->tick,
-        .filter = PAPER,
         .dz = (float)estimate->value[HEXLOAD_PAPER_DZ],
         .ixx = (float)estimate->value[HEXLOAD_PAPER_IXX],
         .iyy = (float)estimate->value[HEXLOAD_PAPER_IYY],
@@ -102,7 +173,6 @@ static void encode_sigma(const hexload_bus_answer_t* answer, hexload_bus_frame_t
     const hexload_estimate_t* estimate = &answer->estimate;
     const struct hexload_dbc_sigma_fd_t message = {
         .tick = answer->tick,
-        .filter = PAPER,
         .sigma_dz = (float)estimate->sigma[HEXLOAD_PAPER_DZ],
         .sigma_ixx = (float)estimate->sigma[HEXLOAD_PAPER_IXX],
         .sigma_iyy = (float)estimate->sigma[HEXLOAD_PAPER_IYY],
@@ -114,6 +184,25 @@ static void encode_sigma(const hexload_bus_answer_t* answer, hexload_bus_frame_t
     hexload_frame_seal(frame, &sigma_layout);
 }
 
+static void encode_load(const hexload_bus_answer_t* answer, hexload_bus_frame_t* frame) {
+    const struct hexload_dbc_load_fd_t message = {.tick = answer->tick,
+                                                  LOAD_FIELDS(, float, answer->estimate.value),
+                                                  .nis = (float)answer->estimate.nis};
+    hexload_frame_begin(frame, &load_layout);
+    (void)hexload_dbc_load_fd_pack(frame->data, &message, sizeof frame->data);
+    hexload_frame_seal(frame, &load_layout);
+}
+
+static void encode_load_sigma(const hexload_bus_answer_t* answer, hexload_bus_frame_t* frame) {
+    const struct hexload_dbc_load_sigma_fd_t message = {.tick = answer->tick,
+                                                        LOAD_FIELDS(sigma_, float, answer->estimate.sigma),
+                                                        .nis_mean = (float)answer->estimate.nis_mean};
+    hexload_frame_begin(frame, &load_sigma_layout);
+    (void)hexload_dbc_load_sigma_fd_pack(frame->data, &message, sizeof frame->data);
+    hexload_frame_seal(frame, &load_sigma_layout);
+}
+
+/// The codec writes the verdicts of the filter alone.
 static void encode_health(const hexload_bus_answer_t* answer, hexload_bus_frame_t* frame) {
     const hexload_verdict_t* verdict = answer->estimate.parameter_verdict;
     const struct hexload_dbc_health_fd_t message = {
@@ -126,7 +215,9 @@ static void encode_health(const hexload_bus_answer_t* answer, hexload_bus_frame_
         .verdict_ixx = (uint8_t)verdict[HEXLOAD_PAPER_IXX],
         .verdict_iyy = (uint8_t)verdict[HEXLOAD_PAPER_IYY],
         .verdict_izz = (uint8_t)verdict[HEXLOAD_PAPER_IZZ],
+        LOAD_FIELDS(verdict_, uint8_t, verdict),
         .missing_legs = answer->missing_legs,
+        .filter = answer->filter,
         .health = answer->health,
         .refused = answer->refused,
     };
@@ -135,67 +226,92 @@ static void encode_health(const hexload_bus_answer_t* answer, hexload_bus_frame_
     hexload_frame_seal(frame, &health_layout);
 }
 
-/// The codec writes the signals of the page alone.
-static void encode_page(const hexload_bus_answer_t* answer, int page, hexload_bus_frame_t* frame) {
-    const hexload_estimate_t* estimate = &answer->estimate;
-    const hexload_verdict_t* verdict = estimate->parameter_verdict;
+/// A page without a number among the estimate's. The codec writes the signals of the page alone.
+static void pack_codes(const hexload_bus_answer_t* answer, int code, hexload_bus_frame_t* frame) {
+    const hexload_verdict_t* verdict = answer->estimate.parameter_verdict;
     const struct hexload_dbc_answer_page_t message = {
-        .page = (uint8_t)page,
+        .page = (uint8_t)code,
         .tick_low = (uint16_t)(answer->tick & 0xFFFFu),
         .health = answer->health,
         .state = answer->state,
-        .verdict = (uint8_t)estimate->verdict,
+        .verdict = (uint8_t)answer->estimate.verdict,
         .fault = answer->fault,
-        .filter = PAPER,
-        .dz = (float)estimate->value[HEXLOAD_PAPER_DZ],
-        .ixx = (float)estimate->value[HEXLOAD_PAPER_IXX],
-        .iyy = (float)estimate->value[HEXLOAD_PAPER_IYY],
-        .izz = (float)estimate->value[HEXLOAD_PAPER_IZZ],
-        .sigma_dz = (float)estimate->sigma[HEXLOAD_PAPER_DZ],
-        .sigma_ixx = (float)estimate->sigma[HEXLOAD_PAPER_IXX],
-        .sigma_iyy = (float)estimate->sigma[HEXLOAD_PAPER_IYY],
-        .sigma_izz = (float)estimate->sigma[HEXLOAD_PAPER_IZZ],
-        .nis = (float)estimate->nis,
-        .nis_mean = (float)estimate->nis_mean,
+        .filter = answer->filter,
         .verdict_dz = (uint8_t)verdict[HEXLOAD_PAPER_DZ],
         .verdict_ixx = (uint8_t)verdict[HEXLOAD_PAPER_IXX],
         .verdict_iyy = (uint8_t)verdict[HEXLOAD_PAPER_IYY],
         .verdict_izz = (uint8_t)verdict[HEXLOAD_PAPER_IZZ],
+        LOAD_FIELDS(verdict_, uint8_t, verdict),
         .status = answer->status,
         .missing_legs = answer->missing_legs,
         .refused = answer->refused,
     };
-    hexload_frame_begin(frame, &page_layout);
     (void)hexload_dbc_answer_page_pack(frame->data, &message, sizeof frame->data);
+}
+
+/// The number of a page; false for a page of codes.
+static bool number_of(const hexload_estimate_t* estimate, int code, hexload_real_t* number) {
+    if (code >= PAGE_LOAD_VALUE && code < PAGE_LOAD_VERDICTS) {
+        const int k = code - PAGE_LOAD_VALUE;
+        *number = k < HEXLOAD_LOAD_DIM ? estimate->value[k] : estimate->sigma[k - HEXLOAD_LOAD_DIM];
+    } else if (code >= PAGE_VALUE && code < PAGE_NIS) {
+        const int k = code - PAGE_VALUE;
+        *number = k < HEXLOAD_PAPER_DIM ? estimate->value[k] : estimate->sigma[k - HEXLOAD_PAPER_DIM];
+    } else if (code == PAGE_NIS || code == PAGE_NIS_MEAN) {
+        *number = code == PAGE_NIS ? estimate->nis : estimate->nis_mean;
+    } else {
+        return false;
+    }
+    return true;
+}
+
+/// All pages with a number have it in the same place: it is packed as that of one page, with the code of
+/// another.
+static void encode_page(const hexload_bus_answer_t* answer, int code, hexload_bus_frame_t* frame) {
+    hexload_real_t number = HEXLOAD_REAL(0.0);
+    hexload_frame_begin(frame, &page_layout);
+    if (number_of(&answer->estimate, code, &number)) {
+        const struct hexload_dbc_answer_page_t message = {
+            .page = PAGE_NIS, .tick_low = (uint16_t)(answer->tick & 0xFFFFu), .nis = (float)number};
+        (void)hexload_dbc_answer_page_pack(frame->data, &message, sizeof frame->data);
+        frame->data[0] = (uint8_t)code;
+    } else {
+        pack_codes(answer, code, frame);
+    }
     hexload_frame_seal(frame, &page_layout);
 }
 
 int hexload_bus_encode_answer(hexload_bus_profile_t profile, const hexload_bus_answer_t* answer, int page,
                               hexload_bus_frame_t frames[HEXLOAD_BUS_ANSWER_FRAMES]) {
-    if (!is_finite(&answer->estimate)) {
+    if (!is_finite(&answer->estimate, parameters_of(answer->filter))) {
         return HEXLOAD_BUS_ERR_VALUE;
     }
     if (profile == HEXLOAD_BUS_CLASSIC) {
-        encode_page(answer, page, &frames[0]);
+        encode_page(answer, page_code(answer->filter, page), &frames[0]);
         return 1;
     }
-    encode_estimate(answer, &frames[HEXLOAD_ANSWER_ESTIMATE]);
-    encode_sigma(answer, &frames[HEXLOAD_ANSWER_SIGMA]);
+    if (answer->filter == HEXLOAD_FILTER_MOMENTUM) {
+        encode_load(answer, &frames[HEXLOAD_ANSWER_ESTIMATE]);
+        encode_load_sigma(answer, &frames[HEXLOAD_ANSWER_SIGMA]);
+    } else {
+        encode_estimate(answer, &frames[HEXLOAD_ANSWER_ESTIMATE]);
+        encode_sigma(answer, &frames[HEXLOAD_ANSWER_SIGMA]);
+    }
     encode_health(answer, &frames[HEXLOAD_ANSWER_HEALTH]);
     return HEXLOAD_BUS_ANSWER_FRAMES;
 }
 
-/// Four parameters and one more number; the outputs change only when all are finite.
-static hexload_bus_status_t take_numbers(const float numbers[HEXLOAD_PAPER_DIM], float last,
-                                         hexload_real_t out[HEXLOAD_PAPER_DIM], hexload_real_t* last_out) {
+/// The parameters and one more number; the outputs change only when all are finite.
+static hexload_bus_status_t take_numbers(const float* numbers, int count, float last, hexload_real_t* out,
+                                         hexload_real_t* last_out) {
     bool all_finite = isfinite(last);
-    for (int k = 0; k < HEXLOAD_PAPER_DIM; k++) {
+    for (int k = 0; k < count; k++) {
         all_finite = all_finite && isfinite(numbers[k]);
     }
     if (!all_finite) {
         return HEXLOAD_BUS_ERR_VALUE;
     }
-    for (int k = 0; k < HEXLOAD_PAPER_DIM; k++) {
+    for (int k = 0; k < count; k++) {
         out[k] = (hexload_real_t)numbers[k];
     }
     *last_out = (hexload_real_t)last;
@@ -209,13 +325,11 @@ static hexload_bus_status_t decode_estimate(const hexload_bus_frame_t* frame, he
     }
     struct hexload_dbc_estimate_fd_t m = {0};
     (void)hexload_dbc_estimate_fd_unpack(&m, frame->data, sizeof frame->data);
-    if (m.filter != PAPER) {
-        return HEXLOAD_BUS_ERR_VALUE;
-    }
     const float value[HEXLOAD_PAPER_DIM] = {m.dz, m.ixx, m.iyy, m.izz};
-    status = take_numbers(value, m.nis, answer->estimate.value, &answer->estimate.nis);
+    status = take_numbers(value, HEXLOAD_PAPER_DIM, m.nis, answer->estimate.value, &answer->estimate.nis);
     if (status == HEXLOAD_BUS_OK) {
         answer->tick = m.tick;
+        answer->filter = HEXLOAD_FILTER_PAPER;
     }
     return status;
 }
@@ -227,22 +341,69 @@ static hexload_bus_status_t decode_sigma(const hexload_bus_frame_t* frame, hexlo
     }
     struct hexload_dbc_sigma_fd_t m = {0};
     (void)hexload_dbc_sigma_fd_unpack(&m, frame->data, sizeof frame->data);
-    if (m.filter != PAPER) {
-        return HEXLOAD_BUS_ERR_VALUE;
-    }
     const float sigma[HEXLOAD_PAPER_DIM] = {m.sigma_dz, m.sigma_ixx, m.sigma_iyy, m.sigma_izz};
-    status = take_numbers(sigma, m.nis_mean, answer->estimate.sigma, &answer->estimate.nis_mean);
+    status = take_numbers(sigma, HEXLOAD_PAPER_DIM, m.nis_mean, answer->estimate.sigma,
+                          &answer->estimate.nis_mean);
     if (status == HEXLOAD_BUS_OK) {
         answer->tick = m.tick;
+        answer->filter = HEXLOAD_FILTER_PAPER;
     }
     return status;
 }
 
-static void take_verdicts(uint8_t dz, uint8_t ixx, uint8_t iyy, uint8_t izz, hexload_estimate_t* estimate) {
-    estimate->parameter_verdict[HEXLOAD_PAPER_DZ] = (hexload_verdict_t)dz;
-    estimate->parameter_verdict[HEXLOAD_PAPER_IXX] = (hexload_verdict_t)ixx;
-    estimate->parameter_verdict[HEXLOAD_PAPER_IYY] = (hexload_verdict_t)iyy;
-    estimate->parameter_verdict[HEXLOAD_PAPER_IZZ] = (hexload_verdict_t)izz;
+static hexload_bus_status_t decode_load(const hexload_bus_frame_t* frame, hexload_bus_answer_t* answer) {
+    hexload_bus_status_t status = hexload_frame_check(frame, &load_layout);
+    if (status != HEXLOAD_BUS_OK) {
+        return status;
+    }
+    struct hexload_dbc_load_fd_t m = {0};
+    (void)hexload_dbc_load_fd_unpack(&m, frame->data, sizeof frame->data);
+    const float value[HEXLOAD_LOAD_DIM] = LOAD_ENTRIES(, m);
+    status = take_numbers(value, HEXLOAD_LOAD_DIM, m.nis, answer->estimate.value, &answer->estimate.nis);
+    if (status == HEXLOAD_BUS_OK) {
+        answer->tick = m.tick;
+        answer->filter = HEXLOAD_FILTER_MOMENTUM;
+    }
+    return status;
+}
+
+static hexload_bus_status_t decode_load_sigma(const hexload_bus_frame_t* frame,
+                                              hexload_bus_answer_t* answer) {
+    hexload_bus_status_t status = hexload_frame_check(frame, &load_sigma_layout);
+    if (status != HEXLOAD_BUS_OK) {
+        return status;
+    }
+    struct hexload_dbc_load_sigma_fd_t m = {0};
+    (void)hexload_dbc_load_sigma_fd_unpack(&m, frame->data, sizeof frame->data);
+    const float sigma[HEXLOAD_LOAD_DIM] = LOAD_ENTRIES(sigma_, m);
+    status =
+        take_numbers(sigma, HEXLOAD_LOAD_DIM, m.nis_mean, answer->estimate.sigma, &answer->estimate.nis_mean);
+    if (status == HEXLOAD_BUS_OK) {
+        answer->tick = m.tick;
+        answer->filter = HEXLOAD_FILTER_MOMENTUM;
+    }
+    return status;
+}
+
+/// The outputs change only when all codes are those of verdicts.
+static hexload_bus_status_t take_verdicts(const uint8_t* codes, int count, hexload_estimate_t* estimate) {
+    for (int k = 0; k < count; k++) {
+        if (codes[k] > HEXLOAD_VERDICT_INCONSISTENT) {
+            return HEXLOAD_BUS_ERR_VALUE;
+        }
+    }
+    for (int k = 0; k < count; k++) {
+        estimate->parameter_verdict[k] = (hexload_verdict_t)codes[k];
+    }
+    return HEXLOAD_BUS_OK;
+}
+
+static hexload_bus_status_t take_health_verdicts(const struct hexload_dbc_health_fd_t* m,
+                                                 hexload_estimate_t* estimate) {
+    const uint8_t paper[HEXLOAD_PAPER_DIM] = {m->verdict_dz, m->verdict_ixx, m->verdict_iyy, m->verdict_izz};
+    const uint8_t load[HEXLOAD_LOAD_DIM] = LOAD_ENTRIES(verdict_, *m);
+    return m->filter == HEXLOAD_FILTER_MOMENTUM ? take_verdicts(load, HEXLOAD_LOAD_DIM, estimate)
+                                                : take_verdicts(paper, HEXLOAD_PAPER_DIM, estimate);
 }
 
 static hexload_bus_status_t decode_health(const hexload_bus_frame_t* frame, hexload_bus_answer_t* answer) {
@@ -255,11 +416,9 @@ static hexload_bus_status_t decode_health(const hexload_bus_frame_t* frame, hexl
     if (!hexload_dbc_health_fd_status_is_in_range(m.status) ||
         !hexload_dbc_health_fd_state_is_in_range(m.state) ||
         !hexload_dbc_health_fd_fault_is_in_range(m.fault) ||
+        !hexload_dbc_health_fd_filter_is_in_range(m.filter) ||
         !hexload_dbc_health_fd_verdict_is_in_range(m.verdict) ||
-        !hexload_dbc_health_fd_verdict_dz_is_in_range(m.verdict_dz) ||
-        !hexload_dbc_health_fd_verdict_ixx_is_in_range(m.verdict_ixx) ||
-        !hexload_dbc_health_fd_verdict_iyy_is_in_range(m.verdict_iyy) ||
-        !hexload_dbc_health_fd_verdict_izz_is_in_range(m.verdict_izz)) {
+        take_health_verdicts(&m, &answer->estimate) != HEXLOAD_BUS_OK) {
         return HEXLOAD_BUS_ERR_VALUE;
     }
     answer->tick = m.tick;
@@ -267,27 +426,31 @@ static hexload_bus_status_t decode_health(const hexload_bus_frame_t* frame, hexl
     answer->state = m.state;
     answer->fault = m.fault;
     answer->missing_legs = m.missing_legs;
+    answer->filter = m.filter;
     answer->health = m.health;
     answer->refused = m.refused;
     answer->estimate.verdict = (hexload_verdict_t)m.verdict;
-    take_verdicts(m.verdict_dz, m.verdict_ixx, m.verdict_iyy, m.verdict_izz, &answer->estimate);
     return HEXLOAD_BUS_OK;
 }
 
 hexload_bus_status_t hexload_answer_decode_fd(const hexload_bus_frame_t* frame, int* part,
                                               hexload_bus_answer_t* answer) {
-    hexload_bus_status_t status = decode_estimate(frame, answer);
-    int found = HEXLOAD_ANSWER_ESTIMATE;
-    if (status == HEXLOAD_BUS_OTHER) {
-        status = decode_sigma(frame, answer);
-        found = HEXLOAD_ANSWER_SIGMA;
-    }
-    if (status == HEXLOAD_BUS_OTHER) {
-        status = decode_health(frame, answer);
-        found = HEXLOAD_ANSWER_HEALTH;
+    static const struct {
+        hexload_bus_status_t (*decode)(const hexload_bus_frame_t* frame, hexload_bus_answer_t* answer);
+        int part;
+    } decoders[] = {{decode_estimate, HEXLOAD_ANSWER_ESTIMATE},
+                    {decode_load, HEXLOAD_ANSWER_ESTIMATE},
+                    {decode_sigma, HEXLOAD_ANSWER_SIGMA},
+                    {decode_load_sigma, HEXLOAD_ANSWER_SIGMA},
+                    {decode_health, HEXLOAD_ANSWER_HEALTH}};
+    hexload_bus_status_t status = HEXLOAD_BUS_OTHER;
+    size_t n = 0;
+    while (n < sizeof decoders / sizeof decoders[0] && status == HEXLOAD_BUS_OTHER) {
+        status = decoders[n].decode(frame, answer);
+        n++;
     }
     if (status == HEXLOAD_BUS_OK) {
-        *part = found;
+        *part = decoders[n - 1].part;
     }
     return status;
 }
@@ -302,7 +465,8 @@ static hexload_bus_status_t take_number(float number, hexload_real_t* out) {
 
 static hexload_bus_status_t take_health_page(const struct hexload_dbc_answer_page_t* m,
                                              hexload_bus_answer_t* answer) {
-    if (m->filter != PAPER || !hexload_dbc_answer_page_state_is_in_range(m->state) ||
+    if (!hexload_dbc_answer_page_filter_is_in_range(m->filter) ||
+        !hexload_dbc_answer_page_state_is_in_range(m->state) ||
         !hexload_dbc_answer_page_verdict_is_in_range(m->verdict) ||
         !hexload_dbc_answer_page_fault_is_in_range(m->fault)) {
         return HEXLOAD_BUS_ERR_VALUE;
@@ -311,52 +475,74 @@ static hexload_bus_status_t take_health_page(const struct hexload_dbc_answer_pag
     answer->state = m->state;
     answer->estimate.verdict = (hexload_verdict_t)m->verdict;
     answer->fault = m->fault;
+    answer->filter = m->filter;
     return HEXLOAD_BUS_OK;
 }
 
+/// Its four verdicts are those of the paper's filter, and nobody's in a round of the other.
 static hexload_bus_status_t take_verdict_page(const struct hexload_dbc_answer_page_t* m,
                                               hexload_bus_answer_t* answer) {
-    if (!hexload_dbc_answer_page_verdict_dz_is_in_range(m->verdict_dz) ||
-        !hexload_dbc_answer_page_verdict_ixx_is_in_range(m->verdict_ixx) ||
-        !hexload_dbc_answer_page_verdict_iyy_is_in_range(m->verdict_iyy) ||
-        !hexload_dbc_answer_page_verdict_izz_is_in_range(m->verdict_izz) ||
-        !hexload_dbc_answer_page_status_is_in_range(m->status)) {
+    const uint8_t verdict[HEXLOAD_PAPER_DIM] = {m->verdict_dz, m->verdict_ixx, m->verdict_iyy,
+                                                m->verdict_izz};
+    if (!hexload_dbc_answer_page_status_is_in_range(m->status) ||
+        take_verdicts(verdict, HEXLOAD_PAPER_DIM, &answer->estimate) != HEXLOAD_BUS_OK) {
         return HEXLOAD_BUS_ERR_VALUE;
     }
-    take_verdicts(m->verdict_dz, m->verdict_ixx, m->verdict_iyy, m->verdict_izz, &answer->estimate);
     answer->status = m->status;
     answer->missing_legs = m->missing_legs;
     return HEXLOAD_BUS_OK;
 }
 
-static hexload_bus_status_t take_page(const struct hexload_dbc_answer_page_t* m,
-                                      hexload_bus_answer_t* answer) {
+static hexload_bus_status_t take_load_verdict_page(const struct hexload_dbc_answer_page_t* m,
+                                                   hexload_bus_answer_t* answer) {
+    const uint8_t verdict[HEXLOAD_LOAD_DIM] = LOAD_ENTRIES(verdict_, *m);
+    return take_verdicts(verdict, HEXLOAD_LOAD_DIM, &answer->estimate);
+}
+
+/// A page with a value or a sigma of one of the filters.
+static hexload_bus_status_t take_parameter_page(const struct hexload_dbc_answer_page_t* m,
+                                                hexload_estimate_t* estimate) {
     const float value[HEXLOAD_PAPER_DIM] = {m->dz, m->ixx, m->iyy, m->izz};
     const float sigma[HEXLOAD_PAPER_DIM] = {m->sigma_dz, m->sigma_ixx, m->sigma_iyy, m->sigma_izz};
-    hexload_estimate_t* estimate = &answer->estimate;
-    const int page = m->page;
-    switch (page) {
+    const float load[HEXLOAD_LOAD_DIM] = LOAD_ENTRIES(, *m);
+    const float load_sigma[HEXLOAD_LOAD_DIM] = LOAD_ENTRIES(sigma_, *m);
+    const struct {
+        int first;
+        int count;
+        const float* number;
+        hexload_real_t* out;
+    } groups[] = {{PAGE_VALUE, HEXLOAD_PAPER_DIM, value, estimate->value},
+                  {PAGE_SIGMA, HEXLOAD_PAPER_DIM, sigma, estimate->sigma},
+                  {PAGE_LOAD_VALUE, HEXLOAD_LOAD_DIM, load, estimate->value},
+                  {PAGE_LOAD_SIGMA, HEXLOAD_LOAD_DIM, load_sigma, estimate->sigma}};
+    for (size_t n = 0; n < sizeof groups / sizeof groups[0]; n++) {
+        const int k = m->page - groups[n].first;
+        if (k >= 0 && k < groups[n].count) {
+            return take_number(groups[n].number[k], &groups[n].out[k]);
+        }
+    }
+    return HEXLOAD_BUS_ERR_VALUE;
+}
+
+static hexload_bus_status_t take_page(const struct hexload_dbc_answer_page_t* m,
+                                      hexload_bus_answer_t* answer) {
+    switch ((int)m->page) {
     case PAGE_HEALTH:
         return take_health_page(m, answer);
     case PAGE_NIS:
-        return take_number(m->nis, &estimate->nis);
+        return take_number(m->nis, &answer->estimate.nis);
     case PAGE_NIS_MEAN:
-        return take_number(m->nis_mean, &estimate->nis_mean);
+        return take_number(m->nis_mean, &answer->estimate.nis_mean);
     case PAGE_VERDICTS:
         return take_verdict_page(m, answer);
     case PAGE_REFUSED:
         answer->refused = m->refused;
         return HEXLOAD_BUS_OK;
+    case PAGE_LOAD_VERDICTS:
+        return take_load_verdict_page(m, answer);
     default:
-        break;
+        return take_parameter_page(m, &answer->estimate);
     }
-    if (page >= PAGE_VALUE && page < PAGE_VALUE + HEXLOAD_PAPER_DIM) {
-        return take_number(value[page - PAGE_VALUE], &estimate->value[page - PAGE_VALUE]);
-    }
-    if (page >= PAGE_SIGMA && page < PAGE_SIGMA + HEXLOAD_PAPER_DIM) {
-        return take_number(sigma[page - PAGE_SIGMA], &estimate->sigma[page - PAGE_SIGMA]);
-    }
-    return HEXLOAD_BUS_ERR_VALUE;
 }
 
 hexload_bus_status_t hexload_answer_decode_page(const hexload_bus_frame_t* frame, int* page,
@@ -369,7 +555,7 @@ hexload_bus_status_t hexload_answer_decode_page(const hexload_bus_frame_t* frame
     (void)hexload_dbc_answer_page_unpack(&message, frame->data, sizeof frame->data);
     status = take_page(&message, answer);
     if (status == HEXLOAD_BUS_OK) {
-        *page = message.page;
+        *page = page_place(answer->filter, message.page);
         *tick_low = message.tick_low;
     }
     return status;
@@ -377,10 +563,11 @@ hexload_bus_status_t hexload_answer_decode_page(const hexload_bus_frame_t* frame
 
 hexload_bus_status_t hexload_answer_check_profile(const hexload_bus_frame_t* frame,
                                                   hexload_bus_profile_t own_profile) {
-    const hexload_frame_layout_t* const fd[] = {&estimate_layout, &sigma_layout, &health_layout};
+    const hexload_frame_layout_t* const fd[] = {&estimate_layout, &sigma_layout, &health_layout, &load_layout,
+                                                &load_sigma_layout};
     const hexload_frame_layout_t* other = NULL;
-    for (int part = 0; own_profile == HEXLOAD_BUS_CLASSIC && part < HEXLOAD_BUS_ANSWER_FRAMES; part++) {
-        other = frame->id == fd[part]->id ? fd[part] : other;
+    for (size_t n = 0; own_profile == HEXLOAD_BUS_CLASSIC && n < sizeof fd / sizeof fd[0]; n++) {
+        other = frame->id == fd[n]->id ? fd[n] : other;
     }
     if (own_profile == HEXLOAD_BUS_FD && frame->id == page_layout.id) {
         other = &page_layout;

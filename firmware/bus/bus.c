@@ -11,9 +11,6 @@ _Static_assert((int)HEXLOAD_DBC_COMMAND_COMMAND_START_CHOICE == HEXLOAD_COMMAND_
                    (int)HEXLOAD_DBC_COMMAND_COMMAND_SELECT_FILTER_CHOICE == HEXLOAD_COMMAND_SELECT_FILTER &&
                    (int)HEXLOAD_DBC_COMMAND_COMMAND_SET_KNOWN_MASS_CHOICE == HEXLOAD_COMMAND_SET_KNOWN_MASS,
                "commands of the DBC");
-_Static_assert((int)HEXLOAD_DBC_ESTIMATE_FD_FILTER_PAPER_CHOICE == HEXLOAD_FILTER_PAPER &&
-                   (int)HEXLOAD_DBC_ESTIMATE_FD_FILTER_MOMENTUM_CHOICE == HEXLOAD_FILTER_MOMENTUM,
-               "filters of the DBC");
 _Static_assert((int)HEXLOAD_DBC_ACKNOWLEDGE_RESULT_DONE_CHOICE == HEXLOAD_RESULT_DONE &&
                    (int)HEXLOAD_DBC_ACKNOWLEDGE_RESULT_UNKNOWN_COMMAND_CHOICE ==
                        HEXLOAD_RESULT_UNKNOWN_COMMAND &&
@@ -34,6 +31,8 @@ static const hexload_frame_layout_t acknowledge_layout = {
     HEXLOAD_DBC_ACKNOWLEDGE_FRAME_ID, HEXLOAD_DBC_ACKNOWLEDGE_LENGTH, HEXLOAD_FRAME_CRC16};
 static const hexload_frame_layout_t status_layout = {
     HEXLOAD_DBC_CONTROLLER_STATUS_FRAME_ID, HEXLOAD_DBC_CONTROLLER_STATUS_LENGTH, HEXLOAD_FRAME_CRC8};
+static const hexload_frame_layout_t load_change_layout = {
+    HEXLOAD_DBC_LOAD_CHANGE_FRAME_ID, HEXLOAD_DBC_LOAD_CHANGE_LENGTH, HEXLOAD_FRAME_CRC16};
 
 enum {
     PAGE_VERSION = HEXLOAD_DBC_CONTROLLER_STATUS_PAGE_VERSION_CHOICE,
@@ -44,8 +43,9 @@ enum {
     PAGE_SAMPLES_MISSING = HEXLOAD_DBC_CONTROLLER_STATUS_PAGE_SAMPLES_MISSING_CHOICE,
     PAGE_FRAMES_REFUSED = HEXLOAD_DBC_CONTROLLER_STATUS_PAGE_FRAMES_REFUSED_CHOICE,
     PAGE_SAMPLES_REFUSED = HEXLOAD_DBC_CONTROLLER_STATUS_PAGE_SAMPLES_REFUSED_CHOICE,
+    PAGE_LOAD_CHANGES = HEXLOAD_DBC_CONTROLLER_STATUS_PAGE_LOAD_CHANGES_CHOICE,
 };
-_Static_assert((int)PAGE_SAMPLES_REFUSED == HEXLOAD_BUS_STATUS_PAGES - 1 &&
+_Static_assert((int)PAGE_LOAD_CHANGES == HEXLOAD_BUS_STATUS_PAGES - 1 &&
                    (int)PAGE_TIME_MARGIN == HEXLOAD_BUS_TIME_MARGIN_PAGE,
                "pages of the DBC");
 
@@ -136,6 +136,7 @@ void hexload_bus_encode_status(const hexload_bus_controller_status_t* status, in
         .samples_missing = status->samples_missing,
         .frames_refused = status->frames_refused,
         .samples_refused = status->samples_refused,
+        .load_changes = status->load_changes,
     };
     hexload_frame_begin(frame, &status_layout);
     (void)hexload_dbc_controller_status_pack(frame->data, &message, sizeof frame->data);
@@ -169,8 +170,11 @@ static void take_status_page(const struct hexload_dbc_controller_status_t* messa
     case PAGE_FRAMES_REFUSED:
         status->frames_refused = message->frames_refused;
         break;
-    default:
+    case PAGE_SAMPLES_REFUSED:
         status->samples_refused = message->samples_refused;
+        break;
+    default:
+        status->load_changes = message->load_changes;
         break;
     }
 }
@@ -195,12 +199,35 @@ hexload_bus_status_t hexload_bus_decode_status(const hexload_bus_frame_t* frame,
     return HEXLOAD_BUS_OK;
 }
 
+void hexload_bus_encode_load_change(const hexload_bus_load_change_t* change, hexload_bus_frame_t* frame) {
+    const struct hexload_dbc_load_change_t message = {.tick = change->tick,
+                                                      .load_changes = change->load_changes};
+    hexload_frame_begin(frame, &load_change_layout);
+    (void)hexload_dbc_load_change_pack(frame->data, &message, sizeof frame->data);
+    hexload_frame_seal(frame, &load_change_layout);
+}
+
+hexload_bus_status_t hexload_bus_decode_load_change(const hexload_bus_frame_t* frame,
+                                                    hexload_bus_load_change_t* change) {
+    const hexload_bus_status_t status = hexload_frame_check(frame, &load_change_layout);
+    if (status != HEXLOAD_BUS_OK) {
+        return status;
+    }
+    struct hexload_dbc_load_change_t message;
+    (void)hexload_dbc_load_change_unpack(&message, frame->data, sizeof frame->data);
+    *change = (hexload_bus_load_change_t){.tick = message.tick, .load_changes = message.load_changes};
+    return HEXLOAD_BUS_OK;
+}
+
 bool hexload_bus_is_from_controller(const hexload_bus_frame_t* frame) {
     switch (frame->id) {
+    case HEXLOAD_DBC_LOAD_CHANGE_FRAME_ID:
     case HEXLOAD_DBC_ESTIMATE_FD_FRAME_ID:
     case HEXLOAD_DBC_SIGMA_FD_FRAME_ID:
     case HEXLOAD_DBC_HEALTH_FD_FRAME_ID:
     case HEXLOAD_DBC_ANSWER_PAGE_FRAME_ID:
+    case HEXLOAD_DBC_LOAD_FD_FRAME_ID:
+    case HEXLOAD_DBC_LOAD_SIGMA_FD_FRAME_ID:
     case HEXLOAD_DBC_ACKNOWLEDGE_FRAME_ID:
     case HEXLOAD_DBC_CONTROLLER_STATUS_FRAME_ID:
         return true;
@@ -257,5 +284,16 @@ const char* hexload_bus_result_name(hexload_bus_result_t result) {
         return "not available";
     default:
         return "unknown result";
+    }
+}
+
+const char* hexload_bus_filter_name(hexload_bus_filter_t filter) {
+    switch (filter) {
+    case HEXLOAD_FILTER_PAPER:
+        return "paper";
+    case HEXLOAD_FILTER_MOMENTUM:
+        return "momentum";
+    default:
+        return "unknown filter";
     }
 }

@@ -6,7 +6,7 @@
 ///
 /// Two profiles carry the same quantities. FD: one 64-byte leg sample per tick, three answer frames per tick.
 /// Classic (8-byte frames, 1 Mbit/s): six leg frames per tick, one page of the answer at every second tick,
-/// so that the load stays below 90 %. Commands, acknowledges and status are 8-byte frames in both.
+/// so that the load stays below 90 %. Commands, acknowledges, status and events are 8-byte frames in both.
 #ifndef HEXLOAD_BUS_BUS_H
 #define HEXLOAD_BUS_BUS_H
 
@@ -19,12 +19,13 @@ HEXLOAD_DECLS_BEGIN
 
 enum {
     HEXLOAD_BUS_FRAME_BYTES = 64,
-    HEXLOAD_BUS_SAMPLE_FRAMES = 7, ///< most frames of one leg sample: classic, tick frame + six legs
-    HEXLOAD_BUS_ANSWER_FRAMES = 3, ///< most frames of one answer: FD estimate, sigma, health
-    HEXLOAD_BUS_ANSWER_PAGES = 13, ///< classic pages of one answer
-    HEXLOAD_BUS_ANSWER_PERIOD = 2, ///< classic: a page goes out at each tick that is a multiple of this
-    HEXLOAD_BUS_TICK_PERIOD = 16,  ///< classic: the whole tick precedes the legs at multiples of this
-    HEXLOAD_BUS_STATUS_PAGES = 8,
+    HEXLOAD_BUS_SAMPLE_FRAMES = 7,      ///< most frames of one leg sample: classic, tick frame + six legs
+    HEXLOAD_BUS_ANSWER_FRAMES = 3,      ///< most frames of one answer: FD estimate, sigma, health
+    HEXLOAD_BUS_ANSWER_PAGES = 13,      ///< classic pages of one answer of the paper's filter
+    HEXLOAD_BUS_LOAD_ANSWER_PAGES = 26, ///< the same of the momentum filter
+    HEXLOAD_BUS_ANSWER_PERIOD = 2,      ///< classic: a page goes out at each tick that is a multiple of this
+    HEXLOAD_BUS_TICK_PERIOD = 16,       ///< classic: the whole tick precedes the legs at multiples of this
+    HEXLOAD_BUS_STATUS_PAGES = 9,
     HEXLOAD_BUS_TIME_MARGIN_PAGE = 4, ///< the status page with time_margin_us
 };
 
@@ -69,8 +70,8 @@ typedef enum hexload_pacing {
 } hexload_pacing_t;
 
 typedef enum hexload_bus_filter {
-    HEXLOAD_FILTER_PAPER = 0,
-    HEXLOAD_FILTER_MOMENTUM = 1, ///< known to the bus, refused by this version
+    HEXLOAD_FILTER_PAPER = 0,    ///< four parameters, the load's mass known: hexload.h
+    HEXLOAD_FILTER_MOMENTUM = 1, ///< all ten: momentum.h
 } hexload_bus_filter_t;
 
 typedef enum hexload_bus_result {
@@ -78,7 +79,7 @@ typedef enum hexload_bus_result {
     HEXLOAD_RESULT_UNKNOWN_COMMAND = 1,
     HEXLOAD_RESULT_WRONG_STATE = 2,   ///< e.g. START in FAULT: RESET first
     HEXLOAD_RESULT_BAD_ARGUMENT = 3,  ///< out of range
-    HEXLOAD_RESULT_NOT_AVAILABLE = 4, ///< this version has no such filter
+    HEXLOAD_RESULT_NOT_AVAILABLE = 4, ///< this controller cannot do it
 } hexload_bus_result_t;
 
 typedef struct hexload_bus_command {
@@ -103,10 +104,17 @@ typedef struct hexload_bus_answer {
     uint8_t state;               ///< hexload_app_state_t
     uint8_t fault;               ///< hexload_app_fault_t
     uint8_t missing_legs;        ///< bit n: leg n + 1 was missing in the last incomplete sample of this run
-    uint16_t health;             ///< health bits, hexload_health_bit_t
+    uint8_t filter;              ///< hexload_bus_filter_t: whose the estimate is
+    uint16_t health;             ///< health bits, hexload_health_bit_t; classic: of the whole round
     uint32_t refused;            ///< samples refused since START
     hexload_estimate_t estimate; ///< the last one; its tick is not sent and reads 0
 } hexload_bus_answer_t;
+
+/// Event: another load is on the platform.
+typedef struct hexload_bus_load_change {
+    uint32_t tick;         ///< of the sample at which it was noticed
+    uint16_t load_changes; ///< noticed since START, this one included, saturating
+} hexload_bus_load_change_t;
 
 /// Slow status of the controller: one page per frame, 20 frames/s. Counters saturate.
 typedef struct hexload_bus_controller_status {
@@ -121,6 +129,7 @@ typedef struct hexload_bus_controller_status {
     uint32_t samples_missing;    ///< ticks without an accepted sample since START
     uint32_t frames_refused;     ///< frames with a wrong length, checksum, tick or value
     uint32_t samples_refused;
+    uint16_t load_changes; ///< changes of the load noticed since START
 } hexload_bus_controller_status_t;
 
 /// Writes the frames of a sample.
@@ -132,8 +141,13 @@ HEXLOAD_MUST_USE int hexload_bus_encode_sample(hexload_bus_profile_t profile,
                                                hexload_bus_frame_t frames[HEXLOAD_BUS_SAMPLE_FRAMES],
                                                uint32_t* saturated);
 
+/// Classic pages of one answer of this filter.
+static inline int hexload_bus_answer_pages(uint8_t filter) {
+    return filter == HEXLOAD_FILTER_MOMENTUM ? HEXLOAD_BUS_LOAD_ANSWER_PAGES : HEXLOAD_BUS_ANSWER_PAGES;
+}
+
 /// Writes the frames of an answer: all (FD), or one page (classic).
-/// @param page 0..HEXLOAD_BUS_ANSWER_PAGES - 1; the FD profile does not look at it.
+/// @param page 0..hexload_bus_answer_pages(answer->filter) - 1, in sending order; FD does not look at it.
 /// @return number of frames, 1..HEXLOAD_BUS_ANSWER_FRAMES; HEXLOAD_BUS_ERR_VALUE: a number is not finite.
 HEXLOAD_MUST_USE int hexload_bus_encode_answer(hexload_bus_profile_t profile,
                                                const hexload_bus_answer_t* answer, int page,
@@ -158,6 +172,10 @@ void hexload_bus_encode_status(const hexload_bus_controller_status_t* status, in
 HEXLOAD_MUST_USE hexload_bus_status_t hexload_bus_decode_status(const hexload_bus_frame_t* frame,
                                                                 hexload_bus_controller_status_t* status);
 
+void hexload_bus_encode_load_change(const hexload_bus_load_change_t* change, hexload_bus_frame_t* frame);
+HEXLOAD_MUST_USE hexload_bus_status_t hexload_bus_decode_load_change(const hexload_bus_frame_t* frame,
+                                                                     hexload_bus_load_change_t* change);
+
 /// Whether only a controller sends frames with this identifier.
 bool hexload_bus_is_from_controller(const hexload_bus_frame_t* frame);
 
@@ -165,6 +183,7 @@ bool hexload_bus_is_from_controller(const hexload_bus_frame_t* frame);
 const char* hexload_bus_profile_name(hexload_bus_profile_t profile); ///< "fd", "classic"
 const char* hexload_bus_status_name(hexload_bus_status_t status);    ///< e.g. "wrong checksum"
 const char* hexload_bus_result_name(hexload_bus_result_t result);    ///< e.g. "wrong state"
+const char* hexload_bus_filter_name(hexload_bus_filter_t filter);    ///< "paper", "momentum"
 
 HEXLOAD_DECLS_END
 

@@ -30,3 +30,9 @@ void hexload_config_set_momentum(hexload_config_t* config) {
     }
     momentum->lag_ticks = lag;
 }
+
+void hexload_config_set_known_mass(hexload_config_t* config, hexload_real_t mass_kg) {
+    config->paper.load_mass_kg = mass_kg;
+    config->momentum.prior_mass_kg = mass_kg;
+    config->momentum.prior_mass_sigma_kg = HEXLOAD_REAL(1e-3) * mass_kg;
+}

@@ -58,6 +58,14 @@ toml::table health_ticks(const std::vector<HealthCount>& health) {
     return table;
 }
 
+toml::array times(const std::vector<double>& times_s) {
+    toml::array array;
+    for (const double time_s : times_s) {
+        array.push_back(time_s);
+    }
+    return array;
+}
+
 std::int64_t whole(std::uint64_t count) {
     return static_cast<std::int64_t>(count);
 }
@@ -79,6 +87,7 @@ toml::table bus(const std::optional<BusCounts>& bus, Pacing pacing) {
         {"answers_late", whole(bus->late)},
         {"rejoins", whole(bus->rejoins)},
         {"outages", whole(bus->outages)},
+        {"events_missing", whole(bus->events_missing)},
     };
     if (pacing == Pacing::real_time) {
         table.insert("frames_sent", whole(bus->frames_sent));
@@ -136,6 +145,7 @@ std::string run_meta_json(const Scenario& scenario, const PlatformFile& platform
         {"estimator", toml::table{{"kind", name_of(platform.estimator.kind)},
                                   {"prior", name_of(platform.estimator.prior)}}},
         {"health_ticks", health_ticks(result.health)},
+        {"load_changes_noticed_s", times(result.load_changes_s)},
         {"bus", bus(result.bus, result.pacing.mode)},
         {"pacing", pacing(result.pacing)},
     };

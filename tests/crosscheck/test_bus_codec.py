@@ -20,7 +20,10 @@ contract = cantools.database.load_file(DBC)
 
 FLOAT32_EPSILON = 2.0**-23
 PROFILES = ("fd", "classic")
-PARAMETERS = ("dz", "Ixx", "Iyy", "Izz")
+LOAD = ("m", "hx", "hy", "hz", "Ixx", "Iyy", "Izz", "Ixy", "Ixz", "Iyz")
+PARAMETERS = (("dz", "Ixx", "Iyy", "Izz"), tuple(f"load_{name}" for name in LOAD))  # by the filter's code
+FD_ANSWER = (("EstimateFd", "SigmaFd", "HealthFd"), ("LoadFd", "LoadSigmaFd", "HealthFd"))
+PAGES = (tuple(range(13)), (0, *range(13, 33), 9, 10, 11, 12, 33))  # codes, in sending order
 KINDS = {"displacement_m": "displacement", "velocity_m_s": "velocity", "force_n": "force"}
 
 uint = {bits: st.integers(0, 2**bits - 1) for bits in (8, 16, 32)}
@@ -195,17 +198,20 @@ def test_the_firmware_finds_what_cantools_sent(name):
 
 @st.composite
 def answers(draw):
+    filter_code = draw(st.integers(0, 1))
+    count = len(PARAMETERS[filter_code])
     return {
         "tick": draw(uint[32]),
         "status": draw(st.integers(-5, 0)),
         "state": draw(st.integers(0, 4)),
         "fault": draw(st.integers(0, 5)),
         "missing_legs": draw(st.integers(0, 63)),
-        "health": draw(st.integers(0, 511)),
+        "filter": filter_code,
+        "health": draw(st.integers(0, 4095)),
         "refused": draw(uint[32]),
-        "value": [draw(float32) for _ in PARAMETERS],
-        "sigma": [draw(float32) for _ in PARAMETERS],
-        "parameter_verdict": [draw(st.integers(0, 3)) for _ in PARAMETERS],
+        "value": draw(st.lists(float32, min_size=count, max_size=count)),
+        "sigma": draw(st.lists(float32, min_size=count, max_size=count)),
+        "parameter_verdict": draw(st.lists(st.integers(0, 3), min_size=count, max_size=count)),
         "verdict": draw(st.integers(0, 3)),
         "nis": draw(float32),
         "nis_mean": draw(float32),
@@ -214,12 +220,13 @@ def answers(draw):
 
 def answer_of(signals):
     """The fields of an answer, from the signals of all its frames."""
+    parameters = PARAMETERS[signals["filter"]]
     return {
-        **{name: signals[name] for name in ("status", "state", "fault", "missing_legs", "health", "refused")},
+        **{name: signals[name] for name in ("status", "state", "fault", "missing_legs", "filter", "health", "refused")},
         **{name: signals[name] for name in ("verdict", "nis", "nis_mean")},
-        "value": [signals[name] for name in PARAMETERS],
-        "sigma": [signals[f"sigma_{name}"] for name in PARAMETERS],
-        "parameter_verdict": [signals[f"verdict_{name}"] for name in PARAMETERS],
+        "value": [signals[name] for name in parameters],
+        "sigma": [signals[f"sigma_{name}"] for name in parameters],
+        "parameter_verdict": [signals[f"verdict_{name}"] for name in parameters],
     }
 
 
@@ -231,9 +238,8 @@ def without_tick(answer):
 @given(answers())
 def test_cantools_finds_the_answer_that_the_firmware_sent_in_fd(answer):
     decoded = [decode(frame) for frame in bus.encode_answer("fd", answer, 0)]
-    assert [name for name, _ in decoded] == ["EstimateFd", "SigmaFd", "HealthFd"]
+    assert tuple(name for name, _ in decoded) == FD_ANSWER[answer["filter"]]
     assert all(signals["tick"] == answer["tick"] for _, signals in decoded)
-    assert all(signals.get("filter", 0) == 0 for _, signals in decoded)
     merged = {name: value for _, signals in decoded for name, value in signals.items()}
     assert answer_of(merged) == without_tick(answer)
 
@@ -242,19 +248,19 @@ def test_cantools_finds_the_answer_that_the_firmware_sent_in_fd(answer):
 @given(answers())
 def test_cantools_finds_the_answer_that_the_firmware_sent_in_classic_pages(answer):
     merged = {}
-    for page in range(13):
-        [(name, signals)] = map(decode, bus.encode_answer("classic", answer, page))
+    for place, page in enumerate(PAGES[answer["filter"]]):
+        [(name, signals)] = map(decode, bus.encode_answer("classic", answer, place))
         assert (name, signals["page"], signals["tick_low"]) == ("AnswerPage", page, answer["tick"] % 2**16)
         merged |= signals
-    assert merged["filter"] == 0
     assert answer_of(merged) == without_tick(answer)
 
 
 def floored(answer):
-    """Within the DBC's ranges, which cantools insists on: inertias, sigmas and NIS are not negative."""
+    """Within the DBC's ranges, which cantools insists on: the paper's inertias, sigmas and NIS are not negative."""
+    signed = 1 if answer["filter"] == 0 else 10
     return {
         **answer,
-        "value": [answer["value"][0], *map(abs, answer["value"][1:])],
+        "value": [*answer["value"][:signed], *map(abs, answer["value"][signed:])],
         "sigma": [*map(abs, answer["sigma"])],
         "nis": abs(answer["nis"]),
         "nis_mean": abs(answer["nis_mean"]),
@@ -262,17 +268,21 @@ def floored(answer):
 
 
 def signals_of(answer):
+    """With zeros where the other filter has signals in a page of both."""
+    parameters = PARAMETERS[answer["filter"]]
     return {
+        **{f"verdict_{name}": 0 for name in PARAMETERS[0]},
         **answer,
-        "filter": 0,
-        **dict(zip(PARAMETERS, answer["value"])),
-        **{f"sigma_{name}": value for name, value in zip(PARAMETERS, answer["sigma"])},
-        **{f"verdict_{name}": value for name, value in zip(PARAMETERS, answer["parameter_verdict"])},
+        **dict(zip(parameters, answer["value"])),
+        **{f"sigma_{name}": value for name, value in zip(parameters, answer["sigma"])},
+        **{f"verdict_{name}": value for name, value in zip(parameters, answer["parameter_verdict"])},
     }
 
 
-def chosen(message, signals):
-    return {signal.name: signals[signal.name] for signal in message.signals if signal.name in signals}
+def chosen(message, signals, page):
+    """The signals that a frame has when its multiplexer is `page`."""
+    wanted = (signal.name for signal in message.signals if (signal.multiplexer_ids or [page]) == [page])
+    return {name: signals[name] for name in wanted if name in signals}
 
 
 @tuned
@@ -280,27 +290,42 @@ def chosen(message, signals):
 def test_the_firmware_finds_the_answer_that_cantools_sent_in_fd(answer):
     answer = floored(answer)
     assembly = bus.AnswerAssembly("fd")
-    for name in ("EstimateFd", "SigmaFd", "HealthFd"):
-        status, found = assembly.add(encode(name, chosen(contract.get_message_by_name(name), signals_of(answer))), 0)
+    for name in FD_ANSWER[answer["filter"]]:
+        message = contract.get_message_by_name(name)
+        status, found = assembly.add(encode(name, chosen(message, signals_of(answer), answer["filter"])), 0)
     assert status == "ok"
     assert found == answer
 
 
+ZERO_FIELDS = ("tick", "status", "state", "fault", "missing_legs", "filter", "health", "refused", "verdict")
+
+
 @tuned
 @given(answers())
-@example({**dict.fromkeys(("tick", "status", "state", "fault", "missing_legs", "health", "refused", "verdict"), 0),
+@example({**dict.fromkeys(ZERO_FIELDS, 0),
           "value": [0.0] * 4, "sigma": [0.0] * 4, "parameter_verdict": [0] * 4, "nis": 0.0, "nis_mean": 0.0})
 def test_the_firmware_finds_the_answer_that_cantools_sent_in_classic_pages(answer):
     answer = floored(answer)
     assembly = bus.AnswerAssembly("classic")
     message = contract.get_message_by_name("AnswerPage")
-    for page in range(13):
-        tick = (answer["tick"] + 2 * page) % 2**32
+    pages = PAGES[answer["filter"]]
+    for place, page in enumerate(pages):
+        tick = (answer["tick"] + 2 * place) % 2**32
         signals = {**signals_of(answer), "page": page, "tick_low": tick % 2**16}
-        wanted = {signal.name for signal in message.signals if (signal.multiplexer_ids or [page]) == [page]}
-        status, found = assembly.add(encode("AnswerPage", {n: v for n, v in signals.items() if n in wanted}), tick)
-        assert status == ("ok" if page == 12 else "more frames needed")
+        status, found = assembly.add(encode("AnswerPage", chosen(message, signals, page)), tick)
+        assert status == ("ok" if page == pages[-1] else "more frames needed")
     assert found == answer
+
+
+@tuned
+@given(uint[32], uint[16])
+def test_load_changes_are_the_same_in_both_directions(tick, load_changes):
+    frame = bus.encode_load_change(tick, load_changes)
+    name, signals = decode(frame)
+    assert (name, signals["tick"], signals["load_changes"]) == ("LoadChange", tick, load_changes)
+    again = encode("LoadChange", {"tick": tick, "load_changes": load_changes})
+    assert again == frame
+    assert bus.decode_load_change(again) == ("ok", {"tick": tick, "load_changes": load_changes})
 
 
 @tuned
@@ -337,6 +362,7 @@ STATUS_PAGES = [  # page -> {signal: field}
     {"samples_missing": "samples_missing"},
     {"frames_refused": "frames_refused"},
     {"samples_refused": "samples_refused"},
+    {"load_changes": "load_changes"},
 ]
 
 
@@ -350,6 +376,7 @@ def statuses(draw):
         "fault": draw(st.integers(0, 5)),
         "time_margin_us": draw(st.integers(-(2**31), 2**31 - 1)),
         **{name: draw(uint[32]) for name in counters},
+        "load_changes": draw(uint[16]),
     }
 
 
@@ -378,6 +405,7 @@ def decoders():
         bus.decode_command,
         bus.decode_acknowledge,
         bus.decode_status,
+        bus.decode_load_change,
         *(bus.SampleAssembly(name).add for name in PROFILES),
         *(lambda frame, assembly=bus.AnswerAssembly(name): assembly.add(frame, 1000) for name in PROFILES),
     ]

@@ -18,16 +18,24 @@ COMMANDS = {"start": 1, "stop": 2, "reset": 3, "select filter": 4, "set known ma
 REAL_TIME, LOCKSTEP = 0.0, 1.0  # arguments of start
 PROFILES = ("fd", "classic")  # in the order of their codes
 PARAMETERS = ("dz", "Ixx", "Iyy", "Izz")
+FILTERS = ("paper", "momentum")  # in the order of their codes
+LOAD_PARAMETERS = tuple(f"load_{name}" for name in ("m", "hx", "hy", "hz", "Ixx", "Iyy", "Izz", "Ixy", "Ixz", "Iyz"))
 # By the clock, not by the ticks: a command comes again when its acknowledge is late, and status pages come every 50 ms.
 BY_THE_CLOCK = ("Command", "Acknowledge", "ControllerStatus")
 
 
-def is_of(message, profile: str) -> bool:
-    """Whether frames of this kind are on the bus in this profile."""
-    definition = DBC.dbc.attribute_definitions["HexloadProfile"]
-    attribute = message.dbc.attributes.get("HexloadProfile")
-    name = definition.default_value if attribute is None else definition.choices[attribute.value]
-    return name in (profile, "both")
+def is_of(message, profile: str, filter_name: str = "paper") -> bool:
+    """Whether frames of this kind are on the bus in this profile, with this filter."""
+    return _attribute(message, "HexloadProfile") in (profile, "both") and _attribute(message, "HexloadFilter") in (
+        filter_name,
+        "both",
+    )
+
+
+def _attribute(message, name: str) -> str:
+    definition = DBC.dbc.attribute_definitions[name]
+    attribute = message.dbc.attributes.get(name)
+    return definition.default_value if attribute is None else definition.choices[attribute.value]
 
 
 class Frame(NamedTuple):

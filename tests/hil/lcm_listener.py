@@ -19,6 +19,7 @@ TYPES = (
     "bus_statistics_t",
     "command_t",
     "acknowledge_t",
+    "load_change_t",
 )
 
 

@@ -99,8 +99,8 @@ class Loop:
     def go_on(self, controller) -> None:
         controller.process.send_signal(self._kind.go_on)
 
-    def simulation(self, directory: Path, *options):
-        return self._start(self._simulator, SCENARIO, "--out", directory, "--bus", self.bus, *options)
+    def simulation(self, directory: Path, *options, scenario: Path = SCENARIO):
+        return self._start(self._simulator, scenario, "--out", directory, "--bus", self.bus, *options)
 
     def recorder(self, *filters: str):
         """A candump that listens; `filters`, as candump has them, say which frames are recorded: none, all."""
@@ -127,11 +127,13 @@ class Loop:
                         return
         pytest.fail(f"{recorder.title}: does not record")
 
-    def record(self, directory: Path, profile: str, *options) -> Recording:
+    def record(
+        self, directory: Path, profile: str, *options, scenario: Path = SCENARIO, platform: Path = PLATFORM
+    ) -> Recording:
         """A run in lockstep with a fresh controller, from beginning to end."""
-        controller = self.controller("--profile", profile)
+        controller = self.controller("--profile", profile, platform=platform)
         recorder = self.recorder()
-        simulation = self.simulation(directory, "--lockstep", "--profile", profile, *options)
+        simulation = self.simulation(directory, "--lockstep", "--profile", profile, *options, scenario=scenario)
         assert simulation.wait(10 * PATIENCE_S) == 0, simulation.output
         frames = self.finish(recorder)
         controller.interrupt()
@@ -190,7 +192,7 @@ class Peer:
         return [self.answer() for _ in range(answer_frames)]
 
     def answer(self) -> Frame:
-        frame = self.receive("EstimateFd", "SigmaFd", "HealthFd", "AnswerPage")
+        frame = self.receive("EstimateFd", "SigmaFd", "LoadFd", "LoadSigmaFd", "HealthFd", "AnswerPage")
         assert frame is not None, "the controller does not answer"
         return frame
 

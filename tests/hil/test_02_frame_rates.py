@@ -13,6 +13,7 @@ DURATION_S = 2
 TICKS = 1000 * DURATION_S + 1
 SLOW_MACHINE = ("--sample-timeout-ms", 20000)  # a guest that is not given time is no silent simulator
 STATUS = DBC.get_message_by_name("ControllerStatus")
+STATUS_PAGES = 9
 
 
 class RealTimeRun(NamedTuple):
@@ -88,13 +89,13 @@ def test_status_pages_come_in_turn_and_tell_the_run(run):
     pages = [decode(frame).values for frame in run.frames if frame.name == STATUS.name]
     # WHEN their numbers are read THEN each follows the one before
     numbers = [page["page"] for page in pages]
-    assert numbers == [(numbers[0] + n) % 8 for n in range(len(numbers))]
-    assert set(numbers) == set(range(8))
+    assert numbers == [(numbers[0] + n) % STATUS_PAGES for n in range(len(numbers))]
+    assert set(numbers) == set(range(STATUS_PAGES))
     # and the last of each kind tells version, profile and counters
     last = {name: value for page in pages for name, value in page.items()}
     assert f"{last['version_major']}.{last['version_minor']}.{last['version_patch']}" == run.meta["version"]
     assert PROFILES[last["profile"]] == run.profile
-    assert last["samples_refused"] == last["frames_refused"] == 0
+    assert last["samples_refused"] == last["frames_refused"] == last["load_changes"] == 0
     assert 0 < last["stack_margin"] < 1 << 20
     assert run.profile == "classic" or last["samples_missing"] == 0
     # and the ticks that they tell go up

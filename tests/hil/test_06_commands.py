@@ -9,7 +9,7 @@ from hexload_tools import project
 
 pytestmark = pytest.mark.vcan
 
-DONE, UNKNOWN_COMMAND, WRONG_STATE, BAD_ARGUMENT, NOT_AVAILABLE = range(5)
+DONE, UNKNOWN_COMMAND, WRONG_STATE, BAD_ARGUMENT = range(4)
 IDLE, ARMED, ESTIMATING, CONVERGED, FAULT = range(5)
 NO_FAULT, WRONG_PROFILE = 0, 3
 SAMPLES = 60
@@ -19,7 +19,7 @@ CONVERSATION = [
     ("stop", 0, DONE, IDLE),
     ("reset", 0, DONE, IDLE),
     ("select filter", 0, DONE, IDLE),
-    ("select filter", 1, NOT_AVAILABLE, IDLE),
+    ("select filter", 1, DONE, IDLE),
     ("select filter", 2, BAD_ARGUMENT, IDLE),
     ("select filter", 0.5, BAD_ARGUMENT, IDLE),
     ("set known mass", 450, DONE, IDLE),
@@ -33,6 +33,7 @@ CONVERSATION = [
     ("start", REAL_TIME, DONE, ARMED),
     ("start", REAL_TIME, WRONG_STATE, ARMED),
     ("select filter", 0, WRONG_STATE, ARMED),
+    ("select filter", 1, WRONG_STATE, ARMED),
     ("set known mass", 500, WRONG_STATE, ARMED),
     (6, 0, UNKNOWN_COMMAND, ARMED),
     ("stop", 0, DONE, IDLE),

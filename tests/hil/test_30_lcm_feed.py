@@ -5,7 +5,8 @@ import subprocess
 import sys
 
 import pytest
-from lcm_listener import Controller, private_url
+from lcm_listener import Controller, Listener, private_url
+from momentum_scenario import platform_of, write
 
 from hexload_tools import project
 
@@ -53,7 +54,35 @@ def test_lockstep_over_lcm_gives_the_bytes_of_the_run_in_process_twice(run, cont
             assert (out / file).read_bytes() == (expected / file).read_bytes(), file
     # and no message was lost on the way
     assert program.interrupt() == 0
-    program.wait_for(r"4002 samples and 6 commands received, 0 messages lost, 0 refused, 4002 answers sent, 0 failed")
+    program.wait_for(r"4002 samples and 8 commands received, 0 messages lost, 0 refused, 4002 answers sent, 0 failed")
+
+
+def test_the_momentum_filter_over_lcm_gives_the_bytes_of_the_run_in_process_and_the_event(
+    start, ecu, simulator, url, tmp_path
+):
+    # GIVEN a run of the momentum filter in process, in which another load is picked up
+    scenario = write(tmp_path)
+    inproc = start(simulator, scenario, "--out", tmp_path / "inproc")
+    assert inproc.wait() == 0
+    # WHEN the same run feeds a controller over LCM
+    start(ecu, "--feed", f"lcm:{url}", "--platform", platform_of(scenario)).wait_for("ready on LCM")
+    listener = Listener(url)
+    fed = start(simulator, scenario, "--out", tmp_path / "fed", "--feed", f"lcm:{url}", "--lockstep")
+    listener.listen_until(lambda: fed.process.poll() is not None)
+    assert fed.wait() == 0
+    # THEN log and estimates are the same to the byte, and so is when the new load was noticed
+    for file in ("log.csv", "estimates.csv"):
+        assert (tmp_path / "fed" / file).read_bytes() == (tmp_path / "inproc" / file).read_bytes(), file
+    noticed_s = [
+        json.loads((tmp_path / name / "meta.json").read_text())["load_changes_noticed_s"] for name in ("inproc", "fed")
+    ]
+    assert noticed_s[0] == noticed_s[1] and len(noticed_s[0]) == 1
+    # and that is a message of its own
+    (change,) = listener.messages["load_change_t"]
+    assert (change.tick, change.load_changes) == (round(1000 * noticed_s[0][0]), 1)
+    last = listener.messages["estimate_t"][-1]
+    assert (last.filter, last.count) == ("momentum", 10)
+    assert list(last.name) == ["m", "hx", "hy", "hz", "Ixx", "Iyy", "Izz", "Ixy", "Ixz", "Iyz"]
 
 
 def test_one_command_runs_simulator_and_controller_over_lcm(url, tmp_path):
@@ -78,7 +107,7 @@ def test_a_controller_in_python_hears_every_tick_in_order(run, url):
     assert [sample.sequence for sample in samples] == list(range(2001))
     command_t = project.message_type("command_t")
     commands = [command.kind for command in controller.messages["command_t"]]
-    assert commands == [command_t.RESET, command_t.START, command_t.STOP]
+    assert commands == [command_t.RESET, command_t.SELECT_FILTER, command_t.START, command_t.STOP]
     # and its answers are the run's estimates
     assert (out / "estimates.csv").read_text().splitlines()[-1] == "2,1,2,3,4,1,2,3,4,0,converging"
 

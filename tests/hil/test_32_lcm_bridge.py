@@ -1,12 +1,14 @@
 """hexload_bridge: LCM shows what the CAN bus carried, and everything that was wrong on it."""
 
 import csv
+import json
 import signal
 import time
 
 import can
 import pytest
 from lcm_listener import Listener, private_url
+from momentum_scenario import TICKS, platform_of, write
 
 from hexload_tools import bus_document, project
 
@@ -75,6 +77,33 @@ def test_estimates_and_health_on_lcm_are_those_of_the_bus(run_bridged, profile):
     teller.wait_for(r"ended; .* refused 0 by length, 0 by checksum, 0 by value, 0 by tick, 0 of the other profile")
 
 
+@pytest.mark.parametrize("profile, ticks_per_answer", [("fd", 1), ("classic", 52)])
+def test_ten_parameters_and_the_event_of_a_new_load_are_on_lcm(
+    start, ecu, simulator, bridge, port, url, tmp_path, profile, ticks_per_answer
+):
+    # GIVEN a bridge on a bus in lockstep, whose controller runs the momentum filter
+    scenario, bus = write(tmp_path), f"udp_multicast:239.74.163.2:{port}"
+    teller = start(bridge, "--bus", bus, "--profile", profile, "--lcm", url)
+    teller.wait_for("ready on")
+    start(ecu, "--bus", bus, "--profile", profile, "--platform", platform_of(scenario)).wait_for("ready on")
+    listener = Listener(url)
+    # WHEN another load is picked up
+    program = start(simulator, scenario, "--out", tmp_path / "run", "--bus", bus, "--profile", profile, "--real-time")
+    listener.listen_until(lambda: program.process.poll() is not None)
+    assert program.wait() == 0
+    noticed_s = json.loads((tmp_path / "run" / "meta.json").read_text())["load_changes_noticed_s"]
+    # THEN LCM has the event, once, and the estimates of all ten
+    assert [change.tick / 1000 for change in listener.messages["load_change_t"]] == noticed_s
+    assert len(noticed_s) == 1
+    told = listener.messages["estimate_t"]
+    assert 0.9 * TICKS / ticks_per_answer <= len(told) + 1 <= TICKS / ticks_per_answer + 1
+    assert {(message.filter, message.count) for message in told} == {("momentum", 10)}
+    # and the controller's count of changes is in the statistics when its page has come
+    teller.process.send_signal(signal.SIGTERM)
+    listener.listen_until(lambda: teller.process.poll() is not None)
+    assert listener.messages["bus_statistics_t"][-1].controller_load_changes == 1
+
+
 @pytest.mark.parametrize("profile", ["fd", "classic"])
 def test_bus_statistics_agree_with_the_bus_document_and_the_controller(run_bridged, profile):
     _, messages, _ = run_bridged(profile, "--samples")
@@ -83,7 +112,7 @@ def test_bus_statistics_agree_with_the_bus_document_and_the_controller(run_bridg
     last = messages["bus_statistics_t"][-1]
     # THEN the load is that of the contract's cyclic frames: a run that was held up may catch up a little, and a period
     # may be half idle
-    contract = bus_document.bus_load(bus_document.load_contract(), profile)
+    contract = bus_document.bus_load(bus_document.load_contract(), profile, "paper")
     assert 0.4 * contract < busiest.load_1 < 1.2 * contract
     assert last.peak_load_1 == busiest.load_1
     assert (last.bus.split(":")[0], last.profile) == ("udp_multicast", profile)

@@ -23,7 +23,10 @@ struct Controller {
     hexload_bus_profile_t profile = HEXLOAD_BUS_FD;
     std::uint8_t state = HEXLOAD_APP_ESTIMATING; // as told in answers
     std::uint8_t fault = HEXLOAD_FAULT_NONE;
-    int deaf_to = 0; // commands that it does not hear
+    std::uint8_t filter = HEXLOAD_FILTER_PAPER;
+    std::set<std::uint32_t> changes; // ticks at which it notices another load
+    int lost_events = 0;             // that it counts and that do not arrive
+    int deaf_to = 0;                 // commands that it does not hear
     bool doubles_acknowledges = false;
     bool doubles_answers = false;
     std::uint32_t silent_from = UINT32_MAX;         // tick
@@ -78,8 +81,11 @@ class ScriptedChannel final : public hexload::port::CanChannel {
         if (command.kind == HEXLOAD_COMMAND_RESET) {
             controller_.state = HEXLOAD_APP_IDLE;
             controller_.fault = HEXLOAD_FAULT_NONE;
+        } else if (command.kind == HEXLOAD_COMMAND_SELECT_FILTER) {
+            controller_.filter = static_cast<std::uint8_t>(command.argument);
         } else if (command.kind == HEXLOAD_COMMAND_START) {
             controller_.state = HEXLOAD_APP_ESTIMATING;
+            load_changes_ = 0;
         }
         const hexload_bus_acknowledge_t acknowledge{
             command.kind,      command.sequence,  HEXLOAD_RESULT_DONE,
@@ -93,6 +99,9 @@ class ScriptedChannel final : public hexload::port::CanChannel {
         if (tick >= controller_.silent_from) {
             return;
         }
+        if (controller_.changes.contains(tick)) {
+            send_load_change(tick);
+        }
         if (const auto instead = controller_.instead.find(tick); instead != controller_.instead.end()) {
             send_answer(instead->second);
         } else if (!controller_.unanswered.contains(tick) && !controller_.held.contains(tick)) {
@@ -105,6 +114,18 @@ class ScriptedChannel final : public hexload::port::CanChannel {
         }
     }
 
+    void send_load_change(std::uint32_t tick) {
+        ++load_changes_;
+        if (controller_.lost_events > 0) {
+            --controller_.lost_events;
+            return;
+        }
+        const hexload_bus_load_change_t change{tick, load_changes_};
+        hexload_bus_frame_t frame;
+        hexload_bus_encode_load_change(&change, &frame);
+        coming_.push_back(frame);
+    }
+
     void send_answer(std::uint32_t tick) {
         if (controller_.profile == HEXLOAD_BUS_CLASSIC && tick % HEXLOAD_BUS_ANSWER_PERIOD != 0) {
             return;
@@ -113,14 +134,16 @@ class ScriptedChannel final : public hexload::port::CanChannel {
         answer.tick = tick;
         answer.state = controller_.state;
         answer.fault = controller_.fault;
-        answer.estimate.value[HEXLOAD_PAPER_DZ] = static_cast<hexload_real_t>(tick);
+        answer.filter = controller_.filter;
+        answer.estimate.value[0] = static_cast<hexload_real_t>(tick);
+        answer.estimate.value[9] = static_cast<hexload_real_t>(tick + 1);
         paged_ = page_ == 0 ? answer : paged_; // all pages are of the answer that page 0 began
         paged_.tick = tick;
         const bool is_fd = controller_.profile == HEXLOAD_BUS_FD;
         hexload_bus_frame_t frames[HEXLOAD_BUS_ANSWER_FRAMES];
         const int count =
             hexload_bus_encode_answer(controller_.profile, is_fd ? &answer : &paged_, page_, frames);
-        page_ = (page_ + 1) % HEXLOAD_BUS_ANSWER_PAGES;
+        page_ = (page_ + 1) % hexload_bus_answer_pages(paged_.filter);
         for (int time = 0; time < (controller_.doubles_answers ? 2 : 1); ++time) {
             coming_.insert(coming_.end(), frames, frames + count);
         }
@@ -131,6 +154,7 @@ class ScriptedChannel final : public hexload::port::CanChannel {
     bool& is_up_;
     hexload_sample_assembly_t assembly_{};
     int page_ = 0;
+    std::uint16_t load_changes_ = 0;
     hexload_bus_answer_t paged_{};
     std::deque<hexload_bus_frame_t> coming_;
 };
@@ -172,6 +196,10 @@ class Bench {
     }
     BusCounts counts() {
         return *link().bus_counts();
+    }
+    // The settings, for another estimator.
+    void select(EstimatorKind estimator) {
+        settings_.estimator = estimator;
     }
     // The settings, for a simulator of another profile than the controller's.
     void speak(hexload_bus_profile_t profile) {
@@ -239,6 +267,107 @@ SCENARIO("in lockstep each tick has the answer of its own sample") {
                 CHECK(rows[1].t_s == 0.026);
                 CHECK(rows[2].t_s == 0.052);
                 CHECK(rows[1].value[0] == 26.0);
+            }
+        }
+    }
+}
+
+SCENARIO("the controller is told which estimator to run, and its answers have that one's parameters") {
+    GIVEN("a simulator that wants the momentum filter, in either profile and pacing") {
+        for (const bool real_time : {false, true}) {
+            for (const auto profile : {HEXLOAD_BUS_FD, HEXLOAD_BUS_CLASSIC}) {
+                CAPTURE(real_time);
+                CAPTURE(hexload_bus_profile_name(profile));
+                Bench bench(real_time, profile);
+                bench.select(EstimatorKind::momentum);
+                WHEN("the link starts and 104 ticks are run") {
+                    bench.link().start();
+                    const auto rows = bench.steps(0, 103);
+                    THEN("the controller runs it, and there are rows of all ten: each tick's, or each "
+                         "52nd's") {
+                        CHECK(bench.controller.filter == HEXLOAD_FILTER_MOMENTUM);
+                        CHECK(bench.link().parameter_names().size() == 10);
+                        REQUIRE(rows.size() == (profile == HEXLOAD_BUS_FD ? 104 : 2));
+                        CHECK(rows[1].t_s == (profile == HEXLOAD_BUS_FD ? 0.001 : 0.052));
+                        CHECK(rows[1].value[9] == 1000.0 * rows[1].t_s + 1.0);
+                    }
+                }
+            }
+        }
+    }
+    GIVEN("a controller that runs the other one all the same, in lockstep") {
+        Bench bench(false);
+        bench.link().start();
+        bench.controller.filter = HEXLOAD_FILTER_MOMENTUM;
+        WHEN("it answers") {
+            const std::string failure = failure_of([&] { bench.step(0); });
+            THEN("the run ends with a word about it") {
+                CHECK(contains(failure, "controller: scripted: the answer to tick 0 is another estimator's"));
+            }
+        }
+    }
+    GIVEN("one that was started anew with the other one, in real time") {
+        Bench bench(true);
+        bench.select(EstimatorKind::momentum);
+        bench.link().start();
+        bench.steps(0, 9);
+        bench.controller.filter = HEXLOAD_FILTER_PAPER;
+        WHEN("it answers") {
+            const auto rows = bench.steps(10, 300);
+            THEN("it is told again, and rows go on") {
+                CHECK(bench.controller.filter == HEXLOAD_FILTER_MOMENTUM);
+                CHECK(bench.counts().rejoins == 1);
+                CHECK(rows.size() >= 280);
+            }
+        }
+    }
+}
+
+SCENARIO("a changed load is an event of its tick, also where no answer is due") {
+    GIVEN("a controller that notices another load at ticks 7 and 20, in either profile and pacing") {
+        for (const bool real_time : {false, true}) {
+            for (const auto profile : {HEXLOAD_BUS_FD, HEXLOAD_BUS_CLASSIC}) {
+                CAPTURE(real_time);
+                CAPTURE(hexload_bus_profile_name(profile));
+                Bench bench(real_time, profile);
+                bench.select(EstimatorKind::momentum);
+                bench.controller.changes = {7, 20};
+                WHEN("40 ticks are run") {
+                    bench.link().start();
+                    bench.steps(0, 39);
+                    THEN("both are known, with their times, and none is missing") {
+                        CHECK(bench.link().load_changes_s() == std::vector<double>{0.007, 0.020});
+                        CHECK(bench.counts().events_missing == 0);
+                        CHECK(bench.told.size() == (real_time ? 2 : 0));
+                    }
+                }
+            }
+        }
+    }
+    GIVEN("a controller two of whose events are lost") {
+        Bench bench(false);
+        bench.controller.changes = {7, 20, 30};
+        bench.controller.lost_events = 2;
+        WHEN("40 ticks are run") {
+            bench.link().start();
+            bench.steps(0, 39);
+            THEN("the third tells that they are missing") {
+                CHECK(bench.link().load_changes_s() == std::vector<double>{0.030});
+                CHECK(bench.counts().events_missing == 2);
+            }
+        }
+    }
+    GIVEN("a controller that was started anew between two changes") {
+        Bench bench(true);
+        bench.controller.changes = {7, 200};
+        bench.link().start();
+        bench.steps(0, 9);
+        bench.controller.state = HEXLOAD_APP_IDLE;
+        WHEN("the run goes on") {
+            bench.steps(10, 300);
+            THEN("the second one, which it counts as its first, is not taken for a loss") {
+                CHECK(bench.link().load_changes_s() == std::vector<double>{0.007, 0.200});
+                CHECK(bench.counts().events_missing == 0);
             }
         }
     }

@@ -11,20 +11,27 @@ using namespace std::chrono_literals;
 
 namespace {
 
+constexpr hexload_bus_filter_t both_filters[] = {HEXLOAD_FILTER_PAPER, HEXLOAD_FILTER_MOMENTUM};
+
+int parameters_of(hexload_bus_filter_t filter) {
+    return filter == HEXLOAD_FILTER_MOMENTUM ? 10 : 4;
+}
+
 // Every field has a value of its own.
-hexload_bus_answer_t some_answer() {
+hexload_bus_answer_t some_answer(hexload_bus_filter_t filter) {
     hexload_bus_answer_t answer{};
     answer.tick = 4'294'967'295U;
     answer.status = HEXLOAD_ERR_POSE;
     answer.state = HEXLOAD_APP_CONVERGED;
     answer.fault = HEXLOAD_FAULT_SAMPLES_REFUSED;
     answer.missing_legs = 0x2A;
+    answer.filter = static_cast<std::uint8_t>(filter);
     answer.health = 0x1A5;
     answer.refused = 123'456;
-    for (int k = 0; k < HEXLOAD_PAPER_DIM; ++k) {
+    for (int k = 0; k < parameters_of(filter); ++k) {
         answer.estimate.value[k] = static_cast<hexload_real_t>(1.5 + k);
         answer.estimate.sigma[k] = static_cast<hexload_real_t>(0.25 + k);
-        answer.estimate.parameter_verdict[k] = static_cast<hexload_verdict_t>(k);
+        answer.estimate.parameter_verdict[k] = static_cast<hexload_verdict_t>(k % 4);
     }
     answer.estimate.verdict = HEXLOAD_VERDICT_INCONSISTENT;
     answer.estimate.nis = 3.25F;
@@ -90,25 +97,36 @@ TEST_CASE("messages arrive in order with numbers that follow one another") {
     CHECK(publisher.failed() == 0);
 }
 
-TEST_CASE("an answer is the same after its two messages") {
-    const hexload_bus_answer_t answer = some_answer();
-    const auto again = port::answer_of(port::estimate_message(answer), port::health_message(answer, 7));
-    REQUIRE(again);
-    CHECK(again->tick == answer.tick);
-    CHECK(again->status == answer.status);
-    CHECK(again->state == answer.state);
-    CHECK(again->fault == answer.fault);
-    CHECK(again->missing_legs == answer.missing_legs);
-    CHECK(again->health == answer.health);
-    CHECK(again->refused == answer.refused);
-    for (int k = 0; k < HEXLOAD_PAPER_DIM; ++k) {
-        CHECK(again->estimate.value[k] == answer.estimate.value[k]);
-        CHECK(again->estimate.sigma[k] == answer.estimate.sigma[k]);
-        CHECK(again->estimate.parameter_verdict[k] == answer.estimate.parameter_verdict[k]);
+TEST_CASE("an answer of either filter is the same after its two messages") {
+    for (const hexload_bus_filter_t filter : both_filters) {
+        CAPTURE(hexload_bus_filter_name(filter));
+        const hexload_bus_answer_t answer = some_answer(filter);
+        const estimate_t estimate = port::estimate_message(answer);
+        const auto again = port::answer_of(estimate, port::health_message(answer, 7));
+        REQUIRE(again);
+        CHECK(estimate.filter == hexload_bus_filter_name(filter));
+        CHECK(estimate.count == parameters_of(filter));
+        CHECK(again->tick == answer.tick);
+        CHECK(again->status == answer.status);
+        CHECK(again->state == answer.state);
+        CHECK(again->fault == answer.fault);
+        CHECK(again->missing_legs == answer.missing_legs);
+        CHECK(again->filter == answer.filter);
+        CHECK(again->health == answer.health);
+        CHECK(again->refused == answer.refused);
+        for (int k = 0; k < parameters_of(filter); ++k) {
+            CHECK(again->estimate.value[k] == answer.estimate.value[k]);
+            CHECK(again->estimate.sigma[k] == answer.estimate.sigma[k]);
+            CHECK(again->estimate.parameter_verdict[k] == answer.estimate.parameter_verdict[k]);
+        }
+        CHECK(again->estimate.verdict == answer.estimate.verdict);
+        CHECK(again->estimate.nis == answer.estimate.nis);
+        CHECK(again->estimate.nis_mean == answer.estimate.nis_mean);
     }
-    CHECK(again->estimate.verdict == answer.estimate.verdict);
-    CHECK(again->estimate.nis == answer.estimate.nis);
-    CHECK(again->estimate.nis_mean == answer.estimate.nis_mean);
+}
+
+TEST_CASE("health is told in words") {
+    const hexload_bus_answer_t answer = some_answer(HEXLOAD_FILTER_PAPER);
     CHECK(port::health_message(answer, 7).samples_missing == 7);
     // and its health bits 0, 2, 5, 7 and 8 are told in words
     CHECK(port::health_message(answer, 7).health ==
@@ -120,7 +138,7 @@ TEST_CASE("an answer is the same after its two messages") {
 }
 
 TEST_CASE("an answer with an unknown word, another filter or an impossible tick is refused") {
-    const hexload_bus_answer_t answer = some_answer();
+    const hexload_bus_answer_t answer = some_answer(HEXLOAD_FILTER_MOMENTUM);
     const std::string unknown_word = "asleep";
     const estimate_t estimate = port::estimate_message(answer);
     const health_t health = port::health_message(answer, 0);
@@ -135,6 +153,8 @@ TEST_CASE("an answer with an unknown word, another filter or an impossible tick 
     CHECK(is_refused([&](estimate_t& e, health_t&) { e.parameter_verdict[2] = unknown_word; }));
     CHECK(is_refused([&](estimate_t& e, health_t&) { e.name[0] = unknown_word; }));
     CHECK(is_refused([&](estimate_t& e, health_t&) { e.count = 0; }));
+    CHECK(is_refused([&](estimate_t& e, health_t&) { e.filter = unknown_word; }));
+    CHECK(is_refused([&](estimate_t& e, health_t&) { e.filter = "paper"; })); // which has no ten parameters
     CHECK(is_refused([&](estimate_t&, health_t& h) { h.state = unknown_word; }));
     CHECK(is_refused([&](estimate_t&, health_t& h) { h.fault = unknown_word; }));
     CHECK(is_refused([&](estimate_t&, health_t& h) { h.status = unknown_word; }));
@@ -143,7 +163,7 @@ TEST_CASE("an answer with an unknown word, another filter or an impossible tick 
 }
 
 TEST_CASE(
-    "samples, commands and acknowledges are the same after the wire, and out-of-range ones are refused") {
+    "samples, commands, events and acknowledges are the same after the wire, out-of-range ones are refused") {
     hexload_leg_sample_t sample{};
     sample.tick = 77;
     for (int leg = 0; leg < HEXLOAD_LEGS; ++leg) {
@@ -170,6 +190,18 @@ TEST_CASE(
     CHECK(command_again->argument == 512.5F);
     command.id = 256;
     CHECK_FALSE(port::command_of(command));
+
+    load_change_t change = port::load_change_message({4'294'967'295U, 65'535});
+    CHECK(change.tick == 4'294'967'295);
+    const auto change_again = port::load_change_of(change);
+    REQUIRE(change_again);
+    CHECK(change_again->tick == 4'294'967'295U);
+    CHECK(change_again->load_changes == 65'535);
+    change.load_changes = 65'536;
+    CHECK_FALSE(port::load_change_of(change));
+    change = {};
+    change.tick = -1;
+    CHECK_FALSE(port::load_change_of(change));
 
     const hexload_bus_acknowledge_t acknowledge{HEXLOAD_COMMAND_START,        8,
                                                 HEXLOAD_RESULT_WRONG_STATE,   HEXLOAD_APP_FAULT,

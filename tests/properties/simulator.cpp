@@ -59,6 +59,9 @@ class FussyLink : public EstimatorLink {
     std::vector<HealthCount> health_counts() const override {
         return {};
     }
+    std::vector<double> load_changes_s() const override {
+        return {};
+    }
 
   private:
     EstimateRow row_;

@@ -67,9 +67,26 @@ def test_longest_frames_are_those_of_the_standards(contract):
     assert verb.fd_bits(16) == verb.FdBits(nominal=34, data=193)
 
 
-def test_the_bus_is_less_than_ninety_percent_busy_in_either_profile(contract):
-    assert 0.5 < verb.bus_load(contract, "classic") < verb.MOST_LOAD
-    assert 0.3 < verb.bus_load(contract, "fd") < verb.MOST_LOAD
+@pytest.mark.parametrize("filter_name", ["paper", "momentum"])
+def test_the_bus_is_less_than_ninety_percent_busy_in_either_profile(contract, filter_name):
+    assert 0.5 < verb.bus_load(contract, "classic", filter_name) < verb.MOST_LOAD
+    assert 0.3 < verb.bus_load(contract, "fd", filter_name) < verb.MOST_LOAD
+
+
+def test_both_filters_load_the_classic_bus_alike(contract):
+    # GIVEN that the document has one table for both
+    assert verb.messages_of(contract, "classic", "paper") == verb.messages_of(contract, "classic", "momentum")
+
+
+@pytest.mark.parametrize("filter_name, parameters", [("paper", 4), ("momentum", 10)])
+def test_an_answer_has_a_page_for_each_number_and_for_what_the_document_counts(contract, filter_name, parameters):
+    # GIVEN the pages that a round has: health, values, sigmas, NIS, its mean, status, refused; verdicts of their own for ten
+    expected = 1 + 2 * parameters + 2 + 1 + 1 + (filter_name == "momentum")
+    # THEN the document counts as many, and the contract has a signal for each number
+    assert verb.ANSWER_PAGES[filter_name] == expected
+    page = contract.get_message_by_name("AnswerPage")
+    of_load = [signal for signal in page.signals if "load_" in signal.name]
+    assert len(of_load) == 30
 
 
 def test_quantisation_is_below_a_tenth_of_the_nominal_noise(contract):

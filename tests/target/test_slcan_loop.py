@@ -73,7 +73,7 @@ def test_the_controller_answers_as_the_hosts_firmware_does_to_the_byte(tmp_path)
     # WHEN python-can sends the same frames to the emulated Cortex-M7
     with mps2.running_mps2(tmp_path) as controller, Peer(controller.python_can_channel) as peer:
         pages = answers(peer, samples)
-        status = {name: value for _ in range(8) for name, value in peer.status().items()}
+        status = {name: value for _ in range(STATUS_PAGES) for name, value in peer.status().items()}
     # THEN all bytes of all pages are the same: every second tick has one, in rounds of thirteen
     assert len(pages) == len(samples[::ANSWER_PERIOD])
     assert pages == host

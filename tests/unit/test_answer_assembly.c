@@ -2,8 +2,22 @@
 
 #include "bus/answer_assembly.h"
 
+#include <math.h>
+
 void setUp(void) {}
 void tearDown(void) {}
+
+/// All tests run with the answers of either.
+static uint8_t filter;
+
+static int pages(void) {
+    return hexload_bus_answer_pages(filter);
+}
+
+/// Ticks of a round of pages.
+static uint32_t round_ticks(void) {
+    return HEXLOAD_BUS_ANSWER_PERIOD * (uint32_t)pages();
+}
 
 typedef struct bench {
     hexload_answer_assembly_t assembly;
@@ -30,14 +44,14 @@ typedef struct fd {
 } fd_t;
 
 static fd_t fd_frames(uint32_t tick) {
-    const hexload_bus_answer_t answer = numbered_answer(tick);
+    const hexload_bus_answer_t answer = numbered_answer(filter, tick);
     fd_t frames;
     encode_answer(HEXLOAD_BUS_FD, &answer, 0, frames.part);
     return frames;
 }
 
 static void assert_answer(const bench_t* bench, uint32_t tick) {
-    const hexload_bus_answer_t expected = numbered_answer(tick);
+    const hexload_bus_answer_t expected = numbered_answer(filter, tick);
     assert_same_answer(&expected, &bench->answer);
 }
 
@@ -52,7 +66,7 @@ static hexload_bus_status_t add_fd_answer(bench_t* bench, uint32_t tick) {
 /// Page `page` of the answer that began at first_tick, sent two ticks per page later.
 static hexload_bus_frame_t page_frame(uint32_t first_tick, int page) {
     hexload_bus_frame_t frames[HEXLOAD_BUS_ANSWER_FRAMES];
-    hexload_bus_answer_t answer = numbered_answer(first_tick);
+    hexload_bus_answer_t answer = numbered_answer(filter, first_tick);
     answer.tick += HEXLOAD_BUS_ANSWER_PERIOD * (uint32_t)page;
     encode_answer(HEXLOAD_BUS_CLASSIC, &answer, page, frames);
     return frames[0];
@@ -131,11 +145,12 @@ static void test_fd_answers_begin_anew_when_the_source_of_samples_restarts(void)
     }
 }
 
-static void test_thirteen_pages_make_an_answer_of_the_tick_of_the_first(void) {
+static void test_a_round_of_pages_makes_an_answer_of_the_tick_of_the_first(void) {
     bench_t bench = started(HEXLOAD_BUS_CLASSIC);
     // over the end of 16 and of 32 bits
-    for (uint32_t first_tick = UINT32_MAX - 26 * 3000 + 1; first_tick != 26 * 10; first_tick += 26) {
-        TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_OK, add_pages(&bench, first_tick, 0, HEXLOAD_BUS_ANSWER_PAGES - 1));
+    const uint32_t ticks = round_ticks();
+    for (uint32_t first_tick = UINT32_MAX - ticks * 3000 + 1; first_tick != ticks * 10; first_tick += ticks) {
+        TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_OK, add_pages(&bench, first_tick, 0, pages() - 1));
         assert_answer(&bench, first_tick);
     }
     TEST_ASSERT_EQUAL_UINT32(0, bench.assembly.incomplete);
@@ -157,22 +172,22 @@ static void test_the_sixteen_bits_of_a_page_are_completed_with_the_nearest_tick(
 
 static void test_pages_before_the_first_page_0_answer_samples_but_make_no_answer(void) {
     bench_t bench = started(HEXLOAD_BUS_CLASSIC);
-    TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_PARTIAL, add_pages(&bench, 100, 5, HEXLOAD_BUS_ANSWER_PAGES - 1));
-    TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_OK, add_pages(&bench, 126, 0, HEXLOAD_BUS_ANSWER_PAGES - 1));
-    assert_answer(&bench, 126);
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_PARTIAL, add_pages(&bench, 100, 5, pages() - 1));
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_OK, add_pages(&bench, 200, 0, pages() - 1));
+    assert_answer(&bench, 200);
     TEST_ASSERT_EQUAL_UINT32(0, bench.assembly.incomplete);
 }
 
 static void test_a_lost_page_costs_its_answer_only(void) {
-    for (int missing = 0; missing < HEXLOAD_BUS_ANSWER_PAGES; missing++) {
+    for (int missing = 0; missing < pages(); missing++) {
         bench_t bench = started(HEXLOAD_BUS_CLASSIC);
-        TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_OK, add_pages(&bench, 0, 0, HEXLOAD_BUS_ANSWER_PAGES - 1));
-        TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_PARTIAL, add_pages(&bench, 26, 0, missing - 1));
+        TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_OK, add_pages(&bench, 0, 0, pages() - 1));
+        TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_PARTIAL, add_pages(&bench, round_ticks(), 0, missing - 1));
         TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_PARTIAL,
-                              add_pages(&bench, 26, missing + 1, HEXLOAD_BUS_ANSWER_PAGES - 1));
+                              add_pages(&bench, round_ticks(), missing + 1, pages() - 1));
         assert_answer(&bench, 0);
-        TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_OK, add_pages(&bench, 52, 0, HEXLOAD_BUS_ANSWER_PAGES - 1));
-        assert_answer(&bench, 52);
+        TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_OK, add_pages(&bench, 2 * round_ticks(), 0, pages() - 1));
+        assert_answer(&bench, 2 * round_ticks());
         // page 0 missing: nothing had begun
         TEST_ASSERT_EQUAL_UINT32(missing > 0, bench.assembly.incomplete);
     }
@@ -183,7 +198,7 @@ static void test_a_whole_lost_round_does_not_join_two_answers(void) {
     bench_t bench = started(HEXLOAD_BUS_CLASSIC);
     TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_PARTIAL, add_pages(&bench, 0, 0, 5));
     // WHEN as many pages are lost as one answer has, and the seventh of the next answer follows
-    TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_PARTIAL, add_pages(&bench, 26, 6, HEXLOAD_BUS_ANSWER_PAGES - 1));
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_PARTIAL, add_pages(&bench, round_ticks(), 6, pages() - 1));
     // THEN no answer comes out of the two halves
     TEST_ASSERT_EQUAL_UINT32(12345, bench.answer.tick);
     TEST_ASSERT_EQUAL_UINT32(1, bench.assembly.incomplete);
@@ -196,9 +211,9 @@ static void test_late_and_doubled_pages_are_refused(void) {
         const hexload_bus_frame_t again = page_frame(0, page);
         TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_ERR_TICK, add(&bench, &again));
     }
-    TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_OK, add_pages(&bench, 0, 7, HEXLOAD_BUS_ANSWER_PAGES - 1));
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_OK, add_pages(&bench, 0, 7, pages() - 1));
     assert_answer(&bench, 0);
-    const hexload_bus_frame_t last = page_frame(0, HEXLOAD_BUS_ANSWER_PAGES - 1);
+    const hexload_bus_frame_t last = page_frame(0, pages() - 1);
     TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_ERR_TICK, add(&bench, &last));
     TEST_ASSERT_EQUAL_UINT32(0, bench.assembly.incomplete);
 }
@@ -206,7 +221,7 @@ static void test_late_and_doubled_pages_are_refused(void) {
 static void test_a_page_0_begins_anew_at_any_time(void) {
     bench_t bench = started(HEXLOAD_BUS_CLASSIC);
     TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_PARTIAL, add_pages(&bench, 500, 0, 8));
-    TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_OK, add_pages(&bench, 0, 0, HEXLOAD_BUS_ANSWER_PAGES - 1));
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_OK, add_pages(&bench, 0, 0, pages() - 1));
     assert_answer(&bench, 0);
     TEST_ASSERT_EQUAL_UINT32(1, bench.assembly.incomplete);
 }
@@ -214,14 +229,15 @@ static void test_a_page_0_begins_anew_at_any_time(void) {
 static void test_each_flipped_bit_of_an_answer_is_noticed(void) {
     bench_t fd = started(HEXLOAD_BUS_FD), classic = started(HEXLOAD_BUS_CLASSIC);
     fd_t frames = fd_frames(3);
-    for (int bit = 0; bit < 32 * 8; bit++) {
-        for (int part = ESTIMATE; part <= HEALTH; part++) {
-            frames.part[part].data[bit / 8] ^= (uint8_t)(1u << (bit % 8));
-            TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_ERR_CRC, add(&fd, &frames.part[part]));
-            frames.part[part].data[bit / 8] ^= (uint8_t)(1u << (bit % 8));
+    for (int part = ESTIMATE; part <= HEALTH; part++) {
+        hexload_bus_frame_t* frame = &frames.part[part];
+        for (int bit = 0; bit < frame->length * 8; bit++) {
+            frame->data[bit / 8] ^= (uint8_t)(1u << (bit % 8));
+            TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_ERR_CRC, add(&fd, frame));
+            frame->data[bit / 8] ^= (uint8_t)(1u << (bit % 8));
         }
     }
-    for (int page = 0; page < HEXLOAD_BUS_ANSWER_PAGES; page++) {
+    for (int page = 0; page < pages(); page++) {
         hexload_bus_frame_t frame = page_frame(0, page);
         for (int bit = 0; bit < 64; bit++) {
             frame.data[bit / 8] ^= (uint8_t)(1u << (bit % 8));
@@ -245,30 +261,32 @@ static void test_unknown_codes_and_numbers_that_are_not_finite_are_refused(void)
     bench_t fd = started(HEXLOAD_BUS_FD), classic = started(HEXLOAD_BUS_CLASSIC);
     const fd_t frames = fd_frames(3);
     const uint32_t nan_bits = 0x7FC00000u, infinity_bits = 0xFF800000u;
+    const int parameters = parameters_of(filter);
     for (int part = ESTIMATE; part <= SIGMA; part++) {
-        assert_refused(&fd, frames.part[part], 4, 1, 1); // the momentum filter
-        for (int number = 0; number < 5; number++) {
+        for (int number = 0; number <= parameters; number++) { // and the NIS after them
             assert_refused(&fd, frames.part[part], 8 + 4 * number, 4, nan_bits);
             assert_refused(&fd, frames.part[part], 8 + 4 * number, 4, infinity_bits);
         }
     }
-    const uint32_t beyond[8] = {1, 5, 6, 4, 4, 4, 4, 4}; // status, state, fault, five verdicts
-    for (int code = 0; code < 8; code++) {
-        assert_refused(&fd, frames.part[HEALTH], 4 + code, 1, beyond[code]);
+    const uint32_t beyond[4] = {1, 5, 6, 4}; // status, state, fault, verdict
+    for (int code = 0; code < 4 + parameters; code++) {
+        assert_refused(&fd, frames.part[HEALTH], 4 + code, 1, code < 4 ? beyond[code] : 4);
     }
-    assert_refused(&classic, page_frame(0, 0), 0, 1, HEXLOAD_BUS_ANSWER_PAGES);
-    assert_refused(&classic, page_frame(0, 0), 5, 1, 0x05); // state
-    assert_refused(&classic, page_frame(0, 0), 5, 1, 0x40); // verdict
-    assert_refused(&classic, page_frame(0, 0), 6, 1, 0x06); // fault
-    assert_refused(&classic, page_frame(0, 0), 6, 1, 0x10); // filter
-    for (int page = 1; page <= 10; page++) {
+    assert_refused(&fd, frames.part[HEALTH], 19, 1, 2);      // filter
+    assert_refused(&classic, page_frame(0, 0), 0, 1, 34);    // page
+    assert_refused(&classic, page_frame(0, 0), 5, 1, 0x05);  // state
+    assert_refused(&classic, page_frame(0, 0), 5, 1, 0x40);  // verdict
+    assert_refused(&classic, page_frame(0, 0), 6, 1, 0x06);  // fault
+    assert_refused(&classic, page_frame(0, 0), 6, 1, 0x20);  // filter
+    for (int page = 1; page <= 2 * parameters + 2; page++) { // values, sigmas, NIS and its mean
         assert_refused(&classic, page_frame(0, page), 3, 4, nan_bits);
     }
-    const uint32_t verdicts[4] = {0x0004, 0x0040, 0x0400, 0x4000};
-    for (int n = 0; n < 4; n++) {
-        assert_refused(&classic, page_frame(0, 11), 3, 2, verdicts[n]);
+    const int verdicts = filter == HEXLOAD_FILTER_MOMENTUM ? 25 : 11;
+    const int bits = filter == HEXLOAD_FILTER_MOMENTUM ? 3 : 4; // of each
+    for (int n = 0; n < parameters; n++) {
+        assert_refused(&classic, page_frame(0, verdicts), 3, 4, UINT32_C(4) << (bits * n));
     }
-    assert_refused(&classic, page_frame(0, 11), 5, 1, 0xFA); // status -6
+    assert_refused(&classic, page_frame(0, 2 * parameters + 3), 5, 1, 0xFA); // status -6
     TEST_ASSERT_EQUAL_HEX32(0, fd.assembly.parts | classic.assembly.parts);
 }
 
@@ -282,12 +300,12 @@ static void test_answers_of_the_other_profile_are_told_from_strange_frames(void)
     TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_ERR_LENGTH, add(&classic, &page));
     for (int part = ESTIMATE; part <= HEALTH; part++) {
         TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_ERR_PROFILE, add(&classic, &frames.part[part]));
-        frames.part[part].length = 24;
+        frames.part[part].length = 24; // none of the answer's frames has that
         TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_ERR_LENGTH, add(&classic, &frames.part[part]));
         TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_ERR_LENGTH, add(&fd, &frames.part[part]));
     }
     for (page.id = 0; page.id < 0x800; page.id++) {
-        if (page.id < ID_ESTIMATE_FD || page.id > ID_ANSWER_PAGE) {
+        if (page.id < ID_ESTIMATE_FD || page.id > ID_LOAD_SIGMA_FD) {
             TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_OTHER, add(&fd, &page));
             TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_OTHER, add(&classic, &page));
         }
@@ -297,11 +315,12 @@ static void test_answers_of_the_other_profile_are_told_from_strange_frames(void)
 static void test_among_losses_and_garbage_no_answer_mixes_ticks(void) {
     uint64_t seed = 5;
     bench_t fd = started(HEXLOAD_BUS_FD), classic = started(HEXLOAD_BUS_CLASSIC);
+    const uint32_t ticks = round_ticks(), rounds = 800;
     int whole[2] = {0};
-    for (uint32_t tick = 0; tick < 26 * 800; tick++) {
+    for (uint32_t tick = 0; tick < ticks * rounds; tick++) {
         // GIVEN random frames, sealed or not; one that a controller might have sent would need a forger
         hexload_bus_frame_t garbage = random_frame(&seed);
-        if (garbage.id < ID_ESTIMATE_FD || garbage.id > ID_ANSWER_PAGE || garbage.length % 8 != 0) {
+        if (garbage.id < ID_ESTIMATE_FD || garbage.id > ID_LOAD_SIGMA_FD || garbage.length % 8 != 0) {
             TEST_ASSERT_NOT_EQUAL(HEXLOAD_BUS_OK, add(&fd, &garbage));
             TEST_ASSERT_NOT_EQUAL(HEXLOAD_BUS_OK, add(&classic, &garbage));
         }
@@ -315,33 +334,82 @@ static void test_among_losses_and_garbage_no_answer_mixes_ticks(void) {
             }
         }
         if (tick % HEXLOAD_BUS_ANSWER_PERIOD == 0 && uniform(&seed) < 0.95) {
-            const hexload_bus_frame_t page = page_frame(tick - tick % 26, (int)(tick % 26 / 2));
+            const hexload_bus_frame_t page = page_frame(tick - tick % ticks, (int)(tick % ticks / 2));
             if (add(&classic, &page) == HEXLOAD_BUS_OK) {
-                assert_answer(&classic, tick - tick % 26);
+                assert_answer(&classic, tick - tick % ticks);
                 whole[1]++;
             }
         }
     }
-    TEST_ASSERT_GREATER_THAN_INT(18000, whole[0]); // 0.975^3 of 20800 is 19300
-    TEST_ASSERT_GREATER_THAN_INT(500, whole[1]);   // 0.975^13 of 800 is 580
+    // uniform() is below 0.95 in 97.5 % of all cases; five sigmas less than expected of both
+    const double fd_expected = pow(0.975, 3) * ticks * rounds, page_expected = pow(0.975, pages()) * rounds;
+    TEST_ASSERT_GREATER_THAN_INT((int)(fd_expected - 5 * sqrt(fd_expected)), whole[0]);
+    TEST_ASSERT_GREATER_THAN_INT((int)(page_expected - 5 * sqrt(page_expected)), whole[1]);
+}
+
+static void test_frames_of_two_filters_make_no_answer(void) {
+    // GIVEN frames of one tick, of either filter
+    bench_t bench = started(HEXLOAD_BUS_FD);
+    const fd_t own = fd_frames(8);
+    const hexload_bus_answer_t answer = numbered_answer((uint8_t)(1 - filter), 8);
+    fd_t others;
+    encode_answer(HEXLOAD_BUS_FD, &answer, 0, others.part);
+    // WHEN they are mixed THEN those of the filter that did not begin are refused
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_PARTIAL, add(&bench, &own.part[ESTIMATE]));
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_ERR_VALUE, add(&bench, &others.part[SIGMA]));
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_ERR_VALUE, add(&bench, &others.part[HEALTH]));
+    // and the others still make their answer
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_PARTIAL, add(&bench, &own.part[SIGMA]));
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_OK, add(&bench, &own.part[HEALTH]));
+    assert_answer(&bench, 8);
+}
+
+static void test_a_page_of_the_other_filters_round_ends_the_answer(void) {
+    bench_t bench = started(HEXLOAD_BUS_CLASSIC);
+    hexload_bus_answer_t answer = numbered_answer((uint8_t)(1 - filter), 0);
+    hexload_bus_frame_t frames[HEXLOAD_BUS_ANSWER_FRAMES];
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_PARTIAL, add_pages(&bench, 0, 0, 1));
+    answer.tick = 4;
+    encode_answer(HEXLOAD_BUS_CLASSIC, &answer, 2, frames);
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_PARTIAL, add(&bench, &frames[0]));
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_PARTIAL, add_pages(&bench, 2, 2, pages() - 1));
+    TEST_ASSERT_EQUAL_UINT32(12345, bench.answer.tick);
+    TEST_ASSERT_EQUAL_UINT32(1, bench.assembly.incomplete);
+}
+
+static void test_rounds_of_the_two_filters_may_follow_one_another(void) {
+    bench_t bench = started(HEXLOAD_BUS_CLASSIC);
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_OK, add_pages(&bench, 0, 0, pages() - 1));
+    filter = (uint8_t)(1 - filter);
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_OK, add_pages(&bench, 100, 0, pages() - 1));
+    assert_answer(&bench, 100);
+    filter = (uint8_t)(1 - filter);
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_OK, add_pages(&bench, 200, 0, pages() - 1));
+    assert_answer(&bench, 200);
+    TEST_ASSERT_EQUAL_UINT32(0, bench.assembly.incomplete);
 }
 
 int main(void) {
     UNITY_BEGIN();
-    RUN_TEST(test_estimate_sigma_and_health_of_a_tick_make_an_answer);
-    RUN_TEST(test_an_fd_answer_without_one_of_its_frames_is_given_up);
-    RUN_TEST(test_late_and_doubled_fd_frames_are_refused);
-    RUN_TEST(test_fd_answers_begin_anew_when_the_source_of_samples_restarts);
-    RUN_TEST(test_thirteen_pages_make_an_answer_of_the_tick_of_the_first);
-    RUN_TEST(test_the_sixteen_bits_of_a_page_are_completed_with_the_nearest_tick);
-    RUN_TEST(test_pages_before_the_first_page_0_answer_samples_but_make_no_answer);
-    RUN_TEST(test_a_lost_page_costs_its_answer_only);
-    RUN_TEST(test_a_whole_lost_round_does_not_join_two_answers);
-    RUN_TEST(test_late_and_doubled_pages_are_refused);
-    RUN_TEST(test_a_page_0_begins_anew_at_any_time);
-    RUN_TEST(test_each_flipped_bit_of_an_answer_is_noticed);
-    RUN_TEST(test_unknown_codes_and_numbers_that_are_not_finite_are_refused);
-    RUN_TEST(test_answers_of_the_other_profile_are_told_from_strange_frames);
-    RUN_TEST(test_among_losses_and_garbage_no_answer_mixes_ticks);
+    for (filter = HEXLOAD_FILTER_PAPER; filter <= HEXLOAD_FILTER_MOMENTUM; filter++) {
+        RUN_TEST(test_estimate_sigma_and_health_of_a_tick_make_an_answer);
+        RUN_TEST(test_an_fd_answer_without_one_of_its_frames_is_given_up);
+        RUN_TEST(test_late_and_doubled_fd_frames_are_refused);
+        RUN_TEST(test_fd_answers_begin_anew_when_the_source_of_samples_restarts);
+        RUN_TEST(test_a_round_of_pages_makes_an_answer_of_the_tick_of_the_first);
+        RUN_TEST(test_the_sixteen_bits_of_a_page_are_completed_with_the_nearest_tick);
+        RUN_TEST(test_pages_before_the_first_page_0_answer_samples_but_make_no_answer);
+        RUN_TEST(test_a_lost_page_costs_its_answer_only);
+        RUN_TEST(test_a_whole_lost_round_does_not_join_two_answers);
+        RUN_TEST(test_late_and_doubled_pages_are_refused);
+        RUN_TEST(test_a_page_0_begins_anew_at_any_time);
+        RUN_TEST(test_each_flipped_bit_of_an_answer_is_noticed);
+        RUN_TEST(test_unknown_codes_and_numbers_that_are_not_finite_are_refused);
+        RUN_TEST(test_answers_of_the_other_profile_are_told_from_strange_frames);
+        RUN_TEST(test_among_losses_and_garbage_no_answer_mixes_ticks);
+        RUN_TEST(test_frames_of_two_filters_make_no_answer);
+        RUN_TEST(test_a_page_of_the_other_filters_round_ends_the_answer);
+        RUN_TEST(test_rounds_of_the_two_filters_may_follow_one_another);
+    }
     return UNITY_END();
 }

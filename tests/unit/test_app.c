@@ -30,10 +30,15 @@ static hexload_bus_result_t command(hexload_app_t* app, uint8_t kind, float argu
     return (hexload_bus_result_t)acknowledge.result;
 }
 
+static double home_height_m(const hexload_app_t* app) {
+    return (double)(app->filter == HEXLOAD_FILTER_MOMENTUM ? app->estimator.momentum.kinematics
+                                                           : app->estimator.paper.kinematics)
+        .home_height_m;
+}
+
 static hexload_leg_sample_t sample_at(const hexload_app_t* app, uint32_t tick) {
     const motion_t motion = paper_motion(0.02);
-    return perfect_sample(&app->config, &paper_load, &motion, (double)app->estimator.kinematics.home_height_m,
-                          tick);
+    return perfect_sample(&app->config, &paper_load, &motion, home_height_m(app), tick);
 }
 
 static hexload_bus_answer_t give(hexload_app_t* app, uint32_t tick) {
@@ -75,9 +80,9 @@ static hexload_app_t app_in(hexload_app_state_t state) {
 static void test_init_refuses_what_is_out_of_range_and_leaves_the_instance_alone(void) {
     const hexload_config_t good = paper_machine();
     hexload_config_t bad = good;
-    hexload_app_settings_t settings[8];
+    hexload_app_settings_t settings[9];
     hexload_app_t app, before;
-    for (int n = 0; n < 8; n++) {
+    for (int n = 0; n < 9; n++) {
         hexload_app_settings_default(&settings[n]);
     }
     settings[1].sample_timeout_ms = 4;
@@ -87,6 +92,7 @@ static void test_init_refuses_what_is_out_of_range_and_leaves_the_instance_alone
     settings[5].refused_limit = 0;
     settings[6].sample_timeout_ms = 5;
     settings[7].lockstep_timeout_ms = 600000;
+    settings[8].filter = (hexload_bus_filter_t)2;
     bad.tick_s = HEXLOAD_REAL(0.0);
     memset(&app, 0x5A, sizeof app);
     memcpy(&before, &app, sizeof before);
@@ -95,6 +101,8 @@ static void test_init_refuses_what_is_out_of_range_and_leaves_the_instance_alone
                               hexload_app_init(&app, n == 0 ? &bad : &good, &settings[n]));
         TEST_ASSERT_EQUAL_MEMORY(&before, &app, sizeof before);
     }
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_ERR_CONFIG, hexload_app_init(&app, &good, &settings[8]));
+    TEST_ASSERT_EQUAL_MEMORY(&before, &app, sizeof before);
     TEST_ASSERT_EQUAL_INT(HEXLOAD_OK, hexload_app_init(&app, &good, &settings[6]));
     TEST_ASSERT_EQUAL_INT(HEXLOAD_OK, hexload_app_init(&app, &good, &settings[7]));
 }
@@ -105,7 +113,7 @@ static void test_an_idle_application_answers_samples_and_estimates_nothing(void)
     TEST_ASSERT_EQUAL_UINT32(77, answer.tick);
     TEST_ASSERT_EQUAL_UINT8(HEXLOAD_APP_IDLE, answer.state);
     TEST_ASSERT_EQUAL_INT8(HEXLOAD_OK, answer.status);
-    TEST_ASSERT_EQUAL_UINT32(0, app.estimator.leg_gate.accepted);
+    TEST_ASSERT_EQUAL_UINT32(0, app.estimator.paper.leg_gate.accepted);
     // the answer is what is known before the first sample: the prior
     TEST_ASSERT_EQUAL_INT(HEXLOAD_VERDICT_NOT_EXCITED, answer.estimate.verdict);
     TEST_ASSERT_EQUAL_INT(HEXLOAD_VERDICT_NOT_EXCITED, answer.estimate.parameter_verdict[HEXLOAD_PAPER_IZZ]);
@@ -223,23 +231,114 @@ static void test_reset_leads_to_idle_from_anywhere_and_forgets(void) {
 
 static void test_filters_are_selected_in_idle_and_only_those_there_are(void) {
     hexload_app_t app = idle_app();
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_FILTER_PAPER, app.filter);
     TEST_ASSERT_EQUAL_INT(HEXLOAD_RESULT_DONE, command(&app, HEXLOAD_COMMAND_SELECT_FILTER, 0.0f));
-    TEST_ASSERT_EQUAL_INT(HEXLOAD_RESULT_NOT_AVAILABLE, command(&app, HEXLOAD_COMMAND_SELECT_FILTER, 1.0f));
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_RESULT_DONE, command(&app, HEXLOAD_COMMAND_SELECT_FILTER, 1.0f));
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_FILTER_MOMENTUM, app.filter);
     TEST_ASSERT_EQUAL_INT(HEXLOAD_RESULT_BAD_ARGUMENT, command(&app, HEXLOAD_COMMAND_SELECT_FILTER, 0.5f));
     TEST_ASSERT_EQUAL_INT(HEXLOAD_RESULT_BAD_ARGUMENT, command(&app, HEXLOAD_COMMAND_SELECT_FILTER, 2.0f));
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_FILTER_MOMENTUM, app.filter);
     for (int state = HEXLOAD_APP_ARMED; state <= HEXLOAD_APP_FAULT; state++) {
         app = app_in((hexload_app_state_t)state);
-        TEST_ASSERT_EQUAL_INT(HEXLOAD_RESULT_WRONG_STATE, command(&app, HEXLOAD_COMMAND_SELECT_FILTER, 0.0f));
+        TEST_ASSERT_EQUAL_INT(HEXLOAD_RESULT_WRONG_STATE, command(&app, HEXLOAD_COMMAND_SELECT_FILTER, 1.0f));
+        TEST_ASSERT_EQUAL_INT(HEXLOAD_FILTER_PAPER, app.filter);
     }
+}
+
+static void test_another_filter_forgets_the_estimate_and_the_same_one_keeps_it(void) {
+    // GIVEN an application that has estimated and was stopped
+    hexload_app_t app = app_in(HEXLOAD_APP_ESTIMATING);
+    const hexload_estimate_t last = app.estimate;
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_RESULT_DONE, command(&app, HEXLOAD_COMMAND_STOP, 0.0f));
+    // WHEN the same filter is selected THEN the estimate stays
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_RESULT_DONE, command(&app, HEXLOAD_COMMAND_SELECT_FILTER, 0.0f));
+    TEST_ASSERT_EQUAL_MEMORY(last.value, app.estimate.value, sizeof last.value);
+    // WHEN the other one is THEN answers tell its prior, of all ten
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_RESULT_DONE, command(&app, HEXLOAD_COMMAND_SELECT_FILTER, 1.0f));
+    const hexload_bus_answer_t answer = give(&app, 3);
+    TEST_ASSERT_EQUAL_UINT8(HEXLOAD_FILTER_MOMENTUM, answer.filter);
+    TEST_ASSERT_EQUAL_UINT8(HEXLOAD_APP_IDLE, answer.state);
+    TEST_ASSERT_EQUAL_UINT32(0, answer.refused);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-6, 6.0, (double)answer.estimate.nis_mean);
+    for (int k = 0; k < HEXLOAD_LOAD_DIM; k++) {
+        TEST_ASSERT_TRUE(answer.estimate.value[k] == HEXLOAD_REAL(0.0));
+        TEST_ASSERT_TRUE(answer.estimate.sigma[k] > HEXLOAD_REAL(1.0));
+        TEST_ASSERT_EQUAL_INT(HEXLOAD_VERDICT_NOT_EXCITED, answer.estimate.parameter_verdict[k]);
+    }
+}
+
+/// An application that has just been started with the momentum filter.
+static hexload_app_t momentum_app(void) {
+    const hexload_config_t config = paper_machine();
+    hexload_app_settings_t settings;
+    hexload_app_t app;
+    hexload_app_settings_default(&settings);
+    settings.filter = HEXLOAD_FILTER_MOMENTUM;
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_OK, hexload_app_init(&app, &config, &settings));
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_RESULT_DONE, command(&app, HEXLOAD_COMMAND_START, 1.0f));
+    return app;
+}
+
+static void test_the_application_estimates_what_the_momentum_estimator_alone_does(void) {
+    // GIVEN an application configured for it, and one that was told on the bus
+    hexload_app_t configured = momentum_app(), told = idle_app();
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_RESULT_DONE, command(&told, HEXLOAD_COMMAND_SELECT_FILTER, 1.0f));
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_RESULT_DONE, command(&told, HEXLOAD_COMMAND_START, 1.0f));
+    static hexload_momentum_t alone;
+    hexload_estimate_t estimate;
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_OK, hexload_momentum_init(&alone, &told.config));
+    // WHEN all three get the same samples THEN they say the same
+    for (uint32_t tick = 10; tick < 600; tick++) {
+        const hexload_leg_sample_t sample = sample_at(&told, tick);
+        TEST_ASSERT_EQUAL_INT(HEXLOAD_OK, hexload_momentum_tick(&alone, &told.config, &sample, &estimate));
+        hexload_app_t* const apps[2] = {&configured, &told};
+        for (int n = 0; n < 2; n++) {
+            const hexload_bus_answer_t answer = give(apps[n], tick);
+            TEST_ASSERT_EQUAL_MEMORY(estimate.value, answer.estimate.value, sizeof estimate.value);
+            TEST_ASSERT_EQUAL_MEMORY(estimate.sigma, answer.estimate.sigma, sizeof estimate.sigma);
+            TEST_ASSERT_EQUAL_HEX16(alone.health.bits, answer.health);
+            TEST_ASSERT_EQUAL_UINT8(HEXLOAD_FILTER_MOMENTUM, answer.filter);
+            TEST_ASSERT_EQUAL_INT8(HEXLOAD_OK, answer.status);
+        }
+    }
+    // and it has been a filter that had something to say
+    TEST_ASSERT_TRUE(estimate.value[HEXLOAD_LOAD_M] > HEXLOAD_REAL(100.0));
+}
+
+static void test_the_tick_of_a_changed_load_is_kept(void) {
+    // GIVEN an application that has identified a load WHEN the load is suddenly another
+    static const body_t heavier = {800.0, {0.05, 0.0, 0.3}, {40.0, 40.0, 40.0, 0.0, 0.0, 0.0}};
+    const motion_t motion = paper_motion(0.02);
+    hexload_app_t app = momentum_app();
+    hexload_bus_answer_t answer = {0};
+    uint32_t tick = 0;
+    for (; tick < 1000; tick++) {
+        answer = give(&app, tick);
+    }
+    TEST_ASSERT_EQUAL_UINT32(0, hexload_app_health(&app)->count[HEXLOAD_HEALTH_LOAD_CHANGED]);
+    while ((answer.health >> HEXLOAD_HEALTH_LOAD_CHANGED & 1u) == 0 && tick < 1100) {
+        const hexload_leg_sample_t sample =
+            perfect_sample(&app.config, &heavier, &motion, home_height_m(&app), tick++);
+        hexload_app_sample(&app, &sample, &answer);
+    }
+    // THEN that is noticed within ten ticks, told in the health of that tick, and remembered
+    TEST_ASSERT_LESS_OR_EQUAL_UINT32(1010, tick);
+    TEST_ASSERT_EQUAL_UINT32(answer.tick, app.change_tick);
+    TEST_ASSERT_EQUAL_UINT32(1, hexload_app_health(&app)->count[HEXLOAD_HEALTH_LOAD_CHANGED]);
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_RESULT_DONE, command(&app, HEXLOAD_COMMAND_RESET, 0.0f));
+    TEST_ASSERT_EQUAL_UINT32(0, app.change_tick);
 }
 
 static void test_a_known_mass_takes_the_safe_prior_along(void) {
     hexload_app_t app = idle_app();
     hexload_config_t expected = app.config;
-    expected.paper.load_mass_kg = HEXLOAD_REAL(320.5);
+    hexload_config_set_known_mass(&expected, HEXLOAD_REAL(320.5));
     hexload_config_set_prior(&expected, HEXLOAD_PRIOR_SAFE);
     TEST_ASSERT_EQUAL_INT(HEXLOAD_RESULT_DONE, command(&app, HEXLOAD_COMMAND_SET_KNOWN_MASS, 320.5f));
-    TEST_ASSERT_EQUAL_MEMORY(&expected.paper, &app.config.paper, sizeof expected.paper);
+    TEST_ASSERT_EQUAL_MEMORY(&expected, &app.config, sizeof expected);
+    TEST_ASSERT_TRUE(app.config.paper.load_mass_kg == HEXLOAD_REAL(320.5));
+    TEST_ASSERT_TRUE(app.config.momentum.prior_mass_kg == HEXLOAD_REAL(320.5));
+    TEST_ASSERT_DOUBLE_WITHIN(1e-6, 0.3205, (double)app.config.momentum.prior_mass_sigma_kg);
     // START uses it
     TEST_ASSERT_EQUAL_INT(HEXLOAD_RESULT_DONE, command(&app, HEXLOAD_COMMAND_START, 0.0f));
     TEST_ASSERT_DOUBLE_WITHIN(1e-3, 320.5 * 0.04472136,
@@ -390,6 +489,9 @@ int main(void) {
     RUN_TEST(test_stop_is_refused_in_fault_only);
     RUN_TEST(test_reset_leads_to_idle_from_anywhere_and_forgets);
     RUN_TEST(test_filters_are_selected_in_idle_and_only_those_there_are);
+    RUN_TEST(test_another_filter_forgets_the_estimate_and_the_same_one_keeps_it);
+    RUN_TEST(test_the_application_estimates_what_the_momentum_estimator_alone_does);
+    RUN_TEST(test_the_tick_of_a_changed_load_is_kept);
     RUN_TEST(test_a_known_mass_takes_the_safe_prior_along);
     RUN_TEST(test_a_known_mass_leaves_a_prior_of_ones_own_alone);
     RUN_TEST(test_an_impossible_mass_or_state_changes_nothing);

@@ -172,18 +172,22 @@ static void test_a_channel_that_is_not_finite_is_not_sent(void) {
 
 static void test_frames_have_identifier_format_and_length_of_the_contract(void) {
     const hexload_leg_sample_t sample = numbered_sample(32);
-    const hexload_bus_answer_t answer = numbered_answer(32);
     hexload_bus_frame_t frames[HEXLOAD_BUS_SAMPLE_FRAMES];
     // FD
     TEST_ASSERT_EQUAL_INT(1, encode_sample(HEXLOAD_BUS_FD, &sample, frames));
     TEST_ASSERT_EQUAL_HEX32(ID_LEG_SAMPLE_FD, frames[0].id);
     TEST_ASSERT_EQUAL_UINT8(64, frames[0].length);
     TEST_ASSERT_TRUE(frames[0].is_fd);
-    TEST_ASSERT_EQUAL_INT(3, encode_answer(HEXLOAD_BUS_FD, &answer, 0, frames));
-    for (uint32_t n = 0; n < 3; n++) {
-        TEST_ASSERT_EQUAL_HEX32(ID_ESTIMATE_FD + n, frames[n].id);
-        TEST_ASSERT_EQUAL_UINT8(32, frames[n].length);
-        TEST_ASSERT_TRUE(frames[n].is_fd);
+    static const uint32_t ids[2][3] = {{ID_ESTIMATE_FD, ID_SIGMA_FD, ID_HEALTH_FD},
+                                       {ID_LOAD_FD, ID_LOAD_SIGMA_FD, ID_HEALTH_FD}};
+    for (uint8_t filter = HEXLOAD_FILTER_PAPER; filter <= HEXLOAD_FILTER_MOMENTUM; filter++) {
+        const hexload_bus_answer_t answer = numbered_answer(filter, 16);
+        TEST_ASSERT_EQUAL_INT(3, encode_answer(HEXLOAD_BUS_FD, &answer, 0, frames));
+        for (int n = 0; n < 3; n++) {
+            TEST_ASSERT_EQUAL_HEX32(ids[filter][n], frames[n].id);
+            TEST_ASSERT_EQUAL_UINT8(filter == HEXLOAD_FILTER_MOMENTUM && n < 2 ? 64 : 32, frames[n].length);
+            TEST_ASSERT_TRUE(frames[n].is_fd);
+        }
     }
     // Classic: the whole tick first, then the legs
     TEST_ASSERT_EQUAL_INT(7, encode_sample(HEXLOAD_BUS_CLASSIC, &sample, frames));
@@ -194,10 +198,21 @@ static void test_frames_have_identifier_format_and_length_of_the_contract(void) 
         TEST_ASSERT_EQUAL_UINT8(8, frames[1 + leg].length);
         TEST_ASSERT_FALSE(frames[1 + leg].is_fd);
     }
-    TEST_ASSERT_EQUAL_INT(1, encode_answer(HEXLOAD_BUS_CLASSIC, &answer, 12, frames));
-    TEST_ASSERT_EQUAL_HEX32(ID_ANSWER_PAGE, frames[0].id);
-    TEST_ASSERT_EQUAL_UINT8(8, frames[0].length);
-    TEST_ASSERT_FALSE(frames[0].is_fd);
+    // and the pages of an answer, by their codes
+    static const uint8_t codes[2][26] = {{0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12},
+                                         {0,  13, 14, 15, 16, 17, 18, 19, 20, 21, 22, 23, 24,
+                                          25, 26, 27, 28, 29, 30, 31, 32, 9,  10, 11, 12, 33}};
+    for (uint8_t filter = HEXLOAD_FILTER_PAPER; filter <= HEXLOAD_FILTER_MOMENTUM; filter++) {
+        const hexload_bus_answer_t answer = numbered_answer(filter, 32);
+        TEST_ASSERT_EQUAL_INT(filter == HEXLOAD_FILTER_MOMENTUM ? 26 : 13, hexload_bus_answer_pages(filter));
+        for (int page = 0; page < hexload_bus_answer_pages(filter); page++) {
+            TEST_ASSERT_EQUAL_INT(1, encode_answer(HEXLOAD_BUS_CLASSIC, &answer, page, frames));
+            TEST_ASSERT_EQUAL_HEX32(ID_ANSWER_PAGE, frames[0].id);
+            TEST_ASSERT_EQUAL_UINT8(8, frames[0].length);
+            TEST_ASSERT_FALSE(frames[0].is_fd);
+            TEST_ASSERT_EQUAL_UINT8(codes[filter][page], frames[0].data[0]);
+        }
+    }
 }
 
 static void test_the_whole_tick_is_sent_at_multiples_of_sixteen_only(void) {
@@ -209,19 +224,22 @@ static void test_the_whole_tick_is_sent_at_multiples_of_sixteen_only(void) {
 }
 
 static void test_an_answer_that_is_not_finite_is_not_sent(void) {
-    for (int k = 0; k < 2 * HEXLOAD_PAPER_DIM + 2; k++) {
-        hexload_bus_answer_t answer = numbered_answer(1);
-        hexload_bus_frame_t frames[HEXLOAD_BUS_ANSWER_FRAMES];
-        hexload_estimate_t* estimate = &answer.estimate;
-        hexload_real_t* const numbers[] = {&estimate->value[0], &estimate->value[1], &estimate->value[2],
-                                           &estimate->value[3], &estimate->sigma[0], &estimate->sigma[1],
-                                           &estimate->sigma[2], &estimate->sigma[3], &estimate->nis,
-                                           &estimate->nis_mean};
-        *numbers[k] = (hexload_real_t)NAN;
-        TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_ERR_VALUE,
-                              hexload_bus_encode_answer(HEXLOAD_BUS_FD, &answer, 0, frames));
-        TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_ERR_VALUE,
-                              hexload_bus_encode_answer(HEXLOAD_BUS_CLASSIC, &answer, 0, frames));
+    for (uint8_t filter = HEXLOAD_FILTER_PAPER; filter <= HEXLOAD_FILTER_MOMENTUM; filter++) {
+        const int parameters = parameters_of(filter);
+        for (int n = 0; n < 2 * parameters + 2; n++) {
+            hexload_bus_answer_t answer = numbered_answer(filter, 1);
+            hexload_bus_frame_t frames[HEXLOAD_BUS_ANSWER_FRAMES];
+            hexload_estimate_t* estimate = &answer.estimate;
+            hexload_real_t* const wrong = n < parameters       ? &estimate->value[n]
+                                          : n < 2 * parameters ? &estimate->sigma[n - parameters]
+                                          : n % 2 == 0         ? &estimate->nis
+                                                               : &estimate->nis_mean;
+            *wrong = (hexload_real_t)NAN;
+            TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_ERR_VALUE,
+                                  hexload_bus_encode_answer(HEXLOAD_BUS_FD, &answer, 0, frames));
+            TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_ERR_VALUE,
+                                  hexload_bus_encode_answer(HEXLOAD_BUS_CLASSIC, &answer, 0, frames));
+        }
     }
 }
 
@@ -293,6 +311,7 @@ static const hexload_bus_controller_status_t some_status = {
     .samples_missing = 9,
     .frames_refused = 0xFFFFFFFFu,
     .samples_refused = 11,
+    .load_changes = 65535,
 };
 
 static void assert_same_status(const hexload_bus_controller_status_t* expected,
@@ -308,6 +327,7 @@ static void assert_same_status(const hexload_bus_controller_status_t* expected,
     TEST_ASSERT_EQUAL_UINT32(expected->samples_missing, found->samples_missing);
     TEST_ASSERT_EQUAL_UINT32(expected->frames_refused, found->frames_refused);
     TEST_ASSERT_EQUAL_UINT32(expected->samples_refused, found->samples_refused);
+    TEST_ASSERT_EQUAL_UINT16(expected->load_changes, found->load_changes);
 }
 
 static void test_status_pages_put_together_are_the_status(void) {
@@ -355,31 +375,49 @@ static void test_a_status_with_an_unknown_code_is_refused(void) {
     }
 }
 
+static const hexload_bus_load_change_t some_change = {.tick = 0xFFFFFFF1u, .load_changes = 65535};
+
+static void test_a_load_change_comes_back(void) {
+    hexload_bus_frame_t frame;
+    hexload_bus_load_change_t found = {0};
+    hexload_bus_encode_load_change(&some_change, &frame);
+    TEST_ASSERT_EQUAL_HEX32(ID_LOAD_CHANGE, frame.id);
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_OK, hexload_bus_decode_load_change(&frame, &found));
+    TEST_ASSERT_EQUAL_UINT32(some_change.tick, found.tick);
+    TEST_ASSERT_EQUAL_UINT16(some_change.load_changes, found.load_changes);
+}
+
 /// Decodes as what the identifier says it is.
 static hexload_bus_status_t decode(const hexload_bus_frame_t* frame) {
     hexload_bus_command_t command;
     hexload_bus_acknowledge_t acknowledge;
+    hexload_bus_load_change_t change;
     hexload_bus_controller_status_t status;
     switch (frame->id) {
     case ID_COMMAND:
         return hexload_bus_decode_command(frame, &command);
     case ID_ACKNOWLEDGE:
         return hexload_bus_decode_acknowledge(frame, &acknowledge);
+    case ID_LOAD_CHANGE:
+        return hexload_bus_decode_load_change(frame, &change);
     default:
         return hexload_bus_decode_status(frame, &status);
     }
 }
 
-static void sealed_frames(hexload_bus_frame_t frames[3]) {
+enum { SLOW_FRAMES = 4 };
+
+static void sealed_frames(hexload_bus_frame_t frames[SLOW_FRAMES]) {
     frames[0] = command_frame(HEXLOAD_COMMAND_START, 1.0f);
     hexload_bus_encode_acknowledge(&some_acknowledge, &frames[1]);
     hexload_bus_encode_status(&some_status, 4, &frames[2]);
+    hexload_bus_encode_load_change(&some_change, &frames[3]);
 }
 
 static void test_each_flipped_bit_is_noticed(void) {
-    hexload_bus_frame_t frames[3];
+    hexload_bus_frame_t frames[SLOW_FRAMES];
     sealed_frames(frames);
-    for (int n = 0; n < 3; n++) {
+    for (int n = 0; n < SLOW_FRAMES; n++) {
         TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_OK, decode(&frames[n]));
         for (int bit = 0; bit < 64; bit++) {
             frames[n].data[bit / 8] ^= (uint8_t)(1u << (bit % 8));
@@ -390,9 +428,9 @@ static void test_each_flipped_bit_is_noticed(void) {
 }
 
 static void test_another_length_or_format_is_refused(void) {
-    hexload_bus_frame_t frames[3];
+    hexload_bus_frame_t frames[SLOW_FRAMES];
     sealed_frames(frames);
-    for (int n = 0; n < 3; n++) {
+    for (int n = 0; n < SLOW_FRAMES; n++) {
         for (int length = 0; length <= HEXLOAD_BUS_FRAME_BYTES; length++) {
             hexload_bus_frame_t frame = frames[n];
             frame.length = (uint8_t)length;
@@ -408,6 +446,7 @@ static void test_decoders_pass_over_every_other_identifier(void) {
     hexload_bus_command_t command;
     hexload_bus_acknowledge_t acknowledge;
     hexload_bus_controller_status_t status;
+    hexload_bus_load_change_t change;
     for (frame.id = 0; frame.id < 0x800; frame.id++) {
         TEST_ASSERT_EQUAL_INT(frame.id != ID_COMMAND,
                               hexload_bus_decode_command(&frame, &command) == HEXLOAD_BUS_OTHER);
@@ -415,6 +454,8 @@ static void test_decoders_pass_over_every_other_identifier(void) {
                               hexload_bus_decode_acknowledge(&frame, &acknowledge) == HEXLOAD_BUS_OTHER);
         TEST_ASSERT_EQUAL_INT(frame.id != ID_CONTROLLER_STATUS,
                               hexload_bus_decode_status(&frame, &status) == HEXLOAD_BUS_OTHER);
+        TEST_ASSERT_EQUAL_INT(frame.id != ID_LOAD_CHANGE,
+                              hexload_bus_decode_load_change(&frame, &change) == HEXLOAD_BUS_OTHER);
     }
 }
 
@@ -422,22 +463,24 @@ static void test_only_a_controllers_identifiers_are_a_controllers(void) {
     hexload_bus_frame_t frame = {0};
     for (frame.id = 0; frame.id < 0x800; frame.id++) {
         const bool is_expected =
-            (frame.id >= 0x101 && frame.id <= 0x104) || frame.id == 0x110 || frame.id == 0x120;
+            (frame.id >= 0x100 && frame.id <= 0x106) || frame.id == 0x110 || frame.id == 0x120;
         TEST_ASSERT_EQUAL_INT(is_expected, hexload_bus_is_from_controller(&frame));
     }
 }
 
 static void test_every_code_has_a_name_of_its_own(void) {
-    const char* const fallback[3] = {hexload_bus_status_name((hexload_bus_status_t)99),
+    const char* const fallback[4] = {hexload_bus_status_name((hexload_bus_status_t)99),
                                      hexload_bus_result_name((hexload_bus_result_t)99),
-                                     hexload_bus_profile_name((hexload_bus_profile_t)99)};
-    const char* names[3][8] = {{0}};
+                                     hexload_bus_profile_name((hexload_bus_profile_t)99),
+                                     hexload_bus_filter_name((hexload_bus_filter_t)99)};
+    const char* names[4][8] = {{0}};
     for (int n = 0; n < 8; n++) {
         names[0][n] = hexload_bus_status_name((hexload_bus_status_t)(n - 5));
         names[1][n] = n < 5 ? hexload_bus_result_name((hexload_bus_result_t)n) : NULL;
         names[2][n] = n < 2 ? hexload_bus_profile_name((hexload_bus_profile_t)n) : NULL;
+        names[3][n] = n < 2 ? hexload_bus_filter_name((hexload_bus_filter_t)n) : NULL;
     }
-    for (int kind = 0; kind < 3; kind++) {
+    for (int kind = 0; kind < 4; kind++) {
         for (int n = 0; n < 8 && names[kind][n] != NULL; n++) {
             TEST_ASSERT_NOT_EQUAL(0, strcmp(names[kind][n], fallback[kind]));
             for (int m = 0; m < n; m++) {
@@ -465,6 +508,7 @@ int main(void) {
     RUN_TEST(test_status_pages_put_together_are_the_status);
     RUN_TEST(test_a_status_page_changes_its_own_fields_only);
     RUN_TEST(test_a_status_with_an_unknown_code_is_refused);
+    RUN_TEST(test_a_load_change_comes_back);
     RUN_TEST(test_each_flipped_bit_is_noticed);
     RUN_TEST(test_another_length_or_format_is_refused);
     RUN_TEST(test_decoders_pass_over_every_other_identifier);

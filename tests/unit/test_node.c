@@ -24,6 +24,7 @@ typedef struct machine {
 
 static machine_t machine;
 static hexload_node_t node;
+static bool is_heavy; ///< the samples are those of another load
 
 static bool log_frame(void* context, const hexload_bus_frame_t* frame) {
     machine_t* self = (machine_t*)context;
@@ -51,6 +52,7 @@ static void begin_listening(hexload_bus_profile_t profile) {
     const hexload_port_t port = {&machine, log_frame, look_at_clock, measure_stack};
     hexload_app_settings_t settings;
     hexload_app_settings_default(&settings);
+    is_heavy = false;
     machine = (machine_t){.now_us = UINT32_MAX - 1000, .step_us = 300, .stack_bytes = 4321};
     TEST_ASSERT_EQUAL_INT(HEXLOAD_OK, hexload_node_init(&node, &config, &settings, profile, &port));
 }
@@ -82,11 +84,18 @@ static void begin_run(hexload_bus_profile_t profile, hexload_pacing_t pacing) {
     machine.count = 0;
 }
 
+static double home_height_m(void) {
+    const hexload_app_t* app = &node.app;
+    return (double)(app->filter == HEXLOAD_FILTER_MOMENTUM ? app->estimator.momentum.kinematics
+                                                           : app->estimator.paper.kinematics)
+        .home_height_m;
+}
+
 static hexload_leg_sample_t sample_at(uint32_t tick) {
     static const body_t load = {500.0, {0.0, 0.0, 0.3}, {25.0, 25.0, 25.0, 0.0, 0.0, 0.0}};
+    static const body_t heavier = {800.0, {0.05, 0.0, 0.3}, {40.0, 40.0, 40.0, 0.0, 0.0, 0.0}};
     const motion_t motion = paper_motion(0.02);
-    const double height_m = (double)node.app.estimator.kinematics.home_height_m;
-    return perfect_sample(&node.app.config, &load, &motion, height_m, tick);
+    return perfect_sample(&node.app.config, is_heavy ? &heavier : &load, &motion, home_height_m(), tick);
 }
 
 /// The frames of a tick; `lost`: this one does not arrive, -1 all do.
@@ -169,9 +178,10 @@ static void test_a_listening_node_sends_nothing_and_does_nothing(void) {
 }
 
 static void test_a_node_that_hears_a_controller_while_listening_stays_silent(void) {
-    const uint32_t ids[6] = {ID_ESTIMATE_FD, ID_SIGMA_FD,    ID_HEALTH_FD,
-                             ID_ANSWER_PAGE, ID_ACKNOWLEDGE, ID_CONTROLLER_STATUS};
-    for (int n = 0; n < 6; n++) {
+    const uint32_t ids[9] = {ID_LOAD_CHANGE,   ID_ESTIMATE_FD, ID_SIGMA_FD,
+                             ID_HEALTH_FD,     ID_ANSWER_PAGE, ID_LOAD_FD,
+                             ID_LOAD_SIGMA_FD, ID_ACKNOWLEDGE, ID_CONTROLLER_STATUS};
+    for (int n = 0; n < 9; n++) {
         begin_listening(HEXLOAD_BUS_FD);
         pass(HEXLOAD_NODE_LISTEN_MS - 1);
         const hexload_bus_frame_t others = {.id = ids[n], .length = 8};
@@ -287,6 +297,123 @@ static void test_each_run_begins_its_classic_answers_with_page_zero(void) {
     // THEN its first round of pages is a whole answer, to its first sample
     TEST_ASSERT_EQUAL_INT(1, read_answers(HEXLOAD_BUS_CLASSIC, 0, &answer));
     TEST_ASSERT_EQUAL_UINT32(0, answer.tick);
+}
+
+/// A run with the momentum filter.
+static void begin_momentum_run(hexload_bus_profile_t profile) {
+    begin_active(profile);
+    command(HEXLOAD_COMMAND_SELECT_FILTER, (float)HEXLOAD_FILTER_MOMENTUM);
+    command(HEXLOAD_COMMAND_START, (float)HEXLOAD_PACING_LOCKSTEP);
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_APP_ARMED, node.app.state);
+    machine.count = 0;
+}
+
+static void assert_ten_of(const hexload_estimate_t* expected, const hexload_bus_answer_t* answer) {
+    TEST_ASSERT_EQUAL_UINT8(HEXLOAD_FILTER_MOMENTUM, answer->filter);
+    for (int k = 0; k < HEXLOAD_LOAD_DIM; k++) {
+        TEST_ASSERT_TRUE((float)expected->value[k] == (float)answer->estimate.value[k]);
+        TEST_ASSERT_TRUE((float)expected->sigma[k] == (float)answer->estimate.sigma[k]);
+        TEST_ASSERT_EQUAL_INT(expected->parameter_verdict[k], answer->estimate.parameter_verdict[k]);
+    }
+    TEST_ASSERT_EQUAL_INT(expected->verdict, answer->estimate.verdict);
+}
+
+static void test_the_momentum_filter_answers_each_fd_sample_with_all_ten(void) {
+    begin_momentum_run(HEXLOAD_BUS_FD);
+    for (uint32_t tick = 0; tick < 300; tick++) {
+        hexload_bus_answer_t answer;
+        machine.count = 0;
+        give(HEXLOAD_BUS_FD, tick);
+        TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_ANSWER_FRAMES, machine.count);
+        TEST_ASSERT_EQUAL_INT(1, read_answers(HEXLOAD_BUS_FD, tick, &answer));
+        TEST_ASSERT_EQUAL_UINT32(tick, answer.tick);
+        assert_ten_of(&node.app.estimate, &answer);
+    }
+    TEST_ASSERT_TRUE(node.app.estimate.value[HEXLOAD_LOAD_M] > HEXLOAD_REAL(100.0));
+}
+
+static void test_the_momentum_filter_answers_classic_samples_with_rounds_of_26_pages(void) {
+    begin_momentum_run(HEXLOAD_BUS_CLASSIC);
+    hexload_estimate_t at_first_page = {0};
+    for (uint32_t tick = 0; tick < 5 * 52; tick++) {
+        machine.count = tick == 4 * 52 ? 0 : machine.count;
+        const int before = machine.count;
+        give(HEXLOAD_BUS_CLASSIC, tick);
+        TEST_ASSERT_EQUAL_INT(tick % 2 == 0, machine.count - before);
+        at_first_page = tick == 4 * 52 ? node.app.estimate : at_first_page;
+    }
+    hexload_bus_answer_t answer;
+    TEST_ASSERT_EQUAL_INT(1, read_answers(HEXLOAD_BUS_CLASSIC, 5 * 52 - 1, &answer));
+    TEST_ASSERT_EQUAL_UINT32(4 * 52, answer.tick);
+    assert_ten_of(&at_first_page, &answer);
+}
+
+static void test_a_changed_load_is_an_event_before_the_answer_and_stays_in_the_status(void) {
+    for (int profile = 0; profile < 2; profile++) {
+        // GIVEN a load that has been identified
+        const hexload_bus_profile_t own = (hexload_bus_profile_t)profile;
+        begin_momentum_run(own);
+        uint32_t tick = 0;
+        for (; tick < 1041; tick++) { // an odd tick, which no classic page answers
+            machine.count = 0;
+            give(own, tick);
+        }
+        TEST_ASSERT_EQUAL_UINT16(0, read_status().load_changes);
+        // WHEN it is another one
+        is_heavy = true;
+        hexload_bus_load_change_t change = {0};
+        hexload_bus_status_t found = HEXLOAD_BUS_OTHER;
+        for (; tick < 1060 && found == HEXLOAD_BUS_OTHER; tick++) {
+            machine.count = 0;
+            give(own, tick);
+            found = machine.count > 0 ? hexload_bus_decode_load_change(&machine.sent[0], &change) : found;
+        }
+        // THEN the first frame that is sent then is the event, once, and the status goes on to tell it
+        TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_OK, found);
+        TEST_ASSERT_EQUAL_UINT32(tick - 1, change.tick);
+        TEST_ASSERT_EQUAL_UINT16(1, change.load_changes);
+        machine.count = 0;
+        for (const uint32_t end = tick + 60; tick < end; tick++) {
+            give(own, tick);
+        }
+        for (int n = 0; n < machine.count; n++) {
+            TEST_ASSERT_NOT_EQUAL(ID_LOAD_CHANGE, machine.sent[n].id);
+        }
+        TEST_ASSERT_EQUAL_UINT16(1, read_status().load_changes);
+        command(HEXLOAD_COMMAND_RESET, 0.0f);
+        TEST_ASSERT_EQUAL_UINT16(0, read_status().load_changes);
+    }
+}
+
+static void test_a_round_of_pages_tells_the_health_of_all_samples_since_the_one_before(void) {
+    // GIVEN classic runs of either filter, in which one tick is missing, wherever in the round it is
+    const uint32_t missing_bit = 1u << HEXLOAD_HEALTH_SAMPLE_MISSING;
+    for (uint8_t filter = HEXLOAD_FILTER_PAPER; filter <= HEXLOAD_FILTER_MOMENTUM; filter++) {
+        const uint32_t ticks = HEXLOAD_BUS_ANSWER_PERIOD * (uint32_t)hexload_bus_answer_pages(filter);
+        for (uint32_t missing = 1; missing < ticks; missing++) {
+            begin_active(HEXLOAD_BUS_CLASSIC);
+            command(HEXLOAD_COMMAND_SELECT_FILTER, (float)filter);
+            command(HEXLOAD_COMMAND_START, (float)HEXLOAD_PACING_LOCKSTEP);
+            machine.count = 0;
+            for (uint32_t tick = 0; tick < 4 * ticks; tick++) {
+                if (tick != missing) {
+                    give(HEXLOAD_BUS_CLASSIC, tick);
+                }
+            }
+            // WHEN its answers are read THEN one of them tells it
+            hexload_answer_assembly_t assembly;
+            int told = 0;
+            hexload_answer_assembly_init(&assembly, HEXLOAD_BUS_CLASSIC);
+            for (int n = 0; n < machine.count; n++) {
+                hexload_bus_answer_t answer = {0};
+                uint32_t answered_tick = 0;
+                told += hexload_answer_assembly_add(&assembly, &machine.sent[n], 2 * ticks, &answered_tick,
+                                                    &answer) == HEXLOAD_BUS_OK &&
+                        (answer.health & missing_bit) != 0;
+            }
+            TEST_ASSERT_EQUAL_INT(1, told);
+        }
+    }
 }
 
 static void test_idle_and_fault_answer_samples_too(void) {
@@ -562,6 +689,10 @@ int main(void) {
     RUN_TEST(test_each_fd_sample_is_answered_at_once);
     RUN_TEST(test_classic_samples_are_answered_with_one_page_at_every_second_tick);
     RUN_TEST(test_each_run_begins_its_classic_answers_with_page_zero);
+    RUN_TEST(test_the_momentum_filter_answers_each_fd_sample_with_all_ten);
+    RUN_TEST(test_the_momentum_filter_answers_classic_samples_with_rounds_of_26_pages);
+    RUN_TEST(test_a_changed_load_is_an_event_before_the_answer_and_stays_in_the_status);
+    RUN_TEST(test_a_round_of_pages_tells_the_health_of_all_samples_since_the_one_before);
     RUN_TEST(test_idle_and_fault_answer_samples_too);
     RUN_TEST(test_start_among_flowing_classic_samples_estimates_from_the_next_tick);
     RUN_TEST(test_a_lost_leg_frame_shows_in_answer_health_and_status);

@@ -41,8 +41,19 @@ def profile(message: Message) -> str:
     return ("fd", "classic", "both")[attribute.value] if attribute else "both"
 
 
-def messages_of(contract: Database, name: str) -> list[Message]:
-    return [message for message in contract.messages if profile(message) in (name, "both")]
+def filter_of(message: Message) -> str:
+    """paper, momentum or both: the filter that answers with it."""
+    attribute = message.dbc.attributes.get("HexloadFilter")
+    return ("paper", "momentum", "both")[attribute.value] if attribute else "both"
+
+
+def messages_of(contract: Database, name: str, filter_name: str) -> list[Message]:
+    """Of a profile, with answers of a filter."""
+    return [
+        message
+        for message in contract.messages
+        if profile(message) in (name, "both") and filter_of(message) in (filter_name, "both")
+    ]
 
 
 def classic_bits(length: int) -> int:
@@ -81,9 +92,9 @@ def load(message: Message, data_mbit_s: float) -> float:
     return frame_time_s(message, data_mbit_s) / (message.cycle_time * 1e-3) if message.cycle_time else 0.0
 
 
-def bus_load(contract: Database, name: str, data_mbit_s: float = DATA_MBIT_S) -> float:
-    """Of all cyclic frames of a profile, at a nominal rate of 1 Mbit/s."""
-    return sum(load(message, data_mbit_s) for message in messages_of(contract, name))
+def bus_load(contract: Database, name: str, filter_name: str, data_mbit_s: float = DATA_MBIT_S) -> float:
+    """Of all cyclic frames of a profile with answers of a filter, at a nominal rate of 1 Mbit/s."""
+    return sum(load(message, data_mbit_s) for message in messages_of(contract, name, filter_name))
 
 
 # Quantisation
@@ -129,6 +140,14 @@ def quantisations(contract: Database) -> Iterator[Quantisation]:
 
 
 # The document
+
+FILTER_TITLES = {"paper": "the paper's filter", "momentum": "the momentum filter"}
+ANSWER_PAGES = {"paper": 13, "momentum": 26}  # of one answer
+
+
+def answer_age_ticks(contract: Database, pages: int) -> int:
+    """From the tick that an answer describes to that of its last page."""
+    return (pages - 1) * contract.get_message_by_name("AnswerPage").cycle_time
 
 
 def number(value: float) -> str:
@@ -203,7 +222,7 @@ def signals_table(message: Message) -> list[str]:
     )
 
 
-def load_table(contract: Database, name: str) -> list[str]:
+def load_table(contract: Database, name: str, filter_name: str) -> list[str]:
     rows = [
         [
             message.name,
@@ -211,15 +230,17 @@ def load_table(contract: Database, name: str) -> list[str]:
             f"{frame_time_s(message, DATA_MBIT_S) * 1e6:.1f}",
             f"{100 * load(message, DATA_MBIT_S):.2f}",
         ]
-        for message in messages_of(contract, name)
+        for message in messages_of(contract, name, filter_name)
         if message.cycle_time
     ]
-    total = ["**all**", "", "", f"**{100 * bus_load(contract, name):.2f}**"]
+    total = ["**all**", "", "", f"**{100 * bus_load(contract, name, filter_name):.2f}**"]
     return table(["frame", "every", "longest, us", "load, %"], [*rows, total])
 
 
-def other_rates(contract: Database) -> str:
-    loads = [f"{100 * bus_load(contract, 'fd', mbit_s):.1f} % at {mbit_s} Mbit/s" for mbit_s in OTHER_DATA_MBIT_S]
+def other_rates(contract: Database, filter_name: str) -> str:
+    loads = [
+        f"{100 * bus_load(contract, 'fd', filter_name, mbit_s):.1f} % at {mbit_s} Mbit/s" for mbit_s in OTHER_DATA_MBIT_S
+    ]
     return f"With other data rates: {', '.join(loads)}. Above 100 % the profile does not fit at 1 kHz.\n"
 
 
@@ -244,6 +265,12 @@ Two profiles carry the same quantities, with 11-bit identifiers and little-endia
 sample in one frame and answers it with three. The **classic** profile, for controllers and adapters without FD, sends a leg
 sample in six frames of 8 bytes and one page of the answer at every second tick. Frames marked *both* are the same in either.
 
+The command *select filter* says which estimator runs from the next start on. The paper's filter answers with four parameters:
+EstimateFd, SigmaFd and HealthFd, or 13 pages. The momentum filter answers with all ten: LoadFd, LoadSigmaFd and HealthFd, or 26
+pages. A round of pages describes one tick, so that a classic answer is {paper_age} ticks (paper) or {momentum_age} ticks (momentum)
+old when its last page comes. A load that has changed is told at once: by LoadChange, before the answer to the sample at which it was
+noticed; by the health bit in that answer, or in the next page 0; and by a count that stays in ControllerStatus.
+
 A checksum stands in the last bytes of its frame and goes over all bytes before it. Channels beyond a signal's range arrive as
 its end, and are counted; the most negative number of a channel is not used. Numbers that are not finite are not sent, and are
 refused when they come. C code: [bus.h](bus.h) for single frames, [sample_assembly.h](sample_assembly.h) and
@@ -263,7 +290,7 @@ Longest frames, with worst-case bit stuffing and the interframe space of 3 bits;
   of the floor((22 + 8n - 1) / 4) stuff bits up to the end of the data, 4 of the stuff count, a CRC of 17 bits with 6 fixed stuff
   bits (n <= 16) or of 21 bits with 7. BRS and CRC delimiter, in which the rate changes, are counted at the nominal rate.
 
-Commands and acknowledges come on demand, {command_us:.0f} us for the two at 1 Mbit/s, and are not in the sums.
+Commands, acknowledges and LoadChange come on demand, {command_us:.0f} us each at 1 Mbit/s, and are not in the sums.
 """
 
 QUANTISATION_TEXT = """\
@@ -276,14 +303,16 @@ like leg 1.
 
 def document() -> str:
     contract = load_contract()
-    lines = [FRAMES_TEXT, *frames_table(contract), "## Signals", ""]
+    ages = {f"{name}_age": answer_age_ticks(contract, pages) for name, pages in ANSWER_PAGES.items()}
+    lines = [FRAMES_TEXT.format(**ages), *frames_table(contract), "## Signals", ""]
     for message in contract.messages:
         lines += [f"### `0x{message.frame_id:03X}` {message.name}", "", message.comment, "", *signals_table(message)]
-    command_us = 2 * classic_bits(8) * NOMINAL_BIT_S * 1e6
+    command_us = classic_bits(8) * NOMINAL_BIT_S * 1e6
     lines += [LOAD_TEXT.format(command_us=command_us)]
-    lines += ["### Classic at 1 Mbit/s", "", *load_table(contract, "classic")]
-    lines += [f"### FD at 1 Mbit/s, data at {DATA_MBIT_S} Mbit/s", "", *load_table(contract, "fd")]
-    lines += [other_rates(contract)]
+    lines += ["### Classic at 1 Mbit/s, either filter", "", *load_table(contract, "classic", "momentum")]
+    for filter_name, title in FILTER_TITLES.items():
+        lines += [f"### FD at 1 Mbit/s, data at {DATA_MBIT_S} Mbit/s, {title}", ""]
+        lines += [*load_table(contract, "fd", filter_name), other_rates(contract, filter_name)]
     lines += [QUANTISATION_TEXT, *quantisation_table(contract)]
     return "\n".join(lines).rstrip("\n") + "\n"
 

@@ -115,7 +115,7 @@ def sim(
     options += [name for name, wanted in flags.items() if wanted]
     controller = None
     if (bus not in (None, "inproc") or feed) and not external_controller:
-        controller = verb.controller_options(bus, feed, profile, prior, real_time)
+        controller = verb.controller_options(bus, feed, profile, estimator, prior, real_time)
     print(verb.run_simulation(scenario, out, seed, tuple(options), controller))
 
 

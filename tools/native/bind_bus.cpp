@@ -8,10 +8,12 @@
 
 #include <nanobind/stl/array.h>
 #include <nanobind/stl/string.h>
+#include <nanobind/stl/vector.h>
 
 #include <algorithm>
 #include <array>
 #include <span>
+#include <vector>
 
 namespace nb = nanobind;
 using hexload::sim::InputError;
@@ -19,8 +21,8 @@ using hexload::sim::InputError;
 namespace {
 
 using Legs = std::array<double, HEXLOAD_LEGS>;
-using Parameters = std::array<double, HEXLOAD_PAPER_DIM>;
-using Codes = std::array<unsigned, HEXLOAD_PAPER_DIM>;
+using Parameters = std::vector<double>; // as many as the filter has
+using Codes = std::vector<unsigned>;
 
 hexload_bus_profile_t profile_of(const std::string& name) {
     for (const hexload_bus_profile_t profile : {HEXLOAD_BUS_FD, HEXLOAD_BUS_CLASSIC}) {
@@ -66,11 +68,30 @@ template <std::size_t size> std::array<double, size> as_doubles(const hexload_re
     return result;
 }
 
+hexload_real_t as_real(double value) {
+    return static_cast<hexload_real_t>(value);
+}
+
+std::size_t parameter_count(std::uint8_t filter) {
+    constexpr std::size_t load = HEXLOAD_LOAD_DIM;
+    constexpr std::size_t paper = HEXLOAD_PAPER_DIM;
+    return filter == HEXLOAD_FILTER_MOMENTUM ? load : paper;
+}
+
+// The parameters of a filter: that many numbers, or codes.
+template <typename Values> Values parameters(const nb::dict& fields, const char* name, std::uint8_t filter) {
+    Values values = nb::cast<Values>(fields[name]);
+    if (values.size() != parameter_count(filter)) {
+        throw InputError(std::string(name) + ": found " + std::to_string(values.size()) +
+                         " entries, expected " + std::to_string(parameter_count(filter)));
+    }
+    return values;
+}
+
 template <std::size_t size, std::size_t capacity>
 void copy_to(const std::array<double, size>& values, hexload_real_t (&out)[capacity]) {
     static_assert(size <= capacity);
-    std::transform(values.begin(), values.end(), out,
-                   [](double value) { return static_cast<hexload_real_t>(value); });
+    std::transform(values.begin(), values.end(), out, as_real);
 }
 
 template <typename Number> Number field(const nb::dict& fields, const char* name) {
@@ -100,9 +121,13 @@ nb::list encode_answer(const std::string& profile, const nb::dict& fields, int p
     answer.missing_legs = field<std::uint8_t>(fields, "missing_legs");
     answer.health = field<std::uint16_t>(fields, "health");
     answer.refused = field<std::uint32_t>(fields, "refused");
-    copy_to(field<Parameters>(fields, "value"), answer.estimate.value);
-    copy_to(field<Parameters>(fields, "sigma"), answer.estimate.sigma);
-    std::ranges::transform(field<Codes>(fields, "parameter_verdict"), answer.estimate.parameter_verdict,
+    answer.filter = field<std::uint8_t>(fields, "filter");
+    std::ranges::transform(parameters<Parameters>(fields, "value", answer.filter), answer.estimate.value,
+                           as_real);
+    std::ranges::transform(parameters<Parameters>(fields, "sigma", answer.filter), answer.estimate.sigma,
+                           as_real);
+    std::ranges::transform(parameters<Codes>(fields, "parameter_verdict", answer.filter),
+                           answer.estimate.parameter_verdict,
                            [](unsigned code) { return static_cast<hexload_verdict_t>(code); });
     answer.estimate.verdict = static_cast<hexload_verdict_t>(field<unsigned>(fields, "verdict"));
     answer.estimate.nis = static_cast<hexload_real_t>(field<double>(fields, "nis"));
@@ -111,23 +136,20 @@ nb::list encode_answer(const std::string& profile, const nb::dict& fields, int p
 }
 
 nb::dict as_dict(const hexload_bus_answer_t& answer) {
-    Codes verdicts;
-    std::copy_n(answer.estimate.parameter_verdict, verdicts.size(), verdicts.begin());
+    const std::size_t count = parameter_count(answer.filter);
     nb::dict fields;
     fields["tick"] = answer.tick;
     fields["status"] = static_cast<int>(answer.status);
     fields["state"] = answer.state;
     fields["fault"] = answer.fault;
     fields["missing_legs"] = answer.missing_legs;
+    fields["filter"] = answer.filter;
     fields["health"] = answer.health;
     fields["refused"] = answer.refused;
-    Parameters value;
-    Parameters sigma;
-    std::copy_n(answer.estimate.value, value.size(), value.begin());
-    std::copy_n(answer.estimate.sigma, sigma.size(), sigma.begin());
-    fields["value"] = value;
-    fields["sigma"] = sigma;
-    fields["parameter_verdict"] = verdicts;
+    fields["value"] = Parameters(answer.estimate.value, answer.estimate.value + count);
+    fields["sigma"] = Parameters(answer.estimate.sigma, answer.estimate.sigma + count);
+    fields["parameter_verdict"] =
+        Codes(answer.estimate.parameter_verdict, answer.estimate.parameter_verdict + count);
     fields["verdict"] = static_cast<unsigned>(answer.estimate.verdict);
     fields["nis"] = static_cast<double>(answer.estimate.nis);
     fields["nis_mean"] = static_cast<double>(answer.estimate.nis_mean);
@@ -202,6 +224,7 @@ nb::tuple encode_status(const nb::dict& fields, int page) {
     status.samples_missing = field<std::uint32_t>(fields, "samples_missing");
     status.frames_refused = field<std::uint32_t>(fields, "frames_refused");
     status.samples_refused = field<std::uint32_t>(fields, "samples_refused");
+    status.load_changes = field<std::uint16_t>(fields, "load_changes");
     hexload_bus_frame_t frame;
     hexload_bus_encode_status(&status, page, &frame);
     return to_python(frame);
@@ -224,7 +247,25 @@ nb::tuple decode_status(const nb::tuple& bytes) {
     fields["samples_missing"] = status.samples_missing;
     fields["frames_refused"] = status.frames_refused;
     fields["samples_refused"] = status.samples_refused;
+    fields["load_changes"] = status.load_changes;
     return found(result, fields);
+}
+
+nb::tuple encode_load_change(std::uint32_t tick, std::uint16_t load_changes) {
+    const hexload_bus_load_change_t change{.tick = tick, .load_changes = load_changes};
+    hexload_bus_frame_t frame;
+    hexload_bus_encode_load_change(&change, &frame);
+    return to_python(frame);
+}
+
+nb::tuple decode_load_change(const nb::tuple& bytes) {
+    const hexload_bus_frame_t frame = from_python(bytes);
+    hexload_bus_load_change_t change{};
+    const hexload_bus_status_t status = hexload_bus_decode_load_change(&frame, &change);
+    nb::dict fields;
+    fields["tick"] = change.tick;
+    fields["load_changes"] = change.load_changes;
+    return found(status, fields);
 }
 
 class SampleAssembly {
@@ -285,6 +326,8 @@ void bind_bus(nb::module_& module) {
     bus.def("decode_acknowledge", &decode_acknowledge, nb::arg("frame"));
     bus.def("encode_status", &encode_status, nb::arg("status"), nb::arg("page"));
     bus.def("decode_status", &decode_status, nb::arg("frame"), "Fields of the other pages are 0.");
+    bus.def("encode_load_change", &encode_load_change, nb::arg("tick"), nb::arg("load_changes"));
+    bus.def("decode_load_change", &decode_load_change, nb::arg("frame"));
     nb::class_<SampleAssembly>(bus, "SampleAssembly", "Leg samples from frames.")
         .def(nb::init<const std::string&>(), nb::arg("profile"))
         .def("add", &SampleAssembly::add, nb::arg("frame"));

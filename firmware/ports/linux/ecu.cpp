@@ -63,7 +63,7 @@ void say_end(const Feed& feed) {
     const hexload_app_t& app = feed.app();
     say(fmt::format("ended in state {}, last tick {}, {} samples missing, {} refused; {}",
                     hexload_app_state_name(app.state), app.last_tick, app.samples_missing,
-                    app.estimator.health.refused, feed.summary()));
+                    hexload_app_health(&app)->refused, feed.summary()));
 }
 
 } // namespace
@@ -94,6 +94,9 @@ EcuEnd run_ecu(Feed& feed, bool quiet) {
             was_ready = true;
         }
         if (const auto line = report.changed(feed.app(), StateReport::Clock::now())) {
+            say(*line);
+        }
+        if (const auto line = report.load_changed(feed.app())) {
             say(*line);
         }
     }

@@ -2,7 +2,9 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
+#include <limits>
 #include <stdexcept>
 
 namespace hexload::port {
@@ -35,12 +37,23 @@ void LcmFeed::take(const leg_sample_t& message) {
         ++refused_;
         return;
     }
+    const std::uint16_t changes_before = changes_noticed();
     hexload_bus_answer_t answer{};
     hexload_app_sample(&app_, &*sample, &answer);
+    if (changes_noticed() != changes_before) { // before the answer, as on a CAN bus
+        load_change_t change = load_change_message({app_.change_tick, changes_noticed()});
+        load_changes_.send(change);
+    }
     estimate_t estimate = estimate_message(answer);
     health_t health = health_message(answer, app_.samples_missing);
     estimates_.send(estimate);
     healths_.send(health);
+}
+
+std::uint16_t LcmFeed::changes_noticed() const {
+    constexpr std::uint32_t most = std::numeric_limits<std::uint16_t>::max();
+    const std::uint32_t count = hexload_app_health(&app_)->count[HEXLOAD_HEALTH_LOAD_CHANGED];
+    return static_cast<std::uint16_t>(std::min(count, most));
 }
 
 void LcmFeed::take(const command_t& message) {
@@ -73,7 +86,8 @@ std::string LcmFeed::summary() const {
         "{} samples and {} commands received, {} messages lost, {} refused, {} answers sent, {} failed; "
         "{} periods overrun",
         samples_.received(), commands_.received(), samples_.lost() + commands_.lost(), refused_,
-        healths_.sent(), estimates_.failed() + healths_.failed() + acknowledges_.failed(), overruns_);
+        healths_.sent(),
+        estimates_.failed() + healths_.failed() + load_changes_.failed() + acknowledges_.failed(), overruns_);
 }
 
 } // namespace hexload::port

@@ -40,10 +40,12 @@ class LcmFeed final : public Feed {
   private:
     void take(const leg_sample_t& message);
     void take(const command_t& message);
+    std::uint16_t changes_noticed() const;
 
     message::Session session_;
     message::Publisher<estimate_t> estimates_{session_};
     message::Publisher<health_t> healths_{session_};
+    message::Publisher<load_change_t> load_changes_{session_};
     message::Publisher<acknowledge_t> acknowledges_{session_};
     const message::GapCounter& samples_;
     const message::GapCounter& commands_;

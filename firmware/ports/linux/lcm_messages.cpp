@@ -5,6 +5,7 @@
 #include <cstring>
 #include <iterator>
 #include <limits>
+#include <span>
 #include <string>
 
 namespace hexload::port {
@@ -16,8 +17,15 @@ static_assert(command_t::START == HEXLOAD_COMMAND_START && command_t::STOP == HE
                   command_t::SET_KNOWN_MASS == HEXLOAD_COMMAND_SET_KNOWN_MASS,
               "commands of LCM and CAN have the same codes");
 
-constexpr const char* filter_name = "paper";
-constexpr std::array<const char*, HEXLOAD_PAPER_DIM> parameter_names = {"dz", "Ixx", "Iyy", "Izz"};
+std::span<const char* const> parameter_names(hexload_bus_filter_t filter) {
+    static constexpr std::array<const char*, HEXLOAD_PAPER_DIM> paper = {"dz", "Ixx", "Iyy", "Izz"};
+    static constexpr std::array<const char*, HEXLOAD_LOAD_DIM> load = {"m",   "hx",  "hy",  "hz",  "Ixx",
+                                                                       "Iyy", "Izz", "Ixy", "Ixz", "Iyz"};
+    if (filter == HEXLOAD_FILTER_PAPER) {
+        return paper;
+    }
+    return load;
+}
 
 float to_float(hexload_real_t value) {
     return static_cast<float>(value);
@@ -50,6 +58,10 @@ std::optional<hexload_app_fault_t> fault_of(const std::string& name) {
     return code_of(name, HEXLOAD_FAULT_NONE, HEXLOAD_FAULT_BUS_DOWN, hexload_app_fault_name);
 }
 
+std::optional<hexload_bus_filter_t> filter_of(const std::string& name) {
+    return code_of(name, HEXLOAD_FILTER_PAPER, HEXLOAD_FILTER_MOMENTUM, hexload_bus_filter_name);
+}
+
 std::string health_names(std::uint32_t bits) {
     std::string names;
     for (int bit = 0; bit < HEXLOAD_HEALTH_BITS; ++bit) {
@@ -69,15 +81,16 @@ bool fits_byte(std::int64_t value) {
     return value >= 0 && value <= std::numeric_limits<std::uint8_t>::max();
 }
 
-// False: other parameters than the paper's, or an unknown verdict.
-bool read_estimate(const estimate_t& message, hexload_estimate_t& estimate) {
+// False: other parameters than the filter's, or an unknown verdict.
+bool read_estimate(const estimate_t& message, hexload_bus_filter_t filter, hexload_estimate_t& estimate) {
     const auto worst = verdict_of(message.verdict);
-    if (message.count != HEXLOAD_PAPER_DIM || !worst) {
+    const auto names = parameter_names(filter);
+    if (message.count != static_cast<std::int32_t>(names.size()) || !worst) {
         return false;
     }
-    for (std::size_t k = 0; k < HEXLOAD_PAPER_DIM; ++k) {
+    for (std::size_t k = 0; k < names.size(); ++k) {
         const auto verdict = verdict_of(message.parameter_verdict[k]);
-        if (message.name[k] != parameter_names[k] || !verdict) {
+        if (message.name[k] != names[k] || !verdict) {
             return false;
         }
         estimate.parameter_verdict[k] = *verdict;
@@ -121,10 +134,12 @@ estimate_t estimate_message(const hexload_bus_answer_t& answer) {
     const hexload_estimate_t& estimate = answer.estimate;
     estimate_t message{};
     message.tick = answer.tick;
-    message.filter = filter_name;
-    message.count = HEXLOAD_PAPER_DIM;
-    message.name.assign(parameter_names.begin(), parameter_names.end());
-    for (std::size_t k = 0; k < HEXLOAD_PAPER_DIM; ++k) {
+    const auto filter = static_cast<hexload_bus_filter_t>(answer.filter);
+    const auto names = parameter_names(filter);
+    message.filter = hexload_bus_filter_name(filter);
+    message.count = static_cast<std::int32_t>(names.size());
+    message.name.assign(names.begin(), names.end());
+    for (std::size_t k = 0; k < names.size(); ++k) {
         message.value.push_back(to_float(estimate.value[k]));
         message.sigma.push_back(to_float(estimate.sigma[k]));
         message.parameter_verdict.push_back(hexload_verdict_name(estimate.parameter_verdict[k]));
@@ -153,10 +168,13 @@ std::optional<hexload_bus_answer_t> answer_of(const estimate_t& estimate, const 
     const auto state = state_of(health.state);
     const auto fault = fault_of(health.fault);
     const auto status = code_of(health.status, HEXLOAD_ERR_SINGULAR, HEXLOAD_OK, hexload_status_name);
+    const auto filter = filter_of(estimate.filter);
     hexload_bus_answer_t answer{};
-    if (!state || !fault || !status || !fits_tick(health.tick) || !read_estimate(estimate, answer.estimate)) {
+    if (!state || !fault || !status || !filter || !fits_tick(health.tick) ||
+        !read_estimate(estimate, *filter, answer.estimate)) {
         return std::nullopt;
     }
+    answer.filter = static_cast<std::uint8_t>(*filter);
     answer.tick = static_cast<std::uint32_t>(health.tick);
     answer.status = static_cast<std::int8_t>(*status);
     answer.state = static_cast<std::uint8_t>(*state);
@@ -165,6 +183,22 @@ std::optional<hexload_bus_answer_t> answer_of(const estimate_t& estimate, const 
     answer.refused = static_cast<std::uint32_t>(health.samples_refused);
     answer.missing_legs = static_cast<std::uint8_t>(health.missing_legs);
     return answer;
+}
+
+load_change_t load_change_message(const hexload_bus_load_change_t& change) {
+    load_change_t message{};
+    message.tick = change.tick;
+    message.load_changes = change.load_changes;
+    return message;
+}
+
+std::optional<hexload_bus_load_change_t> load_change_of(const load_change_t& message) {
+    if (!fits_tick(message.tick) || message.load_changes < 0 ||
+        message.load_changes > std::numeric_limits<std::uint16_t>::max()) {
+        return std::nullopt;
+    }
+    return hexload_bus_load_change_t{static_cast<std::uint32_t>(message.tick),
+                                     static_cast<std::uint16_t>(message.load_changes)};
 }
 
 acknowledge_t acknowledge_message(const hexload_bus_acknowledge_t& acknowledge, std::uint32_t tick) {

@@ -7,6 +7,7 @@
 #include "painted_stack.hpp"
 #include "real_time.hpp"
 
+#include "filter_code.hpp"
 #include "firmware_config.hpp"
 
 #include <hexload_sim/input_error.hpp>
@@ -48,6 +49,7 @@ struct Options {
     std::string feed;
     std::string platform;
     hexload_bus_profile_t profile = HEXLOAD_BUS_FD;
+    std::optional<sim::EstimatorKind> estimator;
     std::optional<sim::PaperPrior> prior;
     std::optional<std::uint32_t> sample_timeout_ms;
     bool real_time_priority = false;
@@ -60,6 +62,8 @@ void declare(CLI::App& app, Options& options) {
                                                                    {"classic", HEXLOAD_BUS_CLASSIC}};
     const std::map<std::string, sim::PaperPrior> priors = {{"safe", sim::PaperPrior::safe},
                                                            {"printed", sim::PaperPrior::printed}};
+    const std::map<std::string, sim::EstimatorKind> estimators = {{"paper", sim::EstimatorKind::paper},
+                                                                  {"momentum", sim::EstimatorKind::momentum}};
     auto* source = app.add_option_group("source", "where samples and commands come from");
     auto* bus = source->add_option("--bus", options.bus,
                                    "socketcan:INTERFACE, udp_multicast:GROUP[:PORT], slcan:HOST:PORT or "
@@ -71,6 +75,10 @@ void declare(CLI::App& app, Options& options) {
     app.add_option("--profile", options.profile, "frames of the bus: fd (default) or classic")
         ->transform(CLI::CheckedTransformer(profiles))
         ->needs(bus);
+    app.add_option(
+           "--estimator", options.estimator,
+           "estimator until a command selects another: paper, momentum (default: the platform file's)")
+        ->transform(CLI::CheckedTransformer(estimators));
     app.add_option("--prior", options.prior, "start covariance of the paper's filter: safe or printed")
         ->transform(CLI::CheckedTransformer(priors));
     app.add_option("--sample-timeout-ms", options.sample_timeout_ms,
@@ -92,27 +100,30 @@ void block_ending_signals() {
     pthread_sigmask(SIG_BLOCK, &signals, nullptr);
 }
 
-hexload_config_t config_of(const Options& options) {
+sim::PlatformFile platform_of(const Options& options) {
     sim::PlatformFile platform = sim::load_platform_file(options.platform);
+    platform.estimator.kind = options.estimator.value_or(platform.estimator.kind);
     platform.estimator.prior = options.prior.value_or(platform.estimator.prior);
-    return sim::checked_firmware_config(platform, platform.estimator, sim::tick_s);
+    return platform;
 }
 
-std::unique_ptr<port::Feed> make_feed(const Options& options, const hexload_app_settings_t& settings,
-                                      const port::PaintedStack& stack) {
+std::unique_ptr<port::Feed> make_feed(const Options& options, const port::PaintedStack& stack) {
+    const sim::PlatformFile platform = platform_of(options);
+    const hexload_config_t config = sim::checked_firmware_config(platform, platform.estimator, sim::tick_s);
+    hexload_app_settings_t settings;
+    hexload_app_settings_default(&settings);
+    settings.filter = sim::filter_of(platform.estimator.kind);
+    settings.sample_timeout_ms = options.sample_timeout_ms.value_or(settings.sample_timeout_ms);
     if (!options.feed.empty()) {
-        return std::make_unique<port::LcmFeed>(message::url_of(options.feed), config_of(options), settings);
+        return std::make_unique<port::LcmFeed>(message::url_of(options.feed), config, settings);
     }
     return std::make_unique<port::CanFeed>(port::open_can_channel(options.bus, options.profile),
-                                           options.profile, config_of(options), settings, stack);
+                                           options.profile, config, settings, stack);
 }
 
 ExitStatus run(const Options& options) {
-    hexload_app_settings_t settings;
-    hexload_app_settings_default(&settings);
-    settings.sample_timeout_ms = options.sample_timeout_ms.value_or(settings.sample_timeout_ms);
     port::PaintedStack stack;
-    const auto feed = make_feed(options, settings, stack);
+    const auto feed = make_feed(options, stack);
     port::EcuEnd end = port::EcuEnd::signal;
     stack.run([&] {
         if (options.real_time_priority) {

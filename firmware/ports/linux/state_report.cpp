@@ -49,7 +49,9 @@ std::string describe(const hexload_app_t& app, hexload_bus_profile_t profile,
     case HEXLOAD_APP_FAULT:
         return "fault: " + cause(app, profile);
     case HEXLOAD_APP_ARMED:
-        return fmt::format("armed, {}", app.pacing == HEXLOAD_PACING_LOCKSTEP ? "lockstep" : "real time");
+        return fmt::format("armed, {}, {} filter",
+                           app.pacing == HEXLOAD_PACING_LOCKSTEP ? "lockstep" : "real time",
+                           hexload_bus_filter_name(app.filter));
     case HEXLOAD_APP_IDLE:
         return last_fault == HEXLOAD_FAULT_BUS_DOWN ? "idle: the bus is up again" : "idle";
     default:
@@ -74,6 +76,15 @@ std::optional<std::string> StateReport::changed(const hexload_app_t& app, Clock:
     state_ = app.state;
     fault_ = app.fault;
     return faults_only_ && !concerns_fault ? std::nullopt : std::optional(std::move(line));
+}
+
+std::optional<std::string> StateReport::load_changed(const hexload_app_t& app) {
+    const std::uint32_t before = load_changes_;
+    load_changes_ = hexload_app_health(&app)->count[HEXLOAD_HEALTH_LOAD_CHANGED];
+    if (load_changes_ <= before || faults_only_) {
+        return std::nullopt;
+    }
+    return fmt::format("another load noticed at tick {}", app.change_tick);
 }
 
 } // namespace hexload::port

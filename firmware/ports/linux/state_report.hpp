@@ -4,6 +4,7 @@
 #include "app/app.h"
 
 #include <chrono>
+#include <cstdint>
 #include <optional>
 #include <string>
 
@@ -20,12 +21,16 @@ class StateReport {
     // they are told once per second at most.
     std::optional<std::string> changed(const hexload_app_t& app, Clock::time_point now);
 
+    // The line for another load that has been noticed since the last call.
+    std::optional<std::string> load_changed(const hexload_app_t& app);
+
   private:
     hexload_bus_profile_t profile_;
     bool faults_only_;
     hexload_app_state_t state_ = HEXLOAD_APP_IDLE;
     hexload_app_fault_t fault_ = HEXLOAD_FAULT_NONE;
     Clock::time_point last_progress_{};
+    std::uint32_t load_changes_ = 0;
 };
 
 } // namespace hexload::port

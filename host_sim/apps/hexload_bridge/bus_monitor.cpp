@@ -57,13 +57,17 @@ bool BusMonitor::take_answer(const hexload_bus_frame_t& frame, BusEvent& event) 
 bool BusMonitor::take_slow(const hexload_bus_frame_t& frame, BusEvent& event) {
     hexload_bus_acknowledge_t acknowledge{};
     hexload_bus_command_t command{};
-    const hexload_bus_status_t statuses[] = {hexload_bus_decode_acknowledge(&frame, &acknowledge),
-                                             hexload_bus_decode_status(&frame, &status_),
-                                             hexload_bus_decode_command(&frame, &command)};
+    hexload_bus_load_change_t change{};
+    const hexload_bus_status_t statuses[] = {
+        hexload_bus_decode_acknowledge(&frame, &acknowledge), hexload_bus_decode_status(&frame, &status_),
+        hexload_bus_decode_command(&frame, &command), hexload_bus_decode_load_change(&frame, &change)};
     std::for_each(std::begin(statuses), std::end(statuses),
                   [this](hexload_bus_status_t status) { count_refusal(status); });
     if (statuses[0] == HEXLOAD_BUS_OK) {
         event.acknowledge = acknowledge;
+    }
+    if (statuses[3] == HEXLOAD_BUS_OK) {
+        event.load_change = change;
     }
     totals_.has_controller |= statuses[1] == HEXLOAD_BUS_OK ? 1 : 0;
     return std::any_of(std::begin(statuses), std::end(statuses),
@@ -121,6 +125,7 @@ bus_statistics_t BusMonitor::end_period(std::chrono::duration<double> period) {
     totals_.controller_samples_missing = status_.samples_missing;
     totals_.controller_frames_refused = status_.frames_refused;
     totals_.controller_samples_refused = status_.samples_refused;
+    totals_.controller_load_changes = status_.load_changes;
     totals_.stack_margin_bytes = status_.stack_margin_bytes;
     totals_.time_margin_us = status_.time_margin_us;
     period_ = {};

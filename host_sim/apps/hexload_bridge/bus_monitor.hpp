@@ -18,6 +18,7 @@ struct BusEvent {
     std::optional<hexload_leg_sample_t> sample;
     std::optional<hexload_bus_answer_t> answer;
     std::optional<hexload_bus_acknowledge_t> acknowledge;
+    std::optional<hexload_bus_load_change_t> load_change;
 };
 
 class BusMonitor {

@@ -92,7 +92,7 @@ class Teller {
                            totals.refused_length, totals.refused_checksum, totals.refused_value,
                            totals.refused_tick, totals.refused_profile, channel_->counts().receive_drops,
                            samples_.failed() + estimates_.failed() + healths_.failed() +
-                               acknowledges_.failed() + statistics_.failed());
+                               load_changes_.failed() + acknowledges_.failed() + statistics_.failed());
     }
 
   private:
@@ -107,6 +107,10 @@ class Teller {
             estimates_.send(estimate);
             healths_.send(health);
         }
+        if (event.load_change) {
+            auto change = port::load_change_message(*event.load_change);
+            load_changes_.send(change);
+        }
         if (event.acknowledge) {
             auto acknowledge = port::acknowledge_message(*event.acknowledge, monitor_.newest_tick());
             acknowledges_.send(acknowledge);
@@ -119,6 +123,7 @@ class Teller {
     message::Publisher<hexload::leg_sample_t> samples_{session_};
     message::Publisher<hexload::estimate_t> estimates_{session_};
     message::Publisher<hexload::health_t> healths_{session_};
+    message::Publisher<hexload::load_change_t> load_changes_{session_};
     message::Publisher<hexload::acknowledge_t> acknowledges_{session_};
     message::Publisher<hexload::bus_statistics_t> statistics_{session_};
     bool tells_samples_;

@@ -3,6 +3,7 @@
 #include "options.hpp"
 
 #include "can_link.hpp"
+#include "firmware_config.hpp"
 #include "lcm_link.hpp"
 #include "lcm_publisher.hpp"
 
@@ -16,6 +17,7 @@
 #include "ports/linux/real_time.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <chrono>
 #include <memory>
@@ -57,10 +59,13 @@ std::unique_ptr<sim::EstimatorLink> make_link(const Options& options, const sim:
         }
         return sim::make_inproc_link(platform, platform.estimator);
     }
+    (void)sim::checked_firmware_config(platform, platform.estimator,
+                                       sim::tick_s); // the controller has the same file
     const double timeout_s =
         options.answer_timeout_s.value_or(options.real_time ? real_time_timeout_s : lockstep_timeout_s);
     sim::CanLinkSettings settings;
     settings.profile = options.profile;
+    settings.estimator = platform.estimator.kind;
     settings.answer_timeout =
         std::chrono::ceil<std::chrono::milliseconds>(std::chrono::duration<double>(timeout_s));
     settings.tell = [](const std::string& line) { fmt::print(stderr, "hexload_sim: {}\n", line); };
@@ -102,6 +107,9 @@ void print_bus(const sim::BusCounts& bus) {
         fmt::print("  the bus went down {} times, the controller was started again {} times\n", bus.outages,
                    bus.rejoins);
     }
+    if (bus.events_missing > 0) {
+        fmt::print("  {} events of a changed load did not arrive\n", bus.events_missing);
+    }
     if (!bus.advice.empty()) {
         fmt::print("  {}\n", bus.advice);
     }
@@ -134,6 +142,9 @@ void print_summary(const sim::Scenario& scenario, const sim::RunResult& result,
     }
     if (last) {
         fmt::print("  verdict: {}\n", last->verdict);
+    }
+    if (!result.load_changes_s.empty()) {
+        fmt::print("  another load noticed at {:.3f} s\n", fmt::join(result.load_changes_s, " s, "));
     }
 }
 
@@ -221,6 +232,7 @@ ExitStatus simulate(const Options& options) {
     const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - start;
     recorder.close();
     result.health = link->health_counts();
+    result.load_changes_s = link->load_changes_s();
     result.bus = link->bus_counts();
     result.pacing = real_time.result(options.pacing());
     directory.finish(scenario, platform, simulator, result);

@@ -80,6 +80,7 @@ struct BusCounts {
     std::uint64_t send_failures = 0;
     std::uint64_t receive_drops = 0;
     std::uint64_t error_frames = 0;
+    std::uint64_t events_missing = 0; // changes of the load that were counted and not told
 };
 
 class EstimatorLink {
@@ -110,6 +111,9 @@ class EstimatorLink {
 
     // How often each health bit was set since the start, in the firmware's order.
     virtual std::vector<HealthCount> health_counts() const = 0;
+
+    // When the estimator noticed another load, in s since the start of the run.
+    virtual std::vector<double> load_changes_s() const = 0;
 
     // Covariance of the estimates after the last sample, row by row. Empty: this link does not tell.
     virtual std::vector<double> covariance() const {

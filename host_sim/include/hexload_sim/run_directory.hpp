@@ -40,7 +40,8 @@ class CsvFile {
 struct RunResult {
     RunCounts counts;
     std::vector<HealthCount> health = {};
-    std::optional<BusCounts> bus = {}; // nothing: in process
+    std::vector<double> load_changes_s = {}; // when the estimator noticed another load
+    std::optional<BusCounts> bus = {};       // nothing: in process
     PacingResult pacing = {};
 };
 

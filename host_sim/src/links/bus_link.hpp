@@ -3,6 +3,8 @@
 
 #include "controller_wire.hpp"
 
+#include <hexload_sim/platform_file.hpp>
+
 #include <chrono>
 #include <functional>
 #include <memory>
@@ -11,6 +13,8 @@
 namespace hexload::sim {
 
 struct LinkSettings {
+    // Which one the controller is told to run.
+    EstimatorKind estimator = EstimatorKind::paper;
     // Silence of the controller after which lockstep gives up and real time speaks up.
     std::chrono::milliseconds answer_timeout{2000};
     // Told of what happens on the bus in the run (real time): one line each.
@@ -20,7 +24,8 @@ struct LinkSettings {
 };
 
 // Sends tick k and goes on when the controller has answered it, if the wire has it answered. Any answer that
-// is missing, doubled or out of order ends the run with a LinkError, and so does an outage of the bus.
+// is missing, doubled, out of order or another estimator's ends the run with a LinkError, and so does an
+// outage of the bus.
 std::unique_ptr<EstimatorLink> make_lockstep_link(std::unique_ptr<ControllerWire> wire,
                                                   const LinkSettings& settings);
 

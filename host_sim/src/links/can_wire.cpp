@@ -59,6 +59,10 @@ std::optional<BusNews> CanWire::read(std::chrono::microseconds timeout) {
     if (hexload_bus_decode_status(&*frame, &status_) == HEXLOAD_BUS_OK) {
         return status_;
     }
+    hexload_bus_load_change_t change;
+    if (hexload_bus_decode_load_change(&*frame, &change) == HEXLOAD_BUS_OK) {
+        return change;
+    }
     return UnrelatedFrame{};
 }
 

@@ -2,6 +2,7 @@
 
 #include "app/app.h"
 #include "estimate_row.hpp"
+#include "filter_code.hpp"
 
 #include <fmt/format.h>
 
@@ -19,6 +20,8 @@ const char* name_of(hexload_bus_command_kind_t kind) {
         return "STOP";
     case HEXLOAD_COMMAND_RESET:
         return "RESET";
+    case HEXLOAD_COMMAND_SELECT_FILTER:
+        return "SELECT_FILTER";
     default:
         return "command";
     }
@@ -106,9 +109,29 @@ std::optional<BusNews> ControllerSession::read(std::chrono::microseconds timeout
             note_answered(*part);
         } else if (const auto* acknowledge = std::get_if<hexload_bus_acknowledge_t>(&*news)) {
             check_acknowledge(*acknowledge);
+        } else if (const auto* change = std::get_if<hexload_bus_load_change_t>(&*news)) {
+            note_load_change(*change);
         }
     }
     return news;
+}
+
+// The count goes up by one with each event, and from 0 again after a start of the controller.
+void ControllerSession::note_load_change(const hexload_bus_load_change_t& change) {
+    const std::uint32_t before = change.load_changes > changes_counted_ ? changes_counted_ : 0;
+    events_missing_ += change.load_changes > before ? change.load_changes - before - 1U : 0U;
+    changes_counted_ = change.load_changes;
+    load_changes_s_.push_back(static_cast<double>(change.tick) / 1000.0);
+}
+
+bool ControllerSession::is_of_estimator(const hexload_bus_answer_t& answer) const {
+    return answer.filter == filter_of(settings_.estimator);
+}
+
+BusCounts ControllerSession::counts() const {
+    BusCounts counts = wire_->counts();
+    counts.events_missing = events_missing_;
+    return counts;
 }
 
 void ControllerSession::note_answered(const AnswerPart& part) {

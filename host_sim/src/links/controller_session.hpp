@@ -30,6 +30,9 @@ class ControllerSession {
     // this profile would not send.
     std::optional<BusNews> read(std::chrono::microseconds timeout);
 
+    // Whether an answer is of the estimator that the controller was told to run.
+    bool is_of_estimator(const hexload_bus_answer_t& answer) const;
+
     // Throws LinkError for faults that a new start does not mend, and for all when `any` is set.
     void refuse_fault(std::uint8_t fault, bool any) const;
 
@@ -58,14 +61,18 @@ class ControllerSession {
     [[noreturn]] void fail(LinkFailure failure, const std::string& message) const;
     void tell(const std::string& message) const;
 
-    // The bus's own counters, the others zero.
-    BusCounts counts() const {
-        return wire_->counts();
+    // When the controller noticed another load, as its events tell.
+    const std::vector<double>& load_changes_s() const {
+        return load_changes_s_;
     }
+
+    // The bus's own counters and those of the events, the others zero.
+    BusCounts counts() const;
 
   private:
     void check_acknowledge(const hexload_bus_acknowledge_t& acknowledge);
     void note_answered(const AnswerPart& part);
+    void note_load_change(const hexload_bus_load_change_t& change);
 
     std::unique_ptr<ControllerWire> wire_;
     LinkSettings settings_;
@@ -73,6 +80,9 @@ class ControllerSession {
     std::optional<std::uint32_t> last_answered_;
     std::uint8_t sequence_ = 0;
     std::bitset<256> acknowledged_; // by sequence number of the command
+    std::vector<double> load_changes_s_;
+    std::uint32_t changes_counted_ = 0; // by the controller since its start
+    std::uint64_t events_missing_ = 0;
 };
 
 // The part of an EstimatorLink that is the same in lockstep and in real time.

@@ -21,8 +21,8 @@ struct AnswerPart {
 
 struct UnrelatedFrame {};
 
-using BusNews =
-    std::variant<UnrelatedFrame, AnswerPart, hexload_bus_acknowledge_t, hexload_bus_controller_status_t>;
+using BusNews = std::variant<UnrelatedFrame, AnswerPart, hexload_bus_acknowledge_t,
+                             hexload_bus_controller_status_t, hexload_bus_load_change_t>;
 
 class ControllerWire {
   public:

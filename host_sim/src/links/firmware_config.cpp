@@ -8,9 +8,6 @@ namespace hexload::sim {
 
 namespace {
 
-// What "known" means to the momentum filter, which finds masses to 0.01 % by itself.
-constexpr double known_mass_relative_sigma = 1e-3;
-
 hexload_real_t real(double value) {
     return static_cast<hexload_real_t>(value);
 }
@@ -63,16 +60,12 @@ hexload_config_t firmware_config(const PlatformFile& platform, const EstimatorSe
     config.sensors.displacement_sigma_m = real(platform.sensors.displacement_sigma_m);
     config.sensors.velocity_sigma_m_s = real(platform.sensors.velocity_sigma_m_s);
     config.sensors.force_sigma_n = real(platform.sensors.force_sigma_n);
+    hexload_config_set_momentum(&config);
     if (platform.known_mass_kg) {
-        config.paper.load_mass_kg = real(*platform.known_mass_kg);
+        hexload_config_set_known_mass(&config, real(*platform.known_mass_kg));
     }
     hexload_config_set_prior(&config,
                              settings.prior == PaperPrior::safe ? HEXLOAD_PRIOR_SAFE : HEXLOAD_PRIOR_PRINTED);
-    hexload_config_set_momentum(&config);
-    if (platform.known_mass_kg) {
-        config.momentum.prior_mass_kg = config.paper.load_mass_kg;
-        config.momentum.prior_mass_sigma_kg = real(known_mass_relative_sigma) * config.paper.load_mass_kg;
-    }
     return config;
 }
 

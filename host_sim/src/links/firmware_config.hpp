@@ -18,8 +18,7 @@ hexload_config_t firmware_config(const PlatformFile& platform, const EstimatorSe
                                  double sampling_s);
 
 // The same, for an estimator that is to run: throws InputError where the platform file lacks the known load
-// mass that the paper's filter needs, where this version lacks the estimator, or where the firmware refuses a
-// field.
+// mass that the paper's filter needs, or where the firmware refuses a field.
 hexload_config_t checked_firmware_config(const PlatformFile& platform, const EstimatorSettings& settings,
                                          double sampling_s);
 

@@ -93,6 +93,9 @@ template <class Estimator, EstimatorKind kind> class InprocLink final : public E
             return {};
         }
         row_ = estimate_row(estimate, sample.t_s, estimator_.health.bits);
+        if ((estimator_.health.bits >> HEXLOAD_HEALTH_LOAD_CHANGED & 1U) != 0) {
+            load_changes_s_.push_back(sample.t_s);
+        }
         if (tare_) {
             add_tare_sigma(row_, tare_->sigma, config_, kind);
         }
@@ -111,6 +114,10 @@ template <class Estimator, EstimatorKind kind> class InprocLink final : public E
         return hexload_status_name(last_status_);
     }
 
+    std::vector<double> load_changes_s() const override {
+        return load_changes_s_;
+    }
+
     std::vector<double> covariance() const override {
         return covariance_of(estimator_);
     }
@@ -121,6 +128,7 @@ template <class Estimator, EstimatorKind kind> class InprocLink final : public E
     Estimator estimator_{};
     hexload_status_t last_status_ = HEXLOAD_OK;
     EstimateRow row_;
+    std::vector<double> load_changes_s_;
 };
 
 } // namespace

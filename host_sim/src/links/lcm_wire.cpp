@@ -12,6 +12,8 @@ LcmWire::LcmWire(const std::string& url) : name_("lcm:" + url), session_(url) {
     received_[1] = &session_.subscribe<health_t>([this](const health_t& message) { take(message); });
     received_[2] =
         &session_.subscribe<acknowledge_t>([this](const acknowledge_t& message) { take(message); });
+    received_[3] =
+        &session_.subscribe<load_change_t>([this](const load_change_t& message) { take(message); });
 }
 
 void LcmWire::send(const hexload_bus_command_t& command) {
@@ -65,6 +67,14 @@ void LcmWire::take(const health_t& message) {
 void LcmWire::take(const acknowledge_t& message) {
     if (const auto acknowledge = port::acknowledge_of(message)) {
         news_.emplace_back(*acknowledge);
+    } else {
+        news_.emplace_back(UnrelatedFrame{});
+    }
+}
+
+void LcmWire::take(const load_change_t& message) {
+    if (const auto change = port::load_change_of(message)) {
+        news_.emplace_back(*change);
     } else {
         news_.emplace_back(UnrelatedFrame{});
     }

@@ -40,12 +40,13 @@ class LcmWire final : public ControllerWire {
     void take(const estimate_t& message);
     void take(const health_t& message);
     void take(const acknowledge_t& message);
+    void take(const load_change_t& message);
 
     std::string name_;
     message::Session session_;
     message::Publisher<leg_sample_t> samples_{session_};
     message::Publisher<command_t> commands_{session_};
-    const message::GapCounter* received_[3]{};
+    const message::GapCounter* received_[4]{};
     std::deque<BusNews> news_;
     std::optional<estimate_t> estimate_; // waits for its health
     std::uint32_t newest_tick_ = 0;

@@ -2,6 +2,7 @@
 
 #include "app/app.h"
 #include "estimate_row.hpp"
+#include "filter_code.hpp"
 
 #include <fmt/format.h>
 
@@ -17,12 +18,15 @@ class LockstepLink final : public EstimatorLink {
         : session_(std::move(wire), settings) {}
 
     std::span<const std::string_view> parameter_names() const override {
-        return sim::parameter_names(EstimatorKind::paper);
+        return sim::parameter_names(session_.settings().estimator);
     }
 
     void start() override {
-        session_.command(HEXLOAD_COMMAND_RESET, 0.0F, session_.settings().answer_timeout);
-        session_.command(HEXLOAD_COMMAND_START, HEXLOAD_PACING_LOCKSTEP, session_.settings().answer_timeout);
+        const LinkSettings& settings = session_.settings();
+        const auto filter = static_cast<float>(filter_of(settings.estimator));
+        session_.command(HEXLOAD_COMMAND_RESET, 0.0F, settings.answer_timeout);
+        session_.command(HEXLOAD_COMMAND_SELECT_FILTER, filter, settings.answer_timeout);
+        session_.command(HEXLOAD_COMMAND_START, HEXLOAD_PACING_LOCKSTEP, settings.answer_timeout);
     }
 
     std::span<const EstimateRow> step(const LegSample& sample) override {
@@ -53,6 +57,10 @@ class LockstepLink final : public EstimatorLink {
     }
     std::vector<HealthCount> health_counts() const override {
         return book_.health_counts();
+    }
+
+    std::vector<double> load_changes_s() const override {
+        return session_.load_changes_s();
     }
 
     std::optional<BusCounts> bus_counts() const override {
@@ -106,6 +114,11 @@ bool LockstepLink::is_answered_by(const BusNews& news, std::uint32_t tick) {
     }
     if (part->whole) {
         check_state(part->whole->state, part->whole->fault, tick);
+        if (!session_.is_of_estimator(*part->whole)) {
+            session_.fail(LinkFailure::controller_fault,
+                          fmt::format("the answer to tick {} is another estimator's than the one selected",
+                                      part->whole->tick));
+        }
         row_ = book_.take(*part->whole);
     }
     return part->ends_tick;

@@ -2,6 +2,7 @@
 
 #include "app/app.h"
 #include "estimate_row.hpp"
+#include "filter_code.hpp"
 
 #include <fmt/format.h>
 
@@ -71,13 +72,15 @@ class RealTimeLink final : public EstimatorLink {
         : session_(std::move(wire), settings) {}
 
     std::span<const std::string_view> parameter_names() const override {
-        return sim::parameter_names(EstimatorKind::paper);
+        return sim::parameter_names(session_.settings().estimator);
     }
 
     void start() override {
         const auto timeout = std::max(start_timeout, session_.settings().answer_timeout);
-        session_.command(HEXLOAD_COMMAND_RESET, 0.0F, timeout);
-        session_.command(HEXLOAD_COMMAND_START, HEXLOAD_PACING_REAL_TIME, timeout);
+        for (const auto kind :
+             {HEXLOAD_COMMAND_RESET, HEXLOAD_COMMAND_SELECT_FILTER, HEXLOAD_COMMAND_START}) {
+            session_.command(kind, argument_of(kind), timeout);
+        }
         last_heard_ = session_.now();
     }
 
@@ -93,9 +96,13 @@ class RealTimeLink final : public EstimatorLink {
     std::vector<HealthCount> health_counts() const override {
         return book_.health_counts();
     }
+    std::vector<double> load_changes_s() const override {
+        return session_.load_changes_s();
+    }
     std::optional<BusCounts> bus_counts() const override;
 
   private:
+    float argument_of(hexload_bus_command_kind_t kind) const;
     void take_what_is_there();
     void take(const BusNews& news);
     void take(const AnswerPart& part);
@@ -166,6 +173,8 @@ void RealTimeLink::take(const BusNews& news) {
         take(*acknowledge);
     } else if (const auto* status = std::get_if<hexload_bus_controller_status_t>(&news)) {
         take_state(status->state, status->fault);
+    } else if (const auto* change = std::get_if<hexload_bus_load_change_t>(&news)) {
+        session_.tell(fmt::format("another load is noticed at tick {}", change->tick));
     }
 }
 
@@ -178,8 +187,10 @@ void RealTimeLink::take(const AnswerPart& part) {
     const bool counts = !part.ends_tick || account_.answered(part.answered_tick, newest_tick_);
     if (part.whole) {
         take_state(part.whole->state, part.whole->fault);
-        const auto row = book_.take(*part.whole);
-        if (row && counts) { // what counts as missing has no row
+        if (!session_.is_of_estimator(*part.whole)) { // it was started anew, and not by this simulator
+            wanted_ = wanted_.value_or(HEXLOAD_COMMAND_RESET);
+        } else if (const auto row = book_.take(*part.whole);
+                   row && counts) { // what counts as missing has no row
             rows_.push_back(*row);
         }
     }
@@ -194,6 +205,10 @@ void RealTimeLink::take(const hexload_bus_acknowledge_t& acknowledge) {
         wanted_.reset();
         session_.tell(fmt::format("the controller has been started again at tick {}", newest_tick_));
     } else if (acknowledge.kind == HEXLOAD_COMMAND_RESET && wanted_ == HEXLOAD_COMMAND_RESET) {
+        wanted_ = HEXLOAD_COMMAND_SELECT_FILTER;
+        last_command_.reset();
+    } else if (acknowledge.kind == HEXLOAD_COMMAND_SELECT_FILTER &&
+               wanted_ == HEXLOAD_COMMAND_SELECT_FILTER) {
         wanted_ = HEXLOAD_COMMAND_START;
         last_command_.reset();
     }
@@ -203,8 +218,19 @@ void RealTimeLink::take_state(std::uint8_t state, std::uint8_t fault) {
     session_.refuse_fault(fault, false);
     if (state == HEXLOAD_APP_FAULT) {
         wanted_ = HEXLOAD_COMMAND_RESET;
-    } else if (state == HEXLOAD_APP_IDLE) {
-        wanted_ = HEXLOAD_COMMAND_START;
+    } else if (state == HEXLOAD_APP_IDLE && wanted_ != HEXLOAD_COMMAND_START) {
+        wanted_ = HEXLOAD_COMMAND_SELECT_FILTER;
+    }
+}
+
+float RealTimeLink::argument_of(hexload_bus_command_kind_t kind) const {
+    switch (kind) {
+    case HEXLOAD_COMMAND_SELECT_FILTER:
+        return static_cast<float>(filter_of(session_.settings().estimator));
+    case HEXLOAD_COMMAND_START:
+        return static_cast<float>(HEXLOAD_PACING_REAL_TIME);
+    default:
+        return 0.0F;
     }
 }
 
@@ -214,8 +240,7 @@ void RealTimeLink::command_if_stopped() {
         return;
     }
     last_command_ = time;
-    const bool is_start = wanted_ == HEXLOAD_COMMAND_START;
-    session_.send_command(*wanted_, is_start ? static_cast<float>(HEXLOAD_PACING_REAL_TIME) : 0.0F);
+    session_.send_command(*wanted_, argument_of(*wanted_));
 }
 
 void RealTimeLink::watch_bus() {

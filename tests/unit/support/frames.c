@@ -25,19 +25,24 @@ hexload_leg_sample_t random_sample(uint32_t tick, uint64_t* seed) {
     return sample;
 }
 
-hexload_bus_answer_t numbered_answer(uint32_t tick) {
+int parameters_of(uint8_t filter) {
+    return filter == HEXLOAD_FILTER_MOMENTUM ? 10 : 4;
+}
+
+hexload_bus_answer_t numbered_answer(uint8_t filter, uint32_t tick) {
     const hexload_real_t number = (hexload_real_t)(tick % 1000 + 1);
     hexload_bus_answer_t answer = {.tick = tick,
                                    .status = HEXLOAD_ERR_POSE,
                                    .state = 3,
                                    .fault = 2,
                                    .missing_legs = (uint8_t)(1 + tick % 63),
+                                   .filter = filter,
                                    .health = (uint16_t)(1 + tick % 511),
                                    .refused = 7 * tick + 1};
-    for (int k = 0; k < HEXLOAD_PAPER_DIM; k++) {
+    for (int k = 0; k < parameters_of(filter); k++) {
         answer.estimate.value[k] = number * (hexload_real_t)(k + 1);
         answer.estimate.sigma[k] = number / (hexload_real_t)(8 << k);
-        answer.estimate.parameter_verdict[k] = (hexload_verdict_t)(k ^ 1);
+        answer.estimate.parameter_verdict[k] = (hexload_verdict_t)((k ^ 1) % 4);
     }
     answer.estimate.verdict = HEXLOAD_VERDICT_INCONSISTENT;
     answer.estimate.nis = number / 2;
@@ -52,9 +57,10 @@ void assert_same_answer(const hexload_bus_answer_t* expected, const hexload_bus_
     TEST_ASSERT_EQUAL_UINT8(expected->state, found->state);
     TEST_ASSERT_EQUAL_UINT8(expected->fault, found->fault);
     TEST_ASSERT_EQUAL_HEX8(expected->missing_legs, found->missing_legs);
+    TEST_ASSERT_EQUAL_UINT8(expected->filter, found->filter);
     TEST_ASSERT_EQUAL_HEX16(expected->health, found->health);
     TEST_ASSERT_EQUAL_UINT32(expected->refused, found->refused);
-    for (int k = 0; k < HEXLOAD_PAPER_DIM; k++) {
+    for (int k = 0; k < parameters_of(expected->filter); k++) {
         TEST_ASSERT_TRUE((float)e->value[k] == (float)f->value[k]);
         TEST_ASSERT_TRUE((float)e->sigma[k] == (float)f->sigma[k]);
         TEST_ASSERT_EQUAL_INT(e->parameter_verdict[k], f->parameter_verdict[k]);
@@ -84,6 +90,7 @@ static int checksum_bytes(uint32_t id) {
     switch (id) {
     case ID_COMMAND:
     case ID_ACKNOWLEDGE:
+    case ID_LOAD_CHANGE:
         return 2;
     case ID_ANSWER_PAGE:
     case ID_CONTROLLER_STATUS:
@@ -92,6 +99,8 @@ static int checksum_bytes(uint32_t id) {
     case ID_ESTIMATE_FD:
     case ID_SIGMA_FD:
     case ID_HEALTH_FD:
+    case ID_LOAD_FD:
+    case ID_LOAD_SIGMA_FD:
         return 4;
     default:
         return 0;
@@ -117,11 +126,24 @@ static uint32_t random_below(uint32_t limit, uint64_t* seed) {
 }
 
 hexload_bus_frame_t random_frame(uint64_t* seed) {
-    static const uint32_t ids[] = {ID_COMMAND,      ID_SAMPLE_TICK, ID_LEG_SAMPLE_FD,
-                                   ID_LEG_SAMPLE_1, 0x082,          0x083,
-                                   0x084,           0x085,          0x086,
-                                   ID_ESTIMATE_FD,  ID_SIGMA_FD,    ID_HEALTH_FD,
-                                   ID_ANSWER_PAGE,  ID_ACKNOWLEDGE, ID_CONTROLLER_STATUS};
+    static const uint32_t ids[] = {ID_COMMAND,
+                                   ID_SAMPLE_TICK,
+                                   ID_LEG_SAMPLE_FD,
+                                   ID_LEG_SAMPLE_1,
+                                   0x082,
+                                   0x083,
+                                   0x084,
+                                   0x085,
+                                   0x086,
+                                   ID_LOAD_CHANGE,
+                                   ID_ESTIMATE_FD,
+                                   ID_SIGMA_FD,
+                                   ID_HEALTH_FD,
+                                   ID_ANSWER_PAGE,
+                                   ID_LOAD_FD,
+                                   ID_LOAD_SIGMA_FD,
+                                   ID_ACKNOWLEDGE,
+                                   ID_CONTROLLER_STATUS};
     static const uint8_t lengths[] = {0, 1, 2, 3, 4, 5, 6, 7, 8, 12, 16, 20, 24, 32, 48, 64};
     hexload_bus_frame_t frame = {.id = random_below(0x800, seed)};
     if (random_below(4, seed) != 0) {
@@ -129,7 +151,9 @@ hexload_bus_frame_t random_frame(uint64_t* seed) {
     }
     frame.length = lengths[random_below(sizeof lengths, seed)];
     if (random_below(2, seed) != 0) {
-        frame.length = frame.id == ID_LEG_SAMPLE_FD                             ? 64
+        const bool is_long =
+            frame.id == ID_LEG_SAMPLE_FD || frame.id == ID_LOAD_FD || frame.id == ID_LOAD_SIGMA_FD;
+        frame.length = is_long                                                  ? 64
                        : frame.id == ID_SAMPLE_TICK                             ? 4
                        : frame.id >= ID_ESTIMATE_FD && frame.id <= ID_HEALTH_FD ? 32
                                                                                 : 8;

@@ -13,10 +13,13 @@ enum {
     ID_SAMPLE_TICK = 0x07F,
     ID_LEG_SAMPLE_FD = 0x080,
     ID_LEG_SAMPLE_1 = 0x081,
+    ID_LOAD_CHANGE = 0x100,
     ID_ESTIMATE_FD = 0x101,
     ID_SIGMA_FD = 0x102,
     ID_HEALTH_FD = 0x103,
     ID_ANSWER_PAGE = 0x104,
+    ID_LOAD_FD = 0x105,
+    ID_LOAD_SIGMA_FD = 0x106,
     ID_ACKNOWLEDGE = 0x110,
     ID_CONTROLLER_STATUS = 0x120,
 };
@@ -27,8 +30,11 @@ hexload_leg_sample_t numbered_sample(uint32_t tick);
 /// Random channels within the classic profile's ranges.
 hexload_leg_sample_t random_sample(uint32_t tick, uint64_t* seed);
 
-/// An answer whose every field differs from 0 and says which tick it is of.
-hexload_bus_answer_t numbered_answer(uint32_t tick);
+/// An answer of a filter whose every field, but the filter, differs from 0 and says which tick it is of.
+hexload_bus_answer_t numbered_answer(uint8_t filter, uint32_t tick);
+
+/// Parameters of a filter: 4 or 10.
+int parameters_of(uint8_t filter);
 
 /// Fails unless all that goes over the bus is equal.
 void assert_same_answer(const hexload_bus_answer_t* expected, const hexload_bus_answer_t* found);
