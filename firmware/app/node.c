@@ -9,6 +9,14 @@ _Static_assert(sizeof(hexload_node_t) <= (size_t)13 * 1024 * sizeof(hexload_real
                    HEXLOAD_LAG_TICKS_MAX > 86,
                "a node fits in 13 KiB");
 
+// For functions with frames of their own: not parts of their caller, where these would lie on the stack while
+// the estimator runs.
+#if defined(__GNUC__)
+#define APART __attribute__((noinline))
+#else
+#define APART
+#endif
+
 hexload_status_t hexload_node_init(hexload_node_t* self, const hexload_config_t* config,
                                    const hexload_app_settings_t* settings, hexload_bus_profile_t profile,
                                    const hexload_port_t* port) {
@@ -45,7 +53,7 @@ static bool send(hexload_node_t* self, const hexload_bus_frame_t* frame) {
     return is_queued;
 }
 
-static void carry_out(hexload_node_t* self, const hexload_bus_command_t* command) {
+static APART void carry_out(hexload_node_t* self, const hexload_bus_command_t* command) {
     hexload_bus_acknowledge_t acknowledge = {.profile = self->status.profile};
     hexload_bus_frame_t frame;
     hexload_app_command(&self->app, command, &acknowledge);
@@ -80,7 +88,7 @@ static int page_answer(hexload_node_t* self, const hexload_bus_answer_t* answer,
     return count;
 }
 
-static void send_answer(hexload_node_t* self, const hexload_bus_answer_t* answer) {
+static APART void send_answer(hexload_node_t* self, const hexload_bus_answer_t* answer) {
     hexload_bus_frame_t frames[HEXLOAD_BUS_ANSWER_FRAMES];
     const int count = self->assembly.profile == HEXLOAD_BUS_CLASSIC
                           ? page_answer(self, answer, frames)
@@ -110,7 +118,7 @@ static uint16_t load_changes(const hexload_node_t* self) {
     return count < UINT16_MAX ? (uint16_t)count : UINT16_MAX;
 }
 
-static void send_load_change(hexload_node_t* self) {
+static APART void send_load_change(hexload_node_t* self) {
     const hexload_bus_load_change_t change = {.tick = self->app.change_tick,
                                               .load_changes = load_changes(self)};
     hexload_bus_frame_t frame;

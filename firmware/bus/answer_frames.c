@@ -226,57 +226,97 @@ static void encode_health(const hexload_bus_answer_t* answer, hexload_bus_frame_
     hexload_frame_seal(frame, &health_layout);
 }
 
-/// A page without a number among the estimate's. The codec writes the signals of the page alone.
-static void pack_codes(const hexload_bus_answer_t* answer, int code, hexload_bus_frame_t* frame) {
+static uint16_t tick_low(const hexload_bus_answer_t* answer) {
+    return (uint16_t)(answer->tick & 0xFFFFu);
+}
+
+// The codec writes the signals of the page alone.
+
+static void pack_health_page(const hexload_bus_answer_t* answer, uint8_t* data) {
+    const struct hexload_dbc_answer_page_t message = {.page = PAGE_HEALTH,
+                                                      .tick_low = tick_low(answer),
+                                                      .health = answer->health,
+                                                      .state = answer->state,
+                                                      .verdict = (uint8_t)answer->estimate.verdict,
+                                                      .fault = answer->fault,
+                                                      .filter = answer->filter};
+    (void)hexload_dbc_answer_page_pack(data, &message, HEXLOAD_DBC_ANSWER_PAGE_LENGTH);
+}
+
+static void pack_verdict_page(const hexload_bus_answer_t* answer, uint8_t* data) {
+    const hexload_verdict_t* verdict = answer->estimate.parameter_verdict;
+    const struct hexload_dbc_answer_page_t message = {.page = PAGE_VERDICTS,
+                                                      .tick_low = tick_low(answer),
+                                                      .verdict_dz = (uint8_t)verdict[HEXLOAD_PAPER_DZ],
+                                                      .verdict_ixx = (uint8_t)verdict[HEXLOAD_PAPER_IXX],
+                                                      .verdict_iyy = (uint8_t)verdict[HEXLOAD_PAPER_IYY],
+                                                      .verdict_izz = (uint8_t)verdict[HEXLOAD_PAPER_IZZ],
+                                                      .status = answer->status,
+                                                      .missing_legs = answer->missing_legs};
+    (void)hexload_dbc_answer_page_pack(data, &message, HEXLOAD_DBC_ANSWER_PAGE_LENGTH);
+}
+
+static void pack_load_verdict_page(const hexload_bus_answer_t* answer, uint8_t* data) {
     const hexload_verdict_t* verdict = answer->estimate.parameter_verdict;
     const struct hexload_dbc_answer_page_t message = {
-        .page = (uint8_t)code,
-        .tick_low = (uint16_t)(answer->tick & 0xFFFFu),
-        .health = answer->health,
-        .state = answer->state,
-        .verdict = (uint8_t)answer->estimate.verdict,
-        .fault = answer->fault,
-        .filter = answer->filter,
-        .verdict_dz = (uint8_t)verdict[HEXLOAD_PAPER_DZ],
-        .verdict_ixx = (uint8_t)verdict[HEXLOAD_PAPER_IXX],
-        .verdict_iyy = (uint8_t)verdict[HEXLOAD_PAPER_IYY],
-        .verdict_izz = (uint8_t)verdict[HEXLOAD_PAPER_IZZ],
-        LOAD_FIELDS(verdict_, uint8_t, verdict),
-        .status = answer->status,
-        .missing_legs = answer->missing_legs,
-        .refused = answer->refused,
-    };
-    (void)hexload_dbc_answer_page_pack(frame->data, &message, sizeof frame->data);
+        .page = PAGE_LOAD_VERDICTS, .tick_low = tick_low(answer), LOAD_FIELDS(verdict_, uint8_t, verdict)};
+    (void)hexload_dbc_answer_page_pack(data, &message, HEXLOAD_DBC_ANSWER_PAGE_LENGTH);
 }
 
-/// The number of a page; false for a page of codes.
-static bool number_of(const hexload_estimate_t* estimate, int code, hexload_real_t* number) {
-    if (code >= PAGE_LOAD_VALUE && code < PAGE_LOAD_VERDICTS) {
+static void pack_refused_page(const hexload_bus_answer_t* answer, uint8_t* data) {
+    const struct hexload_dbc_answer_page_t message = {
+        .page = PAGE_REFUSED, .tick_low = tick_low(answer), .refused = answer->refused};
+    (void)hexload_dbc_answer_page_pack(data, &message, HEXLOAD_DBC_ANSWER_PAGE_LENGTH);
+}
+
+/// All pages with a number have it in the same place: it is packed as that of one, with the code of another.
+static void pack_number_page(const hexload_bus_answer_t* answer, int code, hexload_real_t number,
+                             uint8_t* data) {
+    const struct hexload_dbc_answer_page_t message = {
+        .page = PAGE_NIS, .tick_low = tick_low(answer), .nis = (float)number};
+    (void)hexload_dbc_answer_page_pack(data, &message, HEXLOAD_DBC_ANSWER_PAGE_LENGTH);
+    data[0] = (uint8_t)code;
+}
+
+/// The number of a page that has one.
+static hexload_real_t number_of(const hexload_estimate_t* estimate, int code) {
+    if (code >= PAGE_LOAD_VALUE) {
         const int k = code - PAGE_LOAD_VALUE;
-        *number = k < HEXLOAD_LOAD_DIM ? estimate->value[k] : estimate->sigma[k - HEXLOAD_LOAD_DIM];
-    } else if (code >= PAGE_VALUE && code < PAGE_NIS) {
-        const int k = code - PAGE_VALUE;
-        *number = k < HEXLOAD_PAPER_DIM ? estimate->value[k] : estimate->sigma[k - HEXLOAD_PAPER_DIM];
-    } else if (code == PAGE_NIS || code == PAGE_NIS_MEAN) {
-        *number = code == PAGE_NIS ? estimate->nis : estimate->nis_mean;
-    } else {
-        return false;
+        return k < HEXLOAD_LOAD_DIM ? estimate->value[k] : estimate->sigma[k - HEXLOAD_LOAD_DIM];
     }
-    return true;
+    if (code >= PAGE_NIS) {
+        return code == PAGE_NIS ? estimate->nis : estimate->nis_mean;
+    }
+    const int k = code - PAGE_VALUE;
+    return k < HEXLOAD_PAPER_DIM ? estimate->value[k] : estimate->sigma[k - HEXLOAD_PAPER_DIM];
 }
 
-/// All pages with a number have it in the same place: it is packed as that of one page, with the code of
-/// another.
-static void encode_page(const hexload_bus_answer_t* answer, int code, hexload_bus_frame_t* frame) {
-    hexload_real_t number = HEXLOAD_REAL(0.0);
+// Once all is inlined, the codec's choice among all pages is one that the compiler makes.
+#if defined(__GNUC__)
+#define WITH_ITS_CALLEES __attribute__((flatten))
+#else
+#define WITH_ITS_CALLEES
+#endif
+
+static WITH_ITS_CALLEES void encode_page(const hexload_bus_answer_t* answer, int code,
+                                         hexload_bus_frame_t* frame) {
     hexload_frame_begin(frame, &page_layout);
-    if (number_of(&answer->estimate, code, &number)) {
-        const struct hexload_dbc_answer_page_t message = {
-            .page = PAGE_NIS, .tick_low = (uint16_t)(answer->tick & 0xFFFFu), .nis = (float)number};
-        (void)hexload_dbc_answer_page_pack(frame->data, &message, sizeof frame->data);
-        frame->data[0] = (uint8_t)code;
-    } else {
-        pack_codes(answer, code, frame);
+    switch (code) {
+    case PAGE_HEALTH:
+        pack_health_page(answer, frame->data);
+        break;
+    case PAGE_VERDICTS:
+        pack_verdict_page(answer, frame->data);
+        break;
+    case PAGE_REFUSED:
+        pack_refused_page(answer, frame->data);
+        break;
+    case PAGE_LOAD_VERDICTS:
+        pack_load_verdict_page(answer, frame->data);
+        break;
+    default:
+        pack_number_page(answer, code, number_of(&answer->estimate, code), frame->data);
+        break;
     }
     hexload_frame_seal(frame, &page_layout);
 }
@@ -506,20 +546,18 @@ static hexload_bus_status_t take_parameter_page(const struct hexload_dbc_answer_
     const float sigma[HEXLOAD_PAPER_DIM] = {m->sigma_dz, m->sigma_ixx, m->sigma_iyy, m->sigma_izz};
     const float load[HEXLOAD_LOAD_DIM] = LOAD_ENTRIES(, *m);
     const float load_sigma[HEXLOAD_LOAD_DIM] = LOAD_ENTRIES(sigma_, *m);
-    const struct {
-        int first;
-        int count;
-        const float* number;
-        hexload_real_t* out;
-    } groups[] = {{PAGE_VALUE, HEXLOAD_PAPER_DIM, value, estimate->value},
-                  {PAGE_SIGMA, HEXLOAD_PAPER_DIM, sigma, estimate->sigma},
-                  {PAGE_LOAD_VALUE, HEXLOAD_LOAD_DIM, load, estimate->value},
-                  {PAGE_LOAD_SIGMA, HEXLOAD_LOAD_DIM, load_sigma, estimate->sigma}};
-    for (size_t n = 0; n < sizeof groups / sizeof groups[0]; n++) {
-        const int k = m->page - groups[n].first;
-        if (k >= 0 && k < groups[n].count) {
-            return take_number(groups[n].number[k], &groups[n].out[k]);
-        }
+    const int page = m->page;
+    if (page >= PAGE_VALUE && page < PAGE_SIGMA) {
+        return take_number(value[page - PAGE_VALUE], &estimate->value[page - PAGE_VALUE]);
+    }
+    if (page >= PAGE_SIGMA && page < PAGE_NIS) {
+        return take_number(sigma[page - PAGE_SIGMA], &estimate->sigma[page - PAGE_SIGMA]);
+    }
+    if (page >= PAGE_LOAD_VALUE && page < PAGE_LOAD_SIGMA) {
+        return take_number(load[page - PAGE_LOAD_VALUE], &estimate->value[page - PAGE_LOAD_VALUE]);
+    }
+    if (page >= PAGE_LOAD_SIGMA && page < PAGE_LOAD_VERDICTS) {
+        return take_number(load_sigma[page - PAGE_LOAD_SIGMA], &estimate->sigma[page - PAGE_LOAD_SIGMA]);
     }
     return HEXLOAD_BUS_ERR_VALUE;
 }

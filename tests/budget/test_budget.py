@@ -22,6 +22,7 @@ LIBRARY = BUDGET["library_stack_bytes"]
 PORT = "__indirect_call"  # what gcc calls a call through a pointer: here the functions of a port
 PRESETS = (*target.CORTEX_M7.values(), "target-cortex-m4f", "target-cortex-r5f")
 TICK_S = 1e-3
+MOMENTUM_TICKS = 1500  # of the motion, with the momentum filter on a bus; momentum_runs have all of it
 
 # What the issue of the controller targets allows, whatever stands in budget.toml.
 MOST_BYTES = {"core_text": 24 * 1024, "estimator": 2 * 1024, "momentum_estimator": 12 * 1024}
@@ -75,18 +76,29 @@ def momentum_runs(tmp_path_factory) -> dict[str, dict[str, tuple[int, np.ndarray
     }
 
 
+NodeRuns = dict[str, dict[str, dict[str, dict[str, target.NodeRun]]]]
+
+
 @pytest.fixture(scope="module")
-def node_runs(tmp_path_factory) -> dict[str, dict[str, dict[str, target.NodeRun]]]:
-    """The same inputs as frames, by optimisation level and bus profile."""
+def node_runs(tmp_path_factory) -> NodeRuns:
+    """The same inputs as frames, by optimisation level, filter and bus profile."""
     folder = tmp_path_factory.mktemp("node")
     config = hexload_native.config_bytes(platform(), TICK_S)
-    inputs = {"motion": recorded(), "hard": hard_samples(hexload_native, platform(), recorded())}
+    hard = hard_samples(hexload_native, platform(), recorded())
+    inputs = {
+        "paper": {"motion": recorded(), "hard": hard},
+        "momentum": {"motion": recorded()[:MOMENTUM_TICKS], "hard": hard},
+    }
     return {
         optimisation: {
-            profile: {
-                name: target.run_node(preset, profile, config, samples, folder) for name, samples in inputs.items()
+            filter_name: {
+                profile: {
+                    name: target.run_node(preset, profile, filter_name, config, samples, folder)
+                    for name, samples in inputs[filter_name].items()
+                }
+                for profile in target.PROFILES
             }
-            for profile in target.PROFILES
+            for filter_name in target.FILTERS
         }
         for optimisation, preset in target.CORTEX_M7.items()
     }
@@ -126,7 +138,7 @@ def test_instances_and_configuration_are_within_their_limits(replays, momentum_r
     found = replays["-O2"]["motion"]
     check("hexload_t, bytes", found.estimator_bytes, BUDGET["bytes"]["estimator"])
     check("hexload_config_t, bytes", found.config_bytes, BUDGET["bytes"]["config"])
-    check("hexload_node_t, bytes", node_runs["-O2"]["fd"]["motion"].node_bytes, BUDGET["bytes"]["node"])
+    check("hexload_node_t, bytes", node_runs["-O2"]["paper"]["fd"]["motion"].node_bytes, BUDGET["bytes"]["node"])
 
 
 @pytest.mark.parametrize("preset", PRESETS)
@@ -172,15 +184,16 @@ def test_stack_that_the_ticks_used_is_that_of_the_chain(replays):
         assert 0.9 * depth < used <= depth
 
 
-def test_stack_that_whole_samples_used_is_within_that_of_the_chains(node_runs):
+@pytest.mark.parametrize("filter_name, start", [("paper", "hexload_tick"), ("momentum", "hexload_momentum_tick")])
+def test_stack_that_whole_samples_used_is_within_that_of_the_chains(node_runs, filter_name, start):
     for optimisation, preset in target.CORTEX_M7.items():
-        tick, _ = deepest_chain(call_graph(preset), LIBRARY, "hexload_tick")
+        tick, _ = deepest_chain(call_graph(preset), LIBRARY, start)
         depth, _ = deepest_chain(call_graph(preset), LIBRARY, "hexload_node_receive")
-        for profile, runs in node_runs[optimisation].items():
+        for profile, runs in node_runs[optimisation][filter_name].items():
             # GIVEN the stack that samples have left behind WHEN it is compared with the call graph's
             used = max(run.answers["stack_bytes"].max() for run in runs.values())
-            # THEN it is more than the tick's alone, and not more than that of the deepest chain, which begins with START
-            print(f"{optimisation}, {profile}: {used} bytes used, tick {tick}, of {depth}")
+            # THEN it is more than the tick's alone, and not more than that of the deepest chain
+            print(f"{optimisation}, {filter_name}, {profile}: {used} bytes used, tick {tick}, of {depth}")
             assert tick < used <= depth
 
 
@@ -238,32 +251,38 @@ def test_instructions_of_the_load_as_a_body_are_within_their_limits(optimisation
 
 
 @pytest.mark.parametrize("profile", target.PROFILES)
+@pytest.mark.parametrize("filter_name", target.FILTERS)
 @pytest.mark.parametrize("optimisation", target.CORTEX_M7)
-def test_instructions_of_a_whole_sample_are_within_their_limits(optimisation, profile, node_runs):
-    limits = BUDGET["node_instructions"][profile][optimisation]
-    runs = node_runs[optimisation][profile]
+def test_instructions_of_a_whole_sample_are_within_their_limits(optimisation, filter_name, profile, node_runs):
+    limits = BUDGET["node_instructions"][filter_name][profile][optimisation]
+    runs = node_runs[optimisation][filter_name][profile]
     motion = runs["motion"].answers[1:]
     for kind, answers in {"motion": motion, "worst": np.concatenate([motion, runs["hard"].answers])}.items():
         for part, found in zip(target.NODE_PARTS, answers["instructions"].max(axis=0), strict=True):
-            check(f"{optimisation}, {profile}, {kind}, {part}, instructions", found, limits[kind][part])
+            what = f"{optimisation}, {filter_name}, {profile}, {kind}, {part}, instructions"
+            check(what, found, limits[kind][part])
 
 
+@pytest.mark.parametrize("filter_name", target.FILTERS)
 @pytest.mark.parametrize("optimisation", target.CORTEX_M7)
-def test_instructions_of_start_and_period_are_within_their_limits(optimisation, node_runs):
-    limits = BUDGET["node_instructions"]["start_and_period"][optimisation]
-    runs = [profile["motion"] for profile in node_runs[optimisation].values()]
-    check(f"{optimisation}, start, instructions", max(run.start_instructions for run in runs), limits["start"])
-    check(f"{optimisation}, period, instructions", max(run.period_instructions for run in runs), limits["period"])
+def test_instructions_of_start_and_period_are_within_their_limits(optimisation, filter_name, node_runs):
+    limits = BUDGET["node_instructions"][filter_name]["start_and_period"][optimisation]
+    runs = [profile["motion"] for profile in node_runs[optimisation][filter_name].values()]
+    what = f"{optimisation}, {filter_name}"
+    check(f"{what}, start, instructions", max(run.start_instructions for run in runs), limits["start"])
+    check(f"{what}, period, instructions", max(run.period_instructions for run in runs), limits["period"])
 
 
+@pytest.mark.parametrize("filter_name", target.FILTERS)
 @pytest.mark.parametrize("optimisation", target.CORTEX_M7)
-def test_every_sample_of_the_motion_is_estimated_and_answered(optimisation, node_runs):
+def test_every_sample_of_the_motion_is_estimated_and_answered(optimisation, filter_name, node_runs):
     # GIVEN a motion as frames WHEN the node has taken it THEN its counts are those of a node that estimates: three
     # frames for each sample, or a page for every second
-    sent = {profile: runs["motion"].answers["frames_sent"] for profile, runs in node_runs[optimisation].items()}
+    of_filter = node_runs[optimisation][filter_name]
+    sent = {profile: runs["motion"].answers["frames_sent"] for profile, runs in of_filter.items()}
     assert (sent["fd"] == 3).all()
     assert (sent["classic"] == np.arange(len(sent["classic"])) % 2 ^ 1).all()
-    for runs in node_runs[optimisation].values():
+    for runs in of_filter.values():
         assert set(runs["motion"].answers["state"]) <= {2, 3}  # ESTIMATING, CONVERGED
 
 

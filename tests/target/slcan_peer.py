@@ -11,7 +11,8 @@ from hexload_tools.bus_document import load_contract
 
 PATIENCE_S = 60.0
 LOCKSTEP = 1.0  # argument of START
-START = 1
+START, SELECT_FILTER = 1, 4
+FILTERS = ("paper", "momentum")  # in the order of their codes
 ANSWER_PERIOD = 2  # ticks
 
 CONTRACT = load_contract()
@@ -46,10 +47,13 @@ class Peer:
         """The signals of the next page of the controller's status."""
         return decode("ControllerStatus", self.receive("ControllerStatus"))
 
-    def start(self) -> dict[str, float]:
-        """Starts the controller in lockstep and returns the signals of its acknowledge."""
-        self._send(self._codec.encode_command(START, next(self._sequence), LOCKSTEP))
-        return decode("Acknowledge", self.receive("Acknowledge"))
+    def start(self, filter_name: str) -> list[dict[str, float]]:
+        """Selects the filter, starts the controller in lockstep and returns the signals of both acknowledges."""
+        acknowledges = []
+        for command, argument in ((SELECT_FILTER, float(FILTERS.index(filter_name))), (START, LOCKSTEP)):
+            self._send(self._codec.encode_command(command, next(self._sequence), argument))
+            acknowledges.append(decode("Acknowledge", self.receive("Acknowledge")))
+        return acknowledges
 
     def ask(self, sample) -> bytes | None:
         """Sends a sample's classic frames; the data of its answer's page, None for a tick without one."""

@@ -16,14 +16,14 @@ def test_bench_prints_stages_filters_and_memory(capsys, monkeypatch):
     for stage in (*target.STAGES, "whole tick"):
         assert len(numbers[stage]) == 4, stage
         assert min(numbers[stage]) > 100, stage
-    # AND so have the parts of a whole sample, for each profile
-    for profile in target.PROFILES:
+    # AND so have the parts of a whole sample, for each filter and profile
+    for name, profile in controller_bench.NODE_KINDS:
         for part in target.NODE_PARTS:
-            assert len(numbers[f"{part}, {profile}"]) == 4
+            assert len(numbers[f"{part}, {name}, {profile}"]) == 4
     # AND the filters measured here and those that others have published
     assert len([name for name in numbers if name.startswith("* ")]) == 5
     assert all(name in numbers for name in PUBLISHED)
     # AND the memory
     assert numbers["an estimator"][0] == numbers["an estimator"][1] > 1000
-    assert numbers["a bus node, estimator included"][0] > numbers["an estimator"][0]
+    assert numbers["a bus node, either estimator included"][0] > numbers["a momentum estimator"][0]
     print(output)

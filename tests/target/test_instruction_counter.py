@@ -28,10 +28,11 @@ def test_three_runs_give_the_same_counts(preset, inputs, tmp_path):
 
 
 @pytest.mark.parametrize("profile", target.PROFILES)
+@pytest.mark.parametrize("filter_name", target.FILTERS)
 @pytest.mark.parametrize("preset", target.CORTEX_M7.values())
-def test_three_runs_over_frames_give_the_same_counts(preset, profile, inputs, tmp_path):
+def test_three_runs_over_frames_give_the_same_counts(preset, filter_name, profile, inputs, tmp_path):
     # GIVEN the same inputs as frames WHEN they are run three times THEN every count is the same
-    runs = [target.run_node(preset, profile, *inputs, tmp_path).answers for _ in range(RUNS)]
+    runs = [target.run_node(preset, profile, filter_name, *inputs, tmp_path).answers for _ in range(RUNS)]
     for other in runs[1:]:
         np.testing.assert_array_equal(other, runs[0])
 

@@ -21,12 +21,16 @@ RIVALS = {"dense": ("dense and generic", "dense_filter.c"), "eigen": ("Eigen, bl
 RIVAL_BYTES = 4 * (7 + 7 * 7)  # state and covariance
 
 
+NodeKind = tuple[str, str]  # filter and profile
+NODE_KINDS: list[NodeKind] = [(name, profile) for name in target.FILTERS for profile in target.PROFILES]
+
+
 @dataclass(frozen=True)
 class Measured:
     motion: target.Replayed
     hard: target.Replayed
     rivals: dict[str, np.void]
-    nodes: dict[str, tuple[target.NodeRun, target.NodeRun]]  # by profile: motion, hard
+    nodes: dict[NodeKind, tuple[target.NodeRun, target.NodeRun]]  # motion, hard
     momentum_bytes: int
     momentum: tuple[np.ndarray, np.ndarray]  # answers: motion, hard
     core: target.Size
@@ -58,11 +62,11 @@ def _measure() -> dict[str, Measured]:
                 target.replay(preset, config, hard, folder),
                 target.run_rivals(preset, folder),
                 {
-                    profile: (
-                        target.run_node(preset, profile, config, recorded, folder),
-                        target.run_node(preset, profile, config, hard, folder),
+                    (name, profile): (
+                        target.run_node(preset, profile, name, config, recorded, folder),
+                        target.run_node(preset, profile, name, config, hard, folder),
                     )
-                    for profile in target.PROFILES
+                    for name, profile in NODE_KINDS
                 },
                 momentum[0][0],
                 (momentum[0][1], momentum[1][1]),
@@ -88,14 +92,14 @@ def _stage_table(measured: dict[str, Measured]) -> Table:
     table.add_row("whole tick", *(f"{count:,}" for count in ticks))
     ticks = [answers["tick_instructions"].max() for each in measured.values() for answers in each.momentum]
     table.add_row("whole tick, momentum", *(f"{count:,}" for count in ticks))
-    for profile in target.PROFILES:
+    for kind in NODE_KINDS:
         for column, part in enumerate(target.NODE_PARTS):
             counts = [
                 answers["instructions"][:, column].max()
                 for each in measured.values()
-                for answers in _node_both(each, profile)
+                for answers in _node_both(each, kind)
             ]
-            table.add_row(f"{part}, {profile}", *(f"{count:,}" for count in counts))
+            table.add_row(f"{part}, {', '.join(kind)}", *(f"{count:,}" for count in counts))
     for name in ("start", "period"):
         counts = [
             max(getattr(motion, f"{name}_instructions") for motion, _ in each.nodes.values())
@@ -110,8 +114,8 @@ def _both(measured: Measured) -> tuple[np.ndarray, np.ndarray]:
     return motion, np.concatenate([motion, measured.hard.answers])
 
 
-def _node_both(measured: Measured, profile: str) -> tuple[np.ndarray, np.ndarray]:
-    motion, hard = (run.answers for run in measured.nodes[profile])
+def _node_both(measured: Measured, kind: NodeKind) -> tuple[np.ndarray, np.ndarray]:
+    motion, hard = (run.answers for run in measured.nodes[kind])
     return motion[1:], np.concatenate([motion[1:], hard])
 
 
@@ -150,12 +154,13 @@ def _memory_table(measured: dict[str, Measured]) -> Table:
         "its configuration": [each.motion.config_bytes for each in measured.values()],
         "stack of a tick": [_both(each)[1]["tick_stack_bytes"].max() for each in measured.values()],
         "code and constants of bus and application": [each.bus_and_app.text for each in measured.values()],
-        "a bus node, estimator included": [each.nodes["fd"][0].node_bytes for each in measured.values()],
-        "stack of a whole sample": [
-            max(_node_both(each, profile)[1]["stack_bytes"].max() for profile in target.PROFILES)
-            for each in measured.values()
-        ],
+        "a bus node, either estimator included": [each.nodes[NODE_KINDS[0]][0].node_bytes for each in measured.values()],
     }
+    for name in target.FILTERS:
+        kinds = [kind for kind in NODE_KINDS if kind[0] == name]
+        rows[f"stack of a whole sample, {name}"] = [
+            max(_node_both(each, kind)[1]["stack_bytes"].max() for kind in kinds) for each in measured.values()
+        ]
     for name, numbers in rows.items():
         table.add_row(name, *(f"{number:,}" for number in numbers))
     return table

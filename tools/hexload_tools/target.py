@@ -16,6 +16,7 @@ CORTEX_M7 = {"-O2": "target-cortex-m7", "-O3": "target-cortex-m7-o3"}  # presets
 STAGES = ("leg sample", "kinematics", "wrench", "filter", "supervisor")
 RIVALS = ("dense", "eigen", "own", "kalman")
 PROFILES = ("fd", "classic")
+FILTERS = ("paper", "momentum")
 NODE_PARTS = ("decode", "encode", "whole sample")
 PATIENCE_S = 300.0  # for a run of seconds
 
@@ -149,14 +150,16 @@ def run_bodies(preset: str, thetas: NDArray, covariances: NDArray, folder: Path)
     return answers
 
 
-def run_node(preset: str, profile: str, config: bytes, samples: NDArray, folder: Path) -> NodeRun:
-    """Runs the program `node`: the samples reach the application as frames of the profile.
+def run_node(
+    preset: str, profile: str, filter_name: str, config: bytes, samples: NDArray, folder: Path
+) -> NodeRun:
+    """Runs the program `node`: the samples reach the application, with this estimator, as frames of the profile.
 
     Samples with a number that is not finite are left out, as no frame carries one.
     """
     finite = np.all([np.isfinite(samples[name]).all(axis=1) for name in SAMPLE.names[1:]], axis=0)
     (folder / "log").write_bytes(config + samples[finite].tobytes())
-    run(preset, "node", [profile, "log", "out"], folder)
+    run(preset, "node", [profile, filter_name, "log", "out"], folder)
     content = (folder / "out").read_bytes()
     header = np.frombuffer(content, NODE_HEADER, count=1)[0]
     answers = np.frombuffer(content, NODE_ANSWER, offset=NODE_HEADER.itemsize)

@@ -1,6 +1,7 @@
-/// What a leg sample costs from its frames to the answer's: arguments fd|classic LOG OUT, files of the host
-/// in the format of tools/hexload_tools/target.py. Each sample is encoded, handed to the application as
-/// frames, and counted: all of it, and on copies its decoding and the encoding of its answer alone.
+/// What a leg sample costs from its frames to the answer's: arguments fd|classic paper|momentum LOG OUT,
+/// files of the host in the format of tools/hexload_tools/target.py. Each sample is encoded, handed to the
+/// application as frames, and counted: all of it, and on copies its decoding and the encoding of its answer
+/// alone.
 #include "app/node.h"
 
 #include "arguments.h"
@@ -54,10 +55,9 @@ static uint32_t count_decoding(hexload_sample_assembly_t assembly, const hexload
 
 /// The answer that the node has just sent, or the page of it.
 static uint32_t count_encoding(const hexload_node_t* node, const hexload_leg_sample_t* sample) {
-    hexload_app_t idle = {.state = HEXLOAD_APP_IDLE, .estimate = node->app.estimate};
-    hexload_bus_answer_t answer = {0};
+    const hexload_bus_answer_t answer = {
+        .tick = sample->tick, .filter = (uint8_t)node->app.filter, .estimate = node->app.estimate};
     hexload_bus_frame_t frames[HEXLOAD_BUS_ANSWER_FRAMES];
-    hexload_app_sample(&idle, sample, &answer);
     const uint32_t mark = instruction_counter_mark();
     const int count = hexload_bus_encode_answer(node->assembly.profile, &answer, node->answer_page, frames);
     (void)count;
@@ -93,7 +93,7 @@ static uint32_t count_longest_period(hexload_node_t* node) {
 
 /// Past the listening time, in lockstep, so that no time-out ends the run.
 static bool start(hexload_node_t* node, const hexload_config_t* config, hexload_bus_profile_t profile,
-                  mailbox_t* mailbox, header_t* header) {
+                  hexload_bus_filter_t filter, mailbox_t* mailbox, header_t* header) {
     const hexload_port_t port = {.context = mailbox, .send = send};
     const hexload_bus_command_t command = {.kind = HEXLOAD_COMMAND_START,
                                            .argument = (float)HEXLOAD_PACING_LOCKSTEP};
@@ -101,6 +101,7 @@ static bool start(hexload_node_t* node, const hexload_config_t* config, hexload_
     hexload_bus_frame_t frame;
     hexload_app_settings_default(&settings);
     settings.refused_limit = UINT32_MAX;
+    settings.filter = filter;
     if (hexload_node_init(node, config, &settings, profile, &port) != HEXLOAD_OK ||
         hexload_bus_encode_command(&command, &frame) != HEXLOAD_BUS_OK) {
         return false;
@@ -113,14 +114,15 @@ static bool start(hexload_node_t* node, const hexload_config_t* config, hexload_
     return node->app.state == HEXLOAD_APP_ARMED;
 }
 
-static enum exit_status run(hexload_bus_profile_t profile, int32_t log, int32_t out) {
+static enum exit_status run(hexload_bus_profile_t profile, hexload_bus_filter_t filter, int32_t log,
+                            int32_t out) {
     static hexload_node_t node;
     static hexload_config_t config;
     static mailbox_t mailbox;
     header_t header = {.config_bytes = sizeof config, .node_bytes = sizeof node};
     hexload_leg_sample_t sample;
     if (!semihosting_read(log, &config, sizeof config) ||
-        !start(&node, &config, profile, &mailbox, &header)) {
+        !start(&node, &config, profile, filter, &mailbox, &header)) {
         return BAD_CONFIG;
     }
     if (!semihosting_write(out, &header, sizeof header)) {
@@ -143,15 +145,16 @@ static enum exit_status run(hexload_bus_profile_t profile, int32_t log, int32_t 
 }
 
 int main(void) {
-    const char* words[3];
-    if (!arguments_read(words, 3)) {
+    const char* words[4];
+    if (!arguments_read(words, 4)) {
         return BAD_ARGUMENTS;
     }
-    const int32_t log = semihosting_open(words[1], SEMIHOSTING_READ);
-    const int32_t out = semihosting_open(words[2], SEMIHOSTING_WRITE);
+    const int32_t log = semihosting_open(words[2], SEMIHOSTING_READ);
+    const int32_t out = semihosting_open(words[3], SEMIHOSTING_WRITE);
     if (log < 0 || out < 0) {
         return BAD_FILE;
     }
     instruction_counter_start();
-    return run(strcmp(words[0], "fd") == 0 ? HEXLOAD_BUS_FD : HEXLOAD_BUS_CLASSIC, log, out);
+    return run(strcmp(words[0], "fd") == 0 ? HEXLOAD_BUS_FD : HEXLOAD_BUS_CLASSIC,
+               strcmp(words[1], "paper") == 0 ? HEXLOAD_FILTER_PAPER : HEXLOAD_FILTER_MOMENTUM, log, out);
 }
