@@ -32,10 +32,20 @@ STEPS = {  # of displacement (m), velocity (m/s), force (N), from the contract
 NOMINAL_SIGMA = [20e-6, 1e-3, 5.0]
 
 
+def first_rows(name):
+    log = read_log(DATA / f"{name}.csv.gz")
+    return LegLog(log.t_s[:ROWS], log.displacement_m[:ROWS], log.velocity_m_s[:ROWS], log.force_n[:ROWS])
+
+
 @pytest.fixture(scope="module")
 def recorded():
-    log = read_log(DATA / "paper_noisy.csv.gz")
-    return LegLog(log.t_s[:ROWS], log.displacement_m[:ROWS], log.velocity_m_s[:ROWS], log.force_n[:ROWS])
+    return first_rows("paper_noisy")
+
+
+@pytest.fixture(scope="module")
+def of_unknown_load():
+    """For the momentum filter."""
+    return first_rows("multisine_eccentric")
 
 
 def quantised(log, profile):
@@ -120,13 +130,16 @@ def lcm_samples(log):
         yield row, round(t * 1000), log.displacement_m[row], log.velocity_m_s[row], log.force_n[row]
 
 
-def replay(log, out):
-    command = [sys.executable, "-m", "hexload_tools", "replay", log, "--platform", DATA / "paper_load.toml", "--out", out]
+PAPER, MOMENTUM = DATA / "paper_load.toml", DATA / "unknown_load.toml"
+
+
+def replay(log, out, platform=PAPER):
+    command = [sys.executable, "-m", "hexload_tools", "replay", log, "--platform", platform, "--out", out]
     return subprocess.run([*map(str, command)], capture_output=True, text=True)
 
 
-def estimates(log, out):
-    result = replay(log, out)
+def estimates(log, out, platform=PAPER):
+    result = replay(log, out, platform)
     assert result.returncode == 0, result.stderr
     return out.read_bytes()
 
@@ -151,16 +164,38 @@ def test_an_lcm_log_replays_to_the_same_estimates(recorded, tmp_path):
     assert estimates(bus, tmp_path / "bus.csv") == estimates(csv, tmp_path / "csv.csv")
 
 
+@pytest.mark.parametrize(("name", "profile"), [("log.log", "fd"), ("log.blf", "classic"), ("lcmlog-2026-11-21.00", "fd")])
+def test_a_log_of_any_kind_replays_to_the_ten_parameters_of_what_was_carried(of_unknown_load, tmp_path, name, profile):
+    # GIVEN samples of a load of which nothing is known, in a CSV log and in a log of a bus or of LCM
+    is_lcm = name.startswith("lcm")
+    csv = write_csv(tmp_path / "log.csv", of_unknown_load if is_lcm else quantised(of_unknown_load, profile))
+    if is_lcm:
+        bus = write_lcm(tmp_path / name, lcm_samples(of_unknown_load))
+    else:
+        bus = write_frames(tmp_path / name, frames_of(of_unknown_load, profile))
+    # WHEN both are replayed THEN every byte of the estimates is the same, of all ten
+    found = estimates(bus, tmp_path / "bus.csv", MOMENTUM)
+    assert found == estimates(csv, tmp_path / "csv.csv", MOMENTUM)
+    assert found.decode().startswith("t,m,hx,hy,hz,Ixx,Iyy,Izz,Ixy,Ixz,Iyz,s_m,")
+
+
 @pytest.mark.parametrize("profile", ["fd", "classic"])
-def test_quantisation_moves_the_estimates_by_a_small_part_of_sigma(recorded, tmp_path, profile):
+@pytest.mark.parametrize(("log_name", "platform", "parameters"), [("recorded", PAPER, 4), ("of_unknown_load", MOMENTUM, 10)])
+def test_quantisation_moves_the_estimates_by_a_small_part_of_sigma(
+    request, tmp_path, profile, log_name, platform, parameters
+):
     # GIVEN the samples with all their digits and as the bus carries them
-    exact = estimates(write_csv(tmp_path / "exact.csv", recorded), tmp_path / "a.csv")
-    carried = estimates(write_frames(tmp_path / "log.log", frames_of(recorded, profile)), tmp_path / "b.csv")
-    a, b = (np.genfromtxt(text.decode().splitlines()[-1:], delimiter=",")[1:9] for text in (exact, carried))
+    log = request.getfixturevalue(log_name)
+    exact = estimates(write_csv(tmp_path / "exact.csv", log), tmp_path / "a.csv", platform)
+    carried = estimates(write_frames(tmp_path / "log.log", frames_of(log, profile)), tmp_path / "b.csv", platform)
+    last = [text.decode().splitlines()[-1:] for text in (exact, carried)]
+    a, b = (np.genfromtxt(line, delimiter=",")[1 : 1 + 2 * parameters] for line in last)
     # WHEN the last estimates are compared THEN they differ by no more than rounding adds to the sensors' noise: an error
     # of step / sqrt(12) beside the nominal sigma, through the same filter; five times that for chance
     share = max(step / np.sqrt(12) / sigma for step, sigma in zip(STEPS[profile], NOMINAL_SIGMA))
-    assert np.all(np.abs(a[:4] - b[:4]) <= 5 * share * a[4:]), (a[:4] - b[:4]) / a[4:]
+    moved = (a[:parameters] - b[:parameters]) / a[parameters:]
+    print(f"{platform.stem}, {profile}: moved by at most {np.abs(moved).max():.4f} sigma")
+    assert np.all(np.abs(moved) <= 5 * share), moved
 
 
 def test_a_compressed_candump_log_reads_as_the_plain_one(recorded, tmp_path):
