@@ -12,6 +12,7 @@ from test_04_convergence import CHANNELS, quantised, step_of
 from hexload_tools import project
 from hexload_tools.log_file import read_log
 
+PATIENT = ("--answer-timeout", 60)  # an emulator may be slow
 ROUND_TICKS = 52  # of a classic answer: 26 pages, one at every second tick
 NOTICED_S = 0.010
 STATES = {"converged": 3, "converging": 2, "not_excited": 2, "inconsistent": 2}
@@ -75,7 +76,7 @@ def test_over_udp_multicast_all_ten_are_the_firmwares_and_a_new_load_is_an_event
         bus = f"udp_multicast:239.74.163.2:{probe.getsockname()[1]}"
     controller = start(ecu, "--bus", bus, "--profile", profile, "--platform", platform_of(scenario))
     controller.wait_for("ready on")
-    program = start(simulator, scenario, "--out", tmp_path / "run", "--bus", bus, "--profile", profile)
+    program = start(simulator, scenario, "--out", tmp_path / "run", "--bus", bus, "--profile", profile, *PATIENT)
     assert program.wait() == 0
     check_run(scenario, profile, tmp_path / "run", program.output, tmp_path)
     # and the controller says it too
@@ -92,7 +93,7 @@ def recorded(in_module, scenario, tmp_path_factory):
         if profile not in recordings:
             folder = tmp_path_factory.mktemp("recorded") / "run"
             recordings[profile] = in_module.record(
-                folder, profile, scenario=scenario, platform=platform_of(scenario)
+                folder, profile, *PATIENT, scenario=scenario, platform=platform_of(scenario)
             )
         return recordings[profile]
 
