@@ -247,6 +247,14 @@ static void read_column(const hexload_real_t* matrix, int columns, int i, hexloa
     }
 }
 
+/// Compensated, as a correction may be less than the rounding of a large parameter.
+static void correct_theta(hexload_momentum_filter_t* self, int i, hexload_real_t correction) {
+    const hexload_real_t due = correction - self->theta_excess[i];
+    const hexload_real_t corrected = self->theta[i] + due;
+    self->theta_excess[i] = (corrected - self->theta[i]) - due;
+    self->theta[i] = corrected;
+}
+
 /// x += (H P)^T S^-1 e, P -= (H P)^T S^-1 H P, both by their whitened halves.
 static void correct(hexload_momentum_filter_t* self, measurement_t* measured) {
     projection_t U;
@@ -260,7 +268,7 @@ static void correct(hexload_momentum_filter_t* self, measurement_t* measured) {
     self->nis = dot6(e, e);
     for (int i = 0; i < DIM; i++) {
         read_column(&U.load[0][0], DIM, i, u);
-        self->theta[i] += dot6(u, e);
+        correct_theta(self, i, dot6(u, e));
         take_off6(self->load_cov[i], u, &U.load[0][0], DIM, i + 1);
         for (int j = 0; j < i; j++) {
             self->load_cov[j][i] = self->load_cov[i][j];

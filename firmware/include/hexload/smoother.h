@@ -23,7 +23,7 @@ HEXLOAD_DECLS_BEGIN
 
 /// Longest lag that the memory of an instance allows, and missing ticks that may be under way at a time.
 #ifndef HEXLOAD_LAG_TICKS_MAX
-#define HEXLOAD_LAG_TICKS_MAX 86
+#define HEXLOAD_LAG_TICKS_MAX 85
 #endif
 enum {
     HEXLOAD_MISSING_TICKS_MAX = 16,
