@@ -253,6 +253,24 @@ def campaign(
 
 
 @app.command()
+def soak(
+    scenario: Annotated[str, typer.Argument(help="Name of a scenario in host_sim/scenarios, or a .toml file, with one load throughout.")] = "work",
+    hours: Annotated[float, typer.Option(min=0.017, help="Simulated time; the first minute, in which the filter settles, is not judged.")] = 8.0,
+    seed: Annotated[int, typer.Option(min=0, help="Of noise and trajectory.")] = 1,
+) -> None:
+    """Runs hours of simulated motion through the momentum estimator and looks for drift: covariance, false events, errors.
+
+    Faster than real time, in one process, in constant memory, without files. Status 1 when something is found.
+
+    Example:  hexload soak --hours 8
+    """
+    from hexload_tools import sim
+    from hexload_tools import soak as verb
+
+    raise typer.Exit(verb.run_soak(sim.resolve_scenario(scenario), hours, seed))
+
+
+@app.command()
 def bench() -> None:
     """Measures the simulator's speed beside MuJoCo's, and the firmware's instructions and memory on a Cortex-M7.
 
