@@ -19,7 +19,7 @@ PLACES = {"host": ["-m", "not vcan"], "vcan": ["-m", "vcan"], "zynqmp_r5": ["-m"
 
 
 def pytest_command(options: list[str], artefacts: Path) -> list[str]:
-    common = ["-v", "-s", "-p", "no:cacheprovider", f"--junit-xml={artefacts}/junit.xml"]
+    common = ["-v", "-s", "-p", "no:cacheprovider", "-p", "no:hypothesispytest", f"--junit-xml={artefacts}/junit.xml"]
     return [sys.executable, "-m", "pytest", *common, *options, str(Path(__file__).parent)]
 
 
