@@ -80,7 +80,7 @@ def test_both_filters_load_the_classic_bus_alike(contract):
 
 @pytest.mark.parametrize("filter_name, parameters", [("paper", 4), ("momentum", 10)])
 def test_an_answer_has_a_page_for_each_number_and_for_what_the_document_counts(contract, filter_name, parameters):
-    # GIVEN the pages that a round has: health, values, sigmas, NIS, its mean, status, refused; verdicts of their own for ten
+    # GIVEN the pages that a round has: health, values, sigmas, NIS, its mean, status, refused; verdicts apart for ten
     expected = 1 + 2 * parameters + 2 + 1 + 1 + (filter_name == "momentum")
     # THEN the document counts as many, and the contract has a signal for each number
     assert verb.ANSWER_PAGES[filter_name] == expected
