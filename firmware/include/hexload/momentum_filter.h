@@ -36,8 +36,11 @@ enum hexload_load_parameter {
 /// longer gap mu begins anew, which also makes up for what the gap costs in the other stages.
 enum { HEXLOAD_LONGEST_STEP_TICKS = 3 };
 
-/// Numbers of a symmetric matrix of theta, the lower triangle by rows.
-enum { HEXLOAD_LOAD_COVARIANCES = HEXLOAD_LOAD_DIM * (HEXLOAD_LOAD_DIM + 1) / 2 };
+enum {
+    HEXLOAD_MOMENTUM_STATES = HEXLOAD_LOAD_DIM + 6, ///< theta, mu
+    /// Numbers of a symmetric matrix of theta, the lower triangle by rows.
+    HEXLOAD_LOAD_COVARIANCES = HEXLOAD_LOAD_DIM * (HEXLOAD_LOAD_DIM + 1) / 2,
+};
 
 /// What moves mu at one tick.
 typedef struct hexload_momentum_input {

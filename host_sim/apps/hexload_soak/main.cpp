@@ -30,10 +30,13 @@ using Covariance = Eigen::Matrix<double, states, states>;
 
 Covariance covariance_of(const hexload_momentum_filter_t& filter) {
     Covariance matrix;
-    std::size_t entry = 0;
     for (Eigen::Index row = 0; row < states; ++row) {
-        for (Eigen::Index column = 0; column <= row; ++column, ++entry) {
-            matrix(row, column) = static_cast<double>(filter.covariance[entry]);
+        for (Eigen::Index column = 0; column <= row; ++column) {
+            const Eigen::Index a = row - parameters;
+            const hexload_real_t value = row < parameters      ? filter.load_cov[row][column]
+                                         : column < parameters ? filter.cross_cov[a][column]
+                                                               : filter.momentum_cov[a][column - parameters];
+            matrix(row, column) = static_cast<double>(value);
             matrix(column, row) = matrix(row, column);
         }
     }
@@ -53,11 +56,12 @@ struct Soak {
 };
 
 void look_at_tick(const hexload_momentum_t& estimator, const hexload_estimate_t& estimate, Soak& soak) {
-    std::size_t diagonal = 0;
-    for (std::size_t state = 0; state < static_cast<std::size_t>(states); ++state) {
-        const auto variance = static_cast<double>(estimator.filter.covariance[diagonal + state]);
+    for (Eigen::Index state = 0; state < states; ++state) {
+        const Eigen::Index a = state - parameters;
+        const hexload_momentum_filter_t& filter = estimator.filter;
+        const auto variance = static_cast<double>(state < parameters ? filter.load_cov[state][state]
+                                                                     : filter.momentum_cov[a][a]);
         soak.bad_variances += variance > 0.0 && std::isfinite(variance) ? 0u : 1u;
-        diagonal += state + 1;
     }
     soak.inconsistent_ticks += estimate.verdict == HEXLOAD_VERDICT_INCONSISTENT ? 1u : 0u;
 }
