@@ -5,9 +5,6 @@
 
 #include "hexload/body.h"
 
-/// Where row i of a lower triangle begins that is stored by rows.
-#define ROW(i) ((i) * ((i) + 1) / 2)
-
 /// theta about another point, axes kept: h' = h - m r, and the tensor about r. Linear in theta.
 void body_see_from(const hexload_real_t point_m[3], const hexload_real_t theta[HEXLOAD_LOAD_DIM],
                    hexload_real_t seen[HEXLOAD_LOAD_DIM]);

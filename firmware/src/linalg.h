@@ -8,6 +8,9 @@
 
 #include <stdbool.h>
 
+/// Where row i of a lower triangle begins that is stored by rows.
+#define ROW(i) ((i) * ((i) + 1) / 2)
+
 static inline hexload_real_t dot3(const hexload_real_t a[3], const hexload_real_t b[3]) {
     return hexload_fma(a[2], b[2], hexload_fma(a[1], b[1], a[0] * b[0]));
 }

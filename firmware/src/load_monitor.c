@@ -7,9 +7,6 @@
 
 #define IDEAL_NIS HEXLOAD_REAL(6.0)
 
-/// Time constant of the mean, and how long an error of the parameters has added up in mu.
-#define MEMORY_S HEXLOAD_REAL(0.05)
-
 /// Twice the ideal: the leaky mean of 100 NIS has a sigma of 0.35, so noise alone does not reach it.
 #define ALARM_NIS HEXLOAD_REAL(12.0)
 
@@ -79,7 +76,8 @@ static void add_unknown(hexload_load_monitor_t* self, const hexload_momentum_fil
     momentum_spread(filter, Y, spread);
     for (int a = 0; a < 6; a++) {
         for (int b = 0; b <= a; b++) {
-            self->covariance[a][b] = hexload_fma(MEMORY_S * dt_s, spread[a][b], self->covariance[a][b]);
+            self->covariance[a][b] =
+                hexload_fma(HEXLOAD_LOAD_MONITOR_MEMORY_S * dt_s, spread[a][b], self->covariance[a][b]);
         }
     }
 }
@@ -162,7 +160,7 @@ bool hexload_load_monitor_step(hexload_load_monitor_t* self, const hexload_confi
         add_unknown(self, filter, motion, acceleration, dt_s);
         const hexload_real_t nis = correct(self, sensors, body, motion, jacobian);
         self->nis = hexload_min(nis, LARGEST_NIS);
-        self->nis_mean += config->tick_s / MEMORY_S * (self->nis - self->nis_mean);
+        self->nis_mean += config->tick_s / HEXLOAD_LOAD_MONITOR_MEMORY_S * (self->nis - self->nis_mean);
     }
     remember(self, sample, &input);
     return self->nis_mean > ALARM_NIS;

@@ -3,7 +3,9 @@
 #include "leg_blocks.h"
 #include "linalg.h"
 #include "momentum_model.h"
+#include "momentum_update.h"
 
+#include <stddef.h>
 #include <string.h>
 
 #define IDEAL_NIS HEXLOAD_REAL(6.0)
@@ -178,12 +180,6 @@ typedef struct measurement {
     hexload_real_t S[6][6]; ///< R first; lower triangle
 } measurement_t;
 
-/// -H P by its blocks.
-typedef struct projection {
-    hexload_real_t load[6][DIM];
-    hexload_real_t momentum[6][6];
-} projection_t;
-
 /// Noise of e: that of the leg speeds by the cautious body, and the parameters' errors on the part of the
 /// twist that the smoother leaves out.
 static void measurement_noise(const hexload_momentum_filter_t* self, const hexload_sensors_t* sensors,
@@ -223,7 +219,7 @@ static void measure(const hexload_momentum_filter_t* self, const hexload_motion_
 
 /// -H P = [E, -Y] P, and S = H P H^T + R.
 static void project_covariance(const hexload_momentum_filter_t* self, measurement_t* measured,
-                               projection_t* U) {
+                               momentum_projection_t* U) {
     for (int a = 0; a < 6; a++) {
         const hexload_real_t* Y = measured->Y[a];
         for (int j = 0; j < DIM; j++) {
@@ -256,8 +252,8 @@ static void correct_theta(hexload_momentum_filter_t* self, int i, hexload_real_t
 }
 
 /// x += (H P)^T S^-1 e, P -= (H P)^T S^-1 H P, both by their whitened halves.
-static void correct(hexload_momentum_filter_t* self, measurement_t* measured) {
-    projection_t U;
+static void correct(hexload_momentum_filter_t* self, measurement_t* measured, momentum_update_t* left) {
+    momentum_projection_t U;
     hexload_real_t u[6];
     const hexload_real_t* e = measured->innovation;
     project_covariance(self, measured, &U);
@@ -280,13 +276,18 @@ static void correct(hexload_momentum_filter_t* self, measurement_t* measured) {
         take_off6(self->cross_cov[i], u, &U.load[0][0], DIM, DIM);
         take_off6(self->momentum_cov[i], u, &U.momentum[0][0], 6, i + 1);
     }
+    if (left != NULL) {
+        memcpy(left->Y, measured->Y, sizeof left->Y);
+        memcpy(left->innovation, measured->innovation, sizeof left->innovation);
+        memcpy(left->L, measured->S, sizeof left->L);
+        left->U = U;
+    }
 }
 
-void hexload_momentum_filter_step(hexload_momentum_filter_t* self, const hexload_config_t* config,
-                                  const hexload_sensors_t* sensors,
-                                  const hexload_smoother_constants_t* smoother,
-                                  const hexload_smooth_sample_t* sample, const hexload_motion_t* motion,
-                                  const hexload_leg_blocks_t* jacobian) {
+void momentum_filter_update(hexload_momentum_filter_t* self, const hexload_config_t* config,
+                            const hexload_sensors_t* sensors, const hexload_smoother_constants_t* smoother,
+                            const hexload_smooth_sample_t* sample, const hexload_motion_t* motion,
+                            const hexload_leg_blocks_t* jacobian, momentum_update_t* left) {
     residue_t residue;
     measurement_t measured;
     hexload_momentum_input_t input;
@@ -300,10 +301,18 @@ void hexload_momentum_filter_step(hexload_momentum_filter_t* self, const hexload
         measure(self, motion, &residue, &measured);
         measurement_noise(self, sensors, motion, jacobian, &residue,
                           correlated_ticks(smoother, sensors, &residue), measured.S);
-        correct(self, &measured);
+        correct(self, &measured, left);
     }
     self->last_input = input;
     memcpy(self->smooth_twist, residue.smooth_twist, sizeof self->smooth_twist);
+}
+
+void hexload_momentum_filter_step(hexload_momentum_filter_t* self, const hexload_config_t* config,
+                                  const hexload_sensors_t* sensors,
+                                  const hexload_smoother_constants_t* smoother,
+                                  const hexload_smooth_sample_t* sample, const hexload_motion_t* motion,
+                                  const hexload_leg_blocks_t* jacobian) {
+    momentum_filter_update(self, config, sensors, smoother, sample, motion, jacobian, NULL);
 }
 
 void hexload_momentum_filter_forget(hexload_momentum_filter_t* self, const hexload_config_t* config) {

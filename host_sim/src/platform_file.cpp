@@ -7,8 +7,10 @@
 namespace hexload::sim {
 namespace {
 
-constexpr std::array<Choice<EstimatorKind>, 2> estimator_kinds{
-    {{"momentum", EstimatorKind::momentum}, {"paper", EstimatorKind::paper}}};
+constexpr std::array<Choice<EstimatorKind>, 3> estimator_kinds{
+    {{"momentum", EstimatorKind::momentum},
+     {"momentum_machine", EstimatorKind::momentum_machine},
+     {"paper", EstimatorKind::paper}}};
 constexpr std::array<Choice<PaperPrior>, 2> paper_priors{
     {{"safe", PaperPrior::safe}, {"printed", PaperPrior::printed}}};
 
@@ -98,6 +100,10 @@ EstimatorSettings read_estimator(TomlReader table) {
     EstimatorSettings settings;
     table.choice("kind", settings.kind, estimator_kinds);
     table.choice("prior", settings.prior, paper_priors);
+    table.optional_number("bias_sigma_n", settings.bias_sigma_n, non_negative);
+    table.optional_number("coulomb_sigma_n", settings.coulomb_sigma_n, non_negative);
+    table.optional_number("viscous_sigma_n_s_m", settings.viscous_sigma_n_s_m, non_negative);
+    table.optional_number("friction_speed_m_s", settings.friction_speed_m_s, positive);
     table.refuse_unknown_keys();
     return settings;
 }

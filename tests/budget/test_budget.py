@@ -24,15 +24,23 @@ PRESETS = (*target.CORTEX_M7.values(), "target-cortex-m4f", "target-cortex-r5f")
 TICK_S = 1e-3
 MOMENTUM_TICKS = 1500  # of the motion, with the momentum filter on a bus; momentum_runs have all of it
 
+MOMENTUM_PROGRAMS = ("momentum", "machine")
+
 # What the issue of the controller targets allows, whatever stands in budget.toml.
 MOST_BYTES = {"core_text": 24 * 1024, "estimator": 2 * 1024, "momentum_estimator": 12 * 1024}
 MOST_STACK_BYTES = 3 * 1024
 
-# What a program does not link that uses one of the two estimators.
+# What a program does not link that uses one of the three estimators; a machine's needs the momentum filter's too.
 PAPER_SOURCES = ("wrench.c", "paper_model.c", "paper_filter.c", "supervisor.c", "hexload.c")
 MOMENTUM_SOURCES = ("noise_meter.c", "smoother.c", "momentum_model.c", "momentum_filter.c", "load_monitor.c",
-                    "load_supervisor.c", "momentum.c")  # fmt: skip
+                    "load_supervisor.c", "momentum_frame.c", "momentum.c")  # fmt: skip
+MACHINE_SOURCES = ("machine_filter.c", "separation.c", "machine.c")
 BODY_SOURCES = ("body.c", "nearest_body.c")  # what only those link who ask for it
+LEFT_OUT = {
+    "core": (*MOMENTUM_SOURCES, *MACHINE_SOURCES, *BODY_SOURCES),
+    "momentum": (*PAPER_SOURCES, *MACHINE_SOURCES, *BODY_SOURCES),
+    "machine": (*PAPER_SOURCES, *BODY_SOURCES),
+}
 
 
 def check(what: str, found: int, limit: int) -> None:
@@ -63,16 +71,20 @@ def replays(tmp_path_factory) -> dict[str, dict[str, target.Replayed]]:
 
 
 @pytest.fixture(scope="module")
-def momentum_runs(tmp_path_factory) -> dict[str, dict[str, tuple[int, np.ndarray]]]:
-    """The momentum estimator on the same inputs, by optimisation level: bytes of its instance, answers."""
+def momentum_runs(tmp_path_factory) -> dict[str, dict[str, dict[str, tuple[int, np.ndarray]]]]:
+    """Both momentum estimators on the same inputs, by program and optimisation level: bytes of the instance, answers."""
     folder = tmp_path_factory.mktemp("momentum")
     config = hexload_native.config_bytes(platform(), TICK_S)
     inputs = {"motion": recorded(), "hard": hard_samples(hexload_native, platform(), recorded())}
     return {
-        optimisation: {
-            name: target.replay_momentum(preset, config, samples, folder) for name, samples in inputs.items()
+        program: {
+            optimisation: {
+                name: target.replay_momentum(preset, config, samples, folder, program)
+                for name, samples in inputs.items()
+            }
+            for optimisation, preset in target.CORTEX_M7.items()
         }
-        for optimisation, preset in target.CORTEX_M7.items()
+        for program in MOMENTUM_PROGRAMS
     }
 
 
@@ -123,8 +135,8 @@ def test_code_and_data_are_within_their_limits():
     preset = target.CORTEX_M7["-O2"]
     core = target.size_of(target.library(preset))
     node = target.size_of(*target.node_libraries(preset))
-    for name, left_out in {"core": MOMENTUM_SOURCES, "momentum": PAPER_SOURCES}.items():
-        text = core.text - target.size_of(*target.objects(preset, *left_out, *BODY_SOURCES)).text
+    for name, left_out in LEFT_OUT.items():
+        text = core.text - target.size_of(*target.objects(preset, *left_out)).text
         check(f"text of {name}, bytes", text, BUDGET["bytes"][f"{name}_text"])
     body = target.size_of(*target.objects(preset, *BODY_SOURCES))
     check("text of the load as a body, bytes", body.text, BUDGET["bytes"]["body_text"])
@@ -134,7 +146,9 @@ def test_code_and_data_are_within_their_limits():
 
 
 def test_instances_and_configuration_are_within_their_limits(replays, momentum_runs, node_runs):
-    check("hexload_momentum_t, bytes", momentum_runs["-O2"]["motion"][0], BUDGET["bytes"]["momentum_estimator"])
+    for program in MOMENTUM_PROGRAMS:
+        found_bytes = momentum_runs[program]["-O2"]["motion"][0]
+        check(f"hexload_{program}_t, bytes", found_bytes, BUDGET["bytes"][f"{program}_estimator"])
     found = replays["-O2"]["motion"]
     check("hexload_t, bytes", found.estimator_bytes, BUDGET["bytes"]["estimator"])
     check("hexload_config_t, bytes", found.config_bytes, BUDGET["bytes"]["config"])
@@ -208,12 +222,13 @@ def test_instructions_are_within_their_limits(optimisation, replays):
         check(f"{optimisation}, {kind}, tick, instructions", answers["tick_instructions"].max(), limits[kind]["tick"])
 
 
+@pytest.mark.parametrize("program", MOMENTUM_PROGRAMS)
 @pytest.mark.parametrize("optimisation", target.CORTEX_M7)
-def test_instructions_of_the_momentum_estimator_are_within_their_limits(optimisation, momentum_runs):
-    limits = BUDGET["momentum_instructions"][optimisation]
-    for kind, (_, answers) in momentum_runs[optimisation].items():
-        check(f"{optimisation}, {kind}, instructions", answers["tick_instructions"].max(), limits[kind])
-        assert answers["tick_stack_bytes"].max() <= BUDGET["stack_bytes"]["hexload_momentum_tick"]
+def test_instructions_of_a_momentum_estimator_are_within_their_limits(optimisation, program, momentum_runs):
+    limits = BUDGET[f"{program}_instructions"][optimisation]
+    for kind, (_, answers) in momentum_runs[program][optimisation].items():
+        check(f"{optimisation}, {program}, {kind}, instructions", answers["tick_instructions"].max(), limits[kind])
+        assert answers["tick_stack_bytes"].max() <= BUDGET["stack_bytes"][f"hexload_{program}_tick"]
 
 
 @pytest.fixture(scope="module")

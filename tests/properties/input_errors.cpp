@@ -77,11 +77,12 @@ template <typename Load> std::string message_of(Load load, const std::filesystem
 
 const std::array<Refusal, 20> platform_refusals{{
     {"kind = \"paper\"", "kind = \"papre\"",
-     R"(19: estimator.kind: found "papre", expected one of "momentum", "paper")"},
+     R"(19: estimator.kind: found "papre", expected one of "momentum", "momentum_machine", "paper")"},
     {"kind = \"paper\"", "prior = \"wide\"",
      R"(19: estimator.prior: found "wide", expected one of "safe", "printed")"},
     {"kind = \"paper\"", "kindd = \"paper\"",
-     "19: estimator.kindd: found an unknown key, expected one of kind, prior"},
+     "19: estimator.kindd: found an unknown key, expected one of bias_sigma_n, coulomb_sigma_n, "
+     "friction_speed_m_s, kind, prior, viscous_sigma_n_s_m"},
     {"[estimator]", "[estimater]",
      "18: estimater: found an unknown key, expected one of environment, estimator, geometry, load, platform, "
      "sensors"},

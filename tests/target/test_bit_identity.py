@@ -93,3 +93,16 @@ def test_controller_computes_the_bits_of_the_host_for_the_load_as_a_body(tmp_pat
             np.testing.assert_array_equal(answers[name].astype(float), found, name)
         np.testing.assert_array_equal(answers["nearest"].astype(float), [each["theta"] for each in nearest])
         np.testing.assert_array_equal(answers["is_found"], [each["is_found"] for each in nearest])
+
+
+def test_controller_computes_the_bits_of_the_host_with_bias_and_friction(tmp_path):
+    # GIVEN ten seconds of a recorded log, replayed by the host's build of the estimator with the machine's effects
+    name = "multisine_eccentric"
+    samples = target.samples_of(log_of(name), SECONDS)
+    host = host_replay(name, tmp_path, "momentum_machine")
+    host |= {quantity: host[quantity][:, :10] for quantity in ("value", "sigma")}
+    config = hexload_native.config_bytes(hexload_native.load_platform(platform_file(name, tmp_path)), TICK_S)
+    for preset in target.CORTEX_M7.values():
+        # WHEN the Cortex-M7 replays it THEN all ten estimates of the load and the rest are the same, to the bit
+        _, answers = target.replay_momentum(preset, config, samples, tmp_path, "machine")
+        assert_same_bits(answers, host)

@@ -2,6 +2,7 @@
 
 import math
 from contextlib import nullcontext
+from itertools import zip_longest
 from pathlib import Path
 
 from rich.console import Console
@@ -14,6 +15,7 @@ from hexload_tools.log_formats import read_any_log
 from hexload_tools.table3 import DIGITS, SYMBOLS, UNITS
 from hexload_tools.tare import tare_for, unit_of
 
+MACHINE_UNITS = {"bias": "N", "coulomb": "N", "viscous": "N s/m"}  # of each leg's effects
 TEN_DIGITS = 4  # of the momentum filter's parameters, in kg, kg m and kg m^2
 
 
@@ -62,8 +64,10 @@ MISSING_MOTION = {
 }
 
 
-def in_words(name: str, verdict: str) -> str:
-    """A parameter's verdict with its reason."""
+def in_words(name: str, verdict: str, hidden: str | None = None) -> str:
+    """A parameter's verdict with its reason. `hidden`: why it cannot be told from the machine's own effects."""
+    if hidden is not None and verdict != "inconsistent":
+        return f"{verdict.replace('_', ' ')}: {hidden}"
     if verdict == "not_excited":
         return f"not excited: {MISSING_MOTION[name]} in the last 10 s, or too little"
     if verdict == "inconsistent":
@@ -112,12 +116,13 @@ def print_summary(result: dict, out: Path) -> None:
     table.add_column("estimate", justify="right")
     table.add_column("sigma", justify="right")
     table.add_column("verdict")
-    rows = zip(result["names"], result["value"][-1], result["sigma"][-1], result["parameter_verdict"])
+    rows = zip_longest(result["names"], result["value"][-1], result["sigma"][-1], result["parameter_verdict"])
     for name, value, sigma, verdict in rows:
         digits = TEN_DIGITS if "m" in result["names"] else DIGITS[name]
-        unit = UNITS.get(name) or unit_of(name)
+        unit = UNITS.get(name) or MACHINE_UNITS.get(name[:-1]) or unit_of(name)
         numbers = (f"{value:.{digits}f}", f"{sigma:.{digits}f}")
-        table.add_row(f"{SYMBOLS.get(name, name)}, {unit}", *numbers, in_words(name, verdict))
+        words = "" if verdict is None else in_words(name, verdict, result["hidden"].get(name))
+        table.add_row(f"{SYMBOLS.get(name, name)}, {unit}", *numbers, words)
     Console().print(table)
     if "body" in result:
         Console().print(body_table(result["body"]))

@@ -4,6 +4,7 @@ import shutil
 import subprocess
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -125,10 +126,12 @@ def replay(preset: str, config: bytes, samples: NDArray, folder: Path) -> Replay
     return Replayed(*(int(value) for value in header), answers)
 
 
-def replay_momentum(preset: str, config: bytes, samples: NDArray, folder: Path) -> tuple[int, NDArray]:
-    """Runs the program `momentum`: bytes of its estimator, and answers of MOMENTUM_ANSWER, one for each sample."""
+def replay_momentum(
+    preset: str, config: bytes, samples: NDArray, folder: Path, program: Literal["momentum", "machine"] = "momentum"
+) -> tuple[int, NDArray]:
+    """Runs the program: bytes of its estimator, and answers of MOMENTUM_ANSWER, one for each sample."""
     (folder / "log").write_bytes(config + samples.tobytes())
-    run(preset, "momentum", ["log", "out"], folder)
+    run(preset, program, ["log", "out"], folder)
     content = (folder / "out").read_bytes()
     header = np.frombuffer(content, MOMENTUM_HEADER, count=1)[0]
     answers = np.frombuffer(content, MOMENTUM_ANSWER, offset=MOMENTUM_HEADER.itemsize)

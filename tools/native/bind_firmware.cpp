@@ -14,6 +14,7 @@
 #include <nanobind/stl/vector.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 namespace nb = nanobind;
@@ -26,14 +27,19 @@ using LegColumns = nb::ndarray<const double, nb::shape<-1, 6>, nb::c_contig, nb:
 
 EstimatorSettings override_settings(EstimatorSettings settings, const std::optional<std::string>& estimator,
                                     const std::optional<std::string>& prior) {
-    if (estimator && *estimator != "paper" && *estimator != "momentum") {
-        throw InputError("estimator: found " + *estimator + ", expected paper or momentum");
-    }
     if (prior && *prior != "safe" && *prior != "printed") {
         throw InputError("prior: found " + *prior + ", expected safe or printed");
     }
     if (estimator) {
-        settings.kind = *estimator == "paper" ? EstimatorKind::paper : EstimatorKind::momentum;
+        const std::array kinds = {EstimatorKind::paper, EstimatorKind::momentum,
+                                  EstimatorKind::momentum_machine};
+        const auto* const kind =
+            std::ranges::find(kinds, *estimator, [](EstimatorKind k) { return name_of(k); });
+        if (kind == kinds.end()) {
+            throw InputError("estimator: found " + *estimator +
+                             ", expected paper, momentum or momentum_machine");
+        }
+        settings.kind = *kind;
     }
     if (prior) {
         settings.prior = *prior == "safe" ? PaperPrior::safe : PaperPrior::printed;
@@ -135,7 +141,12 @@ class Answer {
         result["sigma"] = as_array(std::move(sigmas_), rows, names.size());
         result["nis"] = as_array(std::move(nis_), rows, 0);
         result["verdict"] = verdicts_;
-        result["parameter_verdict"] = last_verdicts(names.size());
+        result["parameter_verdict"] = last_verdicts(std::min(names.size(), last_verdicts_.size()));
+        nb::dict hidden;
+        for (const HiddenParameter& parameter : link.hidden_parameters()) {
+            hidden[nb::str(parameter.name.data(), parameter.name.size())] = parameter.reason;
+        }
+        result["hidden"] = hidden;
         if (std::vector<double> covariance = link.covariance(); !covariance.empty()) {
             result["body"] = body_dict(load_body(last_row_, covariance));
             result["covariance"] = as_array(std::move(covariance), names.size(), names.size());
@@ -321,8 +332,9 @@ void bind_firmware(nb::module_& module) {
         "Runs the firmware over a log: t [n] s, legs [n, 6] in m, m/s, N. Writes the estimates CSV "
         "and returns it as a\n"
         "dict of arrays, with health counts, each parameter's last verdict and the number of refused "
-        "samples; of the momentum filter "
-        "also the final covariance,\nwithout the tare's, and the final body: mass, centre of mass and "
+        "samples, and the load parameters that the machine's effects hide, with the reason; of the momentum "
+        "filters also the final covariance,\nwithout the tare's, and the final body: mass, centre of mass "
+        "and "
         "central tensor with sigmas, whether a body can have them,\nand the nearest that one can have. "
         "bodies_path: a CSV of the same for each row. A tare is added to the platform, and its sigma "
         "to that of the estimates. ValueError names what is wrong.");

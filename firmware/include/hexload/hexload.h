@@ -20,6 +20,7 @@
 #include "hexload/supervisor.h"
 #include "hexload/momentum.h"
 #include "hexload/body.h"
+#include "hexload/machine.h"
 
 HEXLOAD_DECLS_BEGIN
 

@@ -13,6 +13,9 @@
 
 HEXLOAD_DECLS_BEGIN
 
+/// Time constant of the mean, and how long an error of the parameters has added up in mu.
+#define HEXLOAD_LOAD_MONITOR_MEMORY_S HEXLOAD_REAL(0.05)
+
 typedef struct hexload_load_monitor {
     hexload_real_t momentum[6];
     hexload_real_t covariance[6][6];        ///< the lower triangle counts

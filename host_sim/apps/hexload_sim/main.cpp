@@ -138,7 +138,10 @@ void print_summary(const sim::Scenario& scenario, const sim::RunResult& result,
     }
     const auto names = link.parameter_names();
     for (std::size_t i = 0; last && i < names.size(); ++i) {
-        fmt::print("  {:<4} {:10.4f} +- {:.2g}\n", names[i], last->value[i], last->sigma[i]);
+        fmt::print("  {:<8} {:10.4f} +- {:.2g}\n", names[i], last->value[i], last->sigma[i]);
+    }
+    for (const sim::HiddenParameter& hidden : link.hidden_parameters()) {
+        fmt::print("  {}: {}\n", hidden.name, hidden.reason);
     }
     if (last) {
         fmt::print("  verdict: {}\n", last->verdict);

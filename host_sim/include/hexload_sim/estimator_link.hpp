@@ -23,19 +23,28 @@ struct LegSample {
     Vector6 force_n = Vector6::Zero();
 };
 
+// Ten load parameters, and a bias and two kinds of friction of six legs.
+inline constexpr std::size_t parameters_max = 28;
+
 struct EstimateRow {
-    double t_s = 0.0;               // of the sample that it belongs to
-    std::array<double, 10> value{}; // the first parameter_names().size() entries are used
-    std::array<double, 10> sigma{};
+    double t_s = 0.0;                           // of the sample that it belongs to
+    std::array<double, parameters_max> value{}; // the first parameter_names().size() entries are used
+    std::array<double, parameters_max> sigma{};
     double nis = 0.0;
-    std::string_view verdict; // the worst of the parameters'
-    std::array<std::string_view, 10> parameter_verdict;
+    std::string_view verdict;                           // the worst of the parameters'
+    std::array<std::string_view, 10> parameter_verdict; // of the load's parameters
     std::uint32_t health = 0;
 };
 
 struct HealthCount {
     std::string name; // as in hexload/status.h
     std::uint32_t ticks = 0;
+};
+
+// A load parameter that cannot be told from the machine's own effects.
+struct HiddenParameter {
+    std::string_view name;
+    std::string reason;
 };
 
 // Why a run over a bus cannot go on.
@@ -117,6 +126,11 @@ class EstimatorLink {
 
     // Covariance of the estimates after the last sample, row by row. Empty: this link does not tell.
     virtual std::vector<double> covariance() const {
+        return {};
+    }
+
+    // Parameters that have not converged because the machine hides them, after the last sample.
+    virtual std::vector<HiddenParameter> hidden_parameters() const {
         return {};
     }
 

@@ -18,8 +18,9 @@ struct SensorSigma {
 };
 
 enum class EstimatorKind {
-    momentum, // all ten parameters, any motion
-    paper,    // the paper's filter: dz, Ixx, Iyy, Izz at known mass
+    momentum,         // all ten parameters, any motion
+    momentum_machine, // and the force sensors' biases and the legs' friction
+    paper,            // the paper's filter: dz, Ixx, Iyy, Izz at known mass
 };
 
 enum class PaperPrior {
@@ -34,6 +35,12 @@ std::string_view name_of(PaperPrior prior);
 struct EstimatorSettings {
     EstimatorKind kind = EstimatorKind::momentum;
     PaperPrior prior = PaperPrior::safe;
+    // What is known beforehand of the machine's effects, per leg; nothing: the firmware's default. Sigma 0:
+    // none.
+    std::optional<double> bias_sigma_n;
+    std::optional<double> coulomb_sigma_n;
+    std::optional<double> viscous_sigma_n_s_m;
+    std::optional<double> friction_speed_m_s;
 };
 
 struct PlatformFile {

@@ -10,12 +10,15 @@ namespace hexload::sim {
 
 namespace {
 
-// The firmware's two estimators by one name each.
+// The firmware's estimators by one name each.
 hexload_status_t init(hexload_t& self, const hexload_config_t& config) {
     return hexload_init(&self, &config);
 }
 hexload_status_t init(hexload_momentum_t& self, const hexload_config_t& config) {
     return hexload_momentum_init(&self, &config);
+}
+hexload_status_t init(hexload_machine_t& self, const hexload_config_t& config) {
+    return hexload_machine_init(&self, &config);
 }
 hexload_status_t tick(hexload_t& self, const hexload_config_t& config, const hexload_leg_sample_t& sample,
                       hexload_estimate_t& estimate) {
@@ -25,6 +28,25 @@ hexload_status_t tick(hexload_momentum_t& self, const hexload_config_t& config,
                       const hexload_leg_sample_t& sample, hexload_estimate_t& estimate) {
     return hexload_momentum_tick(&self, &config, &sample, &estimate);
 }
+hexload_status_t tick(hexload_machine_t& self, const hexload_config_t& config,
+                      const hexload_leg_sample_t& sample, hexload_estimate_t& estimate) {
+    return hexload_machine_tick(&self, &config, &sample, &estimate);
+}
+const hexload_health_t& health_of(const hexload_t& self) {
+    return self.health;
+}
+const hexload_health_t& health_of(const hexload_momentum_t& self) {
+    return self.health;
+}
+const hexload_health_t& health_of(const hexload_machine_t& self) {
+    return self.momentum.health;
+}
+
+hexload_machine_answer_t machine_of(const hexload_machine_t& self, const hexload_estimate_t& estimate) {
+    hexload_machine_answer_t machine{};
+    hexload_machine_read(&self, &estimate, &machine);
+    return machine;
+}
 
 // What the tare's errors, taken as independent, add to the sigmas of the estimate. The sum of load and
 // platform is what the momentum filter measures. The paper's filter knows the load's mass and measures the
@@ -32,7 +54,7 @@ hexload_status_t tick(hexload_momentum_t& self, const hexload_config_t& config,
 // m_l dz^2 + I - m c^2, and so m_l d(dz) = c dm - dh_z and dI_C = -dI + 2 dz dh_z + c (c - 2 dz) dm.
 void add_tare_sigma(EstimateRow& row, const Vector10& tare_sigma, const hexload_config_t& config,
                     EstimatorKind kind) {
-    if (kind == EstimatorKind::momentum) {
+    if (kind != EstimatorKind::paper) {
         for (std::size_t k = 0; k < HEXLOAD_LOAD_DIM; k++) {
             row.sigma[k] = std::hypot(row.sigma[k], tare_sigma[static_cast<Eigen::Index>(k)]);
         }
@@ -56,15 +78,41 @@ void add_tare_sigma(EstimateRow& row, const Vector10& tare_sigma, const hexload_
 std::vector<double> covariance_of(const hexload_t&) {
     return {};
 }
-std::vector<double> covariance_of(const hexload_momentum_t& self) {
-    constexpr std::size_t size = HEXLOAD_LOAD_DIM;
+
+// A symmetric matrix of the entries row by row of its lower triangle.
+template <class Entry> std::vector<double> symmetric(std::size_t size, Entry entry) {
     std::vector<double> matrix(size * size);
     for (std::size_t row = 0; row < size; row++) {
-        for (std::size_t column = 0; column < size; column++) {
-            matrix[row * size + column] = static_cast<double>(self.filter.load_cov[row][column]);
+        for (std::size_t column = 0; column <= row; column++) {
+            const auto value = static_cast<double>(entry(row, column));
+            matrix[row * size + column] = value;
+            matrix[column * size + row] = value;
         }
     }
     return matrix;
+}
+
+constexpr std::size_t triangle(std::size_t row) {
+    return row * (row + 1) / 2;
+}
+
+std::vector<double> covariance_of(const hexload_momentum_t& self) {
+    return symmetric(HEXLOAD_LOAD_DIM, [&self](std::size_t row, std::size_t column) {
+        return self.filter.load_cov[row][column];
+    });
+}
+
+// The rows of the machine's effects go on where a lower triangle by rows of the load's parameters and the
+// momentum ends.
+std::vector<double> covariance_of(const hexload_machine_t& self) {
+    constexpr std::size_t load = HEXLOAD_LOAD_DIM;
+    constexpr std::size_t states = HEXLOAD_MOMENTUM_STATES;
+    const auto state_of = [](std::size_t k) { return k < load ? k : k - load + states; };
+    return symmetric(load + HEXLOAD_MACHINE_DIM, [&](std::size_t row, std::size_t column) {
+        const std::size_t entry = triangle(state_of(row)) + state_of(column);
+        return row < load ? self.momentum.filter.load_cov[row][column]
+                          : self.filter.covariance[entry - triangle(states)];
+    });
 }
 
 template <class Estimator, EstimatorKind kind> class InprocLink final : public EstimatorLink {
@@ -87,14 +135,16 @@ template <class Estimator, EstimatorKind kind> class InprocLink final : public E
 
     std::span<const EstimateRow> step(const LegSample& sample) override {
         const hexload_leg_sample_t legs = firmware_sample(sample);
-        hexload_estimate_t estimate{};
-        last_status_ = tick(estimator_, config_, legs, estimate);
+        last_status_ = tick(estimator_, config_, legs, estimate_);
         if (last_status_ != HEXLOAD_OK) {
             return {};
         }
-        row_ = estimate_row(estimate, sample.t_s, estimator_.health.bits);
-        if ((estimator_.health.bits >> HEXLOAD_HEALTH_LOAD_CHANGED & 1U) != 0) {
+        row_ = estimate_row(estimate_, sample.t_s, health_of(estimator_).bits);
+        if ((health_of(estimator_).bits >> HEXLOAD_HEALTH_LOAD_CHANGED & 1U) != 0) {
             load_changes_s_.push_back(sample.t_s);
+        }
+        if constexpr (kind == EstimatorKind::momentum_machine) {
+            add_machine(row_, machine_of(estimator_, estimate_));
         }
         if (tare_) {
             add_tare_sigma(row_, tare_->sigma, config_, kind);
@@ -103,11 +153,11 @@ template <class Estimator, EstimatorKind kind> class InprocLink final : public E
     }
 
     std::vector<HealthCount> health_counts() const override {
-        return named_health_counts(estimator_.health.count);
+        return named_health_counts(health_of(estimator_).count);
     }
 
     std::uint32_t refused() const override {
-        return estimator_.health.refused;
+        return health_of(estimator_).refused;
     }
 
     std::string last_refusal() const override {
@@ -122,10 +172,18 @@ template <class Estimator, EstimatorKind kind> class InprocLink final : public E
         return covariance_of(estimator_);
     }
 
+    std::vector<HiddenParameter> hidden_parameters() const override {
+        if constexpr (kind == EstimatorKind::momentum_machine) {
+            return sim::hidden_parameters(machine_of(estimator_, estimate_));
+        }
+        return {};
+    }
+
   private:
     hexload_config_t config_;
     std::optional<Tare> tare_;
     Estimator estimator_{};
+    hexload_estimate_t estimate_{};
     hexload_status_t last_status_ = HEXLOAD_OK;
     EstimateRow row_;
     std::vector<double> load_changes_s_;
@@ -136,12 +194,18 @@ template <class Estimator, EstimatorKind kind> class InprocLink final : public E
 std::unique_ptr<EstimatorLink> make_inproc_link(const PlatformFile& platform,
                                                 const EstimatorSettings& settings, double sampling_s,
                                                 const std::optional<Tare>& tare) {
-    if (settings.kind == EstimatorKind::paper) {
-        return std::make_unique<InprocLink<hexload_t, EstimatorKind::paper>>(platform, settings, sampling_s,
-                                                                             tare);
+    using Kind = EstimatorKind;
+    switch (settings.kind) {
+    case Kind::paper:
+        return std::make_unique<InprocLink<hexload_t, Kind::paper>>(platform, settings, sampling_s, tare);
+    case Kind::momentum_machine:
+        return std::make_unique<InprocLink<hexload_machine_t, Kind::momentum_machine>>(platform, settings,
+                                                                                       sampling_s, tare);
+    case Kind::momentum:
+        break;
     }
-    return std::make_unique<InprocLink<hexload_momentum_t, EstimatorKind::momentum>>(platform, settings,
-                                                                                     sampling_s, tare);
+    return std::make_unique<InprocLink<hexload_momentum_t, Kind::momentum>>(platform, settings, sampling_s,
+                                                                            tare);
 }
 
 } // namespace hexload::sim

@@ -1,6 +1,7 @@
-/// Replays a log inside the controller with the momentum estimator: arguments LOG OUT, files of the host in
-/// the format of tools/hexload_tools/target.py.
-#include "hexload/momentum.h"
+/// Replays a log inside the controller with the momentum estimator, or as the program `machine` with that
+/// which finds bias and friction too: arguments LOG OUT, files of the host in the format of
+/// tools/hexload_tools/target.py.
+#include "hexload/machine.h"
 
 #include "arguments.h"
 #include "instruction_counter.h"
@@ -29,15 +30,47 @@ typedef struct {
     uint32_t tick_stack_bytes;
 } answer_t;
 
-static void run_tick(hexload_momentum_t* self, const hexload_config_t* config,
-                     const hexload_leg_sample_t* sample, answer_t* answer) {
+#ifdef WITH_MACHINE
+typedef hexload_machine_t estimator_t;
+
+static hexload_status_t init(estimator_t* self, const hexload_config_t* config) {
+    return hexload_machine_init(self, config);
+}
+
+static hexload_status_t tick(estimator_t* self, const hexload_config_t* config,
+                             const hexload_leg_sample_t* sample, hexload_estimate_t* estimate) {
+    return hexload_machine_tick(self, config, sample, estimate);
+}
+
+static const hexload_health_t* health_of(const estimator_t* self) {
+    return &self->momentum.health;
+}
+#else
+typedef hexload_momentum_t estimator_t;
+
+static hexload_status_t init(estimator_t* self, const hexload_config_t* config) {
+    return hexload_momentum_init(self, config);
+}
+
+static hexload_status_t tick(estimator_t* self, const hexload_config_t* config,
+                             const hexload_leg_sample_t* sample, hexload_estimate_t* estimate) {
+    return hexload_momentum_tick(self, config, sample, estimate);
+}
+
+static const hexload_health_t* health_of(const estimator_t* self) {
+    return &self->health;
+}
+#endif
+
+static void run_tick(estimator_t* self, const hexload_config_t* config, const hexload_leg_sample_t* sample,
+                     answer_t* answer) {
     hexload_estimate_t estimate = {0};
     const uint32_t* stack = paint_stack();
     const uint32_t mark = instruction_counter_mark();
-    answer->status = hexload_momentum_tick(self, config, sample, &estimate);
+    answer->status = tick(self, config, sample, &estimate);
     answer->tick_instructions = instruction_counter_since(mark);
     answer->tick_stack_bytes = used_stack_bytes(stack);
-    answer->health = self->health.bits;
+    answer->health = health_of(self)->bits;
     memcpy(answer->value, estimate.value, sizeof answer->value);
     memcpy(answer->sigma, estimate.sigma, sizeof answer->sigma);
     answer->nis = estimate.nis;
@@ -45,12 +78,11 @@ static void run_tick(hexload_momentum_t* self, const hexload_config_t* config,
 }
 
 static enum exit_status replay(int32_t log, int32_t out) {
-    static hexload_momentum_t estimator;
+    static estimator_t estimator;
     static hexload_config_t config;
     const header_t header = {.config_bytes = sizeof config, .estimator_bytes = sizeof estimator};
     hexload_leg_sample_t sample;
-    if (!semihosting_read(log, &config, sizeof config) ||
-        hexload_momentum_init(&estimator, &config) != HEXLOAD_OK) {
+    if (!semihosting_read(log, &config, sizeof config) || init(&estimator, &config) != HEXLOAD_OK) {
         return BAD_CONFIG;
     }
     if (!semihosting_write(out, &header, sizeof header)) {

@@ -1,0 +1,83 @@
+#include "hexload/machine.h"
+
+#include "health.h"
+#include "momentum_frame.h"
+
+#include <stddef.h>
+
+// The lasting memory of an estimator: 4-byte numbers, or 8-byte ones in the reference build.
+_Static_assert(sizeof(hexload_machine_t) <= (size_t)16 * 1024 * sizeof(hexload_real_t) / sizeof(float) ||
+                   HEXLOAD_LAG_TICKS_MAX > 86,
+               "an estimator fits in 16 KiB");
+
+hexload_status_t hexload_machine_init(hexload_machine_t* self, const hexload_config_t* config) {
+    const hexload_status_t status = hexload_momentum_init(&self->momentum, config);
+    if (status == HEXLOAD_OK) {
+        hexload_machine_filter_init(&self->filter, config);
+        hexload_separation_init(&self->separation);
+    }
+    return status;
+}
+
+/// The load monitor looks at what is left of the forces without the machine's effects.
+static void watch_load(hexload_machine_t* self, const hexload_config_t* config,
+                       const hexload_leg_sample_t* sample, momentum_tick_t* tick) {
+    hexload_leg_sample_t clean = *sample;
+    hexload_sensors_t sensors = tick->sensors;
+    hexload_machine_filter_clean(&self->filter, config, HEXLOAD_LOAD_MONITOR_MEMORY_S, &clean, &sensors);
+    momentum_frame_watch(&self->momentum, config, &clean, &sensors, tick);
+}
+
+/// One sample of lag_ticks ago.
+static void filter_past(hexload_machine_t* self, const hexload_config_t* config,
+                        const hexload_leg_sample_t* sample, momentum_tick_t* tick) {
+    hexload_momentum_t* momentum = &self->momentum;
+    momentum_past_t past;
+    if (!momentum_frame_take(momentum, config, sample, tick, &past)) {
+        return;
+    }
+    if (past.is_new_load) {
+        hexload_momentum_filter_forget(&momentum->filter, config);
+        hexload_machine_filter_forget(&self->filter);
+    }
+    momentum->is_interrupted = !hexload_machine_filter_step(
+        &self->filter, &momentum->filter, config, &tick->sensors, &momentum->smoother.constants, &past.sample,
+        &past.motion, &momentum->past_kinematics.jacobian);
+    const uint32_t gap_ticks = momentum->is_interrupted ? 1 : past.sample.gap_ticks; // at rest, time goes on
+    hexload_load_supervisor_watch(&momentum->supervisor, config, &momentum->filter, &past.motion, gap_ticks);
+    hexload_separation_step(&self->separation, config, &momentum->filter, &self->filter, &past.sample);
+}
+
+hexload_status_t hexload_machine_tick(hexload_machine_t* self, const hexload_config_t* config,
+                                      const hexload_leg_sample_t* sample, hexload_estimate_t* estimate) {
+    hexload_momentum_t* momentum = &self->momentum;
+    momentum_tick_t tick;
+    const hexload_status_t status = momentum_frame_begin(momentum, config, sample, &tick);
+    if (status != HEXLOAD_OK) {
+        return status;
+    }
+    watch_load(self, config, sample, &tick);
+    filter_past(self, config, sample, &tick);
+    const bool is_finite = hexload_momentum_filter_is_finite(&momentum->filter) &&
+                           hexload_machine_filter_is_finite(&self->filter);
+    momentum_frame_end(momentum, config, sample, is_finite, &tick, estimate);
+    if ((tick.health >> HEXLOAD_HEALTH_FILTER_RESTARTED & 1u) != 0) {
+        hexload_machine_filter_init(&self->filter, config);
+        hexload_separation_init(&self->separation);
+    }
+    hexload_separation_judge(&self->separation, estimate, &tick.health);
+    hexload_health_count(&momentum->health, tick.health);
+    return HEXLOAD_OK;
+}
+
+void hexload_machine_read(const hexload_machine_t* self, const hexload_estimate_t* estimate,
+                          hexload_machine_answer_t* answer) {
+    uint32_t open = 0;
+    for (int k = 0; k < HEXLOAD_LOAD_DIM; k++) {
+        open |= estimate->parameter_verdict[k] != HEXLOAD_VERDICT_CONVERGED ? (uint32_t)1 << k : 0;
+    }
+    hexload_machine_filter_read(&self->filter, answer->value, answer->sigma);
+    answer->hidden_by_bias = self->separation.bias_mask & open;
+    answer->hidden_by_friction = self->separation.friction_mask & open;
+    answer->fastest_leg_m_s = self->separation.fastest_leg_m_s;
+}

@@ -1,0 +1,665 @@
+#include "hexload/machine.h"
+#include "leg_blocks.h"
+#include "machine_model.h"
+#include "momentum_model.h"
+#include "momentum_update.h"
+#include "motion.h"
+
+#include <math.h>
+#include <string.h>
+
+void setUp(void) {}
+void tearDown(void) {}
+
+enum { LOAD = HEXLOAD_LOAD_DIM, MU = LOAD, KNOWN = LOAD + 6, DIM = HEXLOAD_MACHINE_DIM, ALL = KNOWN + DIM };
+
+static const body_t eccentric = {312.0, {-0.09, 0.13, 0.27}, {17.0, 21.0, 12.0, 2.0, -1.0, 1.5}};
+static const body_t heavier = {431.0, {0.02, 0.05, 0.33}, {24.0, 23.0, 18.0, -1.0, 0.5, -0.5}};
+
+static void theta_of(const body_t* body, double theta[LOAD]) {
+    static const int entry[6][2] = {{0, 0}, {1, 1}, {2, 2}, {0, 1}, {0, 2}, {1, 2}};
+    const double* c = body->com_m;
+    theta[0] = body->mass_kg;
+    for (int k = 0; k < 3; k++) {
+        theta[1 + k] = body->mass_kg * c[k];
+    }
+    for (int n = 0; n < 6; n++) {
+        const int i = entry[n][0], j = entry[n][1];
+        const double square = i == j ? c[0] * c[0] + c[1] * c[1] + c[2] * c[2] : 0.0;
+        theta[4 + n] = body->inertia_com_kg_m2[n] + body->mass_kg * (square - c[i] * c[j]);
+    }
+}
+
+/// Sensors that err and legs that rub.
+typedef struct effects {
+    double value[DIM];
+} effects_t;
+
+static const effects_t none = {{0.0}};
+
+/// Up to 80 N of bias, 120 N of Coulomb friction, 400 N s/m of viscous friction.
+static effects_t random_effects(uint64_t seed) {
+    effects_t effects;
+    for (int leg = 0; leg < 6; leg++) {
+        effects.value[leg] = 80.0 * uniform(&seed);
+        effects.value[6 + leg] = 80.0 + 40.0 * uniform(&seed);
+        effects.value[12 + leg] = 250.0 + 150.0 * uniform(&seed);
+    }
+    return effects;
+}
+
+/// What a force sensor between piston and oil shows beside the force on the platform: the friction of
+/// host_sim/src/hydraulics.cpp, and an offset.
+static void add_effects(const effects_t* effects, hexload_leg_sample_t* sample) {
+    for (int leg = 0; leg < 6; leg++) {
+        const double v = (double)sample->velocity_m_s[leg];
+        const double friction_n =
+            effects->value[6 + leg] * v / sqrt(v * v + 5e-3 * 5e-3) + effects->value[12 + leg] * v;
+        sample->force_n[leg] += (hexload_real_t)(effects->value[leg] + friction_n);
+    }
+}
+
+/// An estimator at work.
+typedef struct bench {
+    hexload_config_t config;
+    hexload_machine_t estimator;
+    hexload_estimate_t estimate;
+    hexload_machine_answer_t answer;
+    motion_t motion;
+    effects_t effects;
+    uint64_t seed;
+    uint32_t tick;
+    uint32_t alarms;
+    uint32_t last_alarm;
+} bench_t;
+
+static void begin(bench_t* bench, hexload_config_t config, motion_t motion, const effects_t* effects,
+                  uint64_t seed) {
+    memset(bench, 0, sizeof *bench);
+    bench->config = config;
+    bench->motion = motion;
+    bench->effects = *effects;
+    bench->seed = seed;
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_OK, hexload_machine_init(&bench->estimator, &bench->config));
+}
+
+static hexload_leg_sample_t next_sample(bench_t* bench, const body_t* load) {
+    hexload_leg_sample_t sample =
+        perfect_sample(&bench->config, load, &bench->motion,
+                       (double)bench->estimator.momentum.kinematics.home_height_m, bench->tick);
+    add_effects(&bench->effects, &sample);
+    add_noise(&bench->config, &bench->seed, &sample);
+    return sample;
+}
+
+static void run(bench_t* bench, const body_t* load, uint32_t ticks) {
+    for (uint32_t n = 0; n < ticks; n++) {
+        const hexload_leg_sample_t sample = next_sample(bench, load);
+        TEST_ASSERT_EQUAL_INT(
+            HEXLOAD_OK, hexload_machine_tick(&bench->estimator, &bench->config, &sample, &bench->estimate));
+        if ((bench->estimator.momentum.health.bits >> HEXLOAD_HEALTH_LOAD_CHANGED & 1u) != 0) {
+            bench->alarms++;
+            bench->last_alarm = bench->tick;
+        }
+        bench->tick++;
+    }
+    hexload_machine_read(&bench->estimator, &bench->estimate, &bench->answer);
+}
+
+/// Covariance of two states: theta, mu, effects.
+static double covariance_of(const hexload_machine_t* estimator, int i, int j) {
+    const int row = i > j ? i : j, column = i > j ? j : i;
+    const hexload_momentum_filter_t* load = &estimator->momentum.filter;
+    return row < LOAD      ? (double)load->load_cov[row][column]
+           : row >= KNOWN  ? (double)estimator->filter.covariance[ROW(row) - ROW(KNOWN) + column]
+           : column < LOAD ? (double)load->cross_cov[row - LOAD][column]
+                           : (double)load->momentum_cov[row - LOAD][column - LOAD];
+}
+
+/// Normalised error squared of the load's parameters alone (10), or with the effects (28).
+static double nees_of(const bench_t* bench, const body_t* load, int size) {
+    double theta[LOAD], L[LOAD + DIM][LOAD + DIM], white[LOAD + DIM], sum = 0.0;
+    theta_of(load, theta);
+    for (int i = 0; i < size; i++) {
+        for (int j = 0; j <= i; j++) {
+            L[i][j] = covariance_of(&bench->estimator, i < LOAD ? i : i + 6, j < LOAD ? j : j + 6);
+            for (int k = 0; k < j; k++) {
+                L[i][j] -= L[i][k] * L[j][k];
+            }
+            L[i][j] = i == j ? sqrt(L[i][i]) : L[i][j] / L[j][j];
+        }
+        white[i] = i < LOAD ? (double)bench->estimate.value[i] - theta[i]
+                            : (double)bench->answer.value[i - LOAD] - bench->effects.value[i - LOAD];
+        for (int k = 0; k < i; k++) {
+            white[i] -= L[i][k] * white[k];
+        }
+        white[i] /= L[i][i];
+        sum += white[i] * white[i];
+    }
+    return sum;
+}
+
+static motion_t at_rest(void) {
+    const motion_t motion = {.frequency_hz = {{1, 1}, {1, 1}, {1, 1}, {1, 1}, {1, 1}, {1, 1}}};
+    return motion;
+}
+
+/// Momentum filter, effects and all that a step of theirs needs.
+typedef struct step {
+    hexload_config_t config;
+    hexload_momentum_filter_t load;
+    hexload_machine_filter_t machine;
+    hexload_smoother_t smoother;
+    hexload_kinematics_t kinematics;
+    hexload_motion_t motion;
+    hexload_smooth_sample_t sample;
+} step_t;
+
+static void begin_step(step_t* step) {
+    memset(step, 0, sizeof *step);
+    step->config = crooked_machine();
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_OK, hexload_kinematics_init(&step->kinematics, &step->config));
+    hexload_smoother_init(&step->smoother, &step->config);
+    hexload_momentum_filter_init(&step->load, &step->config);
+    hexload_machine_filter_init(&step->machine, &step->config);
+}
+
+/// A sample whose smooth speed is off the measured one by left_m_s in some direction.
+static void next_step(step_t* step, const motion_t* motion, const effects_t* effects, uint32_t tick,
+                      double left_m_s) {
+    uint64_t seed = tick + 1;
+    step->sample.sample =
+        perfect_sample(&step->config, &eccentric, motion, (double)step->kinematics.home_height_m, tick);
+    for (int leg = 0; leg < 6; leg++) {
+        step->sample.smooth_velocity_m_s[leg] =
+            step->sample.sample.velocity_m_s[leg] + (hexload_real_t)(left_m_s * uniform(&seed));
+    }
+    add_effects(effects, &step->sample.sample);
+    step->sample.gap_ticks = tick == 0 ? 0 : 1;
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_OK, hexload_kinematics_solve(&step->kinematics, &step->config,
+                                                               &step->sample.sample, &step->motion));
+}
+
+static void take_step(step_t* step) {
+    const bool is_done = hexload_machine_filter_step(
+        &step->machine, &step->load, &step->config, &step->config.sensors, &step->smoother.constants,
+        &step->sample, &step->motion, &step->kinematics.jacobian);
+    TEST_ASSERT_TRUE(is_done);
+}
+
+/// Largest NIS of 300 ticks in which load and effects are taken for known.
+static double largest_nis(const effects_t* truth, const effects_t* believed) {
+    const motion_t motion = random_motion(17, 0.05, 0.1);
+    step_t step;
+    double theta[LOAD], largest = 0.0;
+    begin_step(&step);
+    theta_of(&eccentric, theta);
+    memset(step.load.load_cov, 0, sizeof step.load.load_cov);
+    memset(step.load.cross_cov, 0, sizeof step.load.cross_cov);
+    memset(step.load.momentum_cov, 0, sizeof step.load.momentum_cov);
+    memset(step.machine.covariance, 0, sizeof step.machine.covariance);
+    for (int k = 0; k < LOAD; k++) {
+        step.load.theta[k] = (hexload_real_t)theta[k];
+    }
+    for (int i = 0; i < DIM; i++) {
+        step.machine.effect[i] = (hexload_real_t)believed->value[i];
+    }
+    for (uint32_t tick = 0; tick < 300; tick++) {
+        next_step(&step, &motion, truth, tick, 0.0);
+        take_step(&step);
+        largest = tick == 0 ? 0.0 : fmax(largest, (double)step.load.nis);
+    }
+    return largest;
+}
+
+static void test_known_effects_leave_nothing_of_what_the_legs_show(void) {
+    // GIVEN perfect sensors with biases, on legs with friction WHEN all is known THEN the momentum is as
+    // predicted; sqrt(6) of a tenth of a sigma
+    const effects_t truth = random_effects(1);
+    TEST_ASSERT_TRUE(largest_nis(&truth, &truth) < 0.06);
+    // AND each of the eighteen counts, with its sign: without one alone, it is not
+    for (int i = 0; i < DIM; i++) {
+        effects_t wrong = truth;
+        wrong.value[i] = -truth.value[i];
+        TEST_ASSERT_TRUE_MESSAGE(largest_nis(&truth, &wrong) > 0.2, "an effect's sign");
+    }
+}
+
+/// Filter of all 34 states with dense matrices in double precision, by the textbook.
+typedef struct dense {
+    double x[ALL]; ///< theta without the platform, mu, effects
+    double P[ALL][ALL];
+    double last_A[6][DIM];
+} dense_t;
+
+static void read_dense(const step_t* step, dense_t* dense) {
+    hexload_machine_t all;
+    all.momentum.filter = step->load;
+    all.filter = step->machine;
+    for (int i = 0; i < ALL; i++) {
+        dense->x[i] = (double)(i < LOAD    ? step->load.theta[i]
+                               : i < KNOWN ? step->load.momentum[i - LOAD]
+                                           : step->machine.effect[i - KNOWN]);
+        for (int j = 0; j < ALL; j++) {
+            dense->P[i][j] = covariance_of(&all, i, j);
+        }
+    }
+}
+
+/// Rate of the momentum by a unit of each effect: the push of a leg times what the friction law makes of it.
+static void effect_rates(const step_t* step, double A[6][DIM]) {
+    for (int leg = 0; leg < 6; leg++) {
+        const double v = (double)step->sample.smooth_velocity_m_s[leg];
+        const double weight[3] = {1.0, v / hypot(v, 5e-3), v};
+        const double* p = (double[3]){(double)step->motion.p_m[0], (double)step->motion.p_m[1],
+                                      (double)step->motion.p_m[2]};
+        double e[6];
+        for (int k = 0; k < 6; k++) {
+            e[k] = (double)step->motion.J[leg][k];
+        }
+        const double push[6] = {e[0],
+                                e[1],
+                                e[2],
+                                e[3] + p[1] * e[2] - p[2] * e[1],
+                                e[4] + p[2] * e[0] - p[0] * e[2],
+                                e[5] + p[0] * e[1] - p[1] * e[0]};
+        for (int n = 0; n < 3; n++) {
+            for (int k = 0; k < 6; k++) {
+                A[k][6 * n + leg] = -weight[n] * push[k];
+            }
+        }
+    }
+}
+
+/// F of a step: the identity, Gbar by theta, A by the effects. The input's part goes to mu at once.
+static void dense_transition(const step_t* step, dense_t* dense, double A[6][DIM], double F[ALL][ALL]) {
+    hexload_momentum_input_t input;
+    hexload_real_t G[PULLED][LIFTED];
+    const double dt_s = (double)step->config.tick_s;
+    momentum_read_input(&step->motion, step->sample.sample.force_n, &input);
+    momentum_pull(&step->load.last_input, &input, step->config.tick_s * step->config.gravity_m_s2, G);
+    memset(F, 0, sizeof(double[ALL][ALL]));
+    for (int i = 0; i < ALL; i++) {
+        F[i][i] = 1.0;
+    }
+    for (int a = 0; a < PULLED; a++) {
+        for (int k = 0; k < LIFTED; k++) {
+            F[MU + FIRST_PULLED + a][k] = (double)G[a][k];
+            dense->x[MU + FIRST_PULLED + a] += (double)G[a][k] * (double)step->load.platform[k];
+        }
+    }
+    for (int k = 0; k < 6; k++) {
+        dense->x[MU + k] += 0.5 * dt_s * ((double)input.wrench[k] + (double)step->load.last_input.wrench[k]);
+        for (int i = 0; i < DIM; i++) {
+            F[MU + k][KNOWN + i] = 0.5 * dt_s * (A[k][i] + dense->last_A[k][i]);
+        }
+    }
+}
+
+static void dense_predict(const step_t* step, dense_t* dense) {
+    static double F[ALL][ALL], FP[ALL][ALL];
+    double A[6][DIM], x[ALL] = {0};
+    const double dt_s = (double)step->config.tick_s;
+    effect_rates(step, A);
+    dense_transition(step, dense, A, F);
+    memcpy(dense->last_A, A, sizeof A);
+    for (int i = 0; i < ALL; i++) {
+        for (int j = 0; j < ALL; j++) {
+            x[i] += F[i][j] * dense->x[j];
+            FP[i][j] = 0.0;
+            for (int k = 0; k < ALL; k++) {
+                FP[i][j] += F[i][k] * dense->P[k][j];
+            }
+        }
+    }
+    memcpy(dense->x, x, sizeof x);
+    for (int i = 0; i < ALL; i++) {
+        for (int j = 0; j < ALL; j++) {
+            dense->P[i][j] = 0.0;
+            for (int k = 0; k < ALL; k++) {
+                dense->P[i][j] += FP[i][k] * F[j][k];
+            }
+        }
+    }
+    double speed_variance = fmax((double)step->machine.left_m2_s2, 0.0);
+    for (int m = 0; m < 3; m++) {
+        speed_variance += 1.0 / (double)step->smoother.constants.inverse_variance[m];
+    }
+    for (int leg = 0; leg < 6; leg++) { // force noise, and the sign's
+        const double v = (double)step->sample.smooth_velocity_m_s[leg];
+        const double c = (double)step->machine.effect[6 + leg];
+        const double slope = 5e-3 * 5e-3 / pow(hypot(v, 5e-3), 3.0);
+        const double sigma_n = (double)step->config.sensors.force_sigma_n;
+        const double square = c * c + (double)machine_covariance(&step->machine, 6 + leg, 6 + leg);
+        const double variance = sigma_n * sigma_n + (double)step->config.momentum.lag_ticks * speed_variance *
+                                                        square * slope * slope;
+        for (int a = 0; a < 6; a++) {
+            for (int b = 0; b < 6; b++) {
+                dense->P[MU + a][MU + b] += dt_s * dt_s * variance * A[a][leg] * A[b][leg];
+            }
+        }
+    }
+}
+
+/// e = Y(V) (theta + theta_p) - mu, H = [-Y(V_l), E, 0], with S of the filter's own update, L L^T.
+static void dense_update(const step_t* step, dense_t* dense, hexload_real_t Y[6][LOAD],
+                         hexload_real_t L[6][6]) {
+    double body[LOAD], e[6], HP[6][ALL], K[6], momentum[6] = {0};
+    hexload_real_t Y_measured[6][LOAD];
+    momentum_regressor(&step->motion, step->motion.twist, Y_measured);
+    for (int k = 0; k < LOAD; k++) {
+        body[k] = dense->x[k] + (double)step->load.platform[k];
+        for (int a = 0; a < 6; a++) {
+            momentum[a] += (double)Y_measured[a][k] * body[k];
+        }
+    }
+    for (int a = 0; a < 6; a++) {
+        e[a] = momentum[a] - dense->x[MU + a];
+        for (int i = 0; i < ALL; i++) {
+            HP[a][i] = dense->P[MU + a][i];
+            for (int k = 0; k < LOAD; k++) {
+                HP[a][i] -= (double)Y[a][k] * dense->P[k][i];
+            }
+        }
+    }
+    for (int a = 0; a < 6; a++) { // whiten
+        for (int k = 0; k < a; k++) {
+            e[a] -= (double)L[a][k] * e[k];
+            for (int i = 0; i < ALL; i++) {
+                HP[a][i] -= (double)L[a][k] * HP[k][i];
+            }
+        }
+        e[a] *= (double)L[a][a];
+        for (int i = 0; i < ALL; i++) {
+            HP[a][i] *= (double)L[a][a];
+        }
+    }
+    for (int i = 0; i < ALL; i++) {
+        for (int a = 0; a < 6; a++) {
+            K[a] = HP[a][i];
+            dense->x[i] += K[a] * e[a];
+        }
+        for (int j = 0; j < ALL; j++) {
+            for (int a = 0; a < 6; a++) {
+                dense->P[i][j] -= K[a] * HP[a][j];
+            }
+        }
+    }
+}
+
+static void test_step_is_that_of_a_dense_filter(void) {
+    // GIVEN 80 ticks of motion, so that all of the covariance is at work
+    const motion_t motion = random_motion(23, 0.05, 0.1);
+    const effects_t effects = random_effects(5);
+    static dense_t dense;
+    static step_t step, before;
+    momentum_update_t left;
+    begin_step(&step);
+    for (uint32_t tick = 0; tick <= 80; tick++) {
+        next_step(&step, &motion, &effects, tick, 1e-4);
+        if (tick < 80) {
+            take_step(&step);
+            effect_rates(&step, dense.last_A);
+        }
+    }
+    // WHEN one more is taken, and a filter with dense matrices in double precision takes it too
+    read_dense(&step, &dense);
+    before = step;
+    take_step(&step);
+    before.machine.left_m2_s2 = step.machine.left_m2_s2;
+    dense_predict(&before, &dense);
+    for (int i = 0; i < LOAD; i++) { // the momentum filter's own update, for the S that it takes
+        for (int j = 0; j < LOAD; j++) {
+            before.load.load_cov[i][j] = (hexload_real_t)dense.P[i][j];
+        }
+    }
+    for (int i = 0; i < 6; i++) {
+        for (int j = 0; j < LOAD; j++) {
+            before.load.cross_cov[i][j] = (hexload_real_t)dense.P[LOAD + i][j];
+        }
+        for (int j = 0; j <= i; j++) {
+            before.load.momentum_cov[i][j] = (hexload_real_t)dense.P[LOAD + i][LOAD + j];
+        }
+    }
+    for (int k = 0; k < 6; k++) {
+        before.load.momentum[k] = (hexload_real_t)dense.x[MU + k];
+    }
+    before.config.gravity_m_s2 = HEXLOAD_REAL(0.0); // mu has moved already
+    before.config.sensors.force_sigma_n = HEXLOAD_REAL(0.0);
+    before.load.last_input = (hexload_momentum_input_t){0};
+    memset(before.sample.sample.force_n, 0, sizeof before.sample.sample.force_n);
+    momentum_filter_update(&before.load, &before.config, &before.config.sensors, &before.smoother.constants,
+                           &before.sample, &before.motion, &before.kinematics.jacobian, &left);
+    dense_update(&before, &dense, left.Y, left.L);
+    // THEN both know the same: states to a thousandth of a sigma, covariances to 1e-3 of sigma times sigma
+    static dense_t found;
+    read_dense(&step, &found);
+    const double share = sizeof(hexload_real_t) == sizeof(float) ? 1e-3 : 1e-6;
+    for (int i = 0; i < ALL; i++) {
+        const double sigma = sqrt(dense.P[i][i]);
+        TEST_ASSERT_DOUBLE_WITHIN(share * sigma, dense.x[i], found.x[i]);
+        for (int j = 0; j < ALL; j++) {
+            TEST_ASSERT_DOUBLE_WITHIN(share * sigma * sqrt(dense.P[j][j]), dense.P[i][j], found.P[i][j]);
+        }
+    }
+}
+
+static void test_effects_of_sigma_zero_are_none(void) {
+    // GIVEN the same samples for an estimator without effects and for one whose effects have no sigma
+    hexload_config_t config = paper_machine();
+    config.machine.prior_bias_sigma_n = HEXLOAD_REAL(0.0);
+    config.machine.prior_coulomb_sigma_n = HEXLOAD_REAL(0.0);
+    config.machine.prior_viscous_sigma_n_s_m = HEXLOAD_REAL(0.0);
+    static bench_t bench;
+    static hexload_momentum_t plain;
+    hexload_estimate_t estimate;
+    begin(&bench, config, random_motion(61, 0.05, 0.1), &none, 4);
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_OK, hexload_momentum_init(&plain, &config));
+    for (uint32_t n = 0; n < 1000; n++) {
+        const hexload_leg_sample_t sample = next_sample(&bench, &eccentric);
+        TEST_ASSERT_EQUAL_INT(HEXLOAD_OK, hexload_momentum_tick(&plain, &config, &sample, &estimate));
+        TEST_ASSERT_EQUAL_INT(HEXLOAD_OK,
+                              hexload_machine_tick(&bench.estimator, &config, &sample, &bench.estimate));
+        bench.tick++;
+    }
+    // WHEN they have run THEN their estimates are the same to the bit, and the effects are zero
+    TEST_ASSERT_EQUAL_MEMORY(estimate.value, bench.estimate.value, sizeof estimate.value);
+    TEST_ASSERT_EQUAL_MEMORY(estimate.sigma, bench.estimate.sigma, sizeof estimate.sigma);
+    hexload_machine_read(&bench.estimator, &bench.estimate, &bench.answer);
+    for (int i = 0; i < DIM; i++) {
+        TEST_ASSERT_TRUE(bench.answer.value[i] == HEXLOAD_REAL(0.0));
+        TEST_ASSERT_TRUE(bench.answer.sigma[i] == HEXLOAD_REAL(0.0));
+    }
+    TEST_ASSERT_EQUAL_UINT32(0, bench.answer.hidden_by_bias | bench.answer.hidden_by_friction);
+}
+
+static void test_errors_are_as_large_as_the_filter_says(void) {
+    // GIVEN twenty violent motions of a general machine with biases and friction, of which nothing is known
+    enum { RUNS = 20 };
+    static bench_t bench;
+    double load = 0.0, all = 0.0;
+    for (uint64_t n = 0; n < RUNS; n++) {
+        const effects_t effects = random_effects(500 + n);
+        const body_t* body = n % 2 == 0 ? &eccentric : &heavier;
+        begin(&bench, crooked_machine(), random_motion(100 + n, 0.05, 0.12), &effects, 200 + n);
+        // WHEN 3 s of each have passed
+        run(&bench, body, 3000);
+        // THEN all have converged without an alarm; 1e-7 of chi-square with 10 degrees of freedom is beyond
+        // 53
+        TEST_ASSERT_TRUE_MESSAGE(nees_of(&bench, body, LOAD) < 53.0, "NEES of a run");
+        TEST_ASSERT_EQUAL_INT(HEXLOAD_VERDICT_CONVERGED, bench.estimate.verdict);
+        TEST_ASSERT_EQUAL_UINT32(0, bench.alarms);
+        TEST_ASSERT_EQUAL_UINT32(0, bench.answer.hidden_by_bias | bench.answer.hidden_by_friction);
+        load += nees_of(&bench, body, LOAD);
+        all += nees_of(&bench, body, LOAD + DIM);
+    }
+    // AND the means are 10 and 28 within 3.3 sigma, sigma = sqrt(2 * 10 / 20) and sqrt(2 * 28 / 20)
+    printf("mean NEES %.2f of 10, %.2f of 28\n", load / RUNS, all / RUNS);
+    TEST_ASSERT_DOUBLE_WITHIN(3.3, 10.0, load / RUNS);
+    TEST_ASSERT_DOUBLE_WITHIN(5.5, 28.0, all / RUNS);
+}
+
+static void test_a_new_load_leaves_the_machine_known(void) {
+    // GIVEN a load and a machine that have been identified
+    const effects_t effects = random_effects(77);
+    static bench_t bench;
+    begin(&bench, paper_machine(), random_motion(31, 0.05, 0.1), &effects, 5);
+    run(&bench, &eccentric, 3000);
+    TEST_ASSERT_EQUAL_UINT32(0, bench.alarms);
+    // WHEN another load takes its place THEN that is told within 10 ms, once, as the friction of the present
+    // is known less well than its force sensors' noise
+    run(&bench, &heavier, 200);
+    TEST_ASSERT_EQUAL_UINT32(1, bench.alarms);
+    TEST_ASSERT_LESS_OR_EQUAL_UINT32(3010, bench.last_alarm);
+    // AND the effects are as well known as before, and the new load is found
+    for (int i = 0; i < 6; i++) {
+        TEST_ASSERT_TRUE((double)bench.answer.sigma[i] < 2.0);
+        TEST_ASSERT_DOUBLE_WITHIN(5.0 * (double)bench.answer.sigma[i], effects.value[i],
+                                  (double)bench.answer.value[i]);
+    }
+    run(&bench, &heavier, 2000);
+    TEST_ASSERT_EQUAL_UINT32(1, bench.alarms);
+    TEST_ASSERT_TRUE(nees_of(&bench, &heavier, LOAD) < 53.0);
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_VERDICT_CONVERGED, bench.estimate.verdict);
+}
+
+static void test_standstill_says_that_bias_and_load_are_one(void) {
+    // GIVEN a platform that stands, whose force sensors may be off by 100 N WHEN 2 s have passed
+    const effects_t effects = random_effects(78);
+    static bench_t bench;
+    begin(&bench, paper_machine(), at_rest(), &effects, 3);
+    run(&bench, &eccentric, 2000);
+    // THEN mass and the horizontal place of its centre are hidden by the biases, and that is said
+    const uint32_t m_hx_hy = 1u << HEXLOAD_LOAD_M | 1u << HEXLOAD_LOAD_HX | 1u << HEXLOAD_LOAD_HY;
+    TEST_ASSERT_EQUAL_HEX32(m_hx_hy, bench.answer.hidden_by_bias);
+    TEST_ASSERT_EQUAL_HEX32(0, bench.answer.hidden_by_friction);
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_VERDICT_NOT_EXCITED, bench.estimate.parameter_verdict[HEXLOAD_LOAD_M]);
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_VERDICT_NOT_EXCITED, bench.estimate.verdict);
+    TEST_ASSERT_TRUE(bench.estimator.momentum.health.bits >> HEXLOAD_HEALTH_NOT_EXCITED & 1u);
+    TEST_ASSERT_TRUE(bench.answer.fastest_leg_m_s < HEXLOAD_REAL(2e-3));
+    // AND the sigma covers the error: of six biases of 100 N, the part along gravity
+    TEST_ASSERT_TRUE((double)bench.estimate.sigma[0] > 15.0);
+    TEST_ASSERT_DOUBLE_WITHIN(4.0 * (double)bench.estimate.sigma[0], 312.0, (double)bench.estimate.value[0]);
+    // AND a motion that begins then is no change of load, and tells all
+    bench.motion = random_motion(8, 0.04, 0.08);
+    for (int k = 0; k < 6; k++) { // from rest at home, smoothly: by phases of zero speed
+        bench.motion.phase_rad[k][0] = 0.0;
+        bench.motion.phase_rad[k][1] = 3.14159265358979;
+        bench.motion.frequency_hz[k][1] = bench.motion.frequency_hz[k][0];
+        bench.motion.amplitude[k][1] = 0.99 * bench.motion.amplitude[k][0];
+    }
+    bench.tick += 60;
+    run(&bench, &eccentric, 10);
+    TEST_ASSERT_EQUAL_UINT32(0, bench.alarms);
+}
+
+static void test_separation_is_the_conditional_variance(void) {
+    // GIVEN the covariance of an estimator in the midst of its work
+    const effects_t effects = random_effects(79);
+    static bench_t bench;
+    static double P[LOAD + DIM][LOAD + DIM];
+    begin(&bench, paper_machine(), random_motion(62, 0.01, 0.02), &effects, 6);
+    run(&bench, &eccentric, 1500);
+    for (int i = 0; i < LOAD + DIM; i++) { // the effects first
+        for (int j = 0; j < LOAD + DIM; j++) {
+            P[i][j] =
+                covariance_of(&bench.estimator, i < DIM ? KNOWN + i : i - DIM, j < DIM ? KNOWN + j : j - DIM);
+        }
+    }
+    // WHEN a round of elimination is made of it
+    hexload_separation_t separation;
+    const hexload_smooth_sample_t still = {.gap_ticks = 1};
+    hexload_separation_init(&separation);
+    for (int n = 0; n <= DIM; n++) {
+        hexload_separation_step(&separation, &bench.config, &bench.estimator.momentum.filter,
+                                &bench.estimator.filter, &still);
+    }
+    // THEN what is left of the variances is what Gauss leaves in double precision
+    for (int at = 0; at < DIM; at++) {
+        for (int i = at + 1; i < LOAD + DIM; i++) {
+            const double factor = P[i][at] / P[at][at];
+            for (int j = at; j < LOAD + DIM; j++) {
+                P[i][j] -= factor * P[at][j];
+            }
+        }
+    }
+    for (int k = 0; k < LOAD; k++) {
+        const double before = (double)bench.estimator.momentum.filter.load_cov[k][k];
+        TEST_ASSERT_DOUBLE_WITHIN(1e-3 * before, P[DIM + k][DIM + k], (double)separation.variance[k]);
+    }
+}
+
+static void test_forgetting_the_load_keeps_the_machine(void) {
+    // GIVEN a filter at work WHEN the load is forgotten
+    const effects_t effects = random_effects(82);
+    static bench_t bench;
+    begin(&bench, paper_machine(), random_motion(63, 0.05, 0.1), &effects, 11);
+    run(&bench, &eccentric, 500);
+    hexload_machine_filter_t forgetful = bench.estimator.filter;
+    hexload_machine_filter_forget(&forgetful);
+    // THEN the effects and their covariance stay, and what they had in common with the load is gone
+    for (int i = 0; i < DIM; i++) {
+        TEST_ASSERT_TRUE(forgetful.effect[i] == bench.estimator.filter.effect[i]);
+        for (int k = 0; k < KNOWN; k++) {
+            TEST_ASSERT_TRUE(forgetful.covariance[EFFECT_ROW(i) + k] == HEXLOAD_REAL(0.0));
+        }
+        for (int j = 0; j < DIM; j++) {
+            TEST_ASSERT_TRUE(machine_covariance(&forgetful, i, j) ==
+                             machine_covariance(&bench.estimator.filter, i, j));
+        }
+    }
+    // AND a number that is not finite is noticed
+    TEST_ASSERT_TRUE(hexload_machine_filter_is_finite(&forgetful));
+    forgetful.effect[17] = (hexload_real_t)NAN;
+    TEST_ASSERT_FALSE(hexload_machine_filter_is_finite(&forgetful));
+}
+
+static void test_refused_sample_changes_nothing_but_the_counter(void) {
+    const effects_t effects = random_effects(80);
+    static bench_t bench;
+    static hexload_machine_t before;
+    begin(&bench, paper_machine(), random_motion(44, 0.05, 0.1), &effects, 9);
+    run(&bench, &eccentric, 300);
+    memcpy(&before, &bench.estimator, sizeof before);
+    // GIVEN a NaN and an old tick WHEN they come THEN only the count of refusals changes
+    hexload_leg_sample_t broken[2] = {{.tick = 300}, {.tick = 299}};
+    broken[0].force_n[3] = (hexload_real_t)NAN;
+    for (int n = 0; n < 2; n++) {
+        TEST_ASSERT_NOT_EQUAL(
+            HEXLOAD_OK, hexload_machine_tick(&bench.estimator, &bench.config, &broken[n], &bench.estimate));
+    }
+    TEST_ASSERT_EQUAL_UINT32(before.momentum.health.refused + 2, bench.estimator.momentum.health.refused);
+    bench.estimator.momentum.health.refused = before.momentum.health.refused;
+    TEST_ASSERT_EQUAL_MEMORY(&before, &bench.estimator, sizeof before);
+}
+
+static void test_broken_covariance_begins_anew(void) {
+    const effects_t effects = random_effects(81);
+    static bench_t bench;
+    begin(&bench, paper_machine(), random_motion(45, 0.05, 0.1), &effects, 10);
+    run(&bench, &eccentric, 1000);
+    // GIVEN a variance of an effect that rounding, or a fault of memory, has spoilt WHEN the next sample
+    // comes
+    bench.estimator.filter.covariance[EFFECT_ROW(7) + KNOWN + 7] = HEXLOAD_REAL(-1e9);
+    run(&bench, &eccentric, 1);
+    // THEN load and effects begin anew, that is said, and they are found again
+    TEST_ASSERT_TRUE(bench.estimator.momentum.health.bits >> HEXLOAD_HEALTH_FILTER_RESTARTED & 1u);
+    TEST_ASSERT_TRUE(bench.answer.sigma[7] == bench.config.machine.prior_coulomb_sigma_n);
+    run(&bench, &eccentric, 3000);
+    TEST_ASSERT_TRUE(nees_of(&bench, &eccentric, LOAD) < 53.0);
+}
+
+int main(void) {
+    UNITY_BEGIN();
+    RUN_TEST(test_known_effects_leave_nothing_of_what_the_legs_show);
+    RUN_TEST(test_step_is_that_of_a_dense_filter);
+    RUN_TEST(test_effects_of_sigma_zero_are_none);
+    RUN_TEST(test_errors_are_as_large_as_the_filter_says);
+    RUN_TEST(test_a_new_load_leaves_the_machine_known);
+    RUN_TEST(test_standstill_says_that_bias_and_load_are_one);
+    RUN_TEST(test_separation_is_the_conditional_variance);
+    RUN_TEST(test_forgetting_the_load_keeps_the_machine);
+    RUN_TEST(test_refused_sample_changes_nothing_but_the_counter);
+    RUN_TEST(test_broken_covariance_begins_anew);
+    return UNITY_END();
+}
