@@ -35,7 +35,8 @@ def early(tmp_path_factory) -> dict[str, list[np.ndarray]]:
     """Covariances of the first two seconds of recorded logs, by log."""
     folder = tmp_path_factory.mktemp("early")
     platform = hexload_native.load_platform(DATA / "unknown_load.toml")
-    return {name: early_covariances(hexload_native, platform, read_log(DATA / f"{name}.csv.gz"), folder) for name in LOGS}
+    logs = {name: read_log(DATA / f"{name}.csv.gz") for name in LOGS}
+    return {name: early_covariances(hexload_native, platform, log, folder) for name, log in logs.items()}
 
 
 def central(theta: np.ndarray) -> np.ndarray:
@@ -65,7 +66,8 @@ def test_sigmas_are_as_large_as_the_errors(early, record_property):
     for log, covariances in early.items():
         truth = truth_of(log)
         for seconds, covariance in zip(EARLY_S, covariances, strict=True):
-            bodies = [hexload_native.describe_body(theta, covariance) for theta in estimates(random, truth, covariance, 1000)]
+            drawn = estimates(random, truth, covariance, 1000)
+            bodies = [hexload_native.describe_body(theta, covariance) for theta in drawn]
             known = [as_errors(body) for body in bodies if body["has_inertia"]]
             if len(known) < 0.95 * len(bodies):  # not yet known, and the firmware says so
                 continue
@@ -73,7 +75,8 @@ def test_sigmas_are_as_large_as_the_errors(early, record_property):
             rms = np.sqrt(np.mean(in_sigmas**2, axis=0))
             record_property(f"rms_{log}_{seconds}", rms.tolist())
             print(f"{log} at {seconds} s: rms of errors / sigma", np.round(rms, 2))
-            # THEN the errors are as large as said: 4.5 sigma of a mean of 950 or more, and above what first order may leave out
+            # THEN the errors are as large as said: 4.5 sigma of a mean of 950 or more, and above that what first order
+            # may leave out
             assert (rms > 0.9).all()
             assert (rms < 1.1 * np.sqrt(1.25)).all()
             checked += 1
@@ -81,8 +84,8 @@ def test_sigmas_are_as_large_as_the_errors(early, record_property):
 
 
 def nearest_by_cuts(theta: np.ndarray, root: np.ndarray) -> np.ndarray:
-    """The way to the nearest possible body in sigmas, by cutting planes: v^T Pi v >= 0 for the axes v of each answer so far,
-    and the shortest way within all cuts by nonnegative least squares (Lawson and Hanson's least distance problem).
+    """The way to the nearest possible body in sigmas, by cutting planes: v^T Pi v >= 0 for the axes v of each answer so
+    far, and the shortest way within all cuts by nonnegative least squares (Lawson and Hanson's least distance problem).
 
     Every answer is too short rather than too long, as the cuts allow more than the cone.
     """
@@ -125,9 +128,9 @@ def test_nearest_is_what_an_independent_optimiser_finds(early, record_property):
                     off[name] = max(off[name], np.linalg.norm(way - expected) / max(1.0, length))
                     gap = max(gap, (way @ way - length**2) / max(1.0, length**2))
     record_property("off_the_optimum", {"count": count, "gap": gap, **off})
-    print(f"{count} estimates: {off} sigmas off, or shares of the distance; the squared way longer by {gap:.1e} at most")
-    # THEN the firmware's way is longer by what the end of its path leaves: eight times 1e-5, and by the margin, 1e-5 of what
-    # is known to some thousand sigmas. The optimum lies within the root of that
+    print(f"{count} estimates: {off} sigmas off, or shares of the distance; the squared way {gap:.1e} longer at most")
+    # THEN the firmware's way is longer by what the end of its path leaves: eight times 1e-5, and by the margin, 1e-5 of
+    # what is known to some thousand sigmas. The optimum lies within the root of that
     assert count > 100
     assert gap < 1e-3
     assert off["float"] < 0.01
@@ -164,7 +167,8 @@ def test_runs_of_the_simulator_are_nearer_to_the_truth_after_it(tmp_path, record
         for seconds, each in errors.items():
             if each:
                 rms = np.sqrt(np.mean(np.square(each), axis=(0, 2)))
-                print(f"{kind} at {seconds} s: {len(each)} of {seeds} impossible, rms error {rms[0]:.3f} -> {rms[1]:.3f} of scale")
+                said = f"{len(each)} of {seeds} impossible, rms error {rms[0]:.3f} -> {rms[1]:.3f} of scale"
+                print(f"{kind} at {seconds} s: {said}")
                 record_property(f"rms_{kind}_{seconds}", rms.tolist())
                 gains.append((len(each), rms))
     # THEN errors relative to the scales are half as large, or less, over all of them
@@ -236,7 +240,8 @@ def test_a_tare_makes_the_bodys_sigmas_larger(short_log, tmp_path):
     platform = hexload_native.load_platform(DATA / "unknown_load.toml")
     tare = hexload_native.Tare(np.zeros(10), np.ones(10))
     plain, tared = (
-        run_firmware(hexload_native, platform, log, tmp_path / "e.csv", "momentum", tare=each)["body"] for each in (None, tare)
+        run_firmware(hexload_native, platform, log, tmp_path / "e.csv", "momentum", tare=each)["body"]
+        for each in (None, tare)
     )
     # THEN the mass's sigma is the root of both squares, and the others are larger too
     assert tared["sigma"][0] == pytest.approx(np.hypot(plain["sigma"][0], 1.0), rel=1e-6)
@@ -248,9 +253,8 @@ def test_bodies_that_cannot_be_told_are_refused_and_nothing_is_written(same, tmp
     # GIVEN the paper's filter, which finds four parameters, or one name for two files WHEN bodies are asked for
     machine = DATA / ("unknown_load.toml" if same else "paper_load.toml")
     bodies = tmp_path / ("estimates.csv" if same else "bodies.csv")
-    finished = hexload(
-        "replay", DATA / "paper_noisy.csv.gz", "--platform", machine, "--out", tmp_path / "estimates.csv", "--bodies", bodies
-    )
+    options = ("--platform", machine, "--out", tmp_path / "estimates.csv", "--bodies", bodies)
+    finished = hexload("replay", DATA / "paper_noisy.csv.gz", *options)
     # THEN that is refused, with what was found and what was expected, and no file appears
     assert finished.returncode == 2
     assert "found" in finished.stderr and "expected" in finished.stderr

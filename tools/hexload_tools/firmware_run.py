@@ -33,10 +33,11 @@ def run_firmware(
     tare=None,
     bodies: Path | None = None,
 ) -> dict:
-    """What hexload_native.replay returns of these samples; writes the estimates CSV to `out`, and to `bodies` what they say of
-    the load as a body. Raises ValueError."""
+    """What hexload_native.replay returns of these samples; writes the estimates CSV to `out`, and to `bodies` what they
+    say of the load as a body. Raises ValueError."""
     legs = [_as_float32(part) for part in (samples.displacement_m, samples.velocity_m_s, samples.force_n)]
-    return native.replay(platform, estimator, prior, samples.t_s, *legs, str(out), tare, None if bodies is None else str(bodies))
+    body_path = None if bodies is None else str(bodies)
+    return native.replay(platform, estimator, prior, samples.t_s, *legs, str(out), tare, body_path)
 
 
 def _as_float32(values: NDArray[np.float64]) -> NDArray[np.float64]:

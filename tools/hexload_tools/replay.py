@@ -106,7 +106,8 @@ def possible_in_words(body: dict) -> str:
         return "possible"
     if math.isnan(body["distance_sigmas"]):
         return "impossible, and far from any that is possible"
-    return f"impossible: no body has these parameters; the nearest possible ones are {body['distance_sigmas']:.2f} sigma off"
+    distance = f"{body['distance_sigmas']:.2f} sigma off"
+    return f"impossible: no body has these parameters; the nearest possible ones are {distance}"
 
 
 def print_summary(result: dict, out: Path) -> None:

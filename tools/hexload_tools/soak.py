@@ -27,7 +27,8 @@ def run_soak(scenario: Path, hours: float, seed: int) -> int:
     """Prints a line for each tenth of the time, and a verdict. Returns the exit status: 1 when something was found."""
     build.ensure_built("hexload_soak")
     table = Table()
-    for heading in ("simulated h", "sigma of m, kg", "of hz, kg m", "of Ixx, kg m²", "NEES", "smallest pivot", "faults"):
+    headings = ("simulated h", "sigma of m, kg", "of hz, kg m", "of Ixx, kg m²", "NEES", "smallest pivot", "faults")
+    for heading in headings:
         table.add_column(heading, justify="right")
     report = {}
     for report in reports(scenario, 3600.0 * hours, seed):
@@ -43,7 +44,8 @@ def run_soak(scenario: Path, hours: float, seed: int) -> int:
 
 def reports(scenario: Path, duration_s: float, seed: int) -> Iterator[dict]:
     program = project.build_directory() / "host_sim" / "hexload_soak"
-    with subprocess.Popen([program, scenario, str(duration_s), str(seed)], stdout=subprocess.PIPE, text=True) as process:
+    command = [program, scenario, str(duration_s), str(seed)]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
         for line in process.stdout:
             yield json.loads(line)
     if process.returncode != 0:

@@ -1,5 +1,5 @@
-"""Estimates of the ten parameters that are about as wrong as their covariance says: what the tests of the load as a body
-(firmware/include/hexload/body.h) begin with."""
+"""Estimates of the ten parameters that are about as wrong as their covariance says: what the tests of the load as a
+body (firmware/include/hexload/body.h) begin with."""
 
 from pathlib import Path
 from types import ModuleType
@@ -25,7 +25,8 @@ def early_covariances(native: ModuleType, platform, log: LegLog, folder: Path) -
 
 def start_of(log: LegLog, seconds: float) -> LegLog:
     rows = log.t_s <= log.t_s[0] + seconds
-    return LegLog(*(np.ascontiguousarray(part[rows]) for part in (log.t_s, log.displacement_m, log.velocity_m_s, log.force_n)))
+    parts = (log.t_s, log.displacement_m, log.velocity_m_s, log.force_n)
+    return LegLog(*(np.ascontiguousarray(part[rows]) for part in parts))
 
 
 def estimates(random: np.random.Generator, truth: Array, covariance: Array, count: int) -> Array:

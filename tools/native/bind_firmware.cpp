@@ -141,7 +141,8 @@ class Answer {
         result["sigma"] = as_array(std::move(sigmas_), rows, names.size());
         result["nis"] = as_array(std::move(nis_), rows, 0);
         result["verdict"] = verdicts_;
-        result["parameter_verdict"] = last_verdicts(std::min(names.size(), last_verdicts_.size()));
+        result["parameter_verdict"] =
+            last_verdicts(std::min(names.size(), last_row_.parameter_verdict.size()));
         nb::dict hidden;
         for (const HiddenParameter& parameter : link.hidden_parameters()) {
             hidden[nb::str(parameter.name.data(), parameter.name.size())] = parameter.reason;

@@ -61,12 +61,13 @@ LoadBody load_body(const EstimateRow& row, std::span<const double> covariance) {
     std::array<hexload_real_t, HEXLOAD_LOAD_COVARIANCES> packed{};
     std::array<hexload_real_t, size> theta{};
     std::array<hexload_real_t, size> nearest{};
+    const auto states = static_cast<std::size_t>(std::lround(std::sqrt(covariance.size())));
     std::size_t entry = 0;
     for (std::size_t i = 0; i < size; i++) {
         theta[i] = static_cast<hexload_real_t>(row.value[i]);
         for (std::size_t j = 0; j <= i; j++, entry++) {
-            packed[entry] =
-                static_cast<hexload_real_t>(i == j ? row.sigma[i] * row.sigma[i] : covariance[i * size + j]);
+            packed[entry] = static_cast<hexload_real_t>(i == j ? row.sigma[i] * row.sigma[i]
+                                                               : covariance[i * states + j]);
         }
     }
     hexload_body_t body;

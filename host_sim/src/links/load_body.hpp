@@ -20,8 +20,8 @@ struct LoadBody {
     std::array<double, 10> nearest{}; // as value; value itself when that is possible
 };
 
-// Of an estimate of all ten parameters: with its covariance, row by row, but the row's sigmas, which a tare
-// makes larger.
+// Of an estimate of all ten parameters: with its covariance, a square row by row that begins with theirs, but
+// the row's sigmas, which a tare makes larger.
 LoadBody load_body(const EstimateRow& row, std::span<const double> covariance);
 
 // t, the body, its sigmas, possible (1 or 0), distance, the nearest body (n_m, n_cx, ...); a row per tick.
