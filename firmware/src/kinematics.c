@@ -89,8 +89,8 @@ static hexload_real_t legs_of_pose(const hexload_kinematics_t* self, const hexlo
 /// Newton's method on the leg lengths, from the pose in motion. The last step starts from an error so small
 /// that the one it leaves, which is its square, is below rounding, and that the Jacobian of its start serves.
 static hexload_status_t find_pose(const hexload_kinematics_t* self, const hexload_geometry_t* geometry,
-                                  const hexload_leg_sample_t* sample, hexload_motion_t* motion,
-                                  hexload_leg_blocks_t* jacobian) {
+                                  const hexload_leg_sample_t* sample, bool is_from_last,
+                                  hexload_motion_t* motion, hexload_leg_blocks_t* jacobian) {
     memcpy(jacobian->leg, self->jacobian.leg, sizeof jacobian->leg);
     const hexload_real_t start_m =
         HEXLOAD_REAL(0.003) * hexload_sqrt(HEXLOAD_REAL_EPSILON) * geometry->home_leg_length_m[0];
@@ -98,8 +98,8 @@ static hexload_status_t find_pose(const hexload_kinematics_t* self, const hexloa
         hexload_real_t error_m[HEXLOAD_LEGS];
         hexload_real_t step[6];
         const hexload_real_t largest_m = legs_of_pose(self, geometry, sample, motion, error_m);
-        const bool is_made = newton_steps == 1 ? leg_blocks_update(motion->J, jacobian)
-                                               : leg_blocks_make(motion->J, jacobian); // led anywhere
+        const bool is_made = is_from_last ? leg_blocks_update(motion->J, jacobian)
+                                          : leg_blocks_make(motion->J, jacobian); // leads anywhere
         if (!is_made) {
             return HEXLOAD_ERR_SINGULAR;
         }
@@ -226,7 +226,7 @@ hexload_status_t hexload_kinematics_solve(hexload_kinematics_t* self, const hexl
                                           const hexload_leg_sample_t* sample, hexload_motion_t* motion) {
     hexload_leg_blocks_t jacobian;
     const bool is_from_last = begin_search(self, &config->geometry, sample, motion);
-    hexload_status_t status = find_pose(self, &config->geometry, sample, motion, &jacobian);
+    hexload_status_t status = find_pose(self, &config->geometry, sample, is_from_last, motion, &jacobian);
     if (status == HEXLOAD_OK && !is_near_home(motion, &config->geometry)) {
         status = HEXLOAD_ERR_POSE;
     }

@@ -135,25 +135,23 @@ void leg_blocks_solve(const hexload_leg_blocks_t* blocks, const hexload_real_t y
 }
 
 void leg_blocks_invert(const hexload_leg_blocks_t* blocks, hexload_real_t columns[HEXLOAD_LEGS][6]) {
-    hexload_real_t share[3][3]; // S^-1 [-K, E] is the lower half, columns in the order of blocks->leg
-    HEXLOAD_UNROLL
+    hexload_real_t share[3][3];   // S^-1 [-K, E] is the lower half, columns in the order of blocks->leg
+    hexload_real_t carried[3][3]; // v = E1^-1 y1 - (E1^-1 M1) omega
     for (int i = 0; i < 3; i++) {
         times_rows(blocks->S_inverse[i], blocks->K[0], blocks->K[1], blocks->K[2], share[i]);
+        times_rows(blocks->E1_inverse[i], blocks->M1[0], blocks->M1[1], blocks->M1[2], carried[i]);
     }
+    HEXLOAD_UNROLL
     for (int n = 0; n < HEXLOAD_LEGS; n++) {
         hexload_real_t* twist = columns[blocks->leg[n]];
-        hexload_real_t left[3];
         HEXLOAD_UNROLL
         for (int i = 0; i < 3; i++) {
             twist[3 + i] = n < 3 ? -share[i][n] : blocks->S_inverse[i][n - 3];
         }
         HEXLOAD_UNROLL
         for (int i = 0; i < 3; i++) {
-            left[i] = (i == n ? HEXLOAD_REAL(1.0) : HEXLOAD_REAL(0.0)) - dot3(blocks->M1[i], &twist[3]);
-        }
-        HEXLOAD_UNROLL
-        for (int i = 0; i < 3; i++) {
-            twist[i] = dot3(blocks->E1_inverse[i], left);
+            const hexload_real_t turned = dot3(carried[i], &twist[3]);
+            twist[i] = n < 3 ? blocks->E1_inverse[i][n] - turned : -turned;
         }
     }
 }

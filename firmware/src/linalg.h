@@ -91,6 +91,24 @@ static inline void take_off6(hexload_real_t* row, const hexload_real_t u[6], con
     }
 }
 
+/// The same for two rows, which share what is read of X.
+static inline void take_off6_twice(hexload_real_t* row, hexload_real_t* next_row, const hexload_real_t u[6],
+                                   const hexload_real_t next_u[6], const hexload_real_t* X, int columns,
+                                   int count) {
+    for (int j = 0; j < count; j++) {
+        hexload_real_t left = row[j];
+        hexload_real_t next_left = next_row[j];
+        HEXLOAD_UNROLL
+        for (int a = 0; a < 6; a++) {
+            const hexload_real_t x = X[a * columns + j];
+            left = hexload_fma(-u[a], x, left);
+            next_left = hexload_fma(-next_u[a], x, next_left);
+        }
+        row[j] = left;
+        next_row[j] = next_left;
+    }
+}
+
 /// x = L^-1 b for the L of cholesky3().
 static inline void forward_substitute3(hexload_real_t L[3][3], const hexload_real_t b[3],
                                        hexload_real_t x[3]) {

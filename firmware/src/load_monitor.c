@@ -150,16 +150,13 @@ bool hexload_load_monitor_step(hexload_load_monitor_t* self, const hexload_confi
         hexload_load_monitor_init(self);
         return false;
     }
-    if (self->ticks == 0 || gap_ticks > HEXLOAD_LONGEST_STEP_TICKS) {
-        hexload_load_monitor_init(self);
-        memcpy(self->theta, filter->theta, sizeof self->theta);
+    if (self->ticks == 0 || gap_ticks != 1) {
         seed(self, sensors, body, motion, jacobian);
+        self->nis = IDEAL_NIS;
     } else {
-        const hexload_real_t dt_s = config->tick_s * (hexload_real_t)gap_ticks;
-        predict(self, config, sensors, body, sample, motion, &input, dt_s);
-        add_unknown(self, filter, motion, acceleration, dt_s);
-        const hexload_real_t nis = correct(self, sensors, body, motion, jacobian);
-        self->nis = hexload_min(nis, LARGEST_NIS);
+        predict(self, config, sensors, body, sample, motion, &input, config->tick_s);
+        add_unknown(self, filter, motion, acceleration, config->tick_s);
+        self->nis = hexload_min(correct(self, sensors, body, motion, jacobian), LARGEST_NIS);
         self->nis_mean += config->tick_s / HEXLOAD_LOAD_MONITOR_MEMORY_S * (self->nis - self->nis_mean);
     }
     remember(self, sample, &input);

@@ -18,9 +18,6 @@ enum {
 /// How far back the smoother's residue counts.
 #define RESIDUE_S HEXLOAD_REAL(2.0)
 
-/// Roundings by which a variance errs in a tick: sums of six products, several of them, of random sign.
-#define ROUNDINGS HEXLOAD_REAL(2.0)
-
 #define CHI_SQUARE_6_95 HEXLOAD_REAL(12.59)
 
 /// A platform at rest has told all it can by then.
@@ -220,21 +217,11 @@ static void add_sign_noise(const hexload_machine_filter_t* self, hexload_momentu
     momentum_add_noise(now->push, variance, load->momentum_cov);
 }
 
-/// Rounding would end the covariance's being one where a sum, as of weight and biases, is known a thousand
-/// times better than each: it errs by about this share of each variance in a tick, which is added.
-static void cover_rounding(hexload_machine_filter_t* self, hexload_momentum_filter_t* load) {
-    const hexload_real_t factor = HEXLOAD_REAL(1.0) + ROUNDINGS * (hexload_real_t)HEXLOAD_REAL_EPSILON;
-    hexload_real_t sum = HEXLOAD_REAL(0.0);
+/// As the momentum filter does for its parameters.
+static void cover_rounding(hexload_machine_filter_t* self) {
     for (int i = 0; i < DIM; i++) {
-        hexload_real_t* variance = &self->covariance[EFFECT_ROW(i) + KNOWN + i];
-        sum += *variance;
-        *variance *= factor;
-    }
-    if (!(sum > HEXLOAD_REAL(0.0))) {
-        return; // there are no effects: as without them
-    }
-    for (int k = 0; k < LOAD; k++) {
-        load->load_cov[k][k] *= factor;
+        self->covariance[EFFECT_ROW(i) + KNOWN + i] *=
+            HEXLOAD_REAL(1.0) + HEXLOAD_REAL(2.0) * HEXLOAD_REAL_EPSILON;
     }
 }
 
@@ -300,7 +287,7 @@ bool hexload_machine_filter_step(hexload_machine_filter_t* self, hexload_momentu
         take_impulse(self, load, &impulse);
         pull_covariance(self, load, config, motion, sample, dt_s);
         add_sign_noise(self, load, smoother, &now, dt_s);
-        cover_rounding(self, load);
+        cover_rounding(self);
         momentum_filter_update(load, config, sensors, smoother, sample, motion, jacobian, &left);
         correct(self, &left);
     }

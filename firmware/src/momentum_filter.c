@@ -243,6 +243,14 @@ static void read_column(const hexload_real_t* matrix, int columns, int i, hexloa
     }
 }
 
+/// In single precision an update errs by some roundings of each variance. Where a sum is soon known a
+/// thousand times better than its parts that would leave no covariance, so as much is added before.
+static void cover_rounding(hexload_momentum_filter_t* self) {
+    for (int k = 0; k < DIM; k++) {
+        self->load_cov[k][k] *= HEXLOAD_REAL(1.0) + HEXLOAD_REAL(2.0) * HEXLOAD_REAL_EPSILON;
+    }
+}
+
 /// Compensated, as a correction may be less than the rounding of a large parameter.
 static void correct_theta(hexload_momentum_filter_t* self, int i, hexload_real_t correction) {
     const hexload_real_t due = correction - self->theta_excess[i];
@@ -254,27 +262,37 @@ static void correct_theta(hexload_momentum_filter_t* self, int i, hexload_real_t
 /// x += (H P)^T S^-1 e, P -= (H P)^T S^-1 H P, both by their whitened halves.
 static void correct(hexload_momentum_filter_t* self, measurement_t* measured, momentum_update_t* left) {
     momentum_projection_t U;
-    hexload_real_t u[6];
+    hexload_real_t u[2][6];
     const hexload_real_t* e = measured->innovation;
+    cover_rounding(self);
     project_covariance(self, measured, &U);
     cholesky6(measured->S);
     whiten6(measured->S, &U.load[0][0], DIM);
     whiten6(measured->S, &U.momentum[0][0], 6);
     whiten6(measured->S, measured->innovation, 1);
     self->nis = dot6(e, e);
+    for (int i = 0; i < DIM; i += 2) {
+        read_column(&U.load[0][0], DIM, i, u[0]);
+        read_column(&U.load[0][0], DIM, i + 1, u[1]);
+        correct_theta(self, i, dot6(u[0], e));
+        correct_theta(self, i + 1, dot6(u[1], e));
+        take_off6_twice(self->load_cov[i], self->load_cov[i + 1], u[0], u[1], &U.load[0][0], DIM, i + 1);
+        take_off6(&self->load_cov[i + 1][i + 1], u[1], &U.load[0][i + 1], DIM, 1);
+    }
     for (int i = 0; i < DIM; i++) {
-        read_column(&U.load[0][0], DIM, i, u);
-        correct_theta(self, i, dot6(u, e));
-        take_off6(self->load_cov[i], u, &U.load[0][0], DIM, i + 1);
         for (int j = 0; j < i; j++) {
             self->load_cov[j][i] = self->load_cov[i][j];
         }
     }
-    for (int i = 0; i < 6; i++) {
-        read_column(&U.momentum[0][0], 6, i, u);
-        self->momentum[i] += dot6(u, e);
-        take_off6(self->cross_cov[i], u, &U.load[0][0], DIM, DIM);
-        take_off6(self->momentum_cov[i], u, &U.momentum[0][0], 6, i + 1);
+    for (int i = 0; i < 6; i += 2) {
+        read_column(&U.momentum[0][0], 6, i, u[0]);
+        read_column(&U.momentum[0][0], 6, i + 1, u[1]);
+        self->momentum[i] += dot6(u[0], e);
+        self->momentum[i + 1] += dot6(u[1], e);
+        take_off6_twice(self->cross_cov[i], self->cross_cov[i + 1], u[0], u[1], &U.load[0][0], DIM, DIM);
+        take_off6_twice(self->momentum_cov[i], self->momentum_cov[i + 1], u[0], u[1], &U.momentum[0][0], 6,
+                        i + 1);
+        take_off6(&self->momentum_cov[i + 1][i + 1], u[1], &U.momentum[0][i + 1], 6, 1);
     }
     if (left != NULL) {
         memcpy(left->Y, measured->Y, sizeof left->Y);

@@ -229,12 +229,45 @@ void momentum_of_push(const hexload_motion_t* motion, int leg, hexload_real_t mo
     }
 }
 
+/// Inertia tensor in base axes: R I R^T.
+static void turn_inertia(const hexload_real_t theta[HEXLOAD_LOAD_DIM], const hexload_motion_t* motion,
+                         hexload_real_t tensor[3][3]) {
+    for (int i = 0; i < 3; i++) {
+        hexload_real_t row[3]; // of R I, as I is symmetric
+        times_inertia(theta, motion->R[i], row);
+        HEXLOAD_UNROLL
+        for (int k = 0; k < 3; k++) {
+            tensor[i][k] = dot3(row, motion->R[k]);
+        }
+    }
+}
+
 void momentum_of_leg_speeds(const hexload_real_t theta[HEXLOAD_LOAD_DIM], const hexload_motion_t* motion,
                             const hexload_leg_blocks_t* jacobian, hexload_real_t columns[HEXLOAD_LEGS][6]) {
     hexload_real_t twist[HEXLOAD_LEGS][6];
+    hexload_real_t h[3];
+    hexload_real_t tensor[3][3];
     leg_blocks_invert(jacobian, twist);
+    to_base(motion, &theta[HEXLOAD_LOAD_HX], h);
+    turn_inertia(theta, motion, tensor);
     for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
-        momentum_of_body(theta, motion, twist[leg], columns[leg]);
+        const hexload_real_t* v = &twist[leg][0];
+        const hexload_real_t* omega = &twist[leg][3];
+        hexload_real_t* momentum = columns[leg];
+        hexload_real_t turned[3];
+        hexload_real_t lifted[3];
+        hexload_real_t moved[3];
+        cross3(omega, h, turned);
+        cross3(h, v, lifted);
+        HEXLOAD_UNROLL
+        for (int k = 0; k < 3; k++) {
+            momentum[k] = hexload_fma(theta[HEXLOAD_LOAD_M], v[k], turned[k]);
+        }
+        cross3(motion->p_m, momentum, moved);
+        HEXLOAD_UNROLL
+        for (int k = 0; k < 3; k++) {
+            momentum[3 + k] = moved[k] + lifted[k] + dot3(tensor[k], omega);
+        }
     }
 }
 

@@ -1,6 +1,7 @@
 #include "hexload/noise_meter.h"
 
 #include <stdbool.h>
+#include <string.h>
 
 #define TIME_CONSTANT_S HEXLOAD_REAL(1.0)
 
@@ -38,11 +39,9 @@ static hexload_real_t mean_square(hexload_real_t last[HEXLOAD_NOISE_HISTORY][HEX
 
 static void remember(hexload_real_t last[HEXLOAD_NOISE_HISTORY][HEXLOAD_LEGS],
                      const hexload_real_t now[HEXLOAD_LEGS]) {
-    for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
-        last[2][leg] = last[1][leg];
-        last[1][leg] = last[0][leg];
-        last[0][leg] = now[leg];
-    }
+    memcpy(last[2], last[1], sizeof last[2]);
+    memcpy(last[1], last[0], sizeof last[1]);
+    memcpy(last[0], now, sizeof last[0]);
 }
 
 void hexload_noise_meter_step(hexload_noise_meter_t* self, const hexload_config_t* config,

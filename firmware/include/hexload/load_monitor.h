@@ -31,7 +31,7 @@ typedef struct hexload_load_monitor {
 void hexload_load_monitor_init(hexload_load_monitor_t* self);
 
 /// One sample of the present.
-/// @param gap_ticks periods since the last; more than HEXLOAD_LONGEST_STEP_TICKS: mu begins anew.
+/// @param gap_ticks periods since the last; but for 1 mu begins anew, and the sample tells nothing.
 /// @return true when the load has changed. Reentrant, constant time.
 HEXLOAD_MUST_USE bool hexload_load_monitor_step(hexload_load_monitor_t* self, const hexload_config_t* config,
                                                 const hexload_sensors_t* sensors,
