@@ -10,8 +10,8 @@ static const hexload_real_t WORTH_EXCHANGING = HEXLOAD_REAL(2.0);
 static void choose_carriers(hexload_real_t J[HEXLOAD_LEGS][6], uint8_t leg[HEXLOAD_LEGS]) {
     hexload_real_t normal[3];
     hexload_real_t largest = HEXLOAD_REAL(0.0);
-    uint8_t second = 1;
-    for (uint8_t i = 1; i < HEXLOAD_LEGS; i++) {
+    int second = 1;
+    for (int i = 1; i < HEXLOAD_LEGS; i++) {
         cross3(J[0], J[i], normal);
         const hexload_real_t size = dot3(normal, normal);
         if (size > largest) {
@@ -21,8 +21,8 @@ static void choose_carriers(hexload_real_t J[HEXLOAD_LEGS][6], uint8_t leg[HEXLO
     }
     cross3(J[0], J[second], normal);
     largest = HEXLOAD_REAL(0.0);
-    uint8_t third = second == 1 ? 2 : 1;
-    for (uint8_t i = 1; i < HEXLOAD_LEGS; i++) {
+    int third = second == 1 ? 2 : 1;
+    for (int i = 1; i < HEXLOAD_LEGS; i++) {
         const hexload_real_t size = hexload_abs(dot3(normal, J[i]));
         if (size > largest && i != second) {
             largest = size;
@@ -30,12 +30,12 @@ static void choose_carriers(hexload_real_t J[HEXLOAD_LEGS][6], uint8_t leg[HEXLO
         }
     }
     leg[0] = 0;
-    leg[1] = second;
-    leg[2] = third;
+    leg[1] = (uint8_t)second;
+    leg[2] = (uint8_t)third;
     uint32_t others = 3;
-    for (uint8_t i = 1; i < HEXLOAD_LEGS; i++) {
+    for (int i = 1; i < HEXLOAD_LEGS; i++) {
         if (i != second && i != third) {
-            leg[others] = i;
+            leg[others] = (uint8_t)i;
             others++;
         }
     }

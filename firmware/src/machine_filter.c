@@ -220,8 +220,7 @@ static void add_sign_noise(const hexload_machine_filter_t* self, hexload_momentu
 /// As the momentum filter does for its parameters.
 static void cover_rounding(hexload_machine_filter_t* self) {
     for (int i = 0; i < DIM; i++) {
-        self->covariance[EFFECT_ROW(i) + KNOWN + i] *=
-            HEXLOAD_REAL(1.0) + HEXLOAD_REAL(2.0) * HEXLOAD_REAL_EPSILON;
+        self->covariance[EFFECT_ROW(i) + KNOWN + i] *= MOMENTUM_COVER;
     }
 }
 

@@ -247,7 +247,7 @@ static void read_column(const hexload_real_t* matrix, int columns, int i, hexloa
 /// thousand times better than its parts that would leave no covariance, so as much is added before.
 static void cover_rounding(hexload_momentum_filter_t* self) {
     for (int k = 0; k < DIM; k++) {
-        self->load_cov[k][k] *= HEXLOAD_REAL(1.0) + HEXLOAD_REAL(2.0) * HEXLOAD_REAL_EPSILON;
+        self->load_cov[k][k] *= MOMENTUM_COVER;
     }
 }
 
