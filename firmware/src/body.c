@@ -134,3 +134,14 @@ void hexload_body_describe(const hexload_real_t theta[DIM],
         }
     }
 }
+
+void hexload_momentum_filter_covariance(const hexload_momentum_filter_t* self,
+                                        hexload_real_t covariance[HEXLOAD_LOAD_COVARIANCES]) {
+    int entry = 0;
+    for (int i = 0; i < DIM; i++) {
+        for (int j = 0; j <= i; j++) {
+            covariance[entry] = self->load_cov[i][j];
+            entry++;
+        }
+    }
+}

@@ -90,7 +90,6 @@ static bool take_carriers_out(hexload_real_t J[HEXLOAD_LEGS][6], hexload_leg_blo
         const hexload_real_t* row = J[blocks->leg[3 + i]];
         hexload_real_t share[3];
         times_rows(blocks->K[i], blocks->M1[0], blocks->M1[1], blocks->M1[2], share);
-        HEXLOAD_UNROLL
         for (int k = 0; k < 3; k++) {
             S[i][k] = row[3 + k] - share[k];
         }
@@ -141,14 +140,11 @@ void leg_blocks_invert(const hexload_leg_blocks_t* blocks, hexload_real_t column
         times_rows(blocks->S_inverse[i], blocks->K[0], blocks->K[1], blocks->K[2], share[i]);
         times_rows(blocks->E1_inverse[i], blocks->M1[0], blocks->M1[1], blocks->M1[2], carried[i]);
     }
-    HEXLOAD_UNROLL
     for (int n = 0; n < HEXLOAD_LEGS; n++) {
         hexload_real_t* twist = columns[blocks->leg[n]];
-        HEXLOAD_UNROLL
         for (int i = 0; i < 3; i++) {
             twist[3 + i] = n < 3 ? -share[i][n] : blocks->S_inverse[i][n - 3];
         }
-        HEXLOAD_UNROLL
         for (int i = 0; i < 3; i++) {
             const hexload_real_t turned = dot3(carried[i], &twist[3]);
             twist[i] = n < 3 ? blocks->E1_inverse[i][n] - turned : -turned;

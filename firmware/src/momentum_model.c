@@ -62,7 +62,6 @@ void momentum_regressor(const hexload_motion_t* motion, const hexload_real_t twi
     hexload_real_t w[3];
     cross3(motion->p_m, v, moved);
     hexload_motion_to_platform(motion, omega, w);
-    HEXLOAD_UNROLL
     for (int k = 0; k < 3; k++) {
         const hexload_real_t* r = motion->R[k]; // k-th components of the platform's axes
         memset(&Y[k][HEXLOAD_LOAD_IXX], 0, HEXLOAD_I_DIM * sizeof Y[k][0]);
@@ -82,7 +81,6 @@ void momentum_regressor(const hexload_motion_t* motion, const hexload_real_t twi
         cross3(omega, r, turned);
         cross3(motion->p_m, turned, moved);
         cross3(r, v, lifted);
-        HEXLOAD_UNROLL
         for (int k = 0; k < 3; k++) {
             Y[k][HEXLOAD_LOAD_HX + axis] = turned[k];
             Y[3 + k][HEXLOAD_LOAD_HX + axis] = moved[k] + lifted[k];
@@ -177,13 +175,11 @@ void momentum_read_input(const hexload_motion_t* motion, const hexload_real_t fo
     hexload_real_t moved[3];
     *input = (hexload_momentum_input_t){0};
     for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
-        HEXLOAD_UNROLL
         for (int k = 0; k < 6; k++) {
             input->wrench[k] = hexload_fma(force_n[leg], motion->J[leg][k], input->wrench[k]);
         }
     }
     cross3(motion->p_m, &input->wrench[0], moved);
-    HEXLOAD_UNROLL
     for (int k = 0; k < 3; k++) {
         input->wrench[3 + k] += moved[k];
     }
@@ -196,7 +192,6 @@ void momentum_read_input(const hexload_motion_t* motion, const hexload_real_t fo
 void momentum_pull(const hexload_momentum_input_t* last, const hexload_momentum_input_t* input,
                    hexload_real_t impulse_m_s, hexload_real_t G[PULLED][LIFTED]) {
     const hexload_real_t half = HEXLOAD_REAL(0.5) * impulse_m_s;
-    HEXLOAD_UNROLL
     for (int k = 0; k < LIFTED; k++) {
         G[0][k] = HEXLOAD_REAL(0.0);
         G[1][k] = -half * (last->arm[1][k] + input->arm[1][k]);
@@ -212,7 +207,6 @@ void momentum_move(hexload_real_t momentum[6], const hexload_momentum_input_t* l
         momentum[k] = hexload_fma(HEXLOAD_REAL(0.5) * dt_s, input->wrench[k] + last->wrench[k], momentum[k]);
     }
     for (int a = 0; a < PULLED; a++) {
-        HEXLOAD_UNROLL
         for (int k = 0; k < LIFTED; k++) {
             momentum[FIRST_PULLED + a] = hexload_fma(G[a][k], body[k], momentum[FIRST_PULLED + a]);
         }
