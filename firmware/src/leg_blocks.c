@@ -21,7 +21,10 @@ static void choose_carriers(hexload_real_t J[HEXLOAD_LEGS][6], uint8_t leg[HEXLO
     }
     cross3(J[0], J[second], normal);
     largest = HEXLOAD_REAL(0.0);
-    int third = second == 1 ? 2 : 1;
+    int third = 1;
+    if (second == 1) {
+        third = 2;
+    }
     for (int i = 1; i < HEXLOAD_LEGS; i++) {
         const hexload_real_t size = hexload_abs(dot3(normal, J[i]));
         if (size > largest && i != second) {

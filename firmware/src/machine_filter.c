@@ -112,6 +112,15 @@ static inline void add_push(const rub_t* impulse, const hexload_real_t x[HEXLOAD
     }
 }
 
+/// out += A x.
+static inline void add_impulse(const rub_t* impulse, const hexload_real_t x[DIM], hexload_real_t out[6]) {
+    hexload_real_t force[HEXLOAD_LEGS];
+    for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
+        force[leg] = of_leg(impulse, leg, x);
+    }
+    add_push(impulse, force, out);
+}
+
 static void read_column(const hexload_machine_filter_t* self, int j, hexload_real_t column[DIM]) {
     for (int i = 0; i < DIM; i++) {
         column[i] = machine_covariance(self, i, j);
@@ -122,22 +131,15 @@ static void read_column(const hexload_machine_filter_t* self, int j, hexload_rea
 /// A C^T + C A^T.
 static void take_impulse(hexload_machine_filter_t* self, hexload_momentum_filter_t* load,
                          const rub_t* impulse) {
-    hexload_real_t force[HEXLOAD_LEGS];
     hexload_real_t column[DIM];
     hexload_real_t mean[6][DIM];
-    for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
-        force[leg] = of_leg(impulse, leg, self->effect);
-    }
-    add_push(impulse, force, load->momentum);
+    add_impulse(impulse, self->effect, load->momentum);
     for (int j = 0; j < LOAD; j++) {
         hexload_real_t change[6] = {0};
         for (int i = 0; i < DIM; i++) {
             column[i] = self->covariance[EFFECT_ROW(i) + j];
         }
-        for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
-            force[leg] = of_leg(impulse, leg, column);
-        }
-        add_push(impulse, force, change);
+        add_impulse(impulse, column, change);
         for (int k = 0; k < 6; k++) {
             load->cross_cov[k][j] += change[k];
         }
@@ -146,10 +148,7 @@ static void take_impulse(hexload_machine_filter_t* self, hexload_momentum_filter
         hexload_real_t* P_me = &self->covariance[EFFECT_ROW(i) + LOAD];
         hexload_real_t change[6] = {0};
         read_column(self, i, column);
-        for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
-            force[leg] = of_leg(impulse, leg, column);
-        }
-        add_push(impulse, force, change);
+        add_impulse(impulse, column, change);
         for (int k = 0; k < 6; k++) {
             mean[k][i] = P_me[k] + HEXLOAD_REAL(0.5) * change[k];
             P_me[k] += change[k];
@@ -157,10 +156,7 @@ static void take_impulse(hexload_machine_filter_t* self, hexload_momentum_filter
     }
     for (int b = 0; b < 6; b++) {
         hexload_real_t product[6] = {0}; // column b of A C^T
-        for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
-            force[leg] = of_leg(impulse, leg, mean[b]);
-        }
-        add_push(impulse, force, product);
+        add_impulse(impulse, mean[b], product);
         for (int a = 0; a < 6; a++) {
             load->momentum_cov[a >= b ? a : b][a >= b ? b : a] +=
                 a == b ? HEXLOAD_REAL(2.0) * product[a] : product[a];

@@ -6,8 +6,8 @@
 
 #include "hexload/momentum_filter.h"
 
-/// By how much a variance grows in a tick to cover two roundings of single precision; in double precision too,
-/// which thereby is the same filter.
+/// By how much a variance grows in a tick to cover two roundings of single precision; in double precision
+/// too, which thereby is the same filter.
 #define MOMENTUM_COVER HEXLOAD_REAL(1.000000238)
 
 /// A matrix of six rows over the filter's states, by blocks.

@@ -347,6 +347,9 @@ static void dense_update(const step_t* step, dense_t* dense, hexload_real_t Y[6]
     double body[LOAD], e[6], HP[6][ALL], K[6], momentum[6] = {0};
     hexload_real_t Y_measured[6][LOAD];
     momentum_regressor(&step->motion, step->motion.twist, Y_measured);
+    for (int i = 0; i < ALL; i++) {
+        dense->P[i][i] *= i < LOAD || i >= KNOWN ? (double)MOMENTUM_COVER : 1.0;
+    }
     for (int k = 0; k < LOAD; k++) {
         body[k] = dense->x[k] + (double)step->load.platform[k];
         for (int a = 0; a < 6; a++) {

@@ -51,7 +51,7 @@ typedef struct hexload_momentum_input {
 typedef struct hexload_momentum_filter {
     hexload_real_t platform[HEXLOAD_LOAD_DIM]; ///< theta_platform
     hexload_real_t theta[HEXLOAD_LOAD_DIM];
-    hexload_real_t theta_excess[HEXLOAD_LOAD_DIM]; ///< what rounding has added to theta so far
+    hexload_real_t theta_excess[HEXLOAD_LOAD_DIM];               ///< what rounding has added to theta so far
     hexload_real_t momentum[6];                                  ///< mu
     hexload_real_t load_cov[HEXLOAD_LOAD_DIM][HEXLOAD_LOAD_DIM]; ///< of theta
     hexload_real_t cross_cov[6][HEXLOAD_LOAD_DIM];               ///< of mu with theta
