@@ -318,6 +318,6 @@ def test_hard_inputs_lead_everywhere(replays):
     # leads that is not refused
     assert set(answers["status"]) == {0, -2, -3, -4, -5}
     assert health == 0b1011111111
-    # AND Newton's search has gone to its limit from the last pose and from home, 8 steps each
+    # AND Newton's search has gone to its limit, 8 steps, of which a usual tick needs one beside the rest of its work
     one_step = np.median(accepted["stage_instructions"][:, target.STAGES.index("kinematics")])
     assert answers["stage_instructions"][:, target.STAGES.index("kinematics")].max() > 5 * one_step

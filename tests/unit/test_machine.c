@@ -16,20 +16,6 @@ enum { LOAD = HEXLOAD_LOAD_DIM, MU = LOAD, KNOWN = LOAD + 6, DIM = HEXLOAD_MACHI
 static const body_t eccentric = {312.0, {-0.09, 0.13, 0.27}, {17.0, 21.0, 12.0, 2.0, -1.0, 1.5}};
 static const body_t heavier = {431.0, {0.02, 0.05, 0.33}, {24.0, 23.0, 18.0, -1.0, 0.5, -0.5}};
 
-static void theta_of(const body_t* body, double theta[LOAD]) {
-    static const int entry[6][2] = {{0, 0}, {1, 1}, {2, 2}, {0, 1}, {0, 2}, {1, 2}};
-    const double* c = body->com_m;
-    theta[0] = body->mass_kg;
-    for (int k = 0; k < 3; k++) {
-        theta[1 + k] = body->mass_kg * c[k];
-    }
-    for (int n = 0; n < 6; n++) {
-        const int i = entry[n][0], j = entry[n][1];
-        const double square = i == j ? c[0] * c[0] + c[1] * c[1] + c[2] * c[2] : 0.0;
-        theta[4 + n] = body->inertia_com_kg_m2[n] + body->mass_kg * (square - c[i] * c[j]);
-    }
-}
-
 /// Sensors that err and legs that rub.
 typedef struct effects {
     double value[DIM];

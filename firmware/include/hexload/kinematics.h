@@ -56,9 +56,8 @@ HEXLOAD_MUST_USE hexload_status_t hexload_kinematics_init(hexload_kinematics_t* 
 /// displacements to a few ulp; the Jacobian is that of a pose less than a micrometre away. Poses beyond a
 /// leg's length or 90 degrees from home are other assemblies of the same legs and count as not found.
 /// @return HEXLOAD_OK, HEXLOAD_ERR_POSE or HEXLOAD_ERR_SINGULAR; then motion means nothing, and of self no
-/// more
-///         than is_lost has changed. Reentrant. Worst case: HEXLOAD_NEWTON_STEPS_MAX Jacobians; one on a tick
-///         that follows another up to 1 m/s, as the first step uses the last tick's.
+///         more than is_lost has changed. Reentrant. Worst case: HEXLOAD_NEWTON_STEPS_MAX Jacobians; one on a
+///         tick that follows another up to 1 m/s, as the first step uses the last tick's.
 HEXLOAD_MUST_USE hexload_status_t hexload_kinematics_solve(hexload_kinematics_t* self,
                                                            const hexload_config_t* config,
                                                            const hexload_leg_sample_t* sample,

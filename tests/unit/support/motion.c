@@ -178,3 +178,17 @@ void add_noise(const hexload_config_t* config, uint64_t* seed, hexload_leg_sampl
         sample->force_n[leg] += config->sensors.force_sigma_n * (hexload_real_t)normal(seed);
     }
 }
+
+void theta_of(const body_t* body, double theta[10]) {
+    static const int entry[6][2] = {{0, 0}, {1, 1}, {2, 2}, {0, 1}, {0, 2}, {1, 2}};
+    const double* c = body->com_m;
+    theta[0] = body->mass_kg;
+    for (int k = 0; k < 3; k++) {
+        theta[1 + k] = body->mass_kg * c[k];
+    }
+    for (int n = 0; n < 6; n++) {
+        const int i = entry[n][0], j = entry[n][1];
+        const double square = i == j ? c[0] * c[0] + c[1] * c[1] + c[2] * c[2] : 0.0;
+        theta[4 + n] = body->inertia_com_kg_m2[n] + body->mass_kg * (square - c[i] * c[j]);
+    }
+}

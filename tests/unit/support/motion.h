@@ -12,6 +12,9 @@ typedef struct body {
     double inertia_com_kg_m2[6]; ///< about its own centre of mass, order of enum hexload_inertia
 } body_t;
 
+/// Its ten parameters about O_A, in the order of enum hexload_load_parameter, by the parallel-axis theorem.
+void theta_of(const body_t* body, double theta[10]);
+
 /// Two sines for each of the six coordinates, x y z roll pitch yaw.
 typedef struct motion {
     double amplitude[6][2]; ///< m and rad
