@@ -192,7 +192,8 @@ static const char* check_momentum(const hexload_config_t* config) {
     const hexload_momentum_config_t* momentum = &config->momentum;
     const hexload_machine_config_t* machine = &config->machine;
     const field_t fields[] = {
-        {"momentum.lag_ticks", momentum->lag_ticks >= 3 && momentum->lag_ticks <= HEXLOAD_LAG_TICKS_MAX},
+        {"momentum.lag_ticks",
+         momentum->lag_ticks >= HEXLOAD_RINGING_TICKS && momentum->lag_ticks <= HEXLOAD_LAG_TICKS_MAX},
         {"momentum.longest_gap_ticks",
          momentum->longest_gap_ticks >= 1 && momentum->longest_gap_ticks <= HEXLOAD_MISSING_TICKS_MAX},
         {"momentum.prior_mass_kg", is_in(momentum->prior_mass_kg, HEXLOAD_REAL(0.0), MILLION)},

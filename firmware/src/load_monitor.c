@@ -13,6 +13,10 @@
 /// One tick counts this much at most: a single spike raises the mean by 2.
 #define LARGEST_NIS HEXLOAD_REAL(120.0)
 
+/// Time constant of the twist that an acceleration is told from: its noise is sigma / 5 ms sqrt(10) of a
+/// speed.
+#define LATE_S HEXLOAD_REAL(0.005)
+
 enum { DIM = HEXLOAD_LOAD_DIM };
 
 void hexload_load_monitor_init(hexload_load_monitor_t* self) {
@@ -65,8 +69,18 @@ static void predict(hexload_load_monitor_t* self, const hexload_config_t* config
     momentum_add_noise(columns, variance, self->covariance);
 }
 
-/// What the parameters' errors do to mu with these forces. They last, so over the memory they add up; noise
-/// of this strength adds up to the same variance.
+/// The acceleration, less gravity's: of the twist, not of the forces, which of another load tell another one.
+static void find_acceleration(hexload_load_monitor_t* self, const hexload_config_t* config,
+                              const hexload_real_t twist[6], hexload_real_t acceleration[6]) {
+    for (int k = 0; k < 6; k++) {
+        acceleration[k] = (twist[k] - self->late_twist[k]) / LATE_S;
+        self->late_twist[k] += config->tick_s * acceleration[k];
+    }
+    acceleration[2] += config->gravity_m_s2;
+}
+
+/// What the parameters' errors do to mu at this acceleration. They last, so over the memory they add up;
+/// noise of this strength adds up to the same variance.
 static void add_unknown(hexload_load_monitor_t* self, const hexload_momentum_filter_t* filter,
                         const hexload_motion_t* motion, const hexload_real_t acceleration[6],
                         hexload_real_t dt_s) {
@@ -146,15 +160,13 @@ bool hexload_load_monitor_step(hexload_load_monitor_t* self, const hexload_confi
     hexload_real_t acceleration[6];
     momentum_read_input(motion, sample->force_n, &input);
     follow_filter(self, filter, motion, body);
-    if (!momentum_acceleration(body, motion, input.wrench, acceleration)) { // nothing can be told yet
-        hexload_load_monitor_init(self);
-        return false;
-    }
     if (self->ticks == 0 || gap_ticks != 1) {
         seed(self, sensors, body, motion, jacobian);
+        memcpy(self->late_twist, motion->twist, sizeof self->late_twist);
         self->nis = IDEAL_NIS;
     } else {
         predict(self, config, sensors, body, sample, motion, &input, config->tick_s);
+        find_acceleration(self, config, motion->twist, acceleration);
         add_unknown(self, filter, motion, acceleration, config->tick_s);
         self->nis = hexload_min(correct(self, sensors, body, motion, jacobian), LARGEST_NIS);
         self->nis_mean += config->tick_s / HEXLOAD_LOAD_MONITOR_MEMORY_S * (self->nis - self->nis_mean);

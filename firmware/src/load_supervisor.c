@@ -14,7 +14,6 @@ void hexload_load_supervisor_init(hexload_load_supervisor_t* self) {
 
 void hexload_load_supervisor_forget(hexload_load_supervisor_t* self) {
     self->nis_mean = IDEAL_NIS;
-    self->impossible_ticks = 0;
 }
 
 /// Accelerations below count as none. The slope of a line through 2 lag + 1 displacements changes within ten
@@ -209,9 +208,7 @@ void hexload_load_supervisor_judge(hexload_load_supervisor_t* self, const hexloa
     estimate->nis_mean = self->nis_mean;
     estimate->verdict = HEXLOAD_VERDICT_CONVERGED;
     find_scales(filter, scale);
-    const bool is_body = is_possible(estimate);
-    const bool is_consistent = self->nis_mean <= config->momentum.inconsistent_nis && is_body;
-    self->impossible_ticks = is_body ? 0 : self->impossible_ticks + 1;
+    const bool is_consistent = self->nis_mean <= config->momentum.inconsistent_nis && is_possible(estimate);
     for (int k = 0; k < DIM; k++) {
         const hexload_verdict_t verdict = is_consistent
                                               ? judge_parameter(self, config, scale[k], estimate->sigma[k], k)

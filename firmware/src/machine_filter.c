@@ -45,34 +45,29 @@ typedef struct rub {
 } rub_t;
 
 /// Variance of the smoother's speeds, whatever degrees it takes in.
-static hexload_real_t speed_variance(const hexload_smoother_constants_t* smoother) {
+static hexload_real_t speed_variance(const hexload_smoother_constants_t* smoother,
+                                     const hexload_sensors_t* sensors) {
     hexload_real_t sum = HEXLOAD_REAL(0.0);
     for (int m = 0; m < 3; m++) {
-        sum += HEXLOAD_REAL(1.0) / smoother->inverse_variance[m];
+        sum += HEXLOAD_REAL(1.0) / smoother->inverse_gain[m];
     }
-    return sum;
+    return sum * sensors->displacement_sigma_m * sensors->displacement_sigma_m;
 }
 
-/// Speeds count as far as they stand out of their noise in all legs together, as the smoother's own parts do:
-/// noise alone would seem to tell of friction.
-static void find_rub(const hexload_config_t* config, const hexload_smoother_constants_t* smoother,
-                     const hexload_smooth_sample_t* sample, const hexload_motion_t* motion, rub_t* rub) {
+static void find_rub(const hexload_config_t* config, const hexload_sensors_t* sensors,
+                     const hexload_smoother_constants_t* smoother, const hexload_smooth_sample_t* sample,
+                     const hexload_motion_t* motion, rub_t* rub) {
     hexload_real_t square = HEXLOAD_REAL(0.0);
     for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
         const hexload_real_t speed_m_s = sample->smooth_velocity_m_s[leg];
         square += speed_m_s * speed_m_s;
-    }
-    const hexload_real_t noise = CHI_SQUARE_6_95 / smoother->inverse_variance[0]; // of a line, as at rest
-    const hexload_real_t share = square > noise ? HEXLOAD_REAL(1.0) - noise / square : HEXLOAD_REAL(0.0);
-    for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
-        const hexload_real_t speed_m_s = share * sample->smooth_velocity_m_s[leg];
         const machine_sign_t sign = machine_sign_of(speed_m_s, config->machine.friction_speed_m_s);
         momentum_of_push(motion, leg, rub->push[leg]);
         rub->sign[leg] = sign.value;
         rub->slope_s_m[leg] = sign.slope_s_m;
         rub->speed_m_s[leg] = speed_m_s;
     }
-    rub->is_at_rest = !(square > CHI_SQUARE_6_95 * speed_variance(smoother));
+    rub->is_at_rest = !(square > CHI_SQUARE_6_95 * speed_variance(smoother, sensors));
 }
 
 static void remember(hexload_machine_filter_t* self, rub_t* rub) {
@@ -200,9 +195,11 @@ static void watch_residue(hexload_machine_filter_t* self, const hexload_config_t
 /// smoother, such as the jerk when friction turns. Both last for about the lag; noise of this strength adds
 /// up to the same variance.
 static void add_sign_noise(const hexload_machine_filter_t* self, hexload_momentum_filter_t* load,
-                           const hexload_smoother_constants_t* smoother, rub_t* now, hexload_real_t dt_s) {
+                           const hexload_sensors_t* sensors, const hexload_smoother_constants_t* smoother,
+                           rub_t* now, hexload_real_t dt_s) {
     hexload_real_t variance[HEXLOAD_LEGS];
-    const hexload_real_t error = speed_variance(smoother) + hexload_max(self->left_m2_s2, HEXLOAD_REAL(0.0));
+    const hexload_real_t error =
+        speed_variance(smoother, sensors) + hexload_max(self->left_m2_s2, HEXLOAD_REAL(0.0));
     for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
         const hexload_real_t coulomb_n = self->effect[COULOMB + leg];
         const hexload_real_t square =
@@ -267,7 +264,7 @@ bool hexload_machine_filter_step(hexload_machine_filter_t* self, hexload_momentu
     momentum_update_t left;
     rub_t now = {.is_at_rest = false};
     rub_t impulse;
-    find_rub(config, smoother, sample, motion, &now);
+    find_rub(config, sensors, smoother, sample, motion, &now);
     self->rest_ticks = now.is_at_rest ? self->rest_ticks + 1 : 0;
     if ((hexload_real_t)self->rest_ticks * config->tick_s > LONGEST_REST_S) {
         self->rest_ticks--; // so that it does not wrap
@@ -281,7 +278,7 @@ bool hexload_machine_filter_step(hexload_machine_filter_t* self, hexload_momentu
         make_impulse(self, &now, dt_s, &impulse);
         take_impulse(self, load, &impulse);
         pull_covariance(self, load, config, motion, sample, dt_s);
-        add_sign_noise(self, load, smoother, &now, dt_s);
+        add_sign_noise(self, load, sensors, smoother, &now, dt_s);
         cover_rounding(self);
         momentum_filter_update(load, config, sensors, smoother, sample, motion, jacobian, &left);
         correct(self, &left);

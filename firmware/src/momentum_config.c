@@ -1,5 +1,7 @@
 #include "hexload/smoother.h"
 
+#include "momentum_model.h"
+
 /// Mean distance of the platform's hinges from O_A.
 static hexload_real_t hinge_radius_m(const hexload_geometry_t* geometry) {
     hexload_real_t sum_m = HEXLOAD_REAL(0.0);
@@ -12,7 +14,7 @@ static hexload_real_t hinge_radius_m(const hexload_geometry_t* geometry) {
 
 void hexload_config_set_momentum(hexload_config_t* config) {
     hexload_momentum_config_t* momentum = &config->momentum;
-    const hexload_real_t mass_kg = HEXLOAD_REAL(3.0) * config->platform.mass_kg;
+    const hexload_real_t mass_kg = momentum_open_mass_sigma_kg(config);
     const hexload_real_t reach_m = HEXLOAD_REAL(1.25) * hinge_radius_m(&config->geometry);
     const hexload_real_t allowed_m = config->sensors.velocity_sigma_m_s * config->tick_s / HEXLOAD_REAL(32.0);
     const hexload_real_t ratio = config->sensors.displacement_sigma_m / allowed_m;
@@ -23,7 +25,7 @@ void hexload_config_set_momentum(hexload_config_t* config) {
     config->machine.prior_bias_sigma_n = config->platform.mass_kg;
     config->machine.prior_coulomb_sigma_n = HEXLOAD_REAL(2.0) * config->platform.mass_kg;
     config->machine.prior_viscous_sigma_n_s_m = HEXLOAD_REAL(10.0) * config->platform.mass_kg;
-    uint32_t lag = 10;
+    uint32_t lag = HEXLOAD_RINGING_TICKS;
     while (lag < HEXLOAD_LAG_TICKS_MAX) {
         const hexload_real_t window = (hexload_real_t)(2 * lag + 1);
         if (HEXLOAD_REAL(12.0) * ratio * ratio <= window * window * window) {

@@ -337,6 +337,7 @@ void hexload_momentum_filter_forget(hexload_momentum_filter_t* self, const hexlo
     hexload_real_t value[DIM];
     hexload_real_t sigma[DIM];
     read_prior(config, value, sigma);
+    sigma[HEXLOAD_LOAD_M] = hexload_max(sigma[HEXLOAD_LOAD_M], momentum_open_mass_sigma_kg(config));
     memset(self->load_cov, 0, sizeof self->load_cov);
     for (int k = 0; k < DIM; k++) {
         self->load_cov[k][k] = sigma[k] * sigma[k];

@@ -5,9 +5,6 @@
 /// Ticks before the alarm at which the new load may have been there already: the filter forgets then.
 enum { ALARM_DELAY_TICKS = 6 };
 
-/// Estimates of a filter that has just learnt little may be no body for some time.
-enum { IMPOSSIBLE_TICKS = 100 };
-
 hexload_status_t momentum_frame_begin(hexload_momentum_t* self, const hexload_config_t* config,
                                       const hexload_leg_sample_t* sample, momentum_tick_t* tick) {
     tick->health = 0;
@@ -31,6 +28,9 @@ hexload_status_t momentum_frame_begin(hexload_momentum_t* self, const hexload_co
 void momentum_frame_watch(hexload_momentum_t* self, const hexload_config_t* config,
                           const hexload_leg_sample_t* sample, const hexload_sensors_t* sensors,
                           momentum_tick_t* tick) {
+    if (!(self->filter.momentum_cov[0][0] > HEXLOAD_REAL(0.0))) { // before the filter's first sample
+        return;
+    }
     const bool has_changed =
         hexload_load_monitor_step(&self->monitor, config, sensors, &self->filter, sample, &tick->motion,
                                   &self->kinematics.jacobian, tick->gap_ticks);
@@ -47,7 +47,7 @@ bool momentum_frame_take(hexload_momentum_t* self, const hexload_config_t* confi
     if (!hexload_smoother_put(&self->smoother, config, sample, tick->gap_ticks) && tick->gap_ticks > 0) {
         hexload_health_set(&tick->health, HEXLOAD_HEALTH_RATE_RESEEDED);
     }
-    if (!hexload_smoother_take(&self->smoother, &past->sample)) {
+    if (!hexload_smoother_take(&self->smoother, &tick->sensors, &past->sample)) {
         return false;
     }
     if (hexload_kinematics_solve(&self->past_kinematics, config, &past->sample.sample, &past->motion) !=
@@ -71,7 +71,7 @@ bool momentum_frame_take(hexload_momentum_t* self, const hexload_config_t* confi
 void momentum_frame_end(hexload_momentum_t* self, const hexload_config_t* config,
                         const hexload_leg_sample_t* sample, bool is_finite, momentum_tick_t* tick,
                         hexload_estimate_t* estimate) {
-    if (!is_finite || self->supervisor.impossible_ticks > IMPOSSIBLE_TICKS) {
+    if (!is_finite) {
         hexload_momentum_filter_init(&self->filter, config);
         hexload_load_monitor_init(&self->monitor);
         hexload_load_supervisor_forget(&self->supervisor);

@@ -112,64 +112,6 @@ void momentum_spread(const hexload_momentum_filter_t* filter, hexload_real_t Y[6
     }
 }
 
-/// Inertia tensor about the centre of mass, platform axes.
-static void central_inertia(const hexload_real_t theta[HEXLOAD_LOAD_DIM], const hexload_real_t com_m[3],
-                            hexload_real_t tensor[3][3]) {
-    const hexload_real_t* h = &theta[HEXLOAD_LOAD_HX];
-    const hexload_real_t hc = dot3(h, com_m);
-    for (int k = 0; k < 3; k++) {
-        tensor[k][k] = theta[HEXLOAD_LOAD_IXX + k] - (hc - h[k] * com_m[k]);
-    }
-    tensor[0][1] = theta[HEXLOAD_LOAD_IXY] + h[0] * com_m[1];
-    tensor[0][2] = theta[HEXLOAD_LOAD_IXZ] + h[0] * com_m[2];
-    tensor[1][2] = theta[HEXLOAD_LOAD_IYZ] + h[1] * com_m[2];
-    tensor[1][0] = tensor[0][1];
-    tensor[2][0] = tensor[0][2];
-    tensor[2][1] = tensor[1][2];
-}
-
-bool momentum_acceleration(const hexload_real_t theta[HEXLOAD_LOAD_DIM], const hexload_motion_t* motion,
-                           const hexload_real_t wrench[6], hexload_real_t acceleration[6]) {
-    const hexload_real_t inverse_mass = HEXLOAD_REAL(1.0) / theta[HEXLOAD_LOAD_M];
-    hexload_real_t com_m[3];
-    hexload_real_t tensor[3][3];
-    hexload_real_t L[3][3];
-    hexload_real_t inverse[3][3];
-    for (int k = 0; k < 3; k++) {
-        com_m[k] = inverse_mass * theta[HEXLOAD_LOAD_HX + k];
-    }
-    central_inertia(theta, com_m, tensor);
-    if (!cholesky3(tensor, L) || !invert3(tensor, inverse)) {
-        return false;
-    }
-    hexload_real_t moved[3];
-    hexload_real_t moment[3]; // about O_A, then about the centre of mass
-    hexload_real_t force_platform[3];
-    hexload_real_t moment_platform[3];
-    cross3(motion->p_m, &wrench[0], moved);
-    for (int k = 0; k < 3; k++) {
-        moment[k] = wrench[3 + k] - moved[k];
-    }
-    hexload_motion_to_platform(motion, &wrench[0], force_platform);
-    hexload_motion_to_platform(motion, moment, moment_platform);
-    cross3(com_m, force_platform, moved);
-    for (int k = 0; k < 3; k++) {
-        moment_platform[k] -= moved[k];
-    }
-    hexload_real_t angular[3];
-    hexload_real_t linear[3];
-    for (int k = 0; k < 3; k++) {
-        angular[k] = dot3(inverse[k], moment_platform);
-    }
-    cross3(angular, com_m, moved);
-    for (int k = 0; k < 3; k++) {
-        linear[k] = hexload_fma(inverse_mass, force_platform[k], -moved[k]);
-    }
-    to_base(motion, linear, &acceleration[0]);
-    to_base(motion, angular, &acceleration[3]);
-    return true;
-}
-
 void momentum_read_input(const hexload_motion_t* motion, const hexload_real_t force_n[HEXLOAD_LEGS],
                          hexload_momentum_input_t* input) {
     hexload_real_t moved[3];

@@ -55,11 +55,9 @@ void momentum_of_leg_speeds(const hexload_real_t theta[HEXLOAD_LOAD_DIM], const 
 void momentum_add_noise(hexload_real_t columns[HEXLOAD_LEGS][6], const hexload_real_t variance[HEXLOAD_LEGS],
                         hexload_real_t covariance[6][6]);
 
-/// Acceleration less gravity that a wrench gives a body at rest, [linear; angular] of O_A: M^-1 times the
-/// wrench.
-/// @param wrench about the fixed home point of O_A.
-/// @return false when theta is no body: its central inertia is not positive definite.
-bool momentum_acceleration(const hexload_real_t theta[HEXLOAD_LOAD_DIM], const hexload_motion_t* motion,
-                           const hexload_real_t wrench[6], hexload_real_t acceleration[6]);
+/// Of a load of which nothing is known: a few times the platform's own mass.
+static inline hexload_real_t momentum_open_mass_sigma_kg(const hexload_config_t* config) {
+    return HEXLOAD_REAL(3.0) * config->platform.mass_kg;
+}
 
 #endif

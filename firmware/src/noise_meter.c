@@ -19,7 +19,9 @@ enum { FEWEST_TICKS = 100 };
 #define LARGEST_SQUARE HEXLOAD_REAL(25.0)
 
 void hexload_noise_meter_init(hexload_noise_meter_t* self) {
-    *self = (hexload_noise_meter_t){.velocity_ratio = HEXLOAD_REAL(1.0), .force_ratio = HEXLOAD_REAL(1.0)};
+    const hexload_real_t as_stated = HEXLOAD_REAL(1.0);
+    *self = (hexload_noise_meter_t){
+        .displacement_ratio = as_stated, .velocity_ratio = as_stated, .force_ratio = as_stated};
 }
 
 /// Mean square over the legs, in stated variances.
@@ -44,8 +46,15 @@ static void remember(hexload_real_t last[HEXLOAD_NOISE_HISTORY][HEXLOAD_LEGS],
     memcpy(last[0], now, sizeof last[0]);
 }
 
+static void measure(hexload_real_t last[HEXLOAD_NOISE_HISTORY][HEXLOAD_LEGS],
+                    const hexload_real_t now[HEXLOAD_LEGS], hexload_real_t sigma, hexload_real_t weight,
+                    hexload_real_t* ratio) {
+    *ratio += weight * (mean_square(last, now, sigma, *ratio) - *ratio);
+}
+
 void hexload_noise_meter_step(hexload_noise_meter_t* self, const hexload_config_t* config,
                               const hexload_leg_sample_t* sample, uint32_t gap_ticks) {
+    const hexload_sensors_t* stated = &config->sensors;
     const hexload_real_t memory = TIME_CONSTANT_S / config->tick_s;
     if (gap_ticks != 1) {
         self->history = 0; // differences over a gap are motion
@@ -53,16 +62,15 @@ void hexload_noise_meter_step(hexload_noise_meter_t* self, const hexload_config_
     if (self->history == HEXLOAD_NOISE_HISTORY) {
         self->ticks += (hexload_real_t)self->ticks < memory ? 1 : 0;
         const hexload_real_t weight = HEXLOAD_REAL(1.0) / (hexload_real_t)self->ticks;
-        self->velocity_ratio +=
-            weight * (mean_square(self->last_velocity_m_s, sample->velocity_m_s,
-                                  config->sensors.velocity_sigma_m_s, self->velocity_ratio) -
-                      self->velocity_ratio);
-        self->force_ratio += weight * (mean_square(self->last_force_n, sample->force_n,
-                                                   config->sensors.force_sigma_n, self->force_ratio) -
-                                       self->force_ratio);
+        measure(self->last_displacement_m, sample->displacement_m, stated->displacement_sigma_m, weight,
+                &self->displacement_ratio);
+        measure(self->last_velocity_m_s, sample->velocity_m_s, stated->velocity_sigma_m_s, weight,
+                &self->velocity_ratio);
+        measure(self->last_force_n, sample->force_n, stated->force_sigma_n, weight, &self->force_ratio);
     } else {
         self->history++;
     }
+    remember(self->last_displacement_m, sample->displacement_m);
     remember(self->last_velocity_m_s, sample->velocity_m_s);
     remember(self->last_force_n, sample->force_n);
 }
@@ -80,6 +88,8 @@ static hexload_real_t believed(const hexload_noise_meter_t* self, hexload_real_t
 void hexload_noise_meter_read(const hexload_noise_meter_t* self, const hexload_sensors_t* stated,
                               hexload_sensors_t* sensors, uint32_t* health) {
     *sensors = *stated;
+    sensors->displacement_sigma_m =
+        believed(self, stated->displacement_sigma_m, self->displacement_ratio, health);
     sensors->velocity_sigma_m_s = believed(self, stated->velocity_sigma_m_s, self->velocity_ratio, health);
     sensors->force_sigma_n = believed(self, stated->force_sigma_n, self->force_ratio, health);
 }

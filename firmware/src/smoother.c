@@ -1,5 +1,7 @@
 #include "hexload/smoother.h"
 
+#include "ringing.h"
+
 #include <string.h>
 
 /// A displacement's step, 2^-26 m: 15 nm, and a range of 32 m. Powers of two lose nothing in floating point.
@@ -86,9 +88,9 @@ static void make_polynomials(hexload_smoother_constants_t* constants, const hexl
                                          project[FIFTH_ON_THIRD] * (slope_at_0[1] - project[THIRD_ON_FIRST])};
     for (int m = 0; m < 3; m++) {
         const hexload_real_t both_sides = HEXLOAD_REAL(2.0) * square[m];
-        const hexload_real_t sigma_m_s = config->sensors.displacement_sigma_m * slope[m] / config->tick_s;
+        const hexload_real_t slope_1_s = slope[m] / config->tick_s;
         constants->slope[m] = slope[m] / (config->tick_s * both_sides * STEPS_PER_M);
-        constants->inverse_variance[m] = both_sides / (sigma_m_s * sigma_m_s);
+        constants->inverse_gain[m] = both_sides / (slope_1_s * slope_1_s);
     }
 }
 
@@ -108,14 +110,13 @@ static hexload_real_t hermite(hexload_real_t share, hexload_real_t from, hexload
            share * rest * (from_slope * rest - to_slope * share);
 }
 
-static void store(hexload_smoother_t* self, const hexload_real_t displacement_m[HEXLOAD_LEGS],
-                  const hexload_leg_sample_t* sample, bool is_missing) {
+static void store(hexload_smoother_t* self, const hexload_leg_sample_t* sample, bool is_missing) {
     const hexload_real_t farthest_m = HEXLOAD_REAL(31.0);
     const uint32_t at = self->stored % HEXLOAD_DELAY_CAPACITY;
     int32_t* steps = self->steps[self->stored % HEXLOAD_WINDOW_CAPACITY];
     for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
         const hexload_real_t bounded_m =
-            hexload_max(hexload_min(displacement_m[leg], farthest_m), -farthest_m);
+            hexload_max(hexload_min(sample->displacement_m[leg], farthest_m), -farthest_m);
         steps[leg] = (int32_t)(bounded_m * STEPS_PER_M);
         self->velocity_m_s[at][leg] = sample->velocity_m_s[leg];
         self->force_n[at][leg] = sample->force_n[leg];
@@ -124,25 +125,29 @@ static void store(hexload_smoother_t* self, const hexload_real_t displacement_m[
     self->stored++;
 }
 
+static hexload_real_t line(hexload_real_t share, hexload_real_t from, hexload_real_t to) {
+    return hexload_fma(share, to - from, from);
+}
+
 static void bridge(hexload_smoother_t* self, const hexload_config_t* config,
                    const hexload_leg_sample_t* sample, uint32_t gap_ticks) {
-    const int32_t* last_steps = self->steps[(self->stored - 1) % HEXLOAD_WINDOW_CAPACITY];
-    const hexload_real_t* last_m_s = self->velocity_m_s[(self->stored - 1) % HEXLOAD_DELAY_CAPACITY];
+    const uint32_t last = self->stored - 1;
+    const uint32_t at = last % HEXLOAD_DELAY_CAPACITY;
+    const int32_t* last_steps = self->steps[last % HEXLOAD_WINDOW_CAPACITY];
+    const hexload_real_t* last_m_s = self->velocity_m_s[at];
     const hexload_real_t gap_s = config->tick_s * (hexload_real_t)gap_ticks;
-    hexload_real_t from_m[HEXLOAD_LEGS];
-    hexload_real_t from_slope_m[HEXLOAD_LEGS];
-    for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
-        from_m[leg] = (hexload_real_t)last_steps[leg] / STEPS_PER_M;
-        from_slope_m[leg] = gap_s * last_m_s[leg];
-    }
+    hexload_leg_sample_t between = {0};
     for (uint32_t tick = 1; tick < gap_ticks; tick++) {
         const hexload_real_t share = (hexload_real_t)tick / (hexload_real_t)gap_ticks;
-        hexload_real_t between_m[HEXLOAD_LEGS];
         for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
-            between_m[leg] = hermite(share, from_m[leg], sample->displacement_m[leg], from_slope_m[leg],
-                                     gap_s * sample->velocity_m_s[leg]);
+            const hexload_real_t from_m = (hexload_real_t)last_steps[leg] / STEPS_PER_M;
+            const hexload_real_t to_m_s = sample->velocity_m_s[leg];
+            between.displacement_m[leg] =
+                hermite(share, from_m, sample->displacement_m[leg], gap_s * last_m_s[leg], gap_s * to_m_s);
+            between.velocity_m_s[leg] = line(share, last_m_s[leg], to_m_s);
+            between.force_n[leg] = line(share, self->force_n[at][leg], sample->force_n[leg]);
         }
-        store(self, between_m, sample, true);
+        store(self, &between, true);
     }
 }
 
@@ -168,7 +173,7 @@ bool hexload_smoother_put(hexload_smoother_t* self, const hexload_config_t* conf
     } else {
         bridge(self, config, sample, gap_ticks);
     }
-    store(self, sample->displacement_m, sample, false);
+    store(self, sample, false);
     if (!goes_on) {
         self->middle_tick = sample->tick - self->constants.lag_ticks - 1;
     }
@@ -215,9 +220,12 @@ static hexload_real_t share_of(hexload_real_t square) {
     return hexload_max(HEXLOAD_REAL(0.0), HEXLOAD_REAL(1.0) - CHI_SQUARE_6_95 / square);
 }
 
-static void fit_slopes(const hexload_smoother_t* self, hexload_real_t velocity_m_s[HEXLOAD_LEGS]) {
+static void fit_slopes(const hexload_smoother_t* self, hexload_real_t sigma_m,
+                       hexload_real_t velocity_m_s[HEXLOAD_LEGS]) {
     const hexload_smoother_constants_t* constants = &self->constants;
+    const hexload_real_t inverse_variance_1_m2 = HEXLOAD_REAL(1.0) / (sigma_m * sigma_m);
     hexload_real_t part[3][HEXLOAD_LEGS];
+    hexload_real_t share[3];
     hexload_real_t q[3] = {0};
     for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
         hexload_real_t odd[3];
@@ -232,36 +240,62 @@ static void fit_slopes(const hexload_smoother_t* self, hexload_real_t velocity_m
             q[m] = hexload_fma(part[m][leg], part[m][leg], q[m]);
         }
     }
-    const hexload_real_t third = share_of(q[1] * constants->inverse_variance[1]);
-    const hexload_real_t fifth = share_of(q[2] * constants->inverse_variance[2]);
+    for (int m = 0; m < 3; m++) {
+        share[m] = share_of(q[m] * constants->inverse_gain[m] * inverse_variance_1_m2);
+    }
     for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
-        velocity_m_s[leg] = hexload_fma(fifth, part[2][leg], hexload_fma(third, part[1][leg], part[0][leg]));
+        velocity_m_s[leg] =
+            hexload_fma(share[2], part[2][leg], hexload_fma(share[1], part[1][leg], share[0] * part[0][leg]));
     }
 }
 
-static void read_middle(hexload_smoother_t* self, hexload_smooth_sample_t* out) {
+/// The forces whose trapezoids are the integral of those at the ticks: weights of f - D2 f / 12 + 11 D4 f /
+/// 720.
+static void read_forces(const hexload_smoother_t* self, uint32_t middle,
+                        hexload_real_t force_n[HEXLOAD_LEGS]) {
+    const hexload_real_t* row[5];
+    for (uint32_t k = 0; k < 5; k++) {
+        row[k] = self->force_n[(middle + k - 2) % HEXLOAD_DELAY_CAPACITY];
+    }
+    for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
+        const hexload_real_t near_n = row[1][leg] + row[3][leg];
+        const hexload_real_t far_n = row[0][leg] + row[4][leg];
+        force_n[leg] = hexload_fma(
+            HEXLOAD_REAL(0.01527778), far_n,
+            hexload_fma(-HEXLOAD_REAL(0.14444444), near_n, HEXLOAD_REAL(1.25833333) * row[2][leg]));
+    }
+}
+
+static void read_middle(const hexload_smoother_t* self, const hexload_sensors_t* sensors,
+                        hexload_smooth_sample_t* out) {
     const uint32_t middle = self->entered - 1 - self->constants.lag_ticks;
     const int32_t* steps = self->steps[middle % HEXLOAD_WINDOW_CAPACITY];
     const uint32_t at = middle % HEXLOAD_DELAY_CAPACITY;
     for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
         out->sample.displacement_m[leg] = (hexload_real_t)steps[leg] / STEPS_PER_M;
         out->sample.velocity_m_s[leg] = self->velocity_m_s[at][leg];
-        out->sample.force_n[leg] = self->force_n[at][leg];
+        out->smooth_velocity_m_s[leg] = HEXLOAD_REAL(0.0);
     }
     out->sample.tick = self->middle_tick;
-    fit_slopes(self, out->smooth_velocity_m_s);
+    read_forces(self, middle, out->sample.force_n);
+    if (self->entered >= window_ticks(self)) {
+        fit_slopes(self, sensors->displacement_sigma_m, out->smooth_velocity_m_s);
+    }
+    ringing_follow(self, at, sensors->velocity_sigma_m_s, out->smooth_velocity_m_s);
 }
 
-bool hexload_smoother_take(hexload_smoother_t* self, hexload_smooth_sample_t* out) {
+bool hexload_smoother_take(hexload_smoother_t* self, const hexload_sensors_t* sensors,
+                           hexload_smooth_sample_t* out) {
+    const uint32_t lag = self->constants.lag_ticks;
     while (self->entered != self->stored) {
         enter(self);
-        if (self->entered < window_ticks(self)) {
+        if (self->entered < lag + 1 + HEXLOAD_RINGING_TICKS) {
             continue;
         }
         self->gap_ticks++;
-        const uint32_t middle = self->entered - 1 - self->constants.lag_ticks;
+        const uint32_t middle = self->entered - 1 - lag;
         if (!self->is_missing[middle % HEXLOAD_DELAY_CAPACITY]) {
-            read_middle(self, out);
+            read_middle(self, sensors, out);
             out->gap_ticks = self->has_taken ? self->gap_ticks : 0;
             self->has_taken = true;
             self->gap_ticks = 0;

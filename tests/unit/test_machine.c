@@ -307,9 +307,10 @@ static void dense_predict(const step_t* step, dense_t* dense) {
             }
         }
     }
+    const double sigma_m = (double)step->config.sensors.displacement_sigma_m;
     double speed_variance = fmax((double)step->machine.left_m2_s2, 0.0);
     for (int m = 0; m < 3; m++) {
-        speed_variance += 1.0 / (double)step->smoother.constants.inverse_variance[m];
+        speed_variance += sigma_m * sigma_m / (double)step->smoother.constants.inverse_gain[m];
     }
     for (int leg = 0; leg < 6; leg++) { // force noise, and the sign's
         const double v = (double)step->sample.smooth_velocity_m_s[leg];

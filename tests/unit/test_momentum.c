@@ -39,6 +39,7 @@ static void step(bench_t* bench, const body_t* load) {
     hexload_config_t noisy = bench->config;
     hexload_leg_sample_t sample = perfect_sample(
         &bench->config, load, &bench->motion, (double)bench->estimator.kinematics.home_height_m, bench->tick);
+    noisy.sensors.displacement_sigma_m *= (hexload_real_t)bench->noise;
     noisy.sensors.velocity_sigma_m_s *= (hexload_real_t)bench->noise;
     noisy.sensors.force_sigma_n *= (hexload_real_t)bench->noise;
     add_noise(&noisy, &bench->seed, &sample);
@@ -215,6 +216,10 @@ static void test_known_mass_stays(void) {
     run(&bench, &eccentric, 1000);
     TEST_ASSERT_DOUBLE_WITHIN(0.4, 312.0, (double)bench.estimate.value[0]);
     TEST_ASSERT_TRUE((double)bench.estimate.sigma[0] < 0.1);
+    // AND when another load takes its place that mass is known no more
+    run(&bench, &heavier, 2000);
+    TEST_ASSERT_EQUAL_UINT32(1, bench.alarms);
+    TEST_ASSERT_TRUE(nees_of(&bench, &heavier) < 53.0);
 }
 
 static void test_refused_sample_changes_nothing_but_the_counter(void) {

@@ -44,35 +44,6 @@ static void test_regressor_times_parameters_is_the_momentum(void) {
     }
 }
 
-static void test_acceleration_times_the_mass_matrix_is_the_wrench(void) {
-    hexload_config_t config;
-    hexload_leg_sample_t sample;
-    const hexload_motion_t motion = motion_at(321, &config, &sample);
-    hexload_real_t theta[HEXLOAD_LOAD_DIM], acceleration[6], product[6];
-    hexload_momentum_input_t input;
-    read_load(theta);
-    // GIVEN the wrench of the legs WHEN the acceleration is asked for that it gives a body
-    momentum_read_input(&motion, sample.force_n, &input);
-    TEST_ASSERT_TRUE(momentum_acceleration(theta, &motion, input.wrench, acceleration));
-    // THEN the mass matrix, which turns twists into momenta, turns it back: wrenches of up to 10 kN m, a
-    // condition number of about 100
-    momentum_of_body(theta, &motion, acceleration, product);
-    for (int k = 0; k < 6; k++) {
-        TEST_ASSERT_DOUBLE_WITHIN(ROUNDINGS(2000, 1e4), (double)input.wrench[k], (double)product[k]);
-    }
-}
-
-static void test_no_body_has_no_acceleration(void) {
-    hexload_config_t config;
-    hexload_leg_sample_t sample;
-    const hexload_motion_t motion = motion_at(1, &config, &sample);
-    hexload_real_t theta[HEXLOAD_LOAD_DIM], acceleration[6];
-    const hexload_real_t wrench[6] = {1};
-    read_load(theta);
-    theta[HEXLOAD_LOAD_IXX] = HEXLOAD_REAL(10.0); // less than m (y^2 + z^2) of its own centre of mass
-    TEST_ASSERT_FALSE(momentum_acceleration(theta, &motion, wrench, acceleration));
-}
-
 static void test_momentum_grows_by_the_impulse_of_legs_and_gravity(void) {
     // GIVEN leg forces that inverse dynamics, written without the firmware's formulas, has found for a motion
     hexload_config_t config;
@@ -136,8 +107,6 @@ static void test_spread_is_the_variance_of_the_parameters_momentum(void) {
 int main(void) {
     UNITY_BEGIN();
     RUN_TEST(test_regressor_times_parameters_is_the_momentum);
-    RUN_TEST(test_acceleration_times_the_mass_matrix_is_the_wrench);
-    RUN_TEST(test_no_body_has_no_acceleration);
     RUN_TEST(test_momentum_grows_by_the_impulse_of_legs_and_gravity);
     RUN_TEST(test_spread_is_the_variance_of_the_parameters_momentum);
     return UNITY_END();

@@ -14,6 +14,7 @@ static hexload_sensors_t measured(double scale, uint32_t ticks, uint32_t shock_e
     hexload_noise_meter_t meter;
     hexload_sensors_t sensors;
     uint64_t seed = 11;
+    noisy.sensors.displacement_sigma_m *= (hexload_real_t)scale;
     noisy.sensors.velocity_sigma_m_s *= (hexload_real_t)scale;
     noisy.sensors.force_sigma_n *= (hexload_real_t)scale;
     hexload_noise_meter_init(&meter);
@@ -33,6 +34,7 @@ static hexload_sensors_t measured(double scale, uint32_t ticks, uint32_t shock_e
 static void test_stated_sigmas_that_are_right_are_used_as_they_are(void) {
     uint32_t health = 0;
     const hexload_sensors_t sensors = measured(1.0, 2000, 0, &health);
+    TEST_ASSERT_EQUAL_FLOAT(20e-6, sensors.displacement_sigma_m);
     TEST_ASSERT_EQUAL_FLOAT(0.001, sensors.velocity_sigma_m_s);
     TEST_ASSERT_EQUAL_FLOAT(5.0, sensors.force_sigma_n);
     TEST_ASSERT_EQUAL_UINT32(0, health);
@@ -46,6 +48,8 @@ static void test_misstated_sigmas_are_measured(void) {
         const hexload_sensors_t sensors = measured(scales[n], 2000, 0, &health);
         // THEN the true sigmas are used: mean squares of 6,000 third differences spread by 3 %, sigmas by
         // half of that; four sigma
+        TEST_ASSERT_DOUBLE_WITHIN(0.06 * scales[n] * 20e-6, scales[n] * 20e-6,
+                                  (double)sensors.displacement_sigma_m);
         TEST_ASSERT_DOUBLE_WITHIN(0.06 * scales[n] * 1e-3, scales[n] * 1e-3,
                                   (double)sensors.velocity_sigma_m_s);
         TEST_ASSERT_DOUBLE_WITHIN(0.06 * scales[n] * 5.0, scales[n] * 5.0, (double)sensors.force_sigma_n);

@@ -71,8 +71,8 @@ typedef struct hexload_paper_config {
 
 /// Tuning of the momentum filter.
 typedef struct hexload_momentum_config {
-    uint32_t lag_ticks;         ///< how far the filter runs behind; 3..HEXLOAD_LAG_TICKS_MAX
-    uint32_t longest_gap_ticks; ///< from sample to sample that the smoother bridges; 1..16. Beyond: all anew
+    uint32_t lag_ticks;         ///< how far the filter runs behind; 12..HEXLOAD_LAG_TICKS_MAX
+    uint32_t longest_gap_ticks; ///< from sample to sample that the smoother bridges; 1..10. Beyond: all anew
     hexload_real_t prior_mass_kg;             ///< of the load; 0..1e6
     hexload_real_t prior_mass_sigma_kg;       ///< 0..1e6, not 0; small: the mass is known
     hexload_real_t prior_moment_sigma_kg_m;   ///< of hx, hy, hz; 0..1e6, not 0
@@ -125,8 +125,8 @@ void hexload_config_set_prior(hexload_config_t* config, hexload_prior_t prior);
 ///
 /// The prior spans loads of a few times the platform's own mass within the hinge circle; nothing is known
 /// about their place. The lag is the shortest at which the smooth twist's noise,
-/// (sigma_d / tick_s) sqrt(12 / (2 lag + 1)^3), is below a twenty-fourth of the velocity sensor's, from
-/// 10 ticks to HEXLOAD_LAG_TICKS_MAX.
+/// (sigma_d / tick_s) sqrt(12 / (2 lag + 1)^3), is below a thirty-second of the velocity sensor's, from
+/// HEXLOAD_RINGING_TICKS to HEXLOAD_LAG_TICKS_MAX.
 void hexload_config_set_momentum(hexload_config_t* config);
 
 /// The load's mass is known: the paper's filter takes it as given, the momentum filter as its prior with a

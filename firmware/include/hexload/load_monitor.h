@@ -4,8 +4,8 @@
 ///
 /// The momentum filter runs lag_ticks behind, so its own innovations would tell of a new load that much too
 /// late. Here mu has six states of its own and no smoothing. What the filter does not know yet counts as
-/// noise: each parameter with its sigma, as far as the present forces would show it within the memory of the
-/// test.
+/// noise: each parameter with its sigma, as far as the present acceleration would show it within the memory
+/// of the test.
 #ifndef HEXLOAD_LOAD_MONITOR_H
 #define HEXLOAD_LOAD_MONITOR_H
 
@@ -22,6 +22,7 @@ typedef struct hexload_load_monitor {
     hexload_real_t theta[HEXLOAD_LOAD_DIM]; ///< that of the last tick
     hexload_momentum_input_t last_input;
     hexload_real_t last_force_n[2][HEXLOAD_LEGS]; ///< newest first
+    hexload_real_t late_twist[6];                 ///< leaky mean of the last 5 ms, for the acceleration
     hexload_real_t nis;      ///< of the last sample, bounded; 6 when nothing could be told
     hexload_real_t nis_mean; ///< leaky; ideal 6
     uint32_t ticks;          ///< since the start, up to two

@@ -17,7 +17,6 @@ typedef struct hexload_load_supervisor {
     hexload_real_t last_twist[6];   ///< at their end
     uint32_t elapsed_ticks;         ///< since then
     uint32_t next;                  ///< parameter whose information is looked at: one in each tick
-    uint32_t impossible_ticks;      ///< how long no body has had the estimate's parameters
 } hexload_load_supervisor_t;
 
 void hexload_load_supervisor_init(hexload_load_supervisor_t* self);

@@ -75,7 +75,8 @@ void hexload_momentum_filter_step(hexload_momentum_filter_t* self, const hexload
                                   const hexload_smooth_sample_t* sample, const hexload_motion_t* motion,
                                   const hexload_leg_blocks_t* jacobian);
 
-/// The load has changed: keeps theta as a guess with the prior's sigmas. mu must begin anew.
+/// The load has changed: keeps theta as a guess with the prior's sigmas, and no mass is known beforehand any
+/// more. mu must begin anew.
 void hexload_momentum_filter_forget(hexload_momentum_filter_t* self, const hexload_config_t* config);
 
 /// False when a number is not finite: then only hexload_momentum_filter_init() helps.

@@ -1,5 +1,5 @@
 /// @file noise_meter.h
-/// White noise of the legs' velocity and force sensors, measured beside the motion.
+/// White noise of the legs' sensors, measured beside the motion.
 ///
 /// The third difference x(k) - 3 x(k-1) + 3 x(k-2) - x(k-3) of a sampled motion is next to nothing: at 1 kHz
 /// and 10 Hz it passes 2.5e-4 of the amplitude, and of white noise sqrt(20) sigma. Its leaky mean square over
@@ -15,11 +15,13 @@ HEXLOAD_DECLS_BEGIN
 enum { HEXLOAD_NOISE_HISTORY = 3 };
 
 typedef struct hexload_noise_meter {
-    hexload_real_t last_velocity_m_s[HEXLOAD_NOISE_HISTORY][HEXLOAD_LEGS]; ///< newest first
+    hexload_real_t last_displacement_m[HEXLOAD_NOISE_HISTORY][HEXLOAD_LEGS]; ///< newest first
+    hexload_real_t last_velocity_m_s[HEXLOAD_NOISE_HISTORY][HEXLOAD_LEGS];
     hexload_real_t last_force_n[HEXLOAD_NOISE_HISTORY][HEXLOAD_LEGS];
-    uint32_t history;              ///< consecutive ticks in them
-    uint32_t ticks;                ///< measured so far, up to the time constant
-    hexload_real_t velocity_ratio; ///< (measured / stated sigma)^2; 1 before anything was measured
+    uint32_t history;                  ///< consecutive ticks in them
+    uint32_t ticks;                    ///< measured so far, up to the time constant
+    hexload_real_t displacement_ratio; ///< (measured / stated sigma)^2; 1 before anything was measured
+    hexload_real_t velocity_ratio;
     hexload_real_t force_ratio;
 } hexload_noise_meter_t;
 

@@ -1,15 +1,20 @@
 /// @file smoother.h
-/// Leg speeds from displacements alone, without phase lag: at a tick that lies `lag` ticks back, with as many
-/// ticks before it as after it.
+/// Leg speeds without phase lag: at a tick that lies `lag` ticks back, from displacements alone, with as many
+/// ticks before it as after it; and what is faster than that from the speed sensors of its neighbours.
 ///
 /// The momentum filter needs a twist at which to linearise whose noise is small and independent of the
 /// velocity sensors'. A least-squares polynomial of degree six over 2 lag + 1 ticks has the slope
 ///
 ///     c1 + c3 + c5,   c_m = p_m'(0) / (tick_s |p_m|^2) * sum over j of p_m(j) x(j)
 ///
-/// with p1, p3, p5 the odd orthogonal polynomials on -lag..lag. c3 and c5 count only as far as they stand out
-/// of their noise in all legs together: times max(0, 1 - 12.59 / q), q the sum of (c_m / sigma)^2 over the
-/// legs, 12.59 the 95 % point of chi-square with 6 degrees of freedom (positive-part shrinkage).
+/// with p1, p3, p5 the odd orthogonal polynomials on -lag..lag. Each counts only as far as it stands out of
+/// its noise in all legs together: times max(0, 1 - 12.59 / q), q the sum of (c_m / sigma)^2 over the legs,
+/// 12.59 the 95 % point of chi-square with 6 degrees of freedom (positive-part shrinkage). A platform at rest
+/// then has speed zero, and its noise does not count as motion.
+///
+/// A step of speed or a servo that rings is faster than that window. What the velocity sensors of the ticks
+/// around it, its own left out, show far beyond noise is added (ringing.h); until the window is full, that
+/// is all there is.
 ///
 /// The sums run along in integers, so they cost the same for every lag and never drift.
 #ifndef HEXLOAD_SMOOTHER_H
@@ -23,13 +28,14 @@ HEXLOAD_DECLS_BEGIN
 
 /// Longest lag that the memory of an instance allows, and missing ticks that may be under way at a time.
 #ifndef HEXLOAD_LAG_TICKS_MAX
-#define HEXLOAD_LAG_TICKS_MAX 85
+#define HEXLOAD_LAG_TICKS_MAX 83
 #endif
 enum {
-    HEXLOAD_MISSING_TICKS_MAX = 16,
+    HEXLOAD_MISSING_TICKS_MAX = 10,
+    HEXLOAD_RINGING_TICKS = 12, ///< on each side of a tick that tell what is too fast for the window
     HEXLOAD_SMOOTHER_ORDERS = 6,
     HEXLOAD_WINDOW_CAPACITY = 2 * HEXLOAD_LAG_TICKS_MAX + 1 + HEXLOAD_MISSING_TICKS_MAX,
-    HEXLOAD_DELAY_CAPACITY = HEXLOAD_LAG_TICKS_MAX + 1 + HEXLOAD_MISSING_TICKS_MAX,
+    HEXLOAD_DELAY_CAPACITY = HEXLOAD_LAG_TICKS_MAX + 1 + HEXLOAD_RINGING_TICKS + HEXLOAD_MISSING_TICKS_MAX,
 };
 
 /// What the lag makes of the polynomials.
@@ -39,7 +45,8 @@ typedef struct hexload_smoother_constants {
     int32_t leaving[HEXLOAD_SMOOTHER_ORDERS];  ///< of its oldest
     hexload_real_t project[3];                 ///< of the third on p1; of the fifth on p1 and p3
     hexload_real_t slope[3];                   ///< from a sum in steps to c_m in m/s
-    hexload_real_t inverse_variance[3];        ///< 1 / sigma^2 of c_m
+    hexload_real_t
+        inverse_gain[3]; ///< 1 / variance of c_m, in m^2/s^2, for a variance of 1 m^2 of displacements
 } hexload_smoother_constants_t;
 
 typedef struct hexload_smoother {
@@ -59,6 +66,8 @@ typedef struct hexload_smoother {
 
 /// A sample of the past, and the speeds that its neighbours on both sides tell.
 typedef struct hexload_smooth_sample {
+    /// Its forces are such that the trapezoids between ticks are the integral: f - D2 f / 12 + 11 D4 f / 720,
+    /// D2 and D4 central differences. At 95 Hz the trapezoid alone loses 3 % of an impulse.
     hexload_leg_sample_t sample;
     hexload_real_t smooth_velocity_m_s[HEXLOAD_LEGS];
     uint32_t gap_ticks; ///< periods since the last one taken out; 0 for the first after a start
@@ -67,16 +76,19 @@ typedef struct hexload_smooth_sample {
 /// Starts empty.
 void hexload_smoother_init(hexload_smoother_t* self, const hexload_config_t* config);
 
-/// Puts a sample in. Ticks that are missing before it are bridged by a cubic through the displacements and
-/// velocities of both sides, for the window's sake only; when there are too many, everything begins anew.
+/// Puts a sample in. Ticks that are missing before it are bridged for their neighbours' sake only,
+/// displacements by a cubic through those and the velocities of both sides, velocities and forces by a line;
+/// when there are too many, everything begins anew.
 /// @param gap_ticks periods since the last sample put in; 0 for the first.
 /// @return false when it began anew. Worst case: as many bridged ticks as the configuration allows.
 bool hexload_smoother_put(hexload_smoother_t* self, const hexload_config_t* config,
                           const hexload_leg_sample_t* sample, uint32_t gap_ticks);
 
-/// Takes the next sample out whose window is complete. At most one is taken for each that is put in.
-/// @return false when there is none: in the first 2 lag ticks.
-bool hexload_smoother_take(hexload_smoother_t* self, hexload_smooth_sample_t* out);
+/// Takes the sample of lag ticks back out. At most one is taken for each that is put in.
+/// @param sensors their sigmas as they are, for what counts as noise.
+/// @return false when there is none: in the first lag + HEXLOAD_RINGING_TICKS ticks.
+bool hexload_smoother_take(hexload_smoother_t* self, const hexload_sensors_t* sensors,
+                           hexload_smooth_sample_t* out);
 
 HEXLOAD_DECLS_END
 

@@ -173,7 +173,7 @@ hexload_leg_sample_t perfect_sample(const hexload_config_t* config, const body_t
 
 void add_noise(const hexload_config_t* config, uint64_t* seed, hexload_leg_sample_t* sample) {
     for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
-        sample->displacement_m[leg] += (hexload_real_t)(2e-5 * normal(seed));
+        sample->displacement_m[leg] += config->sensors.displacement_sigma_m * (hexload_real_t)normal(seed);
         sample->velocity_m_s[leg] += config->sensors.velocity_sigma_m_s * (hexload_real_t)normal(seed);
         sample->force_n[leg] += config->sensors.force_sigma_n * (hexload_real_t)normal(seed);
     }
