@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from hexload_tools.bound import (
     THETA_NAMES,
+    Machine,
     Platform,
     Sigmas,
     Trajectory,
@@ -181,6 +182,64 @@ def test_bound_is_the_inverse_of_the_information_of_the_whole_record(platform, p
     # THEN the recursion ends at the same sigma. The information matrix has a condition number of about 1e9: 1e-7 left
     sigma = crlb(platform, motion, ECCENTRIC_THETA, NOISE, prior, parameters, dt_s=20e-3)
     np.testing.assert_allclose(sigma[-1], expected, rtol=1e-6)
+
+
+MACHINE = Machine(np.array([80.0, 40.0, 60.0, 20.0, 90.0, 70.0]), np.array([200.0, 100.0, 300.0, 150.0, 250.0, 50.0]), 0.02)
+MACHINE_PRIOR = np.repeat([100.0, 200.0, 1000.0], 6)
+
+
+def whitened_balances(unknowns: np.ndarray, platform: Platform, motion: Trajectory, dt_s: float) -> np.ndarray:
+    """What the noise has to explain, in its sigmas, of momenta at every tick, theta, and the machine's effects.
+
+    The nonlinear model, written down by itself: leg speeds follow from momentum and theta, friction from them.
+    """
+    momentum, theta = unknowns[:-28].reshape(-1, 6), unknowns[-28:-18]
+    bias, coulomb, viscous = unknowns[-18:].reshape(3, 6)
+    jacobian = leg_jacobian(platform, motion)
+    twist = np.linalg.solve(momentum_matrix(platform.theta + theta, motion), momentum[..., None])
+    speed = (jacobian @ twist)[..., 0]
+    rub = bias + coulomb * speed / np.hypot(speed, MACHINE.friction_speed_m_s) + viscous * speed
+    push = np.swapaxes(jacobian, 1, 2).copy()
+    push[:, 3:] += np.cross(motion.p_m[:, None], jacobian[:, :, :3]).swapaxes(1, 2)
+    rate = gravity_regressor(platform, motion) @ theta - np.einsum("nij,nj->ni", push, rub)
+    balance = np.diff(momentum, axis=0) - 0.5 * dt_s * (rate[1:] + rate[:-1])
+    forces = np.linalg.solve(dt_s * NOISE.force_n * push[1:], balance[..., None])
+    prior = unknowns[-28:] / np.concatenate([RECORDED_PRIOR / 30, MACHINE_PRIOR])
+    return np.concatenate([prior, speed.ravel() / NOISE.velocity_m_s, forces.ravel()])
+
+
+def test_bound_with_the_machines_effects_is_the_inverse_of_the_information_by_finite_differences(platform):
+    # GIVEN 40 ticks of motion, and as unknowns the momentum at every tick, theta, bias and friction of each leg
+    motion, dt_s = smooth_motion(np.arange(40) * 20e-3), 20e-3
+    twist = np.hstack([motion.velocity_m_s, motion.angular_velocity_rad_s])
+    momentum = (momentum_matrix(platform.theta + ECCENTRIC_THETA, motion) @ twist[..., None]).ravel()
+    truth = np.concatenate([momentum, ECCENTRIC_THETA, np.zeros(6), MACHINE.coulomb_n, MACHINE.viscous_n_s_m])
+    # WHEN the residuals of the nonlinear model are differenced by each unknown, and their information is added up
+    step = 1e-4
+    columns = [
+        (whitened_balances(truth + step * unit, platform, motion, dt_s)
+         - whitened_balances(truth - step * unit, platform, motion, dt_s)) / (2 * step)
+        for unit in np.eye(len(truth))
+    ]  # fmt: skip
+    whitened = np.stack(columns, axis=1)
+    expected = np.sqrt(np.diagonal(np.linalg.inv(whitened.T @ whitened))[-28:])
+    # THEN the recursion ends at the same sigma. Residuals of up to 1e5 leave 1e-16 x 1e5 / 1e-4 = 1e-7 of rounding in
+    # derivatives from 1e-1 on
+    prior = np.concatenate([RECORDED_PRIOR / 30, MACHINE_PRIOR])
+    sigma = crlb(platform, motion, ECCENTRIC_THETA, NOISE, prior, dt_s=dt_s, machine=MACHINE)
+    np.testing.assert_allclose(sigma[-1], expected, rtol=1e-5)
+
+
+def test_bound_with_known_effects_is_that_without_them(platform):
+    # GIVEN a machine without friction whose biases are known WHEN the bound is computed with and without it
+    motion = smooth_motion(np.arange(500) * DT_S)
+    none = Machine(np.zeros(6), np.zeros(6), 5e-3)
+    known = crlb(platform, motion, ECCENTRIC_THETA, NOISE, np.append(RECORDED_PRIOR, np.zeros(18)), machine=none)
+    # THEN both are the same to rounding, and what is not known of the machine makes it larger
+    plain = crlb(platform, motion, ECCENTRIC_THETA, NOISE, RECORDED_PRIOR)
+    np.testing.assert_allclose(known[:, :10], plain, rtol=1e-9)
+    unknown = crlb(platform, motion, ECCENTRIC_THETA, NOISE, np.append(RECORDED_PRIOR, MACHINE_PRIOR), machine=none)
+    assert (unknown[-1, :10] > plain[-1]).all()
 
 
 def test_bound_equals_the_recorded_one_on_the_paper_motion(platform, paper_motion):

@@ -18,6 +18,15 @@ the inertia tensor entries about O_A, both in platform axes. State [mu; theta], 
 
 The pose counts as known: 20 um of displacement noise are nothing beside 1 mm/s of speed noise.
 
+With the machine's own effects as more unknowns (Machine), a leg's force sensor shows more than the force on the
+platform, which is f - b - c s(v) - d v: a bias b, Coulomb and viscous friction c and d, s(v) = v / sqrt(v^2 + v0^2). The
+leg speeds v = J M^-1 mu depend on the state, so with D = diag(c s'(v) + d) and B = Jw D J M^-1 the derivatives of
+d mu / dt are -B by mu, G + B Y by theta and -Jw [E, diag(s), diag(v)] by x = [b; c; d]. The trapezoidal rule has B at both ends
+of the period, hence
+
+    F_mu = W (E - dt/2 B_k-1), F_theta = W dt/2 (g_k + g_k-1), g = G + B Y, likewise F_x, W = (E + dt/2 B_k)^-1
+    Q_mu = W dt^2 sigma_f^2 Jw Jw^T W^T
+
 Units are SI; angular velocity and forces are in base axes; R maps platform axes to base axes; the displacement p of
 O_A counts from home. Arrays carry the tick as their first axis.
 """
@@ -40,6 +49,9 @@ Prior = Literal["safe", "printed"]
 
 THETA_NAMES = ("m", "hx", "hy", "hz", "Ixx", "Iyy", "Izz", "Ixy", "Ixz", "Iyz")
 PAPER_NAMES = ("dz", "Ixx", "Iyy", "Izz")
+LEGS = 6
+EFFECTS = ("bias", "coulomb", "viscous")  # x: six legs of the first, of the second, of the third; N, N, N s/m
+
 
 @dataclass(frozen=True)
 class Platform:
@@ -68,6 +80,15 @@ class Sigmas:
 
     velocity_m_s: float
     force_n: float
+
+
+@dataclass(frozen=True)
+class Machine:
+    """What the force sensors show beside the force on the platform; the bound does not depend on the biases."""
+
+    coulomb_n: Array  # (6,)
+    viscous_n_s_m: Array  # (6,)
+    friction_speed_m_s: float  # v0 of s(v)
 
 
 def read_platform(path: Path) -> Platform:
@@ -155,31 +176,67 @@ def crlb(
     prior_sigma: ArrayLike,
     parameters: Parameters = "ten",
     dt_s: float = 1e-3,
+    machine: Machine | None = None,
 ) -> Array:
     """Bound on the standard deviation of each parameter after each tick.
 
     theta        (10,) true load parameters
-    prior_sigma  what is known before the first tick: (10,) for "ten", (4,) for "paper"; the twist is not known
-    returns      (n, 10) in the order of THETA_NAMES, or (n, 4) in that of PAPER_NAMES
+    prior_sigma  what is known before the first tick: (10,) for "ten", (4,) for "paper", 18 more with a machine; the
+                 twist is not known
+    machine      its effects, which are to be found with the load; None: there are none, and that is known
+    returns      (n, 10) in the order of THETA_NAMES, or (n, 4) in that of PAPER_NAMES, 18 more columns with a machine
 
     Raises ValueError if prior_sigma has the wrong shape. 10,000 ticks take about a second.
     """
     theta = np.asarray(theta, float)
     to_theta = {"ten": np.eye(10), "paper": paper_jacobian(theta)}[parameters]
+    unknowns = to_theta.shape[1] + (0 if machine is None else len(EFFECTS) * LEGS)
     prior_sigma = np.asarray(prior_sigma, float)
-    if prior_sigma.shape != (to_theta.shape[1],):
-        raise ValueError(f"prior_sigma: found shape {prior_sigma.shape}, expected ({to_theta.shape[1]},)")
+    if prior_sigma.shape != (unknowns,):
+        raise ValueError(f"prior_sigma: found shape {prior_sigma.shape}, expected ({unknowns},)")
 
     jacobian = leg_jacobian(platform, truth)
     y = momentum_regressor(truth) @ to_theta
-    g = gravity_regressor(platform, truth) @ to_theta
-    gbar = 0.5 * dt_s * (g[1:] + g[:-1])
+    rate = gravity_regressor(platform, truth) @ to_theta
+    damping = np.zeros_like(jacobian)
     wrench_map = _about_home(np.swapaxes(jacobian, 1, 2), truth.p_m)
-    process = (dt_s * sigmas.force_n) ** 2 * wrench_map @ np.swapaxes(wrench_map, 1, 2)
     # The measurement J M^-1 [E, -Y] is used as [E, -Y] with the noise carried over by M J^-1: the same information.
     to_momentum = momentum_matrix(platform.theta + theta, truth) @ np.linalg.inv(jacobian)
     measurement = sigmas.velocity_m_s**2 * to_momentum @ np.swapaxes(to_momentum, 1, 2)
-    return _covariance_recursion(y, gbar, process, measurement, prior_sigma)
+    if machine is not None:
+        effects, slope = _rub(wrench_map, leg_speeds(jacobian, truth), machine)
+        damping = slope @ np.linalg.inv(to_momentum)
+        rate = np.concatenate([rate + damping @ y, effects], axis=2)
+        y = np.concatenate([y, np.zeros_like(effects)], axis=2)
+    transition, process = _over_a_tick(damping, rate, wrench_map, dt_s, sigmas.force_n)
+    return _covariance_recursion(y, transition, process, measurement, prior_sigma)
+
+
+def leg_speeds(jacobian: Array, trajectory: Trajectory) -> Array:
+    """(n, 6), m/s."""
+    twist = np.hstack([trajectory.velocity_m_s, trajectory.angular_velocity_rad_s])
+    return np.einsum("nij,nj->ni", jacobian, twist)
+
+
+def _rub(wrench_map: Array, speed_m_s: Array, machine: Machine) -> tuple[Array, Array]:
+    """Derivatives of d mu / dt by the effects, (n, 6, 18), and by minus the leg speeds, (n, 6, 6)."""
+    root = np.sqrt(speed_m_s**2 + machine.friction_speed_m_s**2)
+    sign, sign_slope = speed_m_s / root, machine.friction_speed_m_s**2 / root**3
+    effects = [wrench_map, wrench_map * sign[:, None], wrench_map * speed_m_s[:, None]]
+    slope = wrench_map * (machine.coulomb_n * sign_slope + machine.viscous_n_s_m)[:, None]
+    return -np.concatenate(effects, axis=2), slope
+
+
+def _over_a_tick(
+    damping: Array, rate: Array, wrench_map: Array, dt_s: float, force_sigma_n: float
+) -> tuple[Array, Array]:
+    """[F_mu, F_theta] from each tick to the next, (n - 1, 6, 6 + k), and the Q_mu that comes with it, (n - 1, 6, 6)."""
+    half = 0.5 * dt_s
+    implicit = np.linalg.inv(np.eye(6) + half * damping[1:])
+    explicit = np.eye(6) - half * damping[:-1]
+    transition = implicit @ np.concatenate([explicit, half * (rate[1:] + rate[:-1])], axis=2)
+    push = dt_s * force_sigma_n * implicit @ wrench_map[1:]
+    return transition, push @ np.swapaxes(push, 1, 2)
 
 
 def paper_prior_sigma(prior: Prior, mass_kg: float) -> Array:
@@ -226,7 +283,9 @@ def read_truth(path: Path, from_s: float = 0.0) -> Trajectory:
     return Trajectory(rows[:, 1:4], rotation_from_rpy(rows[:, 4:7]), rows[:, 7:10], rows[:, 10:13])
 
 
-def _covariance_recursion(y: Array, gbar: Array, process: Array, measurement: Array, prior_sigma: Array) -> Array:
+def _covariance_recursion(
+    y: Array, transition: Array, process: Array, measurement: Array, prior_sigma: Array
+) -> Array:
     """Sigma of theta after each tick, (n, k), from a diffuse momentum before the first measurement."""
     k = len(prior_sigma)
     prior = np.diag(prior_sigma**2)
@@ -240,9 +299,9 @@ def _covariance_recursion(y: Array, gbar: Array, process: Array, measurement: Ar
     variance = np.empty((len(y), k))
     variance[0] = prior_sigma**2
     for tick in range(1, len(y)):
-        covariance[:6] += gbar[tick - 1] @ covariance[6:]
-        covariance[:, :6] += covariance[:, 6:] @ gbar[tick - 1].T
-        covariance[:6, :6] += process[tick]
+        covariance[:6] = transition[tick - 1] @ covariance
+        covariance[:, :6] = covariance @ transition[tick - 1].T
+        covariance[:6, :6] += process[tick - 1]
         cross = covariance[:6] - y[tick] @ covariance[6:]
         innovation = cross[:, :6] - cross[:, 6:] @ y[tick].T + measurement[tick]
         covariance -= cross.T @ np.linalg.solve(innovation, cross)
