@@ -16,6 +16,10 @@ def test_bench_prints_stages_filters_and_memory(capsys, monkeypatch):
     for stage in (*target.STAGES, "whole tick"):
         assert len(numbers[stage]) == 4, stage
         assert min(numbers[stage]) > 100, stage
+    # AND the momentum filter costs more with bias and friction than without them, at both levels
+    plain, machine = (numbers[f"whole tick, {name}"] for name in controller_bench.MOMENTUM.values())
+    assert len(plain) == len(machine) == 4
+    assert all(less < more for less, more in zip(plain, machine))
     # AND so have the parts of a whole sample, for each filter and profile
     for name, profile in controller_bench.NODE_KINDS:
         for part in target.NODE_PARTS:
@@ -25,5 +29,8 @@ def test_bench_prints_stages_filters_and_memory(capsys, monkeypatch):
     assert all(name in numbers for name in PUBLISHED)
     # AND the memory
     assert numbers["an estimator"][0] == numbers["an estimator"][1] > 500
-    assert numbers["a bus node, either estimator included"][0] > numbers["a momentum estimator"][0]
+    for what in ("an estimator", "stack of a tick"):
+        paper, plain, machine = (numbers[name][0] for name in (what, f"{what}, momentum", f"{what}, {controller_bench.MOMENTUM['machine']}"))
+        assert paper < plain < machine
+    assert numbers["a bus node, either estimator included"][0] > numbers["an estimator, momentum"][0]
     print(output)

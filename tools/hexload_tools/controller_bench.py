@@ -17,6 +17,7 @@ DATA = project.ROOT / "tests" / "data"
 REFERENCE = Path(__file__).with_name("reference_filters.toml")
 MOTION_S = 10.0
 TICK_S = 1e-3
+MOMENTUM = {"momentum": "momentum", "machine": "momentum with bias and friction"}  # programs, what they run
 RIVALS = {"dense": ("dense and generic", "dense_filter.c"), "eigen": ("Eigen, block-structured", "eigen_filter.cpp")}
 RIVAL_BYTES = 4 * (7 + 7 * 7)  # state and covariance
 
@@ -26,13 +27,23 @@ NODE_KINDS: list[NodeKind] = [(name, profile) for name in target.FILTERS for pro
 
 
 @dataclass(frozen=True)
+class Momentum:
+    estimator_bytes: int
+    motion: np.ndarray  # answers
+    hard: np.ndarray
+
+    @property
+    def stack_bytes(self) -> int:
+        return max(run["tick_stack_bytes"].max() for run in (self.motion, self.hard))
+
+
+@dataclass(frozen=True)
 class Measured:
     motion: target.Replayed
     hard: target.Replayed
     rivals: dict[str, np.void]
     nodes: dict[NodeKind, tuple[target.NodeRun, target.NodeRun]]  # motion, hard
-    momentum_bytes: int
-    momentum: tuple[np.ndarray, np.ndarray]  # answers: motion, hard
+    momentum: dict[str, Momentum]  # by program
     core: target.Size
     bus_and_app: target.Size
 
@@ -56,7 +67,6 @@ def _measure() -> dict[str, Measured]:
         folder = Path(name)
         for optimisation, preset in target.CORTEX_M7.items():
             target.build_preset(preset)
-            momentum = [target.replay_momentum(preset, config, samples, folder) for samples in (recorded, hard)]
             measured[optimisation] = Measured(
                 target.replay(preset, config, recorded, folder),
                 target.replay(preset, config, hard, folder),
@@ -68,12 +78,18 @@ def _measure() -> dict[str, Measured]:
                     )
                     for name, profile in NODE_KINDS
                 },
-                momentum[0][0],
-                (momentum[0][1], momentum[1][1]),
+                {program: _measure_momentum(preset, config, recorded, hard, folder, program) for program in MOMENTUM},
                 target.size_of(target.library(preset)),
                 target.size_of(*target.node_libraries(preset)),
             )
     return measured
+
+
+def _measure_momentum(
+    preset: str, config: bytes, recorded: np.ndarray, hard: np.ndarray, folder: Path, program: str
+) -> Momentum:
+    size, motion = target.replay_momentum(preset, config, recorded, folder, program)
+    return Momentum(size, motion, target.replay_momentum(preset, config, hard, folder, program)[1])
 
 
 def _stage_table(measured: dict[str, Measured]) -> Table:
@@ -90,8 +106,9 @@ def _stage_table(measured: dict[str, Measured]) -> Table:
         table.add_row(stage, *(f"{count:,}" for count in counts))
     ticks = [answers["tick_instructions"].max() for each in measured.values() for answers in _both(each)]
     table.add_row("whole tick", *(f"{count:,}" for count in ticks))
-    ticks = [answers["tick_instructions"].max() for each in measured.values() for answers in each.momentum]
-    table.add_row("whole tick, momentum", *(f"{count:,}" for count in ticks))
+    for program, name in MOMENTUM.items():
+        runs = [run for each in measured.values() for run in (each.momentum[program].motion, each.momentum[program].hard)]
+        table.add_row(f"whole tick, {name}", *(f"{run['tick_instructions'].max():,}" for run in runs))
     for kind in NODE_KINDS:
         for column, part in enumerate(target.NODE_PARTS):
             counts = [
@@ -148,11 +165,18 @@ def _memory_table(measured: dict[str, Measured]) -> Table:
     for optimisation in measured:
         table.add_column(optimisation, justify="right")
     rows = {
-        "code and constants of the core, both estimators": [each.core.text for each in measured.values()],
+        "code and constants of the core, all estimators": [each.core.text for each in measured.values()],
         "an estimator": [each.motion.estimator_bytes for each in measured.values()],
-        "a momentum estimator": [each.momentum_bytes for each in measured.values()],
+        **{
+            f"an estimator, {name}": [each.momentum[program].estimator_bytes for each in measured.values()]
+            for program, name in MOMENTUM.items()
+        },
         "its configuration": [each.motion.config_bytes for each in measured.values()],
         "stack of a tick": [_both(each)[1]["tick_stack_bytes"].max() for each in measured.values()],
+        **{
+            f"stack of a tick, {name}": [each.momentum[program].stack_bytes for each in measured.values()]
+            for program, name in MOMENTUM.items()
+        },
         "code and constants of bus and application": [each.bus_and_app.text for each in measured.values()],
         "a bus node, either estimator included": [each.nodes[NODE_KINDS[0]][0].node_bytes for each in measured.values()],
     }

@@ -5,7 +5,7 @@
 
 #include <stdint.h>
 
-enum { PAINTED_WORDS = 1024 };
+enum { PAINTED_WORDS = 1536 };
 #define STACK_PAINT 0x5AFEC0DEu
 
 /// Fills the free stack with paint. Inline, as a frame of its own would lie in it; nothing interrupts here.
