@@ -11,11 +11,13 @@ THETA = [500.0, 30.0, -40.0, 150.0, 70.0, 80.0, 30.0, 1.0, -2.0, 0.5]
 EMPTY = [0.0] * 10
 
 
-def result(error, nees=10.0, theta=THETA, changes_s=(), alarms_s=(), within_5=1.0):
+def result(error, nees=10.0, theta=THETA, changes_s=(), alarms_s=(), within_5=1.0, effects=None):
     score = {"error": error, "nees": nees, "nis": 6.0, "within_5": within_5, "within_1": None}
     return {
         "theta": theta,
         "bound": [2.0] * 10,
+        "controller": "momentum",
+        "effects": effects,
         "estimators": {"momentum": score},
         "changes_s": list(changes_s),
         "alarms_s": list(alarms_s),
@@ -55,6 +57,23 @@ def test_rmse_bias_and_their_relation_to_the_bound():
     assert one.bias_sigmas == pytest.approx(np.full(10, 0.5))
     assert one.ratio == pytest.approx(np.full(10, np.sqrt(5.0) / 2.0))
     assert one.rmse_percent[0] == pytest.approx(100.0 * np.sqrt(5.0) / 500.0)
+    # and the largest error of m is 3 of 500 kg
+    assert one.largest_percent[0] == pytest.approx(0.6)
+
+
+def test_the_machines_effects_are_judged_by_kind_over_runs_and_legs():
+    # GIVEN two runs whose biases are off by 3 and -1 N, Coulomb frictions by 2 N, viscous ones by 0, and a bound of 2
+    runs = [
+        result([0.0] * 10, effects={"error": 6 * [off] + 6 * [2.0] + 6 * [0.0], "bound": 18 * [2.0], "nees": nees})
+        for off, nees in ((3.0, 20.0), (-1.0, 40.0))
+    ]
+    # WHEN summarised THEN RMSE = sqrt((9 + 1) / 2) of the biases, half of it in bounds, and NEES 30 of an ideal 28
+    effects = statistics.summarise("multisine_machine_effects", runs).effects
+    assert effects.rmse == pytest.approx({"bias": np.sqrt(5.0), "coulomb": 2.0, "viscous": 0.0})
+    assert effects.ratio == pytest.approx({"bias": np.sqrt(5.0) / 2.0, "coulomb": 1.0, "viscous": 0.0})
+    assert (effects.nees_mean, effects.nees_ideal) == (30.0, 28)
+    # and a class without them has none
+    assert statistics.summarise("multisine", [result([0.0] * 10)]).effects is None
 
 
 def test_the_worst_parameter_is_named():

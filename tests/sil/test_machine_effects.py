@@ -11,43 +11,37 @@ from pathlib import Path
 import hexload_native
 import numpy as np
 import pytest
+from hexload_tools.campaign import one_case
+from hexload_tools.campaign.cases import FRICTION, Case, draw
 from hexload_tools.firmware_run import run_firmware
 from hexload_tools.log_file import read_log
-from hexload_tools.replay import in_words
+from hexload_tools.load_summary import in_words
+from hexload_tools.toml_document import read_toml, to_toml
 
 SIMULATOR = Path(os.environ["HEXLOAD_BUILD_DIR"]) / "host_sim" / "hexload_sim"
 SCENARIOS = Path(os.environ["HEXLOAD_SOURCE_DIR"]) / "host_sim" / "scenarios"
 PLATFORM = SCENARIOS / "platforms" / "paper.toml"
 SEEDS = range(301, 325)
+CASES = [Case("multisine_machine_effects", seed, 10.0) for seed in range(301, 325)]
+HEAVY_KG = 200.0
 BIAS_N = np.array([40.0, -25.0, 60.0, -70.0, 15.0, 30.0])
-COULOMB_N, VISCOUS_N_S_M = 80.0, 200.0  # of every leg, as in the scenario `friction`
 CHANNELS = ("t_s", "displacement_m", "velocity_m_s", "force_n")
-EFFECTS = np.concatenate([BIAS_N, np.full(6, COULOMB_N), np.full(6, VISCOUS_N_S_M)])
-MACHINE = f"""
-[hydraulics]
-coulomb_friction_n = {COULOMB_N}
-viscous_friction_n_s_m = {VISCOUS_N_S_M}
-"""
 
 
 @dataclass(frozen=True)
 class Run:
     log: Path
-    theta: np.ndarray
+    truth: np.ndarray  # theta and the machine's effects
     result: dict  # of the estimator with the machine's effects
 
     @property
     def errors(self) -> np.ndarray:
-        return self.result["value"][-1] - np.concatenate([self.theta, EFFECTS])
+        return self.result["value"][-1] - self.truth
 
     @property
     def share_percent(self) -> np.ndarray:
-        """Errors of the ten as shares of their scales: own value, |h| for hx and hy, mean moment for products."""
-        theta = self.theta
-        mean_moment = theta[4:7].mean()
-        h = np.linalg.norm(theta[1:4])
-        scale = np.array([theta[0], h, h, theta[3], *theta[4:7], *(3 * [mean_moment])])
-        return 100.0 * np.abs(self.errors[:10] / scale)
+        """Errors of the ten as shares of their scales."""
+        return 100.0 * np.abs(self.errors[:10] / one_case.scale_of(self.truth[:10]))
 
     def nees(self, size: int) -> float:
         """Of the ten, or of all 28."""
@@ -55,21 +49,21 @@ class Run:
         return float(errors @ np.linalg.solve(self.result["covariance"][:size, :size], errors))
 
 
-def write_scenario(folder: Path, text: str, bias_n: np.ndarray) -> Path:
-    path = folder / "scenario.toml"
-    text = text.replace("platforms/paper.toml", str(PLATFORM))
-    path.write_text(f"{text}{MACHINE}\n[sensors]\nforce_bias_n = {bias_n.tolist()}\n")
-    return path
-
-
-def simulate(scenario: Path, out: Path, *options: str) -> Path:
-    command = [SIMULATOR, scenario, "--out", out, "--estimator", "momentum_machine", "--quiet", *options]
+def rubbing(folder: Path, text: str, bias_n: np.ndarray) -> tuple[Path, np.ndarray]:
+    """Run directory of a scenario on a machine with friction and these biases, and its effects."""
+    scenario, friction = folder / "scenario.toml", read_toml(FRICTION)["hydraulics"]
+    more = to_toml({"hydraulics": friction, "sensors": {"force_bias_n": bias_n.tolist()}})
+    scenario.write_text(text.replace("platforms/paper.toml", str(PLATFORM)) + more)
+    command = [SIMULATOR, scenario, "--out", folder / "run", "--estimator", "momentum_machine", "--quiet"]
     finished = subprocess.run(command, capture_output=True, text=True)
     assert finished.returncode == 0, finished.stderr
-    return out
+    rub = [np.full(6, friction[key]) for key in ("coulomb_friction_n", "viscous_friction_n_s_m")]
+    return folder / "run", np.concatenate([bias_n, *rub])
 
 
-def replayed(directory: Path, estimator: str = "momentum_machine", keys: str = "", from_tick: int = 0) -> Run:
+def replayed(
+    directory: Path, effects: np.ndarray, estimator: str = "momentum_machine", keys: str = "", from_tick: int = 0
+) -> Run:
     """The estimator in the module over the run's log, of which the load's mass is not told. `keys`: of [estimator]."""
     text = PLATFORM.read_text().replace("[load]\nknown_mass_kg = 500.0\n", "")
     unknown = directory / f"{estimator}.toml"
@@ -80,25 +74,31 @@ def replayed(directory: Path, estimator: str = "momentum_machine", keys: str = "
     samples = replace(whole, **dict(zip(CHANNELS, (np.ascontiguousarray(each[from_tick:]) for each in channels))))
     result = run_firmware(hexload_native, platform, samples, directory / f"{estimator}.csv", estimator)
     theta = np.array(json.loads((directory / "meta.json").read_text())["loads"][-1]["theta"])
-    return Run(directory / "log.csv", theta, result)
+    return Run(directory / "log.csv", np.concatenate([theta, effects]), result)
 
 
 @pytest.fixture(scope="module")
 def multisine(tmp_path_factory) -> list[Run]:
-    folder = tmp_path_factory.mktemp("multisine")
-    scenario = write_scenario(folder, (SCENARIOS / "multisine.toml").read_text(), BIAS_N)
+    """The campaign's cases, simulated side by side and then replayed."""
+    folders = [tmp_path_factory.mktemp(case.name) for case in CASES]
     with ThreadPoolExecutor(os.cpu_count()) as pool:
-        directories = pool.map(lambda seed: simulate(scenario, folder / str(seed), "--seed", str(seed)), SEEDS)
-        return [replayed(directory) for directory in directories]
+        directories = pool.map(one_case.simulate, CASES, folders)
+        return [replayed(directory, draw(case).effects.values) for case, directory in zip(CASES, directories)]
 
 
 def test_load_is_found_beside_bias_and_friction(multisine, record_property):
-    # GIVEN 24 multisines of 10 s on a machine with biases and friction, of which nothing is known
-    # WHEN load and machine are identified THEN every error of the ten is 0.2 % of its scale at most
+    # GIVEN 24 multisines of 10 s on machines with biases and friction, of which nothing is known
+    # WHEN load and machine are identified THEN every error of the ten is 0.2 % of its scale at most, of loads that weigh
+    # twice what the platform does: of lighter ones one sigma of the bound itself is up to 0.2 %
     shares = np.array([run.share_percent for run in multisine])
-    print("largest errors in %", np.round(shares.max(axis=0), 3), "rms", np.round(np.sqrt((shares**2).mean(axis=0)), 3))
-    record_property("largest_percent", [float(share) for share in shares.max(axis=0)])
-    assert (shares <= 0.2).all()
+    of_heavy = shares[[run.truth[0] >= HEAVY_KG for run in multisine]]
+    print("rms in %", np.round(np.sqrt((shares**2).mean(axis=0)), 3))
+    for name, of in (("all", shares), ("heavy", of_heavy)):
+        print(f"largest errors in % of {len(of)} {name} loads", np.round(of.max(axis=0), 3))
+        record_property(f"largest_percent_{name}", [float(share) for share in of.max(axis=0)])
+    assert len(of_heavy) > 12
+    assert (of_heavy <= 0.2).all()
+    assert np.sqrt((shares**2).mean(axis=0)).max() <= 0.1
     # AND all is converged, without a false alarm and with nothing hidden
     for run in multisine:
         assert run.result["verdict"][-1] == "converged"
@@ -120,8 +120,8 @@ def test_sigmas_of_load_and_machine_are_honest(multisine, record_property):
 
 def test_without_these_states_the_load_is_wrong_and_said_to_be(multisine):
     # GIVEN the log of one of them WHEN the filter without the machine's effects replays it
-    run = replayed(multisine[0].log.parent, "momentum")
-    errors = np.abs(run.result["value"][-1] - run.theta) / run.result["sigma"][-1]
+    run = replayed(multisine[0].log.parent, np.empty(0), "momentum")
+    errors = np.abs(run.errors) / run.result["sigma"][-1]
     print("errors in sigma", np.round(errors, 1))
     # THEN its errors are far beyond its sigmas, and it says that something does not fit
     assert errors.max() > 10.0
@@ -165,9 +165,9 @@ def test_slow_motion_in_one_direction_cannot_tell_friction_from_weight(tmp_path)
     rows = np.zeros((len(t_s), 7))
     rows[:, 0], rows[:, 3] = t_s, rise_m
     np.savetxt(tmp_path / "motion.csv", rows, "%.9g", ",", header="t,x,y,z,roll,pitch,yaw", comments="")
-    directory = simulate(write_scenario(tmp_path, CREEP, np.zeros(6)), tmp_path / "run")
+    directory, effects = rubbing(tmp_path, CREEP, np.zeros(6))
     # WHEN load and friction are identified
-    run = replayed(directory, keys="bias_sigma_n = 0.0\ncoulomb_sigma_n = 400.0", from_tick=2000)
+    run = replayed(directory, effects, keys="bias_sigma_n = 0.0\ncoulomb_sigma_n = 400.0", from_tick=2000)
     result = run.result
     verdicts = dict(zip(result["names"], result["parameter_verdict"]))
     print(result["hidden"], "mass", result["value"][-1][0], "+-", result["sigma"][-1][0])
@@ -178,15 +178,14 @@ def test_slow_motion_in_one_direction_cannot_tell_friction_from_weight(tmp_path)
     assert (result["sigma"][-1][10:16] == 0.0).all()
     assert (result["value"][-1][10:16] == 0.0).all()
     known = np.flatnonzero(result["sigma"][-1])
-    errors = (result["value"][-1] - np.concatenate([run.theta, np.zeros(6), EFFECTS[6:]]))[known]
-    assert (np.abs(errors) < 4 * result["sigma"][-1][known]).all()
+    assert (np.abs(run.errors[known]) < 4 * result["sigma"][-1][known]).all()
     assert result["sigma"][-1][0] > 10.0
 
 
 def test_standstill_cannot_tell_bias_from_weight(tmp_path):
     # GIVEN force sensors that may be off by 200 N on a platform that stands WHEN load and machine are identified
     text = CREEP.replace('kind = "file"\npath = "motion.csv"', 'kind = "standstill"')
-    run = replayed(simulate(write_scenario(tmp_path, text, BIAS_N), tmp_path / "run"), keys="bias_sigma_n = 200.0")
+    run = replayed(*rubbing(tmp_path, text, BIAS_N), keys="bias_sigma_n = 200.0")
     # THEN the mass is hidden by the biases, is said to be, and is within its sigma; seconds of noise tell nothing more
     assert run.result["hidden"]["m"].startswith("the force sensors' bias and load cannot be separated")
     assert run.result["verdict"][-1] == "not_excited"

@@ -238,8 +238,8 @@ def campaign(
 ) -> None:
     """Many seeded runs with loads, servos, motions and machines drawn anew: how good are the estimators, and how honest?
 
-    Compares the momentum filter, the paper's filter, least squares, recursive and total least squares and instrumental
-    variables with the Cramer-Rao bound of each case. Writes report.html, summary.json and a file per case; the same command
+    Compares the momentum filter, with bias and friction where the class has them, the paper's filter, least squares, recursive
+    and total least squares and instrumental variables with the Cramer-Rao bound of each case. Writes report.html, summary.json and a file per case; the same command
     gives the same numbers, and goes on where it was interrupted. Workers of a cluster need this version, built, and start
     with tools on the PYTHONPATH.
 

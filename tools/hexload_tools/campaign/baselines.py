@@ -19,6 +19,7 @@ class Answer:
     theta: Array  # (10,)
     covariance: Array  # (10, 10), by the method's own textbook formula
     history: Array | None = None  # (n, 10), of methods that go along with the time
+    nis: Array | None = None  # (n,), of filters
 
 
 def baselines(log: LegLog, platform: Platform, prior_sigma: Array, force_sigma_n: float) -> dict[str, Answer]:

@@ -1,4 +1,4 @@
-"""The figures of a campaign's page, as plotly objects. One colour per class in those of the momentum filter."""
+"""The figures of a campaign's page, as plotly objects. One colour per class in those of the controller's own filter."""
 
 from collections.abc import Sequence
 
@@ -21,18 +21,29 @@ def colour_of(position: int) -> str:
     return COLOURS[position % len(COLOURS)]
 
 
+def dash_of(position: int) -> str:
+    """Of lines, as there may be more of them than colours."""
+    return ("solid", "dash", "dot", "dashdot")[position // len(COLOURS) % 4]
+
+
+def height_for(entries: int) -> int:
+    """With room for the legend's rows of about five entries."""
+    return HEIGHT + 19 * ((entries - 1) // 5)
+
+
 def ratios(statistics: Sequence[ClassStatistics]) -> go.Figure:
-    """RMSE / bound of the momentum filter, parameter by parameter; the band is that of an efficient estimator."""
+    """RMSE / bound of the controller's filter, parameter by parameter; the band is that of an efficient estimator."""
     figure = go.Figure()
     for position, entry in enumerate(statistics):
-        ratio = entry.estimators["momentum"].ratio
+        ratio = entry.own.ratio
         marker = {"color": colour_of(position), "size": 9, "symbol": position}
         figure.add_trace(go.Scatter(x=THETA_NAMES, y=ratio, mode="markers", name=entry.name, marker=marker))
     low, high = statistics[0].ratio_band
     figure.add_hrect(y0=low, y1=high, fillcolor=BAND, line_width=0, layer="below")
     figure.add_hline(y=1.0, line={"color": INK, "width": 1})
+    figure.update_layout(scattermode="group")  # side by side, as many are alike
     figure.update_yaxes(title="RMSE / bound", type="log")
-    return finish(figure, HEIGHT)
+    return finish(figure, height_for(len(statistics)))
 
 
 def rivals(statistics: Sequence[ClassStatistics]) -> go.Figure:
@@ -45,38 +56,40 @@ def rivals(statistics: Sequence[ClassStatistics]) -> go.Figure:
         classes = [entry.name for entry in entries]
         figure.add_trace(go.Scatter(x=classes, y=means, mode="markers", name=name.replace("_", " "), marker=marker))
     figure.add_hline(y=1.0, line={"color": INK, "width": 1})
+    figure.update_layout(scattermode="group")
     figure.update_yaxes(title="RMSE / bound, mean of ten", type="log", dtick=1)
     return finish(figure, HEIGHT)
 
 
 def nees(by_class: dict[str, list[dict]]) -> go.Figure:
-    """Share of runs below each NEES of the momentum filter, and what chi-square says."""
+    """Share of runs below each NEES of the controller's filter, and what chi-square says."""
     figure = go.Figure()
     x = np.geomspace(1.0, 200.0, 200)
     ideal = {"color": REFERENCE, "width": 4}
     figure.add_trace(go.Scatter(x=x, y=100.0 * chi2.cdf(x, PARAMETERS), mode="lines", name="chi-square", line=ideal))
     for position, (name, results) in enumerate(by_class.items()):
-        values = np.sort([result["estimators"]["momentum"]["nees"] for result in results])
-        figure.add_trace(_steps(values, len(values), name, colour_of(position)))
+        values = np.sort([result["estimators"][result["controller"]]["nees"] for result in results])
+        figure.add_trace(_steps(values, len(values), name, position))
     figure.update_xaxes(title="NEES", type="log")
     figure.update_yaxes(title="runs, %", range=[0, 100])
-    return finish(figure, HEIGHT)
+    return finish(figure, height_for(len(by_class)))
 
 
 def settling(by_class: dict[str, list[dict]]) -> go.Figure:
     """Share of runs whose ten parameters are within 5 % of their scales for good."""
     figure = go.Figure()
     for position, (name, results) in enumerate(by_class.items()):
-        times = [result["estimators"]["momentum"].get("within_5") for result in results]
+        times = [result["estimators"][result["controller"]].get("within_5") for result in results]
         settled = np.sort([time for time in times if time is not None])
         if len(settled):
-            figure.add_trace(_steps(settled, len(times), name, colour_of(position)))
+            figure.add_trace(_steps(settled, len(times), name, position))
     figure.update_layout(showlegend=True)
     figure.update_xaxes(title="time since the load appeared, s", rangemode="tozero")
     figure.update_yaxes(title="runs, %", range=[0, 100])
-    return finish(figure, HEIGHT)
+    return finish(figure, height_for(len(by_class)))
 
 
-def _steps(values: Array, runs: int, name: str, colour: str) -> go.Scatter:
+def _steps(values: Array, runs: int, name: str, position: int) -> go.Scatter:
     share = 100.0 * np.arange(1, len(values) + 1) / runs
-    return go.Scatter(x=values, y=share, mode="lines", name=name, line={"color": colour, "width": 1.6, "shape": "hv"})
+    line = {"color": colour_of(position), "dash": dash_of(position), "width": 1.6, "shape": "hv"}
+    return go.Scatter(x=values, y=share, mode="lines", name=name, line=line)

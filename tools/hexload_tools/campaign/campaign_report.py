@@ -6,6 +6,7 @@ import jinja2
 import numpy as np
 import plotly.graph_objects as go
 import plotly.offline
+from numpy.typing import NDArray
 from rich import box
 from rich.table import Table
 
@@ -15,11 +16,15 @@ from hexload_tools.campaign.cases import CLASSES
 from hexload_tools.campaign.one_case import code_version
 from hexload_tools.campaign.statistics import ALARM_DUE_S, FAILURE_NEES, Alarms, ClassStatistics, Times
 from hexload_tools.campaign.store import Settings
+from hexload_tools.load_summary import EFFECT_UNITS, EFFECT_WORDS
+
+Array = NDArray[np.float64]
 
 TEMPLATE = "campaign_report.html.jinja"
 UNITS = ("kg", "kg m", "kg m", "kg m", *(6 * ["kg m²"]))
 METHODS = {
     "momentum": "momentum filter",
+    "momentum_machine": "momentum filter with bias and friction",
     "paper": "paper's filter, told the mass",
     "ls_raw": "least squares, raw differences",
     "ls_zero_phase": "least squares, zero-phase filter",
@@ -45,7 +50,7 @@ def render(settings: Settings, statistics: Sequence[ClassStatistics], by_class: 
         undefined=jinja2.StrictUndefined,
     )
     environment.filters |= {"fixed": fixed, "percent": percent, "time": time}
-    environment.filters |= {"alarms": alarm_text, "three": three_digits}
+    environment.filters |= {"alarms": alarm_text, "three": three_digits, "largest": largest}
     return environment.get_template(TEMPLATE).render(
         settings=settings,
         code=code_version(),
@@ -53,6 +58,8 @@ def render(settings: Settings, statistics: Sequence[ClassStatistics], by_class: 
         methods=METHODS,
         names=THETA_NAMES,
         units=UNITS,
+        effects={name: f"{words}, {EFFECT_UNITS[name]}" for name, words in EFFECT_WORDS.items()},
+        has_effects=any(entry.effects is not None for entry in statistics),
         statistics=statistics,
         failure_nees=FAILURE_NEES,
         alarm_due_s=ALARM_DUE_S,
@@ -63,15 +70,15 @@ def render(settings: Settings, statistics: Sequence[ClassStatistics], by_class: 
 
 def terminal_table(statistics: Sequence[ClassStatistics]) -> Table:
     title = (
-        "momentum filter: RMSE / bound, mean of ten and worst; NEES (ideal 10), NIS (6); "
-        "s to 5 %, to 1 % of scale; alarms"
+        "controller's filter: RMSE / bound, mean of ten and worst; NEES (ideal 10), NIS (6); "
+        "s to 5 %, to 1 % of scale; largest error in %; alarms"
     )
     table = Table(title=title, title_justify="left", box=box.SIMPLE_HEAD, padding=(0, 1, 0, 0))
     errors = ("/ bound", "worst", "NEES", "in 95 %", "NIS", "failed")
-    for heading in ("class", "runs", *errors, "5 %", "p95", "1 %", "told", "latest ms", "false"):
+    for heading in ("class", "runs", *errors, "5 %", "p95", "1 %", "max %", "told", "latest ms", "false"):
         table.add_column(heading, justify="left" if heading == "class" else "right", no_wrap=True)
     for entry in statistics:
-        one, alarms = entry.estimators["momentum"], entry.alarms
+        one, alarms = entry.own, entry.alarms
         within_5, within_1 = one.times.get("within_5"), one.times.get("within_1")
         table.add_row(
             entry.name,
@@ -85,6 +92,7 @@ def terminal_table(statistics: Sequence[ClassStatistics]) -> Table:
             time(within_5, "median"),
             time(within_5, "p95"),
             time(within_1, "median"),
+            largest(one.largest_percent),
             f"{len(alarms.delays_s)}/{alarms.changes}",
             fixed(1e3 * alarms.delays_s.max(), 0) if len(alarms.delays_s) else DASH,
             str(alarms.false),
@@ -101,6 +109,10 @@ def fixed(value: float | None, digits: int) -> str:
 
 def three_digits(value: float | None) -> str:
     return DASH if value is None else f"{value:.3g}"
+
+
+def largest(values: Array | None) -> str:
+    return three_digits(None if values is None else float(values.max()))
 
 
 def percent(share: float | None) -> str:

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hexload_tools import project
+from hexload_tools.bound import LEGS, Machine
 from hexload_tools.toml_document import Table, read_toml
 
 Array = NDArray[np.float64]
@@ -21,6 +22,9 @@ Change = Literal["pick_up", "drop", "shift"]
 
 REST_S = 0.3  # before the paper's motion in paper_rest; the length of its run-in in paper_run_in
 MOTION_FILE = "motion.csv"
+FRICTION = project.SCENARIOS / "friction.toml"  # whose legs the classes with machine effects have
+FRICTION_SPEED_M_S = 5e-3  # from which their Coulomb friction is nearly whole; known to the controller
+LARGEST_BIAS_N = 70.0  # of a force sensor
 
 
 @dataclass(frozen=True)
@@ -33,6 +37,7 @@ class CaseClass:
     mass_kg: tuple[float, float] = (100.0, 700.0)
     on_axis: bool = False  # the paper's kind of load: centre of mass on the axis, no products of inertia
     own_machine: bool = False  # hinges, platform and its centre of mass are drawn too
+    effects: bool = False  # biased force sensors and legs that rub, of which the controller is to find out
 
 
 CLASSES: dict[str, CaseClass] = {
@@ -59,6 +64,9 @@ CLASSES: dict[str, CaseClass] = {
     "paper_light": CaseClass("the paper's motion, a load of 10 kg", "paper", mass_kg=(10.0, 10.0)),
     "multisine_machines": CaseClass("multisine on machines of other geometry", "multisine", own_machine=True),
     "work_machines": CaseClass("work motion on machines of other geometry", "work", own_machine=True),
+    "multisine_machine_effects": CaseClass("multisine, biased force sensors and friction", "multisine", effects=True),
+    "paper_machine_effects": CaseClass("the paper's motion, biased force sensors and friction", "paper", effects=True),
+    "work_machine_effects": CaseClass("work motion, biased force sensors and friction", "work", effects=True),
 }
 DEFAULT_CLASSES = ("multisine", "paper", "paper_rest", "work")
 
@@ -87,12 +95,31 @@ EMPTY = Body(0.0, np.zeros(3), np.zeros(6))
 
 
 @dataclass(frozen=True)
+class Effects:
+    """What the machine adds to the forces that the controller sees."""
+
+    bias_n: Array  # (6,)
+    machine: Machine
+
+    @property
+    def values(self) -> Array:
+        """(18,), in the order of bound.EFFECTS."""
+        return np.concatenate([self.bias_n, self.machine.coulomb_n, self.machine.viscous_n_s_m])
+
+
+@dataclass(frozen=True)
 class Setup:
     """All that one case needs; arrays of tables as in the files of the simulator."""
 
     platform: Table  # without [load]
     scenario: Table
     motion_rows: Array | None  # (n, 7): t, x, y, z, roll, pitch, yaw, for the scenario's motion file
+    effects: Effects | None
+
+    @property
+    def filters(self) -> tuple[str, ...]:
+        """The firmware's estimators of all ten parameters for this case; the first is the controller's."""
+        return ("momentum",) if self.effects is None else ("momentum_machine", "momentum")
 
 
 def draw(case: Case) -> Setup:
@@ -114,7 +141,9 @@ def draw(case: Case) -> Setup:
         "controller": controller,
         "sensors": {"noise_scale": kind.true_sigma},
     }
-    return Setup(_draw_platform(random, kind), scenario, rows)
+    platform = _draw_platform(random, kind)
+    effects = _add_effects(random, platform, scenario) if kind.effects else None
+    return Setup(platform, scenario, rows, effects)
 
 
 def _draw_loads(random: np.random.Generator, kind: CaseClass, duration_s: float) -> list[tuple[float, Body]]:
@@ -191,6 +220,17 @@ def _draw_platform(random: np.random.Generator, kind: CaseClass) -> Table:
             "inertia_kg_m2": [*(inertia + about_origin).tolist(), *products.tolist()],
         }
     return platform
+
+
+def _add_effects(random: np.random.Generator, platform: Table, scenario: Table) -> Effects:
+    """Every leg has the friction of a scenario; biases are drawn. Of all that the controller knows the speed alone."""
+    friction = read_toml(FRICTION)["hydraulics"] | {"friction_speed_m_s": FRICTION_SPEED_M_S}
+    bias_n = random.uniform(-LARGEST_BIAS_N, LARGEST_BIAS_N, LEGS)
+    scenario["hydraulics"] = friction
+    scenario["sensors"]["force_bias_n"] = bias_n.tolist()
+    platform["estimator"] = {"friction_speed_m_s": FRICTION_SPEED_M_S}
+    coulomb_n, viscous_n_s_m = friction["coulomb_friction_n"], friction["viscous_friction_n_s_m"]
+    return Effects(bias_n, Machine(np.full(LEGS, coulomb_n), np.full(LEGS, viscous_n_s_m), FRICTION_SPEED_M_S))
 
 
 def _draw_hinges(random: np.random.Generator) -> Table:

@@ -1,4 +1,4 @@
-"""One case: simulate, run the firmware's two estimators and the baselines on its log, compare with truth and bound.
+"""One case: simulate, run the firmware's estimators and the baselines on its log, compare with truth and bound.
 
 Runs in the processes of the scheduler, on this machine or another.
 """
@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from hexload_tools import bound, log_file, project
 from hexload_tools.campaign import baselines, cases, leg_regression
 from hexload_tools.campaign.baselines import Answer
-from hexload_tools.campaign.cases import MOTION_FILE, Case
+from hexload_tools.campaign.cases import MOTION_FILE, Case, Setup
 from hexload_tools.errors import ToolFailed
 from hexload_tools.log_file import LegLog, read_log
 from hexload_tools.toml_document import to_toml
@@ -28,16 +28,17 @@ Array = NDArray[np.float64]
 WITHIN = {"within_5": 0.05, "within_1": 0.01}
 START_S = 0.2  # of a load: the mean NIS leaves out what the first tick of a filter makes of an unknown load
 LOAD_CHANGED = "load changed"
+TEN = len(bound.THETA_NAMES)
 
 
 @functools.cache
 def code_version() -> str:
-    """Digest of what decides the numbers of a case: programs, modules, and the platform that all cases begin with."""
+    """Digest of what decides the numbers of a case: programs, modules, the platform and the friction of the cases."""
     modules = [Path(module.__file__) for module in (cases, leg_regression, baselines, bound, log_file)]
     native = Path(project.native_module().__file__)
     platform = project.SCENARIOS / "platforms" / "paper.toml"
     digest = hashlib.sha256()
-    for path in (Path(__file__), *modules, native, project.simulator(), platform):
+    for path in (Path(__file__), *modules, native, project.simulator(), platform, cases.FRICTION):
         digest.update(path.read_bytes())
     return digest.hexdigest()[:16]
 
@@ -47,7 +48,7 @@ def run_case(case: Case, keep: Path | None) -> dict:
     with tempfile.TemporaryDirectory(prefix="hexload-campaign-") as name:
         folder = Path(name)
         directory = simulate(case, folder)
-        result = _evaluate(case, folder, directory)
+        result = _evaluate(cases.draw(case), folder, directory)
         if keep is not None:
             shutil.copytree(directory, keep / case.name, dirs_exist_ok=True)
     return {"code": code_version(), "case": asdict(case), **result}
@@ -61,7 +62,7 @@ def simulate(case: Case, folder: Path) -> Path:
     if setup.motion_rows is not None:
         header = "t,x,y,z,roll,pitch,yaw"
         np.savetxt(folder / MOTION_FILE, setup.motion_rows, fmt="%.12g", delimiter=",", header=header, comments="")
-    options = ["--out", folder / "run", "--estimator", "momentum", "--quiet"]
+    options = ["--out", folder / "run", "--estimator", setup.filters[0], "--quiet"]
     command = [project.simulator(), folder / "scenario.toml", *options]
     finished = subprocess.run(command, capture_output=True, text=True, stdin=subprocess.DEVNULL)
     if finished.returncode != 0:
@@ -70,39 +71,54 @@ def simulate(case: Case, folder: Path) -> Path:
     return folder / "run"
 
 
-def _evaluate(case: Case, folder: Path, directory: Path) -> dict:
+def _evaluate(setup: Setup, folder: Path, directory: Path) -> dict:
     meta = json.loads((directory / "meta.json").read_text())
     load = meta["loads"][-1]
     theta, since_s = np.array(load["theta"]), load["at_s"]
     platform = bound.read_platform(folder / "platform.toml")
-    stated = cases.draw(case).platform["sensors"]
     whole = _as_float32(read_log(directory / "log.csv"))
     log = _from(whole, since_s)
+    t_s = log.t_s - since_s
 
-    momentum = _replay(folder, folder / "platform.toml", "momentum", whole)
-    prior_sigma = momentum["sigma"][0]  # the filter runs behind: its first row is still its prior
+    replays = {name: _replay(folder, folder / "platform.toml", name, whole) for name in setup.filters}
+    estimators = {name: _score(_load_answer(replay, since_s), theta, t_s) for name, replay in replays.items()}
+    if load["mass_kg"] > 0:  # the paper's filter must be told a mass
+        estimators["paper"] = _score(_replay_paper(folder, load["mass_kg"], log), theta, t_s)
+    own = replays[setup.filters[0]]
+    prior_sigma = own["sigma"][0]  # the filter runs behind: its first row is still its prior
+    stated = setup.platform["sensors"]
+    for name, answer in baselines.baselines(log, platform, prior_sigma[:TEN], stated["force_sigma_n"]).items():
+        estimators[name] = _score(answer, theta, t_s)
+
     sigma = bound.Sigmas(meta["sensors"]["velocity_sigma_m_s"], meta["sensors"]["force_sigma_n"])
     truth = bound.read_truth(directory / "truth.csv", from_s=since_s)
-    limit = bound.crlb(platform, truth, theta, sigma, prior_sigma, dt_s=meta["tick_s"])[-1]
-
-    is_now = momentum["t"] >= since_s - 1e-9
-    t_s = log.t_s - since_s
-    answer = Answer(momentum["value"][-1], momentum["covariance"], momentum["value"][is_now])
-    estimators = {"momentum": _score(answer, theta, t_s, momentum["nis"][is_now])}
-    if load["mass_kg"] > 0:  # the paper's filter must be told a mass
-        paper = _replay_paper(folder, load["mass_kg"], log)
-        estimators["paper"] = _score(paper[0], theta, t_s, paper[1])
-    for name, answer in baselines.baselines(log, platform, prior_sigma, stated["force_sigma_n"]).items():
-        estimators[name] = _score(answer, theta, t_s)
+    machine = None if setup.effects is None else setup.effects.machine
+    limit = bound.crlb(platform, truth, theta, sigma, prior_sigma, dt_s=meta["tick_s"], machine=machine)[-1]
     return {
         "theta": theta.tolist(),
-        "bound": limit.tolist(),
+        "bound": limit[:TEN].tolist(),
+        "controller": setup.filters[0],
         "estimators": estimators,
+        "effects": None if setup.effects is None else _score_effects(own, theta, setup.effects.values, limit[TEN:]),
         "changes_s": [change["at_s"] for change in meta["loads"][1:]],
-        "alarms_s": _rising_edges(momentum),
-        "verdict": momentum["verdict"][-1],
-        "health": {name: ticks for name, ticks in momentum["health_counts"].items() if ticks},
+        "alarms_s": _rising_edges(own),
+        "verdict": own["verdict"][-1],
+        "health": {name: ticks for name, ticks in own["health_counts"].items() if ticks},
     }
+
+
+def _load_answer(replay: dict, since_s: float) -> Answer:
+    """The load's part of what a momentum filter says."""
+    is_now = replay["t"] >= since_s - 1e-9
+    value = replay["value"][is_now, :TEN]
+    return Answer(value[-1], replay["covariance"][:TEN, :TEN], value, replay["nis"][is_now])
+
+
+def _score_effects(replay: dict, theta: Array, values: Array, limit: Array) -> dict:
+    """Of the machine's effects; the NEES is that of load and machine together."""
+    error = replay["value"][-1] - np.concatenate([theta, values])
+    nees = float(error @ np.linalg.solve(replay["covariance"], error))
+    return {"error": error[TEN:].tolist(), "bound": limit.tolist(), "nees": nees}
 
 
 def _as_float32(log: LegLog) -> LegLog:
@@ -124,20 +140,20 @@ def _replay(folder: Path, platform: Path, estimator: str, log: LegLog) -> dict:
     )
 
 
-def _replay_paper(folder: Path, mass_kg: float, log: LegLog) -> tuple[Answer, Array]:
+def _replay_paper(folder: Path, mass_kg: float, log: LegLog) -> Answer:
     """The paper's filter, told the mass, with what it takes for granted: centre of mass on the axis, no products."""
     platform = folder / "platform_paper.toml"
     platform.write_text((folder / "platform.toml").read_text() + to_toml({"load": {"known_mass_kg": mass_kg}}))
     result = _replay(folder, platform, "paper", log)
     dz, inertia = result["value"][:, 0], result["value"][:, 1:]
-    history = np.zeros((len(dz), 10))
+    history = np.zeros((len(dz), TEN))
     history[:, 0], history[:, 3] = mass_kg, mass_kg * dz
     history[:, 4:7] = inertia
     history[:, 4:6] += mass_kg * dz[:, None] ** 2  # about O_A, by the parallel-axis theorem
-    return Answer(history[-1], np.full((10, 10), np.nan), history), result["nis"]
+    return Answer(history[-1], np.full((TEN, TEN), np.nan), history, result["nis"])
 
 
-def _score(answer: Answer, theta: Array, t_s: Array, nis: Array | None = None) -> dict:
+def _score(answer: Answer, theta: Array, t_s: Array) -> dict:
     """Final errors, NEES, mean NIS, and when the estimate came within a share of the scale for good.
 
     None: never, or the method does not tell.
@@ -146,8 +162,8 @@ def _score(answer: Answer, theta: Array, t_s: Array, nis: Array | None = None) -
     score: dict = {"error": error.tolist(), "nees": None, "nis": None}
     if np.isfinite(answer.covariance).all():
         score["nees"] = float(error @ np.linalg.solve(answer.covariance, error))
-    if nis is not None:
-        score["nis"] = float(nis[t_s >= START_S].mean())
+    if answer.nis is not None:
+        score["nis"] = float(answer.nis[t_s >= START_S].mean())
     scale = scale_of(theta)
     if answer.history is not None and scale is not None:
         relative = np.abs(answer.history - theta) / scale

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import chi2
 
-from hexload_tools.bound import THETA_NAMES
+from hexload_tools.bound import EFFECTS, LEGS, THETA_NAMES
 from hexload_tools.campaign.one_case import scale_of
 
 Array = NDArray[np.float64]
@@ -40,6 +40,7 @@ class EstimatorStatistics:
     bias_sigmas: Array  # (10,), in standard errors of that mean
     rmse: Array  # (10,), SI
     rmse_percent: Array | None  # (10,) of the scale; None: an empty platform has none
+    largest_percent: Array | None  # (10,) largest error of all runs, of the scale
     ratio: Array  # (10,) RMSE / bound
     nees_mean: float | None  # ideal 10
     nees_in_band: float | None  # share of the runs, ideal 0.95
@@ -70,14 +71,30 @@ class Alarms:
 
 
 @dataclass(frozen=True)
+class EffectStatistics:
+    """Of the machine's own effects, over runs and legs."""
+
+    rmse: dict[str, float]  # of bound.EFFECTS, in their units
+    ratio: dict[str, float]  # RMSE / bound
+    nees_mean: float  # of load and machine together
+    nees_ideal: int
+
+
+@dataclass(frozen=True)
 class ClassStatistics:
     name: str
     runs: int
+    controller: str  # name of the controller's estimator among the others
     estimators: dict[str, EstimatorStatistics]
+    effects: EffectStatistics | None  # None: the class has none
     alarms: Alarms
-    verdicts: dict[str, int]  # of the momentum filter at the end
+    verdicts: dict[str, int]  # of the controller at the end
     nees_mean_band: tuple[float, float]  # of a consistent estimator in as many runs
     ratio_band: tuple[float, float]  # of RMSE / bound of an efficient one
+
+    @property
+    def own(self) -> EstimatorStatistics:
+        return self.estimators[self.controller]
 
 
 def summarise(name: str, results: Sequence[dict]) -> ClassStatistics:
@@ -93,7 +110,9 @@ def summarise(name: str, results: Sequence[dict]) -> ClassStatistics:
     return ClassStatistics(
         name=name,
         runs=len(results),
+        controller=results[0]["controller"],
         estimators=estimators,
+        effects=None if results[0]["effects"] is None else _effects([result["effects"] for result in results]),
         alarms=alarms([(result["changes_s"], result["alarms_s"]) for result in results]),
         verdicts={verdict: verdicts.count(verdict) for verdict in sorted(set(verdicts))},
         nees_mean_band=nees_mean_band(len(results)),
@@ -112,12 +131,24 @@ def _estimator(scores: Sequence[dict], bounds: Sequence[list], scales: Sequence[
         bias_sigmas=standard_errors(error),
         rmse=root_mean_square(error),
         rmse_percent=100.0 * root_mean_square(error / np.array(scales)) if has_scale else None,
+        largest_percent=100.0 * np.abs(error / np.array(scales)).max(axis=0) if has_scale else None,
         ratio=root_mean_square(error / np.array(bounds)),
         nees_mean=None if nees is None else float(nees.mean()),
         nees_in_band=None if nees is None else float(np.mean((nees >= low) & (nees <= high))),
         failures=None if nees is None else int(np.sum(~((nees >= 0.0) & (nees <= FAILURE_NEES)))),
         nis_mean=None if scores[0]["nis"] is None else float(np.mean([score["nis"] for score in scores])),
         times={name: settling([score[name] for score in scores]) for name in TIMES if name in scores[0]},
+    )
+
+
+def _effects(scores: Sequence[dict]) -> EffectStatistics:
+    error = np.array([score["error"] for score in scores]).reshape(-1, len(EFFECTS), LEGS)
+    ratio = error / np.array([score["bound"] for score in scores]).reshape(error.shape)
+    return EffectStatistics(
+        rmse={name: float(np.sqrt(np.mean(error[:, k] ** 2))) for k, name in enumerate(EFFECTS)},
+        ratio={name: float(np.sqrt(np.mean(ratio[:, k] ** 2))) for k, name in enumerate(EFFECTS)},
+        nees_mean=float(np.mean([score["nees"] for score in scores])),
+        nees_ideal=PARAMETERS + len(EFFECTS) * LEGS,
     )
 
 

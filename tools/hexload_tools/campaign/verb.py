@@ -20,7 +20,7 @@ from hexload_tools.campaign.store import Settings, Store
 from hexload_tools.errors import InputError
 
 DEFAULT_OUT = project.RUNS / "campaign"
-TABLE_WIDTH = 130  # where there is no terminal to ask
+TABLE_WIDTH = 150  # where there is no terminal to ask
 DURATION_S = (1.0, 3600.0)  # the baselines leave out a tenth of a second at both ends, the load may change at 40 %
 
 
