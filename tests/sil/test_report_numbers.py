@@ -125,7 +125,7 @@ def test_nis_of_a_consistent_filter_lies_in_its_band_at_the_stated_rate():
     # GIVEN 20,000 draws from chi-square with 3 degrees of freedom, the NIS of a consistent filter
     draws = np.random.default_rng(5).chisquare(3, 20_000)
     # WHEN summarised
-    summary = nis.summarise(np.arange(20_000) * 1e-3, draws)
+    summary = nis.summarise(np.arange(20_000) * 1e-3, draws, 3)
     # THEN mean and rates are the ideal ones within 4 sigma: sqrt(6 / n), and sqrt(0.95 0.05 / n) with n ticks, windows
     assert summary.mean == pytest.approx(3.0, abs=4 * np.sqrt(6 / 20_000))
     assert summary.ticks_in_band == pytest.approx(0.95, abs=4 * np.sqrt(0.95 * 0.05 / 20_000))
@@ -136,7 +136,7 @@ def test_nis_of_an_overconfident_filter_leaves_its_band():
     # GIVEN innovations twice as large as the filter believes: NIS four times as large
     draws = 4.0 * np.random.default_rng(6).chisquare(3, 20_000)
     # WHEN summarised THEN no window of 100 ticks is left inside
-    assert nis.summarise(np.arange(20_000) * 1e-3, draws).windows_in_band == 0.0
+    assert nis.summarise(np.arange(20_000) * 1e-3, draws, 3).windows_in_band == 0.0
 
 
 def test_decimation_keeps_a_spike_of_one_tick_and_the_order_of_time():

@@ -130,6 +130,9 @@ def replay(
     bodies: Annotated[
         Optional[Path], typer.Option(help="The load as a body to write (.csv), one row per tick: centre of mass, central tensor, nearest possible body.")
     ] = None,
+    report: Annotated[
+        Optional[Path], typer.Option(help="Page to write (.html): the ten parameters, the load as a body, verdicts, signals.")
+    ] = None,
 ) -> None:
     """Runs the controller's own C code over a recorded log.
 
@@ -142,7 +145,7 @@ def replay(
     """
     from hexload_tools import replay as verb
 
-    verb.print_summary(verb.replay_log(log, platform, estimator, prior, out, tare, bodies), out)
+    verb.print_summary(verb.replay_log(log, platform, estimator, prior, out, tare, bodies, report), out)
 
 
 @app.command()
@@ -206,7 +209,8 @@ def report(
         typer.Option(help="Page to write (.html).  [default: RUN_DIR/report.html; of several: build/runs/report.html]"),
     ] = None,
 ) -> None:
-    """Writes one self-contained HTML page: tracking, signals, estimates, Table 3, consistency, configuration.
+    """Writes one self-contained HTML page: tracking, signals, estimates, consistency, configuration; of the paper's filter Table 3,
+    of the momentum filters the ten parameters with verdicts in words and the load as a body.
 
     Example:  hexload report build/runs/paper-1 --out paper.html
     """

@@ -7,14 +7,17 @@ import plotly.graph_objects as go
 from numpy.typing import NDArray
 from plotly.subplots import make_subplots
 
+from hexload_tools.bound import THETA_NAMES
 from hexload_tools.log_file import LegLog
-from hexload_tools.nis import MEASUREMENTS, NisSummary
+from hexload_tools.nis import NisSummary
 from hexload_tools.run_directory import PAPER_PARAMETERS, POSE, Run
 from hexload_tools.table3 import SYMBOLS, UNITS
+from hexload_tools.tare import unit_of
 
 INK, GRID, REFERENCE, TRUTH, ERROR = "#24292f", "#e4e7eb", "#9aa3ad", "#111418", "#c2410c"
 ESTIMATE, BAND = "#1d5fa6", "rgba(29, 95, 166, 0.16)"
 LEG_COLOURS = ("#1d5fa6", "#d97706", "#15803d", "#b91c1c", "#7c3aed", "#0e7490")
+LOAD_PLACES = ((0, 0), (0, 1), (0, 2), (0, 3), (1, 0), (1, 1), (1, 2), (2, 0), (2, 1), (2, 2))  # row, column of theta
 DOTS = 2500  # of a scatter plot
 BINS = 700  # a trace keeps the extremes of this many stretches: more than the pixels it is drawn on
 
@@ -153,6 +156,43 @@ def estimates(run: Run) -> go.Figure:
     return finish(figure, 860)
 
 
+def load_estimates(t: Array, value: Array, sigma: Array, truth: Array | None, settled: slice) -> go.Figure:
+    """The ten parameters, (n, 10), in rows of mass and moments of mass, moments of inertia, products; below each, where the
+    truth is known, the error in its three-sigma band. `settled`: ticks that are shown in full."""
+    rows_each = 1 if truth is None else 2
+    titles = [""] * (4 * 3 * rows_each)
+    for place, name in zip(LOAD_PLACES, THETA_NAMES, strict=True):
+        titles[4 * rows_each * place[0] + place[1]] = f"{name}, {unit_of(name)}"
+        if truth is not None:
+            titles[4 * (rows_each * place[0] + 1) + place[1]] = f"{name} − truth, {unit_of(name)}"
+    figure = make_subplots(
+        rows=3 * rows_each,
+        cols=4,
+        shared_xaxes=True,
+        vertical_spacing=0.045 if truth is not None else 0.09,
+        horizontal_spacing=0.06,
+        subplot_titles=titles,
+    )
+    for k, place in enumerate(LOAD_PLACES):
+        row, column = 1 + rows_each * place[0], 1 + place[1]
+        known = value[-1:, k] if truth is None else truth[:, k]
+        low, high = value[:, k] - 3 * sigma[:, k], value[:, k] + 3 * sigma[:, k]
+        figure.add_trace(_band(t, low, high, "± 3σ", k == 0), row, column)
+        if truth is not None:
+            figure.add_trace(_line(t, known, Style(TRUTH, "truth", 1.4, "dash"), k == 0), row, column)
+        figure.add_trace(_line(t, value[:, k], Style(ESTIMATE, "estimate", 1.6), k == 0), row, column)
+        figure.update_yaxes(range=_range_around(known, value[:, k]), row=row, col=column)
+        if truth is not None:
+            error, reach = value[:, k] - truth[:, k], 3 * sigma[:, k]
+            figure.add_trace(_band(t, -reach, reach, "± 3σ"), row + 1, column)
+            figure.add_trace(_line(t, error, Style(ERROR, "estimate − truth", 1.2), k == 0), row + 1, column)
+            reach = _reach(error[settled], sigma[settled, k])
+            figure.update_yaxes(range=[-reach, reach], row=row + 1, col=column)
+    figure.update_xaxes(title="time, s", row=3 * rows_each)
+    figure.update_xaxes(showticklabels=True, row=rows_each, col=4)  # nothing stands below hz
+    return finish(figure, 330 * rows_each + 250)
+
+
 def _band(t: Array, low: Array, high: Array, name: str, legend: bool = False) -> go.Scatter:
     (t_low, low), (t_high, high) = decimate(t, low, BINS // 2), decimate(t, high, BINS // 2)
     outline_t, outline = np.concatenate([t_low, t_high[::-1]]), np.concatenate([low, high[::-1]])
@@ -183,10 +223,14 @@ def _range_around(truth: Array, value: Array) -> list[float]:
 def _settled_reach(error: Array, sigma: Array) -> float:
     """Half the height of an error plot that shows the last four fifths of a run in full."""
     settled = slice(len(error) // 5, None)
-    return float(1.15 * max(3.0 * sigma[settled].max(), np.abs(error[settled]).max()))
+    return _reach(error[settled], sigma[settled])
 
 
-def innovation(run: Run, summary: NisSummary) -> go.Figure:
+def _reach(error: Array, sigma: Array) -> float:
+    return float(1.15 * max(3.0 * sigma.max(), np.abs(error).max()))
+
+
+def innovation(t: Array, nis: Array, summary: NisSummary) -> go.Figure:
     """NIS of each tick, and its mean over windows, each with the 95 % band of a consistent filter."""
     figure = make_subplots(
         rows=1,
@@ -194,13 +238,13 @@ def innovation(run: Run, summary: NisSummary) -> go.Figure:
         horizontal_spacing=0.09,
         subplot_titles=[
             "NIS of each tick",
-            f"mean of {round(len(run.estimates['t']) / len(summary.window_t_s))} ticks",
+            f"mean of {round(len(t) / len(summary.window_t_s))} ticks",
         ],
     )
-    every = max(1, len(run.estimates["t"]) // DOTS)
+    every = max(1, len(t) // DOTS)
     dots = go.Scatter(
-        x=run.estimates["t"][::every].astype(np.float32),
-        y=run.estimates["nis"][::every].astype(np.float32),
+        x=t[::every].astype(np.float32),
+        y=nis[::every].astype(np.float32),
         mode="markers",
         marker={"size": 2.5, "color": ESTIMATE},
         showlegend=False,
@@ -211,9 +255,9 @@ def innovation(run: Run, summary: NisSummary) -> go.Figure:
     figure.add_trace(_line(summary.window_t_s, summary.window_mean, Style(ESTIMATE, "mean NIS", 1.1)), 1, 2)
     for column, band in ((1, summary.tick_band), (2, summary.window_band)):
         figure.add_hrect(y0=band[0], y1=band[1], fillcolor=BAND, line_width=0, row=1, col=column)
-        figure.add_hline(y=MEASUREMENTS, line={"color": TRUTH, "width": 1, "dash": "dash"}, row=1, col=column)
-    figure.update_xaxes(range=[run.estimates["t"][0], run.estimates["t"][-1]])
-    ceiling = max(2.0 * summary.tick_band[1], float(np.quantile(run.estimates["nis"], 0.999)))
+        figure.add_hline(y=summary.measurements, line={"color": TRUTH, "width": 1, "dash": "dash"}, row=1, col=column)
+    figure.update_xaxes(range=[t[0], t[-1]])
+    ceiling = max(2.0 * summary.tick_band[1], float(np.quantile(nis, 0.999)))
     figure.update_yaxes(title="NIS (no unit)", range=[0, ceiling], row=1, col=1)
     figure.update_yaxes(rangemode="tozero", row=1, col=2)
     figure.update_xaxes(title="time, s")

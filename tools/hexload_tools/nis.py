@@ -11,14 +11,16 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import chi2
 
-MEASUREMENTS = 3  # of the paper's filter: wx, wy, wz
+PAPER_MEASUREMENTS = 3  # of the paper's filter: wx, wy, wz
+LOAD_MEASUREMENTS = 6  # of the momentum filters: the leg speeds
 WINDOW_TICKS = 100
 BAND = (0.025, 0.975)  # 95 %, two-sided
 
 
 @dataclass(frozen=True)
 class NisSummary:
-    mean: float  # ideal: MEASUREMENTS
+    measurements: int
+    mean: float  # ideal: measurements
     tick_band: tuple[float, float]
     ticks_in_band: float  # fraction, ideal 0.95
     window_t_s: NDArray[np.float64]  # end of each window
@@ -27,14 +29,15 @@ class NisSummary:
     windows_in_band: float  # fraction, ideal 0.95
 
 
-def summarise(t_s: NDArray[np.float64], nis: NDArray[np.float64]) -> NisSummary:
+def summarise(t_s: NDArray[np.float64], nis: NDArray[np.float64], measurements: int) -> NisSummary:
     """Runs shorter than one window are one window."""
     window = min(WINDOW_TICKS, len(nis))
     count = len(nis) // window
     window_mean = nis[: count * window].reshape(count, window).mean(axis=1)
-    tick_band = _band(1)
-    window_band = _band(window)
+    tick_band = _band(1, measurements)
+    window_band = _band(window, measurements)
     return NisSummary(
+        measurements=measurements,
         mean=float(nis.mean()),
         tick_band=tick_band,
         ticks_in_band=_fraction_inside(nis, tick_band),
@@ -45,8 +48,8 @@ def summarise(t_s: NDArray[np.float64], nis: NDArray[np.float64]) -> NisSummary:
     )
 
 
-def _band(ticks: int) -> tuple[float, float]:
-    low, high = chi2.ppf(BAND, MEASUREMENTS * ticks) / ticks
+def _band(ticks: int, measurements: int) -> tuple[float, float]:
+    low, high = chi2.ppf(BAND, measurements * ticks) / ticks
     return float(low), float(high)
 
 

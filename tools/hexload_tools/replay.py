@@ -1,6 +1,6 @@
 """`hexload replay`: runs the firmware's own C over a recorded log."""
 
-from contextlib import nullcontext
+from contextlib import AbstractContextManager, nullcontext
 from pathlib import Path
 
 from rich.console import Console
@@ -10,6 +10,7 @@ from hexload_tools import load_summary
 from hexload_tools.atomic_file import replaced_when_done
 from hexload_tools.errors import InputError
 from hexload_tools.firmware_run import load_platform, native_firmware, run_firmware
+from hexload_tools.log_file import LegLog
 from hexload_tools.log_formats import read_any_log
 from hexload_tools.tare import tare_for
 
@@ -22,25 +23,49 @@ def replay_log(
     out: Path,
     tare: Path | None = None,
     bodies: Path | None = None,
+    report: Path | None = None,
 ) -> dict:
     """Writes the estimates CSV to `out`, one row per log row, and returns what hexload_native.replay returns, with the log reader's remarks.
 
     `estimator` and `prior` override the platform file's [estimator] table. `tare`: file of `hexload tare`, made with
-    the same platform. `bodies`: a CSV for the load as a body, one row per log row.
+    the same platform. `bodies`: a CSV for the load as a body, one row per log row. `report`: a page, of all ten parameters.
     """
-    if bodies is not None and bodies.absolute() == out.absolute():
-        raise InputError(f"{out}: found the same file for --out and --bodies, expected two")
+    _refuse_same_files({"--out": out, "--bodies": bodies, "--report": report})
     samples = read_any_log(log)
     native = native_firmware()
     platform = load_platform(native, platform_file)
     offset = None if tare is None else tare_for(tare, native, platform, platform_file)
     files = f"{log} with {platform_file}" + ("" if tare is None else f" and {tare}")
-    with replaced_when_done(out) as temporary, replaced_when_done(bodies) if bodies else nullcontext() as body_file:
+    with replaced_when_done(out) as temporary, _replaced(bodies) as body_file, _replaced(report) as page:
         try:
             result = run_firmware(native, platform, samples, temporary, estimator, prior, offset, body_file)
         except ValueError as error:
             raise InputError(f"{files}: {error}") from None
+        if page is not None:
+            description = f"Replayed with {platform_file.name}" + ("." if tare is None else f" and the tare {tare.name}.")
+            _write_page(page, result, samples, log.name, description, platform.known_mass_kg)
     return result | {"remarks": samples.remarks}
+
+
+def _replaced(path: Path | None) -> AbstractContextManager[Path | None]:
+    return nullcontext() if path is None else replaced_when_done(path)
+
+
+def _refuse_same_files(files: dict[str, Path | None]) -> None:
+    named: dict[Path, str] = {}
+    for option, path in files.items():
+        if path is not None and (other := named.setdefault(path.absolute(), option)) != option:
+            raise InputError(f"{path}: found the same file for {other} and {option}, expected two")
+
+
+def _write_page(
+    page: Path, result: dict, samples: LegLog, title: str, description: str, known_mass_kg: float | None
+) -> None:
+    if "body" not in result:
+        raise InputError("--report: found the estimator paper, expected momentum or momentum_machine")
+    from hexload_tools.report import render_replay  # draws; a replay without a page needs none of it
+
+    page.write_text(render_replay(result, samples, title, description, known_mass_kg), encoding="utf-8")
 
 
 def print_summary(result: dict, out: Path) -> None:

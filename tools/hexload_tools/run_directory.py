@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from hexload_tools.bound import THETA_NAMES
 from hexload_tools.errors import InputError
 from hexload_tools.log_file import LegLog, read_log
 
@@ -30,7 +31,7 @@ class Run:
     meta: dict
     log: LegLog
     truth: Columns  # t, POSE, TWIST, REFERENCE; SI, base axes
-    estimates: Columns  # t, PAPER_PARAMETERS, each with s_ (one standard deviation), nis
+    estimates: Columns  # t, PAPER_PARAMETERS or THETA_NAMES, each with s_ (one standard deviation), nis
     verdict: str  # of the last tick
 
     @property
@@ -38,15 +39,26 @@ class Run:
         return self.meta["name"]
 
     @property
+    def is_of_paper(self) -> bool:
+        """The estimator is the paper's, of four parameters; else it has all ten."""
+        return self.meta["estimator"]["kind"] == "paper"
+
+    @property
     def final_load(self) -> dict:
         return self.meta["loads"][-1]
 
     def load_parameters(self, t_s: NDArray[np.float64]) -> Columns:
         """True dz, Ixx, Iyy, Izz (about the load's own centre of mass) at each time; steps where the load changes."""
-        loads = self.meta["loads"]
-        active = np.searchsorted([load["at_s"] for load in loads], t_s + 1e-9, side="right") - 1
-        values = np.array([[load["com_m"][2], *load["inertia_com_kg_m2"][:3]] for load in loads])
-        return dict(zip(PAPER_PARAMETERS, values[np.maximum(active, 0)].T))
+        values = np.array([[load["com_m"][2], *load["inertia_com_kg_m2"][:3]] for load in self.meta["loads"]])
+        return dict(zip(PAPER_PARAMETERS, values[self._load_at(t_s)].T))
+
+    def theta(self, t_s: NDArray[np.float64]) -> NDArray[np.float64]:
+        """The true ten parameters at each time, (n, 10)."""
+        return np.array([load["theta"] for load in self.meta["loads"]])[self._load_at(t_s)]
+
+    def _load_at(self, t_s: NDArray[np.float64]) -> NDArray[np.int64]:
+        starts_s = [load["at_s"] for load in self.meta["loads"]]
+        return np.maximum(np.searchsorted(starts_s, t_s + 1e-9, side="right") - 1, 0)
 
 
 def read_run(directory: Path) -> Run:
@@ -58,16 +70,16 @@ def read_run(directory: Path) -> Run:
             raise InputError(f"{directory}: found no {name}, expected the files {', '.join(FILES)}")
     platform_toml = (directory / "platform.toml").read_text(encoding="utf-8")
     truth, _ = _read_columns(directory / "truth.csv", ("t", *POSE, *TWIST, *REFERENCE), ())
-    sigmas = tuple(f"s_{name}" for name in PAPER_PARAMETERS)
-    estimates, texts = _read_columns(
-        directory / "estimates.csv", ("t", *PAPER_PARAMETERS, *sigmas, "nis"), ("verdict",)
-    )
+    meta = _read_meta(directory / "meta.json")
+    names = PAPER_PARAMETERS if meta["estimator"]["kind"] == "paper" else THETA_NAMES
+    sigmas = tuple(f"s_{name}" for name in names)
+    estimates, texts = _read_columns(directory / "estimates.csv", ("t", *names, *sigmas, "nis"), ("verdict",))
     return Run(
         directory=directory,
         scenario_toml=(directory / "scenario.toml").read_text(encoding="utf-8"),
         platform_toml=platform_toml,
         platform=_parse_toml(directory / "platform.toml", platform_toml),
-        meta=_read_meta(directory / "meta.json"),
+        meta=meta,
         log=read_log(directory / "log.csv"),
         truth=truth,
         estimates=estimates,

@@ -1,0 +1,194 @@
+"""The page of an estimate of all ten parameters, of a run and of a replayed log: the numbers and words of the terminal."""
+
+import html
+import re
+import subprocess
+
+import pytest
+
+from hexload_tools import load_summary, project
+from hexload_tools.campaign.one_case import scale_of
+from hexload_tools.errors import InputError
+from hexload_tools.replay import print_summary, replay_log
+from hexload_tools.report import write_report
+from hexload_tools.run_directory import read_run
+
+DATA = project.ROOT / "tests" / "data"
+UNKNOWN = DATA / "unknown_load.toml"
+SCENARIO = f"""\
+name = "rubbing"
+platform = "{UNKNOWN}"
+
+[simulation]
+duration_s = 3.0
+seed = 5
+
+[[load]]
+at_s = 0.0
+mass_kg = 250.0
+com_m = [0.02, 0.01, 0.2]
+inertia_com_kg_m2 = [12.0, 13.0, 10.0, 0.5, 0.3, 0.2]
+
+[[load]]
+at_s = 1.5
+mass_kg = 400.0
+com_m = [0.06, -0.04, 0.3]
+inertia_com_kg_m2 = [25.0, 30.0, 20.0, 1.0, -2.0, 0.5]
+
+[trajectory]
+kind = "multisine"
+
+[hydraulics]
+coulomb_friction_n = 80.0
+viscous_friction_n_s_m = 200.0
+
+[sensors]
+force_bias_n = [40.0, -25.0, 60.0, -70.0, 15.0, 30.0]
+"""
+
+
+def rows_of(page: str) -> list[list[str]]:
+    """The cells of every row of every table, as text."""
+    rows = re.findall(r"<tr\b.*?</tr>", page.split("</script>", 1)[1], flags=re.DOTALL)
+    cells = [re.findall(r"<t[dh]\b[^>]*>(.*?)</t[dh]>", row, flags=re.DOTALL) for row in rows]
+    return [[html.unescape(re.sub(r"<[^>]+>", " ", cell)).strip() for cell in row] for row in cells]
+
+
+def words_of(page: str) -> str:
+    bare = re.sub(r"<(script|style)\b.*?</\1>", " ", page, flags=re.DOTALL)
+    return html.unescape(re.sub(r"\s+", " ", re.sub(r"<[^>]+>", " ", bare)))
+
+
+@pytest.fixture(scope="module")
+def runs(tmp_path_factory):
+    """The directories of a run by each momentum filter."""
+    folder = tmp_path_factory.mktemp("runs")
+    (folder / "scenario.toml").write_text(SCENARIO)
+    for kind in ("momentum_machine", "momentum"):
+        command = [project.simulator(), folder / "scenario.toml", "--out", folder / kind, "--estimator", kind, "--quiet"]
+        subprocess.run(command, check=True)
+    return folder
+
+
+@pytest.fixture(scope="module")
+def page(runs):
+    write_report([runs / "momentum_machine"], runs / "page.html")
+    return (runs / "page.html").read_text()
+
+
+@pytest.fixture(scope="module")
+def early(tmp_path_factory):
+    """A replay of the start of a log, when some parameters are not known, and its page."""
+    folder = tmp_path_factory.mktemp("early")
+    whole = DATA / "paper_noisy.csv.gz"
+    lines = subprocess.run(["gzip", "-dc", whole], capture_output=True, text=True, check=True).stdout.splitlines()
+    (folder / "early.csv").write_text("\n".join(lines[:702]) + "\n")
+    out, report = folder / "estimates.csv", folder / "page.html"
+    result = replay_log(folder / "early.csv", UNKNOWN, "momentum_machine", None, out, report=report)
+    return result, report.read_text()
+
+
+def test_the_page_of_a_run_has_truth_estimate_error_and_verdict(runs, page):
+    # GIVEN a run of all ten parameters WHEN its page is written THEN each row of the table has the run's own numbers
+    run = read_run(runs / "momentum_machine")
+    rows = {row[0]: row[1:] for row in rows_of(page) if len(row) == 7}
+    theta = run.theta(run.estimates["t"])[-1]
+    for k, name in enumerate(("m", "hx", "hy", "hz", "Ixx", "Iyy", "Izz", "Ixy", "Ixz", "Iyz")):
+        unit = "kg" if name == "m" else "kg m" if name[0] == "h" else "kg m²"
+        truth, value, sigma, percent, sigmas, verdict = rows[f"{name}, {unit}"]
+        last = run.estimates[name][-1]
+        assert float(truth) == pytest.approx(theta[k], abs=1e-4)
+        assert (float(value), float(sigma)) == pytest.approx((last, run.estimates[f"s_{name}"][-1]), abs=1e-4)
+        assert float(percent) == pytest.approx(100 * abs(last - theta[k]) / scale_of(theta)[k], abs=1e-3)
+        assert float(sigmas) == pytest.approx((last - theta[k]) / run.estimates[f"s_{name}"][-1], abs=0.06)
+        assert verdict in ("converged", "converging")
+    # AND when the new load was noticed is told
+    assert "It has noticed another load at 1.50" in words_of(page)
+
+
+def test_the_page_of_a_run_has_the_body_and_the_machines_effects_beside_the_truth(page):
+    # GIVEN the same page WHEN its other tables are read THEN centre of mass and central tensor are those of the scenario,
+    # and the estimates are within the four sigmas beside them
+    rows = [row for row in rows_of(page) if len(row) == 4]
+    body = {row[0]: [float(cell) for cell in row[1:]] for row in rows if re.match(r"c[xyz], m|I.., kg", row[0])}
+    assert body["cz, m"][0] == 0.3 and body["Ixz, kg m²"][0] == -2.0
+    assert len(body) == 9
+    for truth, value, sigma in body.values():
+        assert abs(value - truth) < 4 * sigma
+    # AND so are biases and friction, leg by leg
+    machine = [row for row in rows_of(page) if len(row) == 8 and row[1] in ("true", "identified", "sigma")]
+    assert [row[0] for row in machine if row[0]] == ["force bias, N", "Coulomb friction, N", "viscous friction, N s/m"]
+    assert machine[0][2:] == ["40.00", "-25.00", "60.00", "-70.00", "15.00", "30.00"]
+    for true, identified, sigma in zip(*(machine[start::3] for start in range(3)), strict=True):
+        for leg in range(2, 8):
+            assert abs(float(identified[leg]) - float(true[leg])) < 5 * float(sigma[leg])
+
+
+def test_the_page_is_whole_and_loads_nothing(page):
+    # GIVEN the page WHEN read THEN all sections and figures are there, identifiers are unique, no tag has an address
+    for heading in ("Ten parameters", "The load as a body", "Force bias and friction", "Estimates against the truth",
+                    "Consistency of the filter", "Tracking", "Leg signals", "Configuration"):  # fmt: skip
+        assert f">{heading}</h2>" in page
+    for figure in ("estimates", "nis", "tracking", "legs", "coupling"):
+        assert f'id="run-1-{figure}-figure"' in page
+    identifiers = re.findall(r'<[a-z0-9]+\b[^>]*\bid="([^"]+)"', page)
+    assert len(identifiers) == len(set(identifiers))
+    assert set(re.findall(r'href="#([^"]+)"', page)) <= set(identifiers)
+    assert re.findall(r"<(?:script|img|iframe|link|source|object|embed)\b[^>]*\b(?:src|href|data)\s*=", page) == []
+
+
+def test_the_page_of_a_replay_says_what_the_terminal_says(early, tmp_path, capsys, monkeypatch):
+    # GIVEN the replay of a log's start, when no body can have what is estimated and friction hides some of it
+    result, page = early
+    assert not result["body"]["is_possible"] and result["hidden"]
+    # WHEN terminal and page are read
+    monkeypatch.setenv("COLUMNS", "200")
+    print_summary(result, tmp_path / "estimates.csv")
+    terminal, words = capsys.readouterr().out, words_of(page)
+    # THEN each verdict stands in both in the same words, with its reason
+    for parameter in load_summary.parameters(result):
+        assert parameter.words in terminal and parameter.words in words
+        assert f"{parameter.value:.{parameter.digits}f}" in terminal
+    assert "not excited: friction and load cannot be separated" in words
+    # AND what is said of the body, with the nearest possible parameters
+    assert load_summary.possible_in_words(result["body"]) in terminal
+    assert load_summary.possible_in_words(result["body"]) in words
+    rows = {row[0]: row[1:] for row in rows_of(page) if len(row) == 4}
+    for number in load_summary.body_numbers(result["body"]):
+        expected = [f"{value:.{number.digits}f}" for value in (number.value, number.sigma, number.nearest)]
+        assert rows[f"{number.name}, {number.unit}"] in (expected, [*expected[:2], "converged"])
+        assert expected[2] in words and expected[2] in terminal
+
+
+def test_a_page_without_truth_has_no_place_for_it(early):
+    _, page = early
+    for words in ("true value", "Tracking", "Configuration", "Furthest off"):
+        assert words not in words_of(page)
+
+
+def test_runs_of_several_filters_share_a_page(runs, tmp_path):
+    # GIVEN runs with and without the machine's effects WHEN one page is written of both
+    write_report([runs / "momentum_machine", runs / "momentum"], tmp_path / "page.html")
+    page = (tmp_path / "page.html").read_text()
+    # THEN they are compared, and the one that knows of no friction is far off
+    assert "2 runs side by side" in page
+    first, second = (row for row in rows_of(page) if len(row) == 14 and row[0] == "rubbing")
+    assert max(float(cell) for cell in first[2:12]) < 1.0 < max(float(cell) for cell in second[2:12])
+    for row, kind in ((first, "momentum_machine"), (second, "momentum")):
+        assert row[-1] == read_run(runs / kind).verdict.replace("_", " ")
+    assert 'id="run-1-estimates-figure"' in page and 'id="run-2-estimates-figure"' in page
+
+
+def test_a_page_of_the_papers_filter_is_not_that_of_a_replay(tmp_path):
+    # GIVEN the paper's filter, which has no ten parameters WHEN a replay's page is wanted THEN nothing is written
+    log, machine = DATA / "paper_noisy.csv.gz", DATA / "paper_load.toml"
+    with pytest.raises(InputError, match="--report: found the estimator paper, expected momentum or momentum_machine"):
+        replay_log(log, machine, "paper", None, tmp_path / "estimates.csv", report=tmp_path / "page.html")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_one_file_for_two_answers_is_refused(tmp_path):
+    same = tmp_path / "same"
+    with pytest.raises(InputError, match="found the same file for --bodies and --report, expected two"):
+        replay_log(DATA / "paper_noisy.csv.gz", UNKNOWN, None, None, tmp_path / "e.csv", bodies=same, report=same)
+    assert list(tmp_path.iterdir()) == []
