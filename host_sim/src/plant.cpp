@@ -1,5 +1,6 @@
 #include <hexload_sim/plant.hpp>
 
+#include <Eigen/Cholesky>
 #include <Eigen/Geometry>
 #include <Eigen/LU>
 
@@ -48,8 +49,9 @@ Eigen::Vector4d quaternion_of(const Matrix3& R) {
 
 } // namespace
 
-Plant::Plant(const Geometry& geometry, double gravity_m_s2, const HydraulicSettings& hydraulics, int substeps)
-    : geometry_(geometry), gravity_m_s2_(gravity_m_s2),
+Plant::Plant(const Geometry& geometry, double gravity_m_s2, const HydraulicSettings& hydraulics, int substeps,
+             const LegBars& leg_bars)
+    : geometry_(geometry), gravity_m_s2_(gravity_m_s2), leg_bars_(leg_bars),
       hydraulics_(hydraulics, geometry.stroke_min_m, geometry.stroke_max_m), substeps_(substeps),
       home_length_m_(geometry.home_leg_length_m.array()) {
     for (int leg = 0; leg < 6; ++leg) {
@@ -66,7 +68,7 @@ Plant::Plant(const Geometry& geometry, double gravity_m_s2, const HydraulicSetti
 
 void Plant::reset(const Pose& pose, const MassProperties& body) {
     set_body(body);
-    const Vector6 force_n = leg_forces(geometry_, body, gravity_m_s2_, pose, Twist{}, Vector6::Zero());
+    const Vector6 force_n = standing_leg_forces(geometry_, body, leg_bars_, gravity_m_s2_, pose);
     state_ = PlantState{};
     state_.body.p_m = pose.p_m;
     state_.body.q = quaternion_of(pose.R);
@@ -123,7 +125,11 @@ void Plant::differentiate(const PlantState& state, const Legs& spool_command, Pl
 
     hydraulics_.differentiate(state.hydraulics, spool_command, legs.displacement_m, legs.velocity_m_s,
                               rate.hydraulics);
-    differentiate_body(state.body, R, legs, body_n, rate.body);
+    if (leg_bars_.have_mass()) {
+        differentiate_with_legs(state.body, R, legs, body_n, rate.body);
+    } else {
+        differentiate_body(state.body, R, legs, body_n, rate.body);
+    }
     rate.work.hydraulic_j = (hydraulic_n * legs.velocity_m_s).sum();
     rate.work.body_j = (body_n * legs.velocity_m_s).sum();
 }
@@ -168,6 +174,24 @@ void Plant::differentiate_body(const BodyState& body, const Matrix3& R, const Le
     rate.w_platform_rad_s = w_rate;
 }
 
+// (11) about O_A in base axes, with the legs' masses at their hinges.
+void Plant::differentiate_with_legs(const BodyState& body, const Matrix3& R, const LegKinematics& legs,
+                                    const Legs& force_n, BodyState& rate) const {
+    const Pose pose{body.p_m, R};
+    const Twist twist{body.v_m_s, R * body.w_platform_rad_s};
+    const LegWrench bars = leg_wrench(geometry_, leg_bars_, gravity_m_s2_, pose, twist);
+    Vector6 net;
+    net << R * Vector3((force_n * legs.e_x).sum(), (force_n * legs.e_y).sum(), (force_n * legs.e_z).sum()),
+        R * Vector3((force_n * legs.m_x).sum(), (force_n * legs.m_y).sum(), (force_n * legs.m_z).sum());
+    net -= bias_wrench(body_, R, twist.w_rad_s) + gravity_wrench(body_, R, gravity_m_s2_) + bars.bias;
+    const Matrix6 mass = mass_matrix(body_, R) + bars.mass;
+    const Vector6 twist_rate = mass.llt().solve(net);
+    rate.p_m = body.v_m_s;
+    rate.q = quaternion_rate(body.q, body.w_platform_rad_s);
+    rate.v_m_s = twist_rate.head<3>();
+    rate.w_platform_rad_s = R.transpose() * twist_rate.tail<3>();
+}
+
 Pose Plant::pose() const {
     return {state_.body.p_m, rotation_of(state_.body.q)};
 }
@@ -183,11 +207,13 @@ LegState Plant::legs() const {
 }
 
 double Plant::kinetic_energy_j() const {
-    return sim::kinetic_energy_j(body_, pose().R, twist());
+    return sim::kinetic_energy_j(body_, pose().R, twist()) +
+           leg_kinetic_energy_j(geometry_, leg_bars_, pose(), twist());
 }
 
 double Plant::potential_energy_j() const {
-    return sim::potential_energy_j(body_, gravity_m_s2_, pose());
+    return sim::potential_energy_j(body_, gravity_m_s2_, pose()) +
+           leg_potential_energy_j(geometry_, leg_bars_, gravity_m_s2_, pose());
 }
 
 } // namespace hexload::sim

@@ -149,6 +149,9 @@ Scenario load_scenario(const std::filesystem::path& path) {
     TomlReader limits = reader.table("limits");
     visit_limits(limits, scenario.limits);
     limits.refuse_unknown_keys();
+    TomlReader legs = reader.table("legs");
+    visit_leg_bars(legs, scenario.leg_bars);
+    legs.refuse_unknown_keys();
     scenario.hydraulics = read_hydraulics(reader.table("hydraulics"));
     TomlReader controller = reader.table("controller");
     visit_controller(controller, scenario.controller);
@@ -169,6 +172,7 @@ std::string to_toml(const Scenario& scenario) {
     root.insert("load", write_loads(scenario.loads));
     root.insert("trajectory", write_trajectory(scenario.trajectory));
     root.insert("limits", written([&](TomlWriter& w) { visit_limits(w, scenario.limits); }));
+    root.insert("legs", written([&](TomlWriter& w) { visit_leg_bars(w, scenario.leg_bars); }));
     root.insert("hydraulics", written([&](TomlWriter& w) { visit_hydraulics(w, scenario.hydraulics); }));
     root.insert("controller", written([&](TomlWriter& w) { visit_controller(w, scenario.controller); }));
     root.insert("sensors", written([&](TomlWriter& w) { visit_sensors(w, scenario.sensors); }));

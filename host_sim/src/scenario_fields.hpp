@@ -30,6 +30,13 @@ template <typename Visitor, typename S> void visit_limits(Visitor& visitor, S& l
     visitor.number("pump_flow_m3_s", limits.pump_flow_m3_s, positive);
 }
 
+template <typename Visitor, typename S> void visit_leg_bars(Visitor& visitor, S& s) {
+    visitor.number("rod_mass_kg", s.rod_mass_kg, non_negative);
+    visitor.number("rod_length_m", s.rod_length_m, positive);
+    visitor.number("cylinder_mass_kg", s.cylinder_mass_kg, non_negative);
+    visitor.number("cylinder_length_m", s.cylinder_length_m, positive);
+}
+
 template <typename Visitor, typename S> void visit_hydraulics(Visitor& visitor, S& s) {
     visitor.number("supply_pressure_pa", s.supply_pressure_pa, positive);
     visitor.number("tank_pressure_pa", s.tank_pressure_pa, non_negative);

@@ -16,8 +16,8 @@ MassProperties loaded(const PlatformFile& platform, const Load& load) {
     return mass_properties(platform.platform) + mass_properties(load);
 }
 
-Legs static_force_n(const PlatformFile& platform, const MassProperties& body, const Pose& pose) {
-    return leg_forces(platform.geometry, body, platform.gravity_m_s2, pose, Twist{}, Vector6::Zero()).array();
+Legs static_force_n(const PlatformFile& platform, const MassProperties& body, const LegBars& leg_bars) {
+    return standing_leg_forces(platform.geometry, body, leg_bars, platform.gravity_m_s2, Pose{}).array();
 }
 
 std::uint32_t tick_of(double t_s) {
@@ -32,9 +32,9 @@ Simulator::Simulator(const PlatformFile& platform, const Scenario& scenario)
                                   motion_limits(platform.geometry, scenario.hydraulics, scenario.limits),
                                   scenario.duration_s, static_cast<std::uint64_t>(scenario.seed))),
       plant_(platform.geometry, platform.gravity_m_s2, scenario.hydraulics,
-             static_cast<int>(scenario.substeps)),
+             static_cast<int>(scenario.substeps), scenario.leg_bars),
       controller_(scenario.controller, speed_gain_m_s(platform, scenario),
-                  static_force_n(platform, body_at_start(), Pose{})),
+                  static_force_n(platform, body_at_start(), scenario.leg_bars)),
       sensors_(scenario.sensors, platform.sensors, static_cast<std::uint64_t>(scenario.seed)),
       ticks_(tick_of(scenario.duration_s) + 1) {
     plant_.reset(trajectory_->at(0.0).pose(), body_at_start());

@@ -124,7 +124,7 @@ const std::array<Refusal, 20> platform_refusals{{
      "3: geometry.platform_hinges_m: found six hinges on one line, expected hinges that span a plane"},
 }};
 
-const std::array<Refusal, 17> scenario_refusals{{
+const std::array<Refusal, 18> scenario_refusals{{
     {"kind = \"multisine\"", "kind = \"sine\"",
      R"(13: trajectory.kind: found "sine", expected one of "paper", "multisine", "work", "file", "standstill")"},
     {"kind = \"multisine\"", "run_in_s = 1.0", "12: trajectory.kind: found nothing, expected this key"},
@@ -139,7 +139,8 @@ const std::array<Refusal, 17> scenario_refusals{{
     {"kind = \"multisine\"", "kind = \"file\"", "12: trajectory.path: found nothing, expected this key"},
     {"name = \"test\"", "", "1: name: found nothing, expected this key"},
     {"name = \"test\"", "name = \"test\"\ncolour = 3",
-     "2: colour: found an unknown key, expected one of controller, description, hydraulics, limits, load, "
+     "2: colour: found an unknown key, expected one of controller, description, hydraulics, legs, limits, "
+     "load, "
      "name, "
      "platform, sensors, simulation, trajectory"},
     {"name = \"test\"", "name = ", "1: Error while parsing key-value pair"},
@@ -158,6 +159,8 @@ const std::array<Refusal, 17> scenario_refusals{{
      "10: load[1].at_s: found 0, expected at least one tick after the load at 0 s"},
     {"supply_pressure_pa = 21e6", "tank_pressure_pa = 30e6",
      "15: hydraulics.tank_pressure_pa: found 30000000, expected less than supply_pressure_pa = 21000000"},
+    {"[hydraulics]", "[legs]\nrod_mass_kg = -1.0\n[hydraulics]",
+     "15: legs.rod_mass_kg: found -1.0, expected a number >= 0"},
 }};
 
 } // namespace

@@ -1,5 +1,5 @@
 // Newton-Euler dynamics of platform + load about O_A, in base axes: (5)-(19), corrected, nothing neglected.
-// Legs are massless. Wrenches are [force; moment about O_A].
+// Legs are massless here; leg_inertia.hpp has their mass. Wrenches are [force; moment about O_A].
 #pragma once
 
 #include <hexload_sim/kinematics.hpp>

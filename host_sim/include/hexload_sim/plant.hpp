@@ -6,6 +6,7 @@
 
 #include <hexload_sim/dynamics.hpp>
 #include <hexload_sim/hydraulics.hpp>
+#include <hexload_sim/leg_inertia.hpp>
 
 namespace hexload::sim {
 
@@ -30,7 +31,8 @@ struct PlantState {
 
 class Plant {
   public:
-    Plant(const Geometry& geometry, double gravity_m_s2, const HydraulicSettings& hydraulics, int substeps);
+    Plant(const Geometry& geometry, double gravity_m_s2, const HydraulicSettings& hydraulics, int substeps,
+          const LegBars& leg_bars = {});
 
     // Static equilibrium at a pose, at rest. Throws InputError if the legs cannot hold the body there.
     void reset(const Pose& pose, const MassProperties& body);
@@ -51,6 +53,7 @@ class Plant {
     // Time derivative of the state; body rates in .body, powers in .work.
     PlantState derivative(const PlantState& state, const Legs& spool_command) const;
 
+    // Of the body and of the legs.
     double kinetic_energy_j() const;
     double potential_energy_j() const;
 
@@ -65,8 +68,12 @@ class Plant {
     void differentiate_body(const BodyState& body, const Matrix3& R, const LegKinematics& legs,
                             const Legs& force_n, BodyState& rate) const;
 
+    void differentiate_with_legs(const BodyState& body, const Matrix3& R, const LegKinematics& legs,
+                                 const Legs& force_n, BodyState& rate) const;
+
     Geometry geometry_;
     double gravity_m_s2_;
+    LegBars leg_bars_;
     Hydraulics hydraulics_;
     int substeps_;
     Legs home_length_m_;

@@ -3,6 +3,7 @@
 
 #include <hexload_sim/controller.hpp>
 #include <hexload_sim/hydraulics.hpp>
+#include <hexload_sim/leg_inertia.hpp>
 #include <hexload_sim/load.hpp>
 #include <hexload_sim/sensors.hpp>
 #include <hexload_sim/trajectory.hpp>
@@ -37,6 +38,7 @@ struct Scenario {
     std::vector<LoadChange> loads{LoadChange{}}; // the first at 0 s, times increasing
     TrajectorySettings trajectory;
     LimitSettings limits;
+    LegBars leg_bars;
     HydraulicSettings hydraulics;
     ControllerSettings controller;
     SensorSettings sensors;
