@@ -121,9 +121,23 @@ void print_pacing(const sim::PacingCounts& pacing) {
                pacing.lateness.quantile_us(0.99), pacing.lateness.longest_us());
 }
 
-void print_summary(const sim::Scenario& scenario, const sim::RunResult& result,
-                   const sim::EstimatorLink& link, const std::optional<sim::EstimateRow>& last,
-                   double elapsed_s) {
+// What the estimator was told, and where that is not the load which the scenario has.
+void print_told(const sim::Scenario& scenario, const sim::PlatformFile& platform) {
+    if (!platform.known_mass_kg) {
+        return;
+    }
+    fmt::print("  told beforehand: the load weighs {:g} kg (load.known_mass_kg of {})\n",
+               *platform.known_mass_kg, scenario.platform.filename().string());
+    for (const sim::LoadChange& change : scenario.loads) {
+        if (change.load.mass_kg != *platform.known_mass_kg && change.at_s <= scenario.duration_s) {
+            fmt::print("    not true: from {:g} s on it weighs {:g} kg\n", change.at_s, change.load.mass_kg);
+        }
+    }
+}
+
+void print_summary(const sim::Scenario& scenario, const sim::PlatformFile& platform,
+                   const sim::RunResult& result, const sim::EstimatorLink& link,
+                   const std::optional<sim::EstimateRow>& last, double elapsed_s) {
     const sim::RunCounts& counts = result.counts;
     fmt::print("{}: {} ticks, {} samples missing, {} refused, {:.2f} s, {:.0f} x real time\n", scenario.name,
                counts.ticks, counts.missing, counts.refused, elapsed_s, scenario.duration_s / elapsed_s);
@@ -136,6 +150,7 @@ void print_summary(const sim::Scenario& scenario, const sim::RunResult& result,
     if (result.pacing.counts != nullptr) {
         print_pacing(*result.pacing.counts);
     }
+    print_told(scenario, platform);
     const auto names = link.parameter_names();
     for (std::size_t i = 0; last && i < names.size(); ++i) {
         fmt::print("  {:<8} {:10.4f} +- {:.2g}\n", names[i], last->value[i], last->sigma[i]);
@@ -240,7 +255,7 @@ ExitStatus simulate(const Options& options) {
     result.pacing = real_time.result(options.pacing());
     directory.finish(scenario, platform, simulator, result);
     if (!options.quiet) {
-        print_summary(scenario, result, *link, recorder.last(), elapsed.count());
+        print_summary(scenario, platform, result, *link, recorder.last(), elapsed.count());
         if (publisher && publisher->failed() > 0) {
             fmt::print("  {} messages not published\n", publisher->failed());
         }
