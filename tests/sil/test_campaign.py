@@ -110,6 +110,19 @@ def test_biased_sensors_and_friction_are_found_with_the_load(cluster, tmp_path):
         assert words in text
 
 
+def test_legs_with_mass_are_tared(cluster, tmp_path):
+    # GIVEN a class whose legs have mass, which the platform file does not know WHEN a case runs
+    settings = Settings(("multisine_leg_mass",), 1, 1, SHORT_S)
+    page = verb.run_campaign(settings, tmp_path / "out", cluster.scheduler_address, keep=False, restart=False)
+    # THEN the controller's filter has a tare; without it a part of the legs' 18 kg is in the load
+    (result,) = (json.loads(text) for text in contents(tmp_path / "out").values())
+    assert result["controller"] == "momentum_tared"
+    with_tare, without = (result["estimators"][name]["error"][0] for name in ("momentum_tared", "momentum"))
+    assert 5.0 < without < 8.0
+    assert abs(with_tare) < 0.1 * without
+    assert "momentum filter with tare" in page.read_text()
+
+
 def test_a_campaign_goes_on_with_what_is_missing(copy, cluster, capsys):
     # GIVEN a finished campaign of two runs
     before = {path.name: path.stat().st_mtime_ns for path in (copy / "cases").iterdir()}

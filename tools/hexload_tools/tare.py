@@ -84,7 +84,10 @@ def _refuse_changes(log: Path, result: dict) -> None:
     changes = np.flatnonzero(result["health"].astype(np.int64) >> bit & 1)
     if changes.size:
         at_s = result["t"][changes[0]]
-        raise InputError(f"{log}: found another load from {at_s:.3f} s on, expected the empty platform throughout")
+        raise InputError(
+            f"{log}: found another load from {at_s:.3f} s on, expected the empty platform throughout; if it was empty, the "
+            "mass of its legs was noticed: a gentler motion of all six axes"
+        )
 
 
 def _refuse_doubt(log: Path, result: dict, scale: Array) -> None:

@@ -12,7 +12,7 @@ from rich.table import Table
 
 from hexload_tools.bound import THETA_NAMES
 from hexload_tools.campaign import campaign_figures
-from hexload_tools.campaign.cases import CLASSES
+from hexload_tools.campaign.cases import CLASSES, TARED
 from hexload_tools.campaign.one_case import code_version
 from hexload_tools.campaign.statistics import ALARM_DUE_S, FAILURE_NEES, Alarms, ClassStatistics, Times
 from hexload_tools.campaign.store import Settings
@@ -25,6 +25,7 @@ UNITS = ("kg", "kg m", "kg m", "kg m", *(6 * ["kg m²"]))
 METHODS = {
     "momentum": "momentum filter",
     "momentum_machine": "momentum filter with bias and friction",
+    TARED: "momentum filter with tare",
     "paper": "paper's filter, told the mass",
     "ls_raw": "least squares, raw differences",
     "ls_zero_phase": "least squares, zero-phase filter",
@@ -59,6 +60,7 @@ def render(settings: Settings, statistics: Sequence[ClassStatistics], by_class: 
         names=THETA_NAMES,
         units=UNITS,
         effects={name: f"{words}, {EFFECT_UNITS[name]}" for name, words in EFFECT_WORDS.items()},
+        has_tare=any(entry.controller == TARED for entry in statistics),
         has_effects=any(entry.effects is not None for entry in statistics),
         statistics=statistics,
         failure_nees=FAILURE_NEES,

@@ -22,8 +22,13 @@ Change = Literal["pick_up", "drop", "shift"]
 
 REST_S = 0.3  # before the paper's motion in paper_rest; the length of its run-in in paper_run_in
 MOTION_FILE = "motion.csv"
+TARED = "momentum_tared"  # the momentum filter, told of the tare
 FRICTION = project.SCENARIOS / "friction.toml"  # whose legs the classes with machine effects have
 FRICTION_SPEED_M_S = 5e-3  # from which their Coulomb friction is nearly whole; known to the controller
+LEG_BARS = {"rod_mass_kg": 1.0, "cylinder_mass_kg": 2.0}
+# Of the tare: on a livelier one the legs of an empty platform are now and then taken for another load.
+TARE_MOTION = {"kind": "multisine", "translation_m": 0.1, "rotation_deg": 8.0}
+TARE_S = 10.0
 LARGEST_BIAS_N = 70.0  # of a force sensor
 
 
@@ -37,6 +42,7 @@ class CaseClass:
     mass_kg: tuple[float, float] = (100.0, 700.0)
     on_axis: bool = False  # the paper's kind of load: centre of mass on the axis, no products of inertia
     own_machine: bool = False  # hinges, platform and its centre of mass are drawn too
+    legs: bool = False  # legs with mass, which the platform file does not know; a run of the empty platform is the tare
     effects: bool = False  # biased force sensors and legs that rub, of which the controller is to find out
 
 
@@ -64,6 +70,8 @@ CLASSES: dict[str, CaseClass] = {
     "paper_light": CaseClass("the paper's motion, a load of 10 kg", "paper", mass_kg=(10.0, 10.0)),
     "multisine_machines": CaseClass("multisine on machines of other geometry", "multisine", own_machine=True),
     "work_machines": CaseClass("work motion on machines of other geometry", "work", own_machine=True),
+    "multisine_leg_mass": CaseClass("multisine, legs with mass, and a tare", "multisine", legs=True),
+    "work_leg_mass": CaseClass("work motion, legs with mass, and a tare", "work", legs=True),
     "multisine_machine_effects": CaseClass("multisine, biased force sensors and friction", "multisine", effects=True),
     "paper_machine_effects": CaseClass("the paper's motion, biased force sensors and friction", "paper", effects=True),
     "work_machine_effects": CaseClass("work motion, biased force sensors and friction", "work", effects=True),
@@ -114,12 +122,20 @@ class Setup:
     platform: Table  # without [load]
     scenario: Table
     motion_rows: Array | None  # (n, 7): t, x, y, z, roll, pitch, yaw, for the scenario's motion file
+    tare_scenario: Table | None  # of the empty platform
     effects: Effects | None
 
     @property
     def filters(self) -> tuple[str, ...]:
         """The firmware's estimators of all ten parameters for this case; the first is the controller's."""
-        return ("momentum",) if self.effects is None else ("momentum_machine", "momentum")
+        if self.effects is not None:
+            return ("momentum_machine", "momentum")
+        return ("momentum",) if self.tare_scenario is None else (TARED, "momentum")
+
+    @property
+    def kind(self) -> str:
+        """The controller's estimator as platform files name it."""
+        return self.filters[-1] if self.effects is None else self.filters[0]
 
 
 def draw(case: Case) -> Setup:
@@ -143,7 +159,8 @@ def draw(case: Case) -> Setup:
     }
     platform = _draw_platform(random, kind)
     effects = _add_effects(random, platform, scenario) if kind.effects else None
-    return Setup(platform, scenario, rows, effects)
+    tare_scenario = _add_legs(random, scenario) if kind.legs else None
+    return Setup(platform, scenario, rows, tare_scenario, effects)
 
 
 def _draw_loads(random: np.random.Generator, kind: CaseClass, duration_s: float) -> list[tuple[float, Body]]:
@@ -220,6 +237,14 @@ def _draw_platform(random: np.random.Generator, kind: CaseClass) -> Table:
             "inertia_kg_m2": [*(inertia + about_origin).tolist(), *products.tolist()],
         }
     return platform
+
+
+def _add_legs(random: np.random.Generator, scenario: Table) -> Table:
+    """Returns the scenario of the tare."""
+    scenario["legs"] = LEG_BARS
+    seed = int(random.integers(2**31))
+    empty = {"simulation": {"duration_s": TARE_S, "seed": seed}, "load": [_load_table(0.0, EMPTY)]}
+    return scenario | empty | {"trajectory": TARE_MOTION}
 
 
 def _add_effects(random: np.random.Generator, platform: Table, scenario: Table) -> Effects:

@@ -9,16 +9,16 @@ import json
 import shutil
 import subprocess
 import tempfile
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
-from hexload_tools import bound, log_file, project
+from hexload_tools import bound, log_file, project, tare
 from hexload_tools.campaign import baselines, cases, leg_regression
 from hexload_tools.campaign.baselines import Answer
-from hexload_tools.campaign.cases import MOTION_FILE, Case, Setup
+from hexload_tools.campaign.cases import MOTION_FILE, TARED, Case, Setup
 from hexload_tools.errors import ToolFailed
 from hexload_tools.log_file import LegLog, read_log
 from hexload_tools.toml_document import to_toml
@@ -28,13 +28,15 @@ Array = NDArray[np.float64]
 WITHIN = {"within_5": 0.05, "within_1": 0.01}
 START_S = 0.2  # of a load: the mean NIS leaves out what the first tick of a filter makes of an unknown load
 LOAD_CHANGED = "load changed"
+TARE_RUN = "tare_run"
+LARGEST_TARE = 0.45  # of the platform's own parameters
 TEN = len(bound.THETA_NAMES)
 
 
 @functools.cache
 def code_version() -> str:
     """Digest of what decides the numbers of a case: programs, modules, the platform and the friction of the cases."""
-    modules = [Path(module.__file__) for module in (cases, leg_regression, baselines, bound, log_file)]
+    modules = [Path(module.__file__) for module in (cases, leg_regression, baselines, bound, log_file, tare)]
     native = Path(project.native_module().__file__)
     platform = project.SCENARIOS / "platforms" / "paper.toml"
     digest = hashlib.sha256()
@@ -62,25 +64,34 @@ def simulate(case: Case, folder: Path) -> Path:
     if setup.motion_rows is not None:
         header = "t,x,y,z,roll,pitch,yaw"
         np.savetxt(folder / MOTION_FILE, setup.motion_rows, fmt="%.12g", delimiter=",", header=header, comments="")
-    options = ["--out", folder / "run", "--estimator", setup.filters[0], "--quiet"]
-    command = [project.simulator(), folder / "scenario.toml", *options]
+    if setup.tare_scenario is not None:
+        (folder / "tare_scenario.toml").write_text(to_toml(setup.tare_scenario))
+        _simulate(case, setup.kind, folder / "tare_scenario.toml", folder / TARE_RUN)
+    _simulate(case, setup.kind, folder / "scenario.toml", folder / "run")
+    return folder / "run"
+
+
+def _simulate(case: Case, estimator: str, scenario: Path, out: Path) -> None:
+    command = [project.simulator(), scenario, "--out", out, "--estimator", estimator, "--quiet"]
     finished = subprocess.run(command, capture_output=True, text=True, stdin=subprocess.DEVNULL)
     if finished.returncode != 0:
         said = finished.stderr.strip()
         raise ToolFailed(f"case {case.name}: the simulator ended with status {finished.returncode}: {said}")
-    return folder / "run"
 
 
 def _evaluate(setup: Setup, folder: Path, directory: Path) -> dict:
     meta = json.loads((directory / "meta.json").read_text())
     load = meta["loads"][-1]
     theta, since_s = np.array(load["theta"]), load["at_s"]
+    found = None if setup.tare_scenario is None else _make_tare(folder)
     platform = bound.read_platform(folder / "platform.toml")
+    if found is not None:
+        platform = replace(platform, theta=platform.theta + found.theta)
     whole = _as_float32(read_log(directory / "log.csv"))
     log = _from(whole, since_s)
     t_s = log.t_s - since_s
 
-    replays = {name: _replay(folder, folder / "platform.toml", name, whole) for name in setup.filters}
+    replays = {name: _replay_filter(folder, name, whole, found) for name in setup.filters}
     estimators = {name: _score(_load_answer(replay, since_s), theta, t_s) for name, replay in replays.items()}
     if load["mass_kg"] > 0:  # the paper's filter must be told a mass
         estimators["paper"] = _score(_replay_paper(folder, load["mass_kg"], log), theta, t_s)
@@ -105,6 +116,21 @@ def _evaluate(setup: Setup, folder: Path, directory: Path) -> dict:
         "verdict": own["verdict"][-1],
         "health": {name: ticks for name, ticks in own["health_counts"].items() if ticks},
     }
+
+
+def _make_tare(folder: Path):
+    """The hexload_native.Tare of the run of the empty platform. Raises InputError."""
+    tare.make_tare(folder / TARE_RUN / "log.csv", folder / "platform.toml", folder / "tare.toml", LARGEST_TARE)
+    native, machine = project.native_module(), folder / "platform.toml"
+    return tare.tare_for(folder / "tare.toml", native, native.load_platform(str(machine)), machine)
+
+
+def _replay_filter(folder: Path, name: str, log: LegLog, offset) -> dict:
+    """A momentum filter by its name in the campaign; with the tare, its covariance has the tare's too."""
+    if name != TARED:
+        return _replay(folder, folder / "platform.toml", name, log)
+    result = _replay(folder, folder / "platform.toml", "momentum", log, offset)
+    return result | {"covariance": result["covariance"] + np.diag(offset.sigma**2)}
 
 
 def _load_answer(replay: dict, since_s: float) -> Answer:
@@ -132,11 +158,11 @@ def _from(log: LegLog, from_s: float) -> LegLog:
     return LegLog(log.t_s[rows], log.displacement_m[rows], log.velocity_m_s[rows], log.force_n[rows])
 
 
-def _replay(folder: Path, platform: Path, estimator: str, log: LegLog) -> dict:
+def _replay(folder: Path, platform: Path, estimator: str, log: LegLog, offset=None) -> dict:
     native = project.native_module()
     legs = (log.displacement_m, log.velocity_m_s, log.force_n)
     return native.replay(
-        native.load_platform(str(platform)), estimator, None, log.t_s, *legs, str(folder / "estimates.csv")
+        native.load_platform(str(platform)), estimator, None, log.t_s, *legs, str(folder / "estimates.csv"), offset
     )
 
 
