@@ -90,6 +90,6 @@ def settling(by_class: dict[str, list[dict]]) -> go.Figure:
 
 
 def _steps(values: Array, runs: int, name: str, position: int) -> go.Scatter:
-    share = 100.0 * np.arange(1, len(values) + 1) / runs
+    share = 100.0 * np.arange(len(values) + 1) / runs  # from none on
     line = {"color": colour_of(position), "dash": dash_of(position), "width": 1.6, "shape": "hv"}
-    return go.Scatter(x=values, y=share, mode="lines", name=name, line=line)
+    return go.Scatter(x=[values[0], *values], y=share, mode="lines", name=name, line=line)
