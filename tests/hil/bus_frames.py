@@ -1,5 +1,6 @@
 """Frames of firmware/bus/hexload.dbc as Python reads and writes them: cantools for the signals, the checksums anew."""
 
+import functools
 import random
 import struct
 import zlib
@@ -58,25 +59,41 @@ class Signals(NamedTuple):
 
 def checksum(name: str, data: bytes) -> bytes:
     """What stands in the last bytes of a frame whose bytes are `data`, by the checksums' published parameters."""
-    message = DBC.get_message_by_name(name)
-    names = {signal.name for signal in message.signals}
-    if "crc32" in names:
+    field = checksum_field(name)
+    if field == "crc32":
         return zlib.crc32(data[:-4]).to_bytes(4, "little")
-    if "crc16" in names:  # CRC-16/IBM-3740
+    if field == "crc16":  # CRC-16/IBM-3740
         return crc(data[:-2], 16, 0x1021, 0xFFFF, 0).to_bytes(2, "little")
-    if "crc8" in names:  # CRC-8/SAE-J1850
+    if field == "crc8":  # CRC-8/SAE-J1850
         return crc(data[:-1], 8, 0x1D, 0xFF, 0xFF).to_bytes(1, "little")
     return b""
 
 
+@functools.cache
+def checksum_field(name: str) -> str | None:
+    """The signal of a message that is its checksum."""
+    names = (signal.name for signal in DBC.get_message_by_name(name).signals)
+    return next((name for name in names if name in ("crc32", "crc16", "crc8")), None)
+
+
 def crc(data: bytes, width: int, polynomial: int, start: int, final_xor: int) -> int:
-    """Bit by bit, the most significant first, nothing reflected."""
-    register, top, mask = start, 1 << (width - 1), (1 << width) - 1
+    """The most significant bit first, nothing reflected."""
+    register, mask, table = start, (1 << width) - 1, crc_table(width, polynomial)
     for byte in data:
-        register ^= byte << (width - 8)
+        register = (register << 8 & mask) ^ table[register >> (width - 8) ^ byte]
+    return register ^ final_xor
+
+
+@functools.cache
+def crc_table(width: int, polynomial: int) -> list[int]:
+    """What a byte in the register's highest place has become after eight shifts, bit by bit."""
+    top, mask = 1 << (width - 1), (1 << width) - 1
+    table = []
+    for register in (byte << (width - 8) for byte in range(256)):
         for _ in range(8):
             register = ((register << 1) ^ (polynomial if register & top else 0)) & mask
-    return register ^ final_xor
+        table.append(register)
+    return table
 
 
 def encode(name: str, **values: float) -> Frame:

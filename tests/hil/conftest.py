@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pytest
 
-from loop import SHORT_S, Controller, Loop, Peer, Recording
+from loop import PAPER_S, SHORT_S, Controller, Loop, Peer, Recording
 from hexload_tools import project, vcan, vm, zynqmp_r5
 
 # A generous limit for what takes milliseconds on an idle machine: the guest's processor is emulated.
@@ -45,6 +45,7 @@ def pytest_addoption(parser):
 
 def pytest_configure(config):
     config.addinivalue_line("markers", "vcan: needs vcan0; runs on this kernel or in the virtual machine")
+    config.addinivalue_line("markers", "apart: its programs have all processors, in the virtual machine too")
     config.addinivalue_line("markers", "needs(what): a controller that has this; see LACKS in tests/hil/conftest.py")
 
 
@@ -69,6 +70,14 @@ def _needs(item) -> Iterator[str]:
     parameters = item.callspec.params if hasattr(item, "callspec") else {}
     if any(parameters.get(name) == "fd" for name in PROFILE_PARAMETERS):
         yield "fd"
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_runtest_setup(item):
+    """In the virtual machine the programs of a loop share one processor: emulated, waking a program on another one is
+    most of the work in lockstep. Tests marked apart, as those in real time are, have all of them."""
+    if os.environ.get("HEXLOAD_VM"):
+        os.sched_setaffinity(0, range(os.cpu_count()) if item.get_closest_marker("apart") else {0})
 
 
 def pytest_terminal_summary(terminalreporter, config):
@@ -264,9 +273,9 @@ def record(tmp_path_factory, make_loop) -> Callable[..., Recording]:
 
 
 @pytest.fixture(scope="session")
-def paper_run(record, kind) -> Callable[[str], Recording]:
-    """paper_run(profile): the paper's scenario; all of it, or half of it on an emulator in an emulator."""
-    return lambda profile: record(profile, "--duration", kind.paper_s)
+def paper_run(record) -> Callable[[str], Recording]:
+    """paper_run(profile): half of the paper's scenario, at whose end all is converged."""
+    return lambda profile: record(profile, "--duration", PAPER_S)
 
 
 @pytest.fixture(scope="session")

@@ -20,6 +20,8 @@ from hexload_tools import project
 SCENARIO = project.SCENARIOS / "paper.toml"
 PLATFORM = project.SCENARIOS / "platforms" / "paper.toml"
 PATIENCE_S = 60.0
+PAPER_S = 5  # of the paper's scenario, where it is to converge
+PAPER_TICKS = 1000 * PAPER_S + 1  # both ends
 SHORT_S = 1  # of the scenario, where it need not converge
 NOTHING_COMES_S = 1.0  # that long is waited for what may not come
 RECORDER_BUFFER_BYTES = 8 << 20
@@ -34,18 +36,13 @@ class Controller:
     name: str
     command: tuple[str | Path, ...]
     profiles: tuple[str, ...]  # that it speaks; the first one unless it is told otherwise
-    paper_s: int  # so much of the paper's scenario is run with it
     keeps_up: bool  # with frames that come at another's pace; QEMU ends when its receive FIFO overflows
     hold: signal.Signals  # its time stands still
     go_on: signal.Signals
 
-    @property
-    def paper_ticks(self) -> int:
-        return 1000 * self.paper_s + 1  # both ends
-
     @classmethod
     def linux(cls) -> "Controller":
-        return cls("linux", (project.controller(),), PROFILES, 10, True, signal.SIGSTOP, signal.SIGCONT)
+        return cls("linux", (project.controller(),), PROFILES, True, signal.SIGSTOP, signal.SIGCONT)
 
     @classmethod
     def linux_separate(cls) -> "Controller":
@@ -56,7 +53,7 @@ class Controller:
     @classmethod
     def zynqmp_r5(cls) -> "Controller":
         command = (sys.executable, "-m", "hexload_tools.zynqmp_r5")
-        return cls("zynqmp_r5", command, ("classic",), 5, False, signal.SIGUSR1, signal.SIGUSR2)
+        return cls("zynqmp_r5", command, ("classic",), False, signal.SIGUSR1, signal.SIGUSR2)
 
 
 @dataclass(frozen=True)

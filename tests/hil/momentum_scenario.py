@@ -5,7 +5,7 @@ from pathlib import Path
 from hexload_tools import project
 
 PICK_UP_S = 1.0
-DURATION_S = 2.0
+DURATION_S = 1.5
 TICKS = round(1000 * DURATION_S) + 1
 LIGHT = (200.0, [0.02, 0.01, 0.15])  # kg, centre of mass in m
 HEAVY = (500.0, [0.06, -0.04, 0.30])

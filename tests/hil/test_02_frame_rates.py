@@ -7,7 +7,7 @@ import pytest
 from bus_frames import BY_ID, DBC, PROFILES, Frame, decode, is_of, tick_of_fd
 from loop import read_meta
 
-pytestmark = [pytest.mark.vcan, pytest.mark.needs("real time")]
+pytestmark = [pytest.mark.vcan, pytest.mark.needs("real time"), pytest.mark.apart]
 
 DURATION_S = 2
 TICKS = 1000 * DURATION_S + 1

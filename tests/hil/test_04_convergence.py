@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from bus_frames import DBC, PROFILES
-from loop import PLATFORM, SCENARIO, estimates
+from loop import PAPER_S, PLATFORM, SCENARIO, estimates
 from hexload_tools import project
 from hexload_tools.log_file import read_log
 from hexload_tools.run_directory import PAPER_PARAMETERS, read_run
@@ -30,9 +30,9 @@ def quantised(values: np.ndarray, step: float) -> np.ndarray:
 
 
 @pytest.fixture(scope="module")
-def in_process(simulator, kind, tmp_path_factory):
+def in_process(simulator, tmp_path_factory):
     directory = tmp_path_factory.mktemp("inproc") / "run"
-    subprocess.run([simulator, SCENARIO, "--duration", str(kind.paper_s), "--out", directory, "--quiet"], check=True)
+    subprocess.run([simulator, SCENARIO, "--duration", str(PAPER_S), "--out", directory, "--quiet"], check=True)
     return read_run(directory)
 
 

@@ -14,6 +14,7 @@ LONG_S = 4
 
 
 @pytest.mark.needs("real time")
+@pytest.mark.apart
 def test_a_controller_that_is_restarted_in_mid_run_is_started_again_and_counted(loop, tmp_path):
     # GIVEN a run in real time that is under way
     first = loop.controller(*SLOW_MACHINE)
@@ -38,6 +39,7 @@ def test_a_controller_that_is_restarted_in_mid_run_is_started_again_and_counted(
 
 
 @pytest.mark.needs("real time")
+@pytest.mark.apart
 @pytest.mark.parametrize("profile", PROFILES)
 def test_a_simulator_that_is_restarted_finds_the_controller_as_if_fresh(loop, short_run, profile, tmp_path):
     # GIVEN the estimates with a fresh controller, and a run in real time that is under way

@@ -19,6 +19,7 @@ def interface(can_interface):
 
 
 @pytest.mark.needs("bus state")
+@pytest.mark.apart
 @pytest.mark.parametrize("profile", PROFILES)
 def test_real_time_survives_an_outage_and_counts_it(loop, interface, profile, tmp_path):
     # GIVEN a run in real time that is under way

@@ -10,7 +10,7 @@ import subprocess
 import pytest
 
 from bus_frames import answers_of, sent_with_the_ticks
-from loop import PLATFORM, Controller, Loop
+from loop import PAPER_S, PAPER_TICKS, PLATFORM, Controller, Loop
 from hexload_tools import zynqmp_r5
 
 pytestmark = [pytest.mark.vcan, pytest.mark.needs("emulator")]
@@ -24,15 +24,15 @@ def on_linux(start, simulator, can_interface) -> Loop:
     return Loop(start, Controller.linux_separate(), (), simulator, can_interface)
 
 
-def test_answers_are_those_of_the_linux_process_to_the_byte(paper_run, kind, on_linux, tmp_path):
+def test_answers_are_those_of_the_linux_process_to_the_byte(paper_run, on_linux, tmp_path):
     # GIVEN the paper's scenario with this controller WHEN it is run with hexload_ecu
     ours = paper_run(PROFILE)
     print(ours.output)
-    theirs = on_linux.record(tmp_path / "run", PROFILE, "--duration", kind.paper_s)
+    theirs = on_linux.record(tmp_path / "run", PROFILE, "--duration", PAPER_S)
     # THEN both were sent the same samples
     assert sent_with_the_ticks(ours.frames, "SIMULATOR") == sent_with_the_ticks(theirs.frames, "SIMULATOR")
     # and every answer is the same, byte for byte
-    assert len(answers_of(ours.frames)) == (kind.paper_ticks + 1) // 2
+    assert len(answers_of(ours.frames)) == (PAPER_TICKS + 1) // 2
     assert answers_of(ours.frames) == answers_of(theirs.frames)
 
 

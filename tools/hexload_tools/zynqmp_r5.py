@@ -92,7 +92,8 @@ def running_board(interface: str) -> Iterator[Path]:
     with tempfile.TemporaryDirectory(prefix="hexload-board-") as name:
         folder = Path(name)
         with (folder / "log").open("wb") as log:
-            command = ["setpriv", "--pdeathsig", "KILL", *qemu_arguments(program(), interface, folder)]
+            # The controller polls without end: whoever it waits for goes first.
+            command = ["nice", "setpriv", "--pdeathsig", "KILL", *qemu_arguments(program(), interface, folder)]
             process = subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=log, stderr=log, start_new_session=True)
         try:
             until = time.monotonic() + START_LIMIT_S
