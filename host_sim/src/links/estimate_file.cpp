@@ -1,21 +1,12 @@
 #include <hexload_sim/estimate_file.hpp>
-#include <hexload_sim/input_error.hpp>
+
+#include "write_error.hpp"
 
 #include <fmt/format.h>
 
-#include <cerrno>
-#include <cstring>
 #include <iterator>
 
 namespace hexload::sim {
-
-namespace {
-
-[[noreturn]] void throw_write_error(const std::filesystem::path& path) {
-    throw InputError(path.string() + ": cannot be written: " + std::strerror(errno));
-}
-
-} // namespace
 
 void EstimateFile::Closer::operator()(std::FILE* file) const noexcept {
     std::fclose(file);

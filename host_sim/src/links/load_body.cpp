@@ -1,14 +1,12 @@
 #include "load_body.hpp"
 
-#include <hexload_sim/input_error.hpp>
+#include "write_error.hpp"
 
 #include <hexload/body.h>
 
 #include <fmt/format.h>
 
-#include <cerrno>
 #include <cmath>
-#include <cstring>
 #include <iterator>
 #include <limits>
 
@@ -17,10 +15,6 @@ namespace hexload::sim {
 namespace {
 
 constexpr std::size_t size = HEXLOAD_LOAD_DIM;
-
-[[noreturn]] void throw_write_error(const std::filesystem::path& path) {
-    throw InputError(path.string() + ": cannot be written: " + std::strerror(errno));
-}
 
 template <std::size_t count>
 void copy_known(const hexload_real_t (&values)[count], bool is_known, std::size_t first,

@@ -13,7 +13,7 @@ namespace hexload::sim {
 
 namespace {
 
-constexpr std::chrono::microseconds send_deadline{500};  // half a tick
+constexpr std::chrono::microseconds half_a_tick{500};    // a sample that has not gone by then is given up
 constexpr std::chrono::milliseconds start_timeout{2000}; // a controller listens before it speaks
 constexpr std::chrono::milliseconds finish_timeout{100};
 constexpr std::uint32_t latest_answer_ticks = 1000; // an answer that is later is missing
@@ -134,7 +134,7 @@ std::span<const EstimateRow> RealTimeLink::step(const LegSample& sample) {
     rows_.clear();
     newest_tick_ = sample.tick;
     ++samples_;
-    if (!session_.send(sample, send_deadline)) {
+    if (!session_.send(sample, half_a_tick)) {
         ++unsent_;
     } else if (session_.answers(sample.tick)) {
         account_.expect(sample.tick);
