@@ -18,61 +18,60 @@ enum { FEWEST_TICKS = 100 };
 /// One leg counts at most five sigma, so that a shock is not taken for noise.
 #define LARGEST_SQUARE HEXLOAD_REAL(25.0)
 
+enum { DISPLACEMENT, VELOCITY, FORCE };
+
 void hexload_noise_meter_init(hexload_noise_meter_t* self) {
-    const hexload_real_t as_stated = HEXLOAD_REAL(1.0);
-    *self = (hexload_noise_meter_t){
-        .displacement_ratio = as_stated, .velocity_ratio = as_stated, .force_ratio = as_stated};
+    *self = (hexload_noise_meter_t){.ratio = {HEXLOAD_REAL(1.0), HEXLOAD_REAL(1.0), HEXLOAD_REAL(1.0)}};
 }
 
-/// Mean square over the legs, in stated variances.
-static hexload_real_t mean_square(hexload_real_t last[HEXLOAD_NOISE_HISTORY][HEXLOAD_LEGS],
-                                  const hexload_real_t now[HEXLOAD_LEGS], hexload_real_t sigma,
-                                  hexload_real_t ratio) {
+/// Mean square over the legs of the third difference, in stated variances.
+static hexload_real_t mean_square(const hexload_noise_meter_t* self, uint32_t kind,
+                                  const hexload_real_t now[HEXLOAD_LEGS], hexload_real_t sigma) {
+    const uint32_t oldest = self->oldest;
+    const hexload_real_t* third = self->last[kind][oldest];
+    const hexload_real_t* second = self->last[kind][oldest == 2 ? 0 : oldest + 1];
+    const hexload_real_t* first = self->last[kind][oldest == 0 ? 2 : oldest - 1];
     const hexload_real_t scale = HEXLOAD_REAL(1.0) / (HEXLOAD_REAL(20.0) * sigma * sigma); // 1 + 9 + 9 + 1
-    const hexload_real_t most = LARGEST_SQUARE * hexload_max(ratio, HEXLOAD_REAL(1.0));
+    const hexload_real_t most = LARGEST_SQUARE * hexload_max(self->ratio[kind], HEXLOAD_REAL(1.0));
     hexload_real_t sum = HEXLOAD_REAL(0.0);
     for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
         const hexload_real_t difference =
-            now[leg] - last[2][leg] + HEXLOAD_REAL(3.0) * (last[1][leg] - last[0][leg]);
+            now[leg] - third[leg] + HEXLOAD_REAL(3.0) * (second[leg] - first[leg]);
         sum += hexload_min(scale * difference * difference, most);
     }
     return sum / (hexload_real_t)HEXLOAD_LEGS;
 }
 
-static void remember(hexload_real_t last[HEXLOAD_NOISE_HISTORY][HEXLOAD_LEGS],
-                     const hexload_real_t now[HEXLOAD_LEGS]) {
-    memcpy(last[2], last[1], sizeof last[2]);
-    memcpy(last[1], last[0], sizeof last[1]);
-    memcpy(last[0], now, sizeof last[0]);
-}
-
-static void measure(hexload_real_t last[HEXLOAD_NOISE_HISTORY][HEXLOAD_LEGS],
-                    const hexload_real_t now[HEXLOAD_LEGS], hexload_real_t sigma, hexload_real_t weight,
-                    hexload_real_t* ratio) {
-    *ratio += weight * (mean_square(last, now, sigma, *ratio) - *ratio);
+static void measure(hexload_noise_meter_t* self, const hexload_config_t* config,
+                    const hexload_real_t* const now[HEXLOAD_NOISE_KINDS]) {
+    const hexload_sensors_t* stated = &config->sensors;
+    const hexload_real_t sigma[HEXLOAD_NOISE_KINDS] = {stated->displacement_sigma_m,
+                                                       stated->velocity_sigma_m_s, stated->force_sigma_n};
+    const hexload_real_t memory = TIME_CONSTANT_S / config->tick_s;
+    const uint32_t kind = self->turn;
+    self->ticks += (hexload_real_t)self->ticks < memory ? 1 : 0;
+    const hexload_real_t weight =
+        hexload_min(HEXLOAD_REAL(1.0), (hexload_real_t)HEXLOAD_NOISE_KINDS / (hexload_real_t)self->ticks);
+    self->ratio[kind] += weight * (mean_square(self, kind, now[kind], sigma[kind]) - self->ratio[kind]);
+    self->turn = kind == FORCE ? DISPLACEMENT : kind + 1;
 }
 
 void hexload_noise_meter_step(hexload_noise_meter_t* self, const hexload_config_t* config,
                               const hexload_leg_sample_t* sample, uint32_t gap_ticks) {
-    const hexload_sensors_t* stated = &config->sensors;
-    const hexload_real_t memory = TIME_CONSTANT_S / config->tick_s;
+    const hexload_real_t* const now[HEXLOAD_NOISE_KINDS] = {sample->displacement_m, sample->velocity_m_s,
+                                                            sample->force_n};
     if (gap_ticks != 1) {
         self->history = 0; // differences over a gap are motion
     }
     if (self->history == HEXLOAD_NOISE_HISTORY) {
-        self->ticks += (hexload_real_t)self->ticks < memory ? 1 : 0;
-        const hexload_real_t weight = HEXLOAD_REAL(1.0) / (hexload_real_t)self->ticks;
-        measure(self->last_displacement_m, sample->displacement_m, stated->displacement_sigma_m, weight,
-                &self->displacement_ratio);
-        measure(self->last_velocity_m_s, sample->velocity_m_s, stated->velocity_sigma_m_s, weight,
-                &self->velocity_ratio);
-        measure(self->last_force_n, sample->force_n, stated->force_sigma_n, weight, &self->force_ratio);
+        measure(self, config, now);
     } else {
         self->history++;
     }
-    remember(self->last_displacement_m, sample->displacement_m);
-    remember(self->last_velocity_m_s, sample->velocity_m_s);
-    remember(self->last_force_n, sample->force_n);
+    for (int kind = 0; kind < HEXLOAD_NOISE_KINDS; kind++) {
+        memcpy(self->last[kind][self->oldest], now[kind], sizeof self->last[kind][self->oldest]);
+    }
+    self->oldest = self->oldest == 2 ? 0 : self->oldest + 1;
 }
 
 static hexload_real_t believed(const hexload_noise_meter_t* self, hexload_real_t sigma, hexload_real_t ratio,
@@ -89,7 +88,7 @@ void hexload_noise_meter_read(const hexload_noise_meter_t* self, const hexload_s
                               hexload_sensors_t* sensors, uint32_t* health) {
     *sensors = *stated;
     sensors->displacement_sigma_m =
-        believed(self, stated->displacement_sigma_m, self->displacement_ratio, health);
-    sensors->velocity_sigma_m_s = believed(self, stated->velocity_sigma_m_s, self->velocity_ratio, health);
-    sensors->force_sigma_n = believed(self, stated->force_sigma_n, self->force_ratio, health);
+        believed(self, stated->displacement_sigma_m, self->ratio[DISPLACEMENT], health);
+    sensors->velocity_sigma_m_s = believed(self, stated->velocity_sigma_m_s, self->ratio[VELOCITY], health);
+    sensors->force_sigma_n = believed(self, stated->force_sigma_n, self->ratio[FORCE], health);
 }

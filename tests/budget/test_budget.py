@@ -34,7 +34,7 @@ MOST_MOMENTUM_INSTRUCTIONS = {"-O2": 40_000, "-O3": 30_000}  # of any input
 
 # What a program does not link that uses one of the three estimators; a machine's needs the momentum filter's too.
 PAPER_SOURCES = ("wrench.c", "paper_model.c", "paper_filter.c", "supervisor.c", "hexload.c")
-MOMENTUM_SOURCES = ("noise_meter.c", "smoother.c", "momentum_model.c", "momentum_filter.c", "load_monitor.c",
+MOMENTUM_SOURCES = ("noise_meter.c", "smoother.c", "ringing.c", "momentum_model.c", "momentum_filter.c", "load_monitor.c",
                     "load_supervisor.c", "momentum_frame.c", "momentum.c")  # fmt: skip
 MACHINE_SOURCES = ("machine_filter.c", "separation.c", "machine.c")
 BODY_SOURCES = ("body.c", "nearest_body.c")  # what only those link who ask for it

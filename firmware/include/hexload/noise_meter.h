@@ -12,17 +12,20 @@
 
 HEXLOAD_DECLS_BEGIN
 
-enum { HEXLOAD_NOISE_HISTORY = 3 };
+enum {
+    HEXLOAD_NOISE_KINDS =
+        3, ///< displacement, velocity, force: one in each tick, as its neighbours tell little more
+    HEXLOAD_NOISE_HISTORY = 3,
+};
 
 typedef struct hexload_noise_meter {
-    hexload_real_t last_displacement_m[HEXLOAD_NOISE_HISTORY][HEXLOAD_LEGS]; ///< newest first
-    hexload_real_t last_velocity_m_s[HEXLOAD_NOISE_HISTORY][HEXLOAD_LEGS];
-    hexload_real_t last_force_n[HEXLOAD_NOISE_HISTORY][HEXLOAD_LEGS];
-    uint32_t history;                  ///< consecutive ticks in them
-    uint32_t ticks;                    ///< measured so far, up to the time constant
-    hexload_real_t displacement_ratio; ///< (measured / stated sigma)^2; 1 before anything was measured
-    hexload_real_t velocity_ratio;
-    hexload_real_t force_ratio;
+    hexload_real_t last[HEXLOAD_NOISE_KINDS][HEXLOAD_NOISE_HISTORY][HEXLOAD_LEGS];
+    uint32_t oldest;  ///< row of the last three ticks, which go round
+    uint32_t history; ///< consecutive ticks in them
+    uint32_t turn;    ///< kind that is measured next
+    uint32_t ticks;   ///< measured so far, up to the time constant
+    hexload_real_t
+        ratio[HEXLOAD_NOISE_KINDS]; ///< (measured / stated sigma)^2; 1 before anything was measured
 } hexload_noise_meter_t;
 
 void hexload_noise_meter_init(hexload_noise_meter_t* self);
