@@ -6,7 +6,7 @@
 
 // The lasting memory of a node, its estimator included.
 _Static_assert(sizeof(hexload_node_t) <= (size_t)13 * 1024 * sizeof(hexload_real_t) / sizeof(float) ||
-                   HEXLOAD_LAG_TICKS_MAX > 83,
+                   HEXLOAD_LAG_TICKS_MAX > 82,
                "a node fits in 13 KiB");
 
 // For functions with frames of their own: not parts of their caller, where these would lie on the stack while

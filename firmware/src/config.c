@@ -43,7 +43,7 @@ void hexload_config_default(hexload_config_t* config) {
              .converged_relative_sigma = HEXLOAD_REAL(0.1),
              .longest_gap_ticks = 3, // at 3 Hz the trapezoid's error is then (2 pi 3 Hz 3 ms)^2 / 12 = 3e-4
              .longest_gate_ticks = 20},
-        .momentum = {.longest_gap_ticks = 8,
+        .momentum = {.longest_gap_ticks = 5,
                      .inconsistent_nis = HEXLOAD_REAL(9.0), // sigmas understated by 1.2
                      .nis_time_constant_s = HEXLOAD_REAL(0.5),
                      .converged_relative_sigma = HEXLOAD_REAL(0.05),
@@ -158,10 +158,10 @@ static const char* check_machine(const hexload_config_t* config) {
         {"platform.inertia_kg_m2", is_inertia_of_body(&config->platform)},
         {"gravity_m_s2", is_in(config->gravity_m_s2, HEXLOAD_REAL(0.0), HEXLOAD_REAL(30.0))},
         {"sensors.displacement_sigma_m",
-         are_positive_up_to(HEXLOAD_REAL(0.1), &sensors->displacement_sigma_m, 1)},
+         is_in(sensors->displacement_sigma_m, HEXLOAD_REAL(1e-10), HEXLOAD_REAL(0.1))},
         {"sensors.velocity_sigma_m_s",
-         are_positive_up_to(HEXLOAD_REAL(1.0), &sensors->velocity_sigma_m_s, 1)},
-        {"sensors.force_sigma_n", are_positive_up_to(HEXLOAD_REAL(1e5), &sensors->force_sigma_n, 1)},
+         is_in(sensors->velocity_sigma_m_s, HEXLOAD_REAL(1e-8), HEXLOAD_REAL(1.0))},
+        {"sensors.force_sigma_n", is_in(sensors->force_sigma_n, HEXLOAD_REAL(1e-6), HEXLOAD_REAL(1e5))},
         {"sensors.velocity_range_m_s",
          are_positive_up_to(HEXLOAD_REAL(50.0), &sensors->velocity_range_m_s, 1)},
         {"sensors.force_range_n", are_positive_up_to(HEXLOAD_REAL(1e8), &sensors->force_range_n, 1)},

@@ -32,8 +32,4 @@ void leg_blocks_solve(const hexload_leg_blocks_t* blocks, const hexload_real_t y
 /// J^-1 by columns: row i is the twist at which leg i moves at unit speed and the others stand.
 void leg_blocks_invert(const hexload_leg_blocks_t* blocks, hexload_real_t columns[HEXLOAD_LEGS][6]);
 
-/// Covariance of T omega for leg speeds with independent errors of variance 1; lower triangle.
-void leg_blocks_rate_noise(const hexload_leg_blocks_t* blocks, hexload_real_t T[3][3],
-                           hexload_real_t noise[3][3]);
-
 #endif

@@ -10,11 +10,11 @@
 /// Twice the ideal: the leaky mean of 100 NIS has a sigma of 0.35, so noise alone does not reach it.
 #define ALARM_NIS HEXLOAD_REAL(12.0)
 
-/// One tick counts this much at most: a single spike raises the mean by 2.
+/// One tick counts this much at most, and beyond it leaves mu as it is: a spike raises the mean by 2, once.
 #define LARGEST_NIS HEXLOAD_REAL(120.0)
 
-/// Time constant of the twist that an acceleration is told from: its noise is sigma / 5 ms sqrt(10) of a
-/// speed.
+/// Time constant of the twist that an acceleration is told from: at 1 ms its noise is sqrt(10) / 3 sigma / 5
+/// ms.
 #define LATE_S HEXLOAD_REAL(0.005)
 
 enum { DIM = HEXLOAD_LOAD_DIM };
@@ -24,9 +24,9 @@ void hexload_load_monitor_init(hexload_load_monitor_t* self) {
 }
 
 /// mu of the measured twist.
-static void seed(hexload_load_monitor_t* self, const hexload_sensors_t* sensors,
-                 const hexload_real_t body[DIM], const hexload_motion_t* motion,
-                 const hexload_leg_blocks_t* jacobian) {
+HEXLOAD_RARE static void seed(hexload_load_monitor_t* self, const hexload_sensors_t* sensors,
+                              const hexload_real_t body[DIM], const hexload_motion_t* motion,
+                              const hexload_leg_blocks_t* jacobian) {
     const hexload_real_t sigma_m_s = sensors->velocity_sigma_m_s;
     hexload_real_t variance[HEXLOAD_LEGS];
     hexload_real_t columns[HEXLOAD_LEGS][6];
@@ -69,24 +69,24 @@ static void predict(hexload_load_monitor_t* self, const hexload_config_t* config
     momentum_add_noise(columns, variance, self->covariance);
 }
 
-/// The acceleration, less gravity's: of the twist, not of the forces, which of another load tell another one.
-static void find_acceleration(hexload_load_monitor_t* self, const hexload_config_t* config,
-                              const hexload_real_t twist[6], hexload_real_t acceleration[6]) {
+/// The acceleration, less gravity's, for the next tick: a speed that is wrong once shall not excuse itself.
+/// From the twist, not from the forces, which of another load tell another one.
+static void follow_acceleration(hexload_load_monitor_t* self, const hexload_config_t* config,
+                                const hexload_real_t twist[6]) {
     for (int k = 0; k < 6; k++) {
-        acceleration[k] = (twist[k] - self->late_twist[k]) / LATE_S;
-        self->late_twist[k] += config->tick_s * acceleration[k];
+        self->acceleration[k] = (twist[k] - self->late_twist[k]) / LATE_S;
+        self->late_twist[k] += config->tick_s * self->acceleration[k];
     }
-    acceleration[2] += config->gravity_m_s2;
+    self->acceleration[2] += config->gravity_m_s2;
 }
 
 /// What the parameters' errors do to mu at this acceleration. They last, so over the memory they add up;
 /// noise of this strength adds up to the same variance.
 static void add_unknown(hexload_load_monitor_t* self, const hexload_momentum_filter_t* filter,
-                        const hexload_motion_t* motion, const hexload_real_t acceleration[6],
-                        hexload_real_t dt_s) {
+                        const hexload_motion_t* motion, hexload_real_t dt_s) {
     hexload_real_t Y[6][DIM];
     hexload_real_t spread[6][6];
-    momentum_regressor(motion, acceleration, Y);
+    momentum_regressor(motion, self->acceleration, Y);
     momentum_spread(filter, Y, spread);
     for (int a = 0; a < 6; a++) {
         for (int b = 0; b <= a; b++) {
@@ -96,7 +96,7 @@ static void add_unknown(hexload_load_monitor_t* self, const hexload_momentum_fil
     }
 }
 
-/// The momentum of the measured twist. Returns the normalised innovation squared.
+/// The momentum of the measured twist. Returns the normalised innovation squared, bounded.
 static hexload_real_t correct(hexload_load_monitor_t* self, const hexload_sensors_t* sensors,
                               const hexload_real_t body[DIM], const hexload_motion_t* motion,
                               const hexload_leg_blocks_t* jacobian) {
@@ -117,14 +117,18 @@ static hexload_real_t correct(hexload_load_monitor_t* self, const hexload_sensor
     }
     momentum_add_noise(columns, variance, S);
     cholesky6(S);
-    whiten6(S, &U[0][0], 6);
     whiten6(S, innovation, 1);
+    const hexload_real_t nis = dot6(innovation, innovation);
+    if (nis > LARGEST_NIS) {
+        return LARGEST_NIS;
+    }
+    whiten6(S, &U[0][0], 6);
     for (int i = 0; i < 6; i++) {
         const hexload_real_t u[6] = {U[0][i], U[1][i], U[2][i], U[3][i], U[4][i], U[5][i]};
         self->momentum[i] += dot6(u, innovation);
         take_off6(self->covariance[i], u, &U[0][0], 6, i + 1);
     }
-    return dot6(innovation, innovation);
+    return nis;
 }
 
 static void remember(hexload_load_monitor_t* self, const hexload_leg_sample_t* sample,
@@ -157,7 +161,6 @@ bool hexload_load_monitor_step(hexload_load_monitor_t* self, const hexload_confi
                                const hexload_leg_blocks_t* jacobian, uint32_t gap_ticks) {
     hexload_real_t body[DIM];
     hexload_momentum_input_t input;
-    hexload_real_t acceleration[6];
     momentum_read_input(motion, sample->force_n, &input);
     follow_filter(self, filter, motion, body);
     if (self->ticks == 0 || gap_ticks != 1) {
@@ -166,11 +169,11 @@ bool hexload_load_monitor_step(hexload_load_monitor_t* self, const hexload_confi
         self->nis = IDEAL_NIS;
     } else {
         predict(self, config, sensors, body, sample, motion, &input, config->tick_s);
-        find_acceleration(self, config, motion->twist, acceleration);
-        add_unknown(self, filter, motion, acceleration, config->tick_s);
-        self->nis = hexload_min(correct(self, sensors, body, motion, jacobian), LARGEST_NIS);
+        add_unknown(self, filter, motion, config->tick_s);
+        self->nis = correct(self, sensors, body, motion, jacobian);
         self->nis_mean += config->tick_s / HEXLOAD_LOAD_MONITOR_MEMORY_S * (self->nis - self->nis_mean);
     }
+    follow_acceleration(self, config, motion->twist);
     remember(self, sample, &input);
     return self->nis_mean > ALARM_NIS;
 }

@@ -33,8 +33,8 @@ typedef struct body_motion {
 } body_motion_t;
 
 /// The acceleration, base axes, over the ticks since the last call.
-static void find_acceleration(hexload_load_supervisor_t* self, const hexload_config_t* config,
-                              const hexload_momentum_filter_t* filter) {
+HEXLOAD_RARE static void find_acceleration(hexload_load_supervisor_t* self, const hexload_config_t* config,
+                                           const hexload_momentum_filter_t* filter) {
     const hexload_real_t elapsed_s = config->tick_s * (hexload_real_t)self->elapsed_ticks;
     const hexload_real_t noise_m_s2 = acceleration_noise_m_s2(config);
     hexload_real_t square = HEXLOAD_REAL(0.0);

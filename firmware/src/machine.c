@@ -7,7 +7,7 @@
 
 // The lasting memory of an estimator: 4-byte numbers, or 8-byte ones in the reference build.
 _Static_assert(sizeof(hexload_machine_t) <= (size_t)16 * 1024 * sizeof(hexload_real_t) / sizeof(float) ||
-                   HEXLOAD_LAG_TICKS_MAX > 83,
+                   HEXLOAD_LAG_TICKS_MAX > 82,
                "an estimator fits in 16 KiB");
 
 hexload_status_t hexload_machine_init(hexload_machine_t* self, const hexload_config_t* config) {

@@ -35,6 +35,8 @@ void hexload_machine_filter_init(hexload_machine_filter_t* self, const hexload_c
     }
 }
 
+#define RINGING_WINDOW_TICKS (2u * HEXLOAD_RINGING_TICKS + 1u)
+
 /// How the legs push and what their friction goes with, at one sample or on the mean over a period.
 typedef struct rub {
     hexload_real_t push[HEXLOAD_LEGS][6]; ///< Jw, leg by leg
@@ -265,7 +267,11 @@ bool hexload_machine_filter_step(hexload_machine_filter_t* self, hexload_momentu
     rub_t now = {.is_at_rest = false};
     rub_t impulse;
     find_rub(config, sensors, smoother, sample, motion, &now);
-    self->rest_ticks = now.is_at_rest ? self->rest_ticks + 1 : 0;
+    if (now.is_at_rest) {
+        self->rest_ticks++;
+    } else { // one tick of noise that is followed is seen by its neighbours
+        self->rest_ticks -= self->rest_ticks < RINGING_WINDOW_TICKS ? self->rest_ticks : RINGING_WINDOW_TICKS;
+    }
     if ((hexload_real_t)self->rest_ticks * config->tick_s > LONGEST_REST_S) {
         self->rest_ticks--; // so that it does not wrap
         return false;

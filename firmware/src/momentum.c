@@ -7,10 +7,11 @@
 
 // The lasting memory of an estimator: 4-byte numbers, or 8-byte ones in the reference build.
 _Static_assert(sizeof(hexload_momentum_t) <= (size_t)12 * 1024 * sizeof(hexload_real_t) / sizeof(float) ||
-                   HEXLOAD_LAG_TICKS_MAX > 83,
+                   HEXLOAD_LAG_TICKS_MAX > 82,
                "an estimator fits in 12 KiB");
 
-hexload_status_t hexload_momentum_init(hexload_momentum_t* self, const hexload_config_t* config) {
+HEXLOAD_RARE hexload_status_t hexload_momentum_init(hexload_momentum_t* self,
+                                                    const hexload_config_t* config) {
     hexload_kinematics_t kinematics;
     hexload_status_t status = hexload_config_check(config, NULL);
     if (status != HEXLOAD_OK) {

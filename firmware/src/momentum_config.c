@@ -1,6 +1,6 @@
 #include "hexload/smoother.h"
 
-#include "momentum_model.h"
+#include "momentum_prior.h"
 
 /// Mean distance of the platform's hinges from O_A.
 static hexload_real_t hinge_radius_m(const hexload_geometry_t* geometry) {

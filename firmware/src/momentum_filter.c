@@ -3,6 +3,7 @@
 #include "leg_blocks.h"
 #include "linalg.h"
 #include "momentum_model.h"
+#include "momentum_prior.h"
 #include "momentum_update.h"
 
 #include <stddef.h>
@@ -13,7 +14,8 @@
 
 enum { DIM = HEXLOAD_LOAD_DIM };
 
-static void read_prior(const hexload_config_t* config, hexload_real_t value[DIM], hexload_real_t sigma[DIM]) {
+HEXLOAD_RARE static void read_prior(const hexload_config_t* config, hexload_real_t value[DIM],
+                                    hexload_real_t sigma[DIM]) {
     const hexload_momentum_config_t* momentum = &config->momentum;
     for (int k = 0; k < DIM; k++) {
         value[k] = HEXLOAD_REAL(0.0);
@@ -24,7 +26,8 @@ static void read_prior(const hexload_config_t* config, hexload_real_t value[DIM]
     sigma[HEXLOAD_LOAD_M] = momentum->prior_mass_sigma_kg;
 }
 
-void hexload_momentum_filter_init(hexload_momentum_filter_t* self, const hexload_config_t* config) {
+HEXLOAD_RARE void hexload_momentum_filter_init(hexload_momentum_filter_t* self,
+                                               const hexload_config_t* config) {
     const hexload_platform_t* platform = &config->platform;
     hexload_real_t sigma[DIM];
     *self = (hexload_momentum_filter_t){.nis = IDEAL_NIS};
@@ -132,9 +135,9 @@ static void find_residue(const hexload_smooth_sample_t* sample, const hexload_mo
 }
 
 /// mu from the smooth twist: P_mt = Y P_tt, P_mm = Y P_tt Y^T + the noise of the twist.
-static void seed_momentum(hexload_momentum_filter_t* self, const hexload_sensors_t* sensors,
-                          const hexload_motion_t* motion, const hexload_leg_blocks_t* jacobian,
-                          const residue_t* residue) {
+HEXLOAD_RARE static void seed_momentum(hexload_momentum_filter_t* self, const hexload_sensors_t* sensors,
+                                       const hexload_motion_t* motion, const hexload_leg_blocks_t* jacobian,
+                                       const residue_t* residue) {
     hexload_real_t body[DIM];
     hexload_real_t Y[6][DIM];
     hexload_real_t variance[HEXLOAD_LEGS];
@@ -333,7 +336,8 @@ void hexload_momentum_filter_step(hexload_momentum_filter_t* self, const hexload
     momentum_filter_update(self, config, sensors, smoother, sample, motion, jacobian, NULL);
 }
 
-void hexload_momentum_filter_forget(hexload_momentum_filter_t* self, const hexload_config_t* config) {
+HEXLOAD_RARE void hexload_momentum_filter_forget(hexload_momentum_filter_t* self,
+                                                 const hexload_config_t* config) {
     hexload_real_t value[DIM];
     hexload_real_t sigma[DIM];
     read_prior(config, value, sigma);

@@ -28,7 +28,7 @@ hexload_status_t momentum_frame_begin(hexload_momentum_t* self, const hexload_co
 void momentum_frame_watch(hexload_momentum_t* self, const hexload_config_t* config,
                           const hexload_leg_sample_t* sample, const hexload_sensors_t* sensors,
                           momentum_tick_t* tick) {
-    if (!(self->filter.momentum_cov[0][0] > HEXLOAD_REAL(0.0))) { // before the filter's first sample
+    if (!hexload_momentum_filter_has_begun(&self->filter)) {
         return;
     }
     const bool has_changed =

@@ -115,11 +115,13 @@ void momentum_spread(const hexload_momentum_filter_t* filter, hexload_real_t Y[6
 void momentum_read_input(const hexload_motion_t* motion, const hexload_real_t force_n[HEXLOAD_LEGS],
                          hexload_momentum_input_t* input) {
     hexload_real_t moved[3];
-    *input = (hexload_momentum_input_t){0};
-    for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
-        for (int k = 0; k < 6; k++) {
-            input->wrench[k] = hexload_fma(force_n[leg], motion->J[leg][k], input->wrench[k]);
+    for (int k = 0; k < 6; k++) {
+        hexload_real_t sum = force_n[0] * motion->J[0][k];
+        HEXLOAD_UNROLL
+        for (int leg = 1; leg < HEXLOAD_LEGS; leg++) {
+            sum = hexload_fma(force_n[leg], motion->J[leg][k], sum);
         }
+        input->wrench[k] = sum;
     }
     cross3(motion->p_m, &input->wrench[0], moved);
     for (int k = 0; k < 3; k++) {

@@ -55,9 +55,4 @@ void momentum_of_leg_speeds(const hexload_real_t theta[HEXLOAD_LOAD_DIM], const 
 void momentum_add_noise(hexload_real_t columns[HEXLOAD_LEGS][6], const hexload_real_t variance[HEXLOAD_LEGS],
                         hexload_real_t covariance[6][6]);
 
-/// Of a load of which nothing is known: a few times the platform's own mass.
-static inline hexload_real_t momentum_open_mass_sigma_kg(const hexload_config_t* config) {
-    return HEXLOAD_REAL(3.0) * config->platform.mass_kg;
-}
-
 #endif

@@ -1,6 +1,6 @@
 #include "hexload/paper_filter.h"
 
-#include "leg_blocks.h"
+#include "rate_noise.h"
 #include "linalg.h"
 #include "paper_model.h"
 
@@ -103,7 +103,7 @@ static void measure_rate(const hexload_config_t* config, const hexload_motion_t*
         }
     }
     hexload_motion_to_platform(motion, &motion->twist[3], rate_rad_s);
-    leg_blocks_rate_noise(jacobian, to_platform, noise);
+    rate_noise(jacobian, to_platform, noise);
 }
 
 /// Value held within -most..most; sets the health bit when that changes it.

@@ -12,6 +12,20 @@
 /// A multiple of both rings' sizes.
 enum { ONE_ROUND = HEXLOAD_WINDOW_CAPACITY * HEXLOAD_DELAY_CAPACITY };
 
+_Static_assert((int)HEXLOAD_LAG_TICKS_MAX >= (int)HEXLOAD_RINGING_TICKS, "the lag covers the ticks after");
+
+/// Weights of a tick, its neighbours and theirs in f - D2 f / 12 + 11 D4 f / 720.
+#define OWN (HEXLOAD_REAL(906.0) / HEXLOAD_REAL(720.0))
+#define NEAR (-HEXLOAD_REAL(104.0) / HEXLOAD_REAL(720.0))
+#define FAR (HEXLOAD_REAL(11.0) / HEXLOAD_REAL(720.0))
+
+/// Flags of a stored tick.
+enum { MISSING = 1, ODD = 2 };
+
+/// Steps to a speed and back, multiplied, beyond which it is odd: 60 sigma each, more than 0.3 m/s that
+/// ring at 95 Hz.
+#define ODD_SIGMAS_SQUARE HEXLOAD_REAL(3600.0)
+
 enum { THIRD_ON_FIRST, FIFTH_ON_FIRST, FIFTH_ON_THIRD };
 
 /// The sums count tick j of the window, from -lag to lag, with C(j + h - 1, 2 h) and C(j + h, 2 h + 1), in
@@ -29,7 +43,7 @@ static void move_on(uint64_t sum[HEXLOAD_SMOOTHER_ORDERS]) {
 
 /// Weights of the two ends of the window, from those of j = 0 by moving on; C(-j + h - 1, 2 h) is that of j
 /// + 1.
-static void make_weights(hexload_smoother_constants_t* constants) {
+HEXLOAD_RARE static void make_weights(hexload_smoother_constants_t* constants) {
     uint64_t weight[HEXLOAD_SMOOTHER_ORDERS] = {1};
     for (uint32_t j = 0; j < constants->lag_ticks; j++) {
         for (int n = 0; n < HEXLOAD_SMOOTHER_ORDERS; n += 2) {
@@ -54,7 +68,8 @@ static void odd_polynomials(int32_t j, hexload_real_t p[3]) {
     p[2] = p[1] * (square - HEXLOAD_REAL(4.0)) / HEXLOAD_REAL(20.0);
 }
 
-static void make_polynomials(hexload_smoother_constants_t* constants, const hexload_config_t* config) {
+HEXLOAD_RARE static void make_polynomials(hexload_smoother_constants_t* constants,
+                                          const hexload_config_t* config) {
     static const hexload_real_t slope_at_0[3] = {HEXLOAD_REAL(1.0), -HEXLOAD_REAL(1.0) / HEXLOAD_REAL(6.0),
                                                  HEXLOAD_REAL(1.0) / HEXLOAD_REAL(30.0)};
     const int32_t lag = (int32_t)constants->lag_ticks;
@@ -94,7 +109,7 @@ static void make_polynomials(hexload_smoother_constants_t* constants, const hexl
     }
 }
 
-void hexload_smoother_init(hexload_smoother_t* self, const hexload_config_t* config) {
+HEXLOAD_RARE void hexload_smoother_init(hexload_smoother_t* self, const hexload_config_t* config) {
     memset(self, 0, sizeof *self);
     hexload_smoother_constants_t* constants = &self->constants;
     constants->lag_ticks = config->momentum.lag_ticks;
@@ -110,7 +125,7 @@ static hexload_real_t hermite(hexload_real_t share, hexload_real_t from, hexload
            share * rest * (from_slope * rest - to_slope * share);
 }
 
-static void store(hexload_smoother_t* self, const hexload_leg_sample_t* sample, bool is_missing) {
+static void store(hexload_smoother_t* self, const hexload_leg_sample_t* sample, uint8_t flags) {
     const hexload_real_t farthest_m = HEXLOAD_REAL(31.0);
     const uint32_t at = self->stored % HEXLOAD_DELAY_CAPACITY;
     int32_t* steps = self->steps[self->stored % HEXLOAD_WINDOW_CAPACITY];
@@ -121,7 +136,7 @@ static void store(hexload_smoother_t* self, const hexload_leg_sample_t* sample, 
         self->velocity_m_s[at][leg] = sample->velocity_m_s[leg];
         self->force_n[at][leg] = sample->force_n[leg];
     }
-    self->is_missing[at] = is_missing;
+    self->flags[at] = flags;
     self->stored++;
 }
 
@@ -129,8 +144,8 @@ static hexload_real_t line(hexload_real_t share, hexload_real_t from, hexload_re
     return hexload_fma(share, to - from, from);
 }
 
-static void bridge(hexload_smoother_t* self, const hexload_config_t* config,
-                   const hexload_leg_sample_t* sample, uint32_t gap_ticks) {
+HEXLOAD_RARE static void bridge(hexload_smoother_t* self, const hexload_config_t* config,
+                                const hexload_leg_sample_t* sample, uint32_t gap_ticks) {
     const uint32_t last = self->stored - 1;
     const uint32_t at = last % HEXLOAD_DELAY_CAPACITY;
     const int32_t* last_steps = self->steps[last % HEXLOAD_WINDOW_CAPACITY];
@@ -147,7 +162,28 @@ static void bridge(hexload_smoother_t* self, const hexload_config_t* config,
             between.velocity_m_s[leg] = line(share, last_m_s[leg], to_m_s);
             between.force_n[leg] = line(share, self->force_n[at][leg], sample->force_n[leg]);
         }
-        store(self, &between, true);
+        store(self, &between, MISSING);
+    }
+}
+
+/// Marks the last tick when a speed of it stands out from those before and after it.
+static void mark_odd(hexload_smoother_t* self, const hexload_config_t* config,
+                     const hexload_leg_sample_t* next) {
+    const hexload_real_t sigma_m_s = config->sensors.velocity_sigma_m_s;
+    hexload_real_t largest = HEXLOAD_REAL(0.0);
+    if (self->stored < 2) {
+        return;
+    }
+    const uint32_t at = (self->stored - 1) % HEXLOAD_DELAY_CAPACITY;
+    const hexload_real_t* odd_m_s = self->velocity_m_s[at];
+    const hexload_real_t* last_m_s = self->velocity_m_s[(self->stored - 2) % HEXLOAD_DELAY_CAPACITY];
+    for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
+        const hexload_real_t product =
+            (odd_m_s[leg] - last_m_s[leg]) * (odd_m_s[leg] - next->velocity_m_s[leg]);
+        largest = hexload_max(largest, product);
+    }
+    if (largest > ODD_SIGMAS_SQUARE * sigma_m_s * sigma_m_s) {
+        self->flags[at] |= ODD;
     }
 }
 
@@ -155,12 +191,13 @@ static uint32_t window_ticks(const hexload_smoother_t* self) {
     return 2 * self->constants.lag_ticks + 1;
 }
 
-static void begin_anew(hexload_smoother_t* self) {
+HEXLOAD_RARE static void begin_anew(hexload_smoother_t* self) {
     memset(self->sum, 0, sizeof self->sum);
     self->stored = 0;
     self->entered = 0;
     self->gap_ticks = 0;
     self->has_taken = false;
+    memset(self->held_m_s, 0, sizeof self->held_m_s);
 }
 
 bool hexload_smoother_put(hexload_smoother_t* self, const hexload_config_t* config,
@@ -173,7 +210,8 @@ bool hexload_smoother_put(hexload_smoother_t* self, const hexload_config_t* conf
     } else {
         bridge(self, config, sample, gap_ticks);
     }
-    store(self, sample, false);
+    mark_odd(self, config, sample);
+    store(self, sample, 0);
     if (!goes_on) {
         self->middle_tick = sample->tick - self->constants.lag_ticks - 1;
     }
@@ -260,13 +298,11 @@ static void read_forces(const hexload_smoother_t* self, uint32_t middle,
     for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
         const hexload_real_t near_n = row[1][leg] + row[3][leg];
         const hexload_real_t far_n = row[0][leg] + row[4][leg];
-        force_n[leg] = hexload_fma(
-            HEXLOAD_REAL(0.01527778), far_n,
-            hexload_fma(-HEXLOAD_REAL(0.14444444), near_n, HEXLOAD_REAL(1.25833333) * row[2][leg]));
+        force_n[leg] = hexload_fma(OWN, row[2][leg], hexload_fma(NEAR, near_n, FAR * far_n));
     }
 }
 
-static void read_middle(const hexload_smoother_t* self, const hexload_sensors_t* sensors,
+static void read_middle(hexload_smoother_t* self, const hexload_sensors_t* sensors,
                         hexload_smooth_sample_t* out) {
     const uint32_t middle = self->entered - 1 - self->constants.lag_ticks;
     const int32_t* steps = self->steps[middle % HEXLOAD_WINDOW_CAPACITY];
@@ -274,14 +310,15 @@ static void read_middle(const hexload_smoother_t* self, const hexload_sensors_t*
     for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
         out->sample.displacement_m[leg] = (hexload_real_t)steps[leg] / STEPS_PER_M;
         out->sample.velocity_m_s[leg] = self->velocity_m_s[at][leg];
-        out->smooth_velocity_m_s[leg] = HEXLOAD_REAL(0.0);
     }
     out->sample.tick = self->middle_tick;
     read_forces(self, middle, out->sample.force_n);
+    memcpy(out->smooth_velocity_m_s, self->held_m_s, sizeof self->held_m_s);
     if (self->entered >= window_ticks(self)) {
         fit_slopes(self, sensors->displacement_sigma_m, out->smooth_velocity_m_s);
     }
     ringing_follow(self, at, sensors->velocity_sigma_m_s, out->smooth_velocity_m_s);
+    memcpy(self->held_m_s, out->smooth_velocity_m_s, sizeof self->held_m_s);
 }
 
 bool hexload_smoother_take(hexload_smoother_t* self, const hexload_sensors_t* sensors,
@@ -294,7 +331,7 @@ bool hexload_smoother_take(hexload_smoother_t* self, const hexload_sensors_t* se
         }
         self->gap_ticks++;
         const uint32_t middle = self->entered - 1 - lag;
-        if (!self->is_missing[middle % HEXLOAD_DELAY_CAPACITY]) {
+        if ((self->flags[middle % HEXLOAD_DELAY_CAPACITY] & MISSING) == 0) {
             read_middle(self, sensors, out);
             out->gap_ticks = self->has_taken ? self->gap_ticks : 0;
             self->has_taken = true;

@@ -33,7 +33,7 @@ MOST_PAPER_INSTRUCTIONS = 6_000  # a whole sample of a motion at -O3
 MOST_MOMENTUM_INSTRUCTIONS = {"-O2": 40_000, "-O3": 30_000}  # of any input
 
 # What a program does not link that uses one of the three estimators; a machine's needs the momentum filter's too.
-PAPER_SOURCES = ("wrench.c", "paper_model.c", "paper_filter.c", "supervisor.c", "hexload.c")
+PAPER_SOURCES = ("wrench.c", "rate_noise.c", "paper_model.c", "paper_filter.c", "supervisor.c", "hexload.c")
 MOMENTUM_SOURCES = ("noise_meter.c", "smoother.c", "ringing.c", "momentum_model.c", "momentum_filter.c", "load_monitor.c",
                     "load_supervisor.c", "momentum_frame.c", "momentum.c")  # fmt: skip
 MACHINE_SOURCES = ("machine_filter.c", "separation.c", "machine.c")

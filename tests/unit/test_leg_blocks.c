@@ -1,4 +1,4 @@
-#include "leg_blocks.h"
+#include "rate_noise.h"
 
 #include "linalg.h"
 #include "machine.h"
@@ -197,7 +197,7 @@ static void test_rate_noise_is_the_sum_over_the_columns(void) {
             }
         }
         // WHEN its noise is asked for THEN it is the sum of the squares that the legs give
-        leg_blocks_rate_noise(&blocks, T, noise);
+        rate_noise(&blocks, T, noise);
         for (int i = 0; i < 3; i++) {
             for (int k = 0; k <= i; k++) {
                 double sum = 0.0;

@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 JUMPS = 200
 IMPOSSIBLE = 1000
 SETTLED_TICKS = 20  # between two disturbances
-GAPS = (2, 3, 4, 8)  # that the default configuration bridges
+GAPS = (2, 3, 4, 5)  # that the default configuration bridges, two of the longest within the lag
 LAGS = range(80, 92)  # ticks from one gap to the next: then the momentum filter comes to the first
 SHAKEN = 200
 SHAKEN_M = 0.0045  # 9 mm to and fro within a tick: the default range of 10 m/s

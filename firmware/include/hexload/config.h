@@ -45,9 +45,9 @@ typedef struct hexload_platform {
 /// The legs' sensors. Sigmas are those of white noise at the tick rate; understating them makes every sigma
 /// too small.
 typedef struct hexload_sensors {
-    hexload_real_t displacement_sigma_m; ///< 0..0.1, not 0
-    hexload_real_t velocity_sigma_m_s;   ///< 0..1, not 0
-    hexload_real_t force_sigma_n;        ///< 0..1e5, not 0
+    hexload_real_t displacement_sigma_m; ///< 1e-10..0.1
+    hexload_real_t velocity_sigma_m_s;   ///< 1e-8..1
+    hexload_real_t force_sigma_n;        ///< 1e-6..1e5
     hexload_real_t
         velocity_range_m_s; ///< 0..50, not 0: a leg that is faster, or has moved faster, is a fault; refused
     hexload_real_t force_range_n; ///< 0..1e8, not 0: likewise; a little above what the legs can do
@@ -71,9 +71,10 @@ typedef struct hexload_paper_config {
 
 /// Tuning of the momentum filter.
 typedef struct hexload_momentum_config {
-    uint32_t lag_ticks;         ///< how far the filter runs behind; 12..HEXLOAD_LAG_TICKS_MAX
-    uint32_t longest_gap_ticks; ///< from sample to sample that the smoother bridges; 1..10. Beyond: all anew
-    hexload_real_t prior_mass_kg;             ///< of the load; 0..1e6
+    uint32_t lag_ticks;           ///< how far the filter runs behind; 12..HEXLOAD_LAG_TICKS_MAX
+    uint32_t longest_gap_ticks;   ///< from sample to sample that the smoother bridges; 1..10. Beyond, or
+                                  ///< with more than 10 missing within the lag: all anew
+    hexload_real_t prior_mass_kg; ///< of the load; 0..1e6
     hexload_real_t prior_mass_sigma_kg;       ///< 0..1e6, not 0; small: the mass is known
     hexload_real_t prior_moment_sigma_kg_m;   ///< of hx, hy, hz; 0..1e6, not 0
     hexload_real_t prior_inertia_sigma_kg_m2; ///< of the tensor's entries; 0..1e6, not 0
@@ -126,7 +127,7 @@ void hexload_config_set_prior(hexload_config_t* config, hexload_prior_t prior);
 /// The prior spans loads of a few times the platform's own mass within the hinge circle; nothing is known
 /// about their place. The lag is the shortest at which the smooth twist's noise,
 /// (sigma_d / tick_s) sqrt(12 / (2 lag + 1)^3), is below a thirty-second of the velocity sensor's, from
-/// HEXLOAD_RINGING_TICKS to HEXLOAD_LAG_TICKS_MAX.
+/// HEXLOAD_RINGING_TICKS to HEXLOAD_LAG_TICKS_MAX; the default sensors would need 85.
 void hexload_config_set_momentum(hexload_config_t* config);
 
 /// The load's mass is known: the paper's filter takes it as given, the momentum filter as its prior with a

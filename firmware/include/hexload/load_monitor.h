@@ -22,7 +22,8 @@ typedef struct hexload_load_monitor {
     hexload_real_t theta[HEXLOAD_LOAD_DIM]; ///< that of the last tick
     hexload_momentum_input_t last_input;
     hexload_real_t last_force_n[2][HEXLOAD_LEGS]; ///< newest first
-    hexload_real_t late_twist[6];                 ///< leaky mean of the last 5 ms, for the acceleration
+    hexload_real_t late_twist[6];                 ///< leaky mean of the last 5 ms
+    hexload_real_t acceleration[6];               ///< of the tick before, less gravity's
     hexload_real_t nis;      ///< of the last sample, bounded; 6 when nothing could be told
     hexload_real_t nis_mean; ///< leaky; ideal 6
     uint32_t ticks;          ///< since the start, up to two

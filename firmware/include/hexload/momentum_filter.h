@@ -75,6 +75,11 @@ void hexload_momentum_filter_step(hexload_momentum_filter_t* self, const hexload
                                   const hexload_smooth_sample_t* sample, const hexload_motion_t* motion,
                                   const hexload_leg_blocks_t* jacobian);
 
+/// Whether a sample has been filtered since the start: before, nothing is known of a load.
+static inline bool hexload_momentum_filter_has_begun(const hexload_momentum_filter_t* self) {
+    return self->momentum_cov[0][0] > HEXLOAD_REAL(0.0);
+}
+
 /// The load has changed: keeps theta as a guess with the prior's sigmas, and no mass is known beforehand any
 /// more. mu must begin anew.
 void hexload_momentum_filter_forget(hexload_momentum_filter_t* self, const hexload_config_t* config);

@@ -66,6 +66,13 @@ static inline hexload_real_t hexload_fma(hexload_real_t a, hexload_real_t b, hex
 #define HEXLOAD_UNROLL
 #endif
 
+/// Before a function that no usual tick calls: it is made small instead of fast.
+#if defined(__GNUC__)
+#define HEXLOAD_RARE __attribute__((cold))
+#else
+#define HEXLOAD_RARE
+#endif
+
 /// Larger and smaller of two numbers; with a NaN the second argument.
 static inline hexload_real_t hexload_max(hexload_real_t a, hexload_real_t b) {
     return a > b ? a : b;

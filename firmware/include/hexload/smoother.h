@@ -14,7 +14,7 @@
 ///
 /// A step of speed or a servo that rings is faster than that window. What the velocity sensors of the ticks
 /// around it, its own left out, show far beyond noise is added (ringing.h); until the window is full, that
-/// is all there is.
+/// is all there is, and speeds stay as they are until they change as clearly.
 ///
 /// The sums run along in integers, so they cost the same for every lag and never drift.
 #ifndef HEXLOAD_SMOOTHER_H
@@ -28,7 +28,7 @@ HEXLOAD_DECLS_BEGIN
 
 /// Longest lag that the memory of an instance allows, and missing ticks that may be under way at a time.
 #ifndef HEXLOAD_LAG_TICKS_MAX
-#define HEXLOAD_LAG_TICKS_MAX 83
+#define HEXLOAD_LAG_TICKS_MAX 82
 #endif
 enum {
     HEXLOAD_MISSING_TICKS_MAX = 10,
@@ -56,12 +56,14 @@ typedef struct hexload_smoother {
     int32_t steps[HEXLOAD_WINDOW_CAPACITY][HEXLOAD_LEGS];
     hexload_real_t velocity_m_s[HEXLOAD_DELAY_CAPACITY][HEXLOAD_LEGS];
     hexload_real_t force_n[HEXLOAD_DELAY_CAPACITY][HEXLOAD_LEGS];
-    uint8_t is_missing[HEXLOAD_DELAY_CAPACITY];
+    uint8_t
+        flags[HEXLOAD_DELAY_CAPACITY]; ///< bridged; or a speed that its neighbours on both sides contradict
     uint32_t stored;      ///< ticks put in since the start; modulo the capacities the next one's place
     uint32_t entered;     ///< ticks that have entered the window
     uint32_t gap_ticks;   ///< from the last sample taken out to the middle of the window
     uint32_t middle_tick; ///< of the window's middle
     bool has_taken;       ///< a sample has been taken out since the start
+    hexload_real_t held_m_s[HEXLOAD_LEGS]; ///< speeds of the last one, until the window is full
 } hexload_smoother_t;
 
 /// A sample of the past, and the speeds that its neighbours on both sides tell.
@@ -84,9 +86,11 @@ void hexload_smoother_init(hexload_smoother_t* self, const hexload_config_t* con
 bool hexload_smoother_put(hexload_smoother_t* self, const hexload_config_t* config,
                           const hexload_leg_sample_t* sample, uint32_t gap_ticks);
 
-/// Takes the sample of lag ticks back out. At most one is taken for each that is put in.
+/// Takes the sample of lag ticks back out, or of more while gaps are under way. At most one is taken for each
+/// that is put in.
 /// @param sensors their sigmas as they are, for what counts as noise.
-/// @return false when there is none: in the first lag + HEXLOAD_RINGING_TICKS ticks.
+/// @return false when there is none: in the first lag + HEXLOAD_RINGING_TICKS ticks, and where one is
+/// missing.
 bool hexload_smoother_take(hexload_smoother_t* self, const hexload_sensors_t* sensors,
                            hexload_smooth_sample_t* out);
 
