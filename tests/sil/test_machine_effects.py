@@ -119,13 +119,15 @@ def test_sigmas_of_load_and_machine_are_honest(multisine, record_property):
 
 
 def test_without_these_states_the_load_is_wrong_and_said_to_be(multisine):
-    # GIVEN the log of one of them WHEN the filter without the machine's effects replays it
-    run = replayed(multisine[0].log.parent, np.empty(0), "momentum")
-    errors = np.abs(run.errors) / run.result["sigma"][-1]
-    print("errors in sigma", np.round(errors, 1))
-    # THEN its errors are far beyond its sigmas, and it says that something does not fit
-    assert errors.max() > 10.0
-    assert run.result["verdict"][-1] == "inconsistent"
+    # GIVEN the logs of eleven of them WHEN the filter without the machine's effects replays them
+    runs = [replayed(run.log.parent, np.empty(0), "momentum") for run in multisine[:11]]
+    errors = np.array([np.abs(run.errors / run.result["sigma"][-1]).max() for run in runs])
+    told = np.array([(np.array(run.result["verdict"]) == "inconsistent").mean() for run in runs])
+    print("largest errors in sigma", np.round(errors, 1), "share of inconsistent ticks", np.round(told, 2))
+    # THEN what it takes for ever new loads is wrong by far more than its sigmas, and most of the time it says that
+    # something does not fit
+    assert np.median(errors) > 10.0
+    assert (told > 0.5).all()
 
 
 def test_estimates_file_has_the_machines_columns(multisine):

@@ -82,7 +82,7 @@ def early(tmp_path_factory):
     folder = tmp_path_factory.mktemp("early")
     whole = DATA / "paper_noisy.csv.gz"
     lines = subprocess.run(["gzip", "-dc", whole], capture_output=True, text=True, check=True).stdout.splitlines()
-    (folder / "early.csv").write_text("\n".join(lines[:702]) + "\n")
+    (folder / "early.csv").write_text("\n".join(lines[:552]) + "\n")
     out, report = folder / "estimates.csv", folder / "page.html"
     result = replay_log(folder / "early.csv", UNKNOWN, "momentum_machine", None, out, report=report)
     return result, report.read_text()
