@@ -73,8 +73,9 @@ HEXLOAD_MUST_USE hexload_status_t hexload_app_init(hexload_app_t* self, const he
 /// but FAULT; the last estimate stays readable. RESET: to IDLE from anywhere, fresh estimator. SELECT_FILTER,
 /// SET_KNOWN_MASS: in IDLE only. Another filter is a fresh one, and the last estimate is forgotten; the one
 /// that is selected already goes on as it is. The mass is told to both filters
-/// (hexload_config_set_known_mass()); one that hexload_config_check() refuses changes nothing. The safe prior
-/// goes with a new mass; a prior of the paper's filter that was configured otherwise stays.
+/// (hexload_config_set_known_mass()), to the momentum filter's until it notices another load; one that
+/// hexload_config_check() refuses changes nothing. The safe prior goes with a new mass; a prior of the
+/// paper's filter that was configured otherwise stays.
 /// @param[out] acknowledge all but profile, which node.h knows.
 void hexload_app_command(hexload_app_t* self, const hexload_bus_command_t* command,
                          hexload_bus_acknowledge_t* acknowledge);

@@ -131,8 +131,8 @@ void hexload_config_set_prior(hexload_config_t* config, hexload_prior_t prior);
 void hexload_config_set_momentum(hexload_config_t* config);
 
 /// The load's mass is known: the paper's filter takes it as given, the momentum filter as its prior with a
-/// sigma of a thousandth, instead of the one of hexload_config_set_momentum(). hexload_config_set_prior()
-/// goes with it.
+/// sigma of a thousandth until another load is noticed, instead of the one of hexload_config_set_momentum().
+/// hexload_config_set_prior() goes with it.
 void hexload_config_set_known_mass(hexload_config_t* config, hexload_real_t mass_kg);
 
 /// Checks every field's range.

@@ -5,7 +5,7 @@
 ///     f = force on the platform + bias + coulomb s(v) + viscous v,   s(v) = v / sqrt(v^2 + v0^2)
 ///
 /// so mu' loses Jw^T times the last three: the model stays linear in all unknowns. v is the smoother's leg
-/// speed, whose noise is not the velocity sensor's.
+/// speed, whose noise is not that tick's velocity sensor's.
 #ifndef HEXLOAD_MACHINE_FILTER_H
 #define HEXLOAD_MACHINE_FILTER_H
 

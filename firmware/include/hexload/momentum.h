@@ -20,7 +20,7 @@ typedef struct hexload_momentum {
     hexload_noise_meter_t noise_meter;
     hexload_load_monitor_t monitor;
     hexload_smoother_t smoother;
-    hexload_kinematics_t past_kinematics; ///< lag_ticks ago
+    hexload_kinematics_t past_kinematics; ///< lag_ticks ago, or more after a gap
     hexload_momentum_filter_t filter;
     hexload_load_supervisor_t supervisor;
     hexload_health_t health;
@@ -34,7 +34,9 @@ typedef struct hexload_momentum {
 HEXLOAD_MUST_USE hexload_status_t hexload_momentum_init(hexload_momentum_t* self,
                                                         const hexload_config_t* config);
 
-/// One sampling period: leg sample -> motion -> is it still the same load? -> smooth twist of lag_ticks ago
+/// One sampling period; in the first lag_ticks + HEXLOAD_RINGING_TICKS, and after a restart of the filter, no
+/// change of the load can be told. Leg sample -> motion -> is it still the same load? -> smooth twist of
+/// lag_ticks ago
 /// -> motion there -> filter -> verdict. The estimate is one for the present, as the load does not move.
 /// @return as hexload_tick().
 HEXLOAD_MUST_USE hexload_status_t hexload_momentum_tick(hexload_momentum_t* self,

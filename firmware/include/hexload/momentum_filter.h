@@ -6,9 +6,9 @@
 ///     mu' = [F; N + p x F] + G(p, R) (theta + theta_platform)    no accelerations, no Coriolis terms
 ///
 /// P and H are linear and angular momentum about the fixed home point of O_A, in base axes. Measured are the
-/// six leg speeds. Y is linearised at the twist that the smoother finds, whose noise is independent of the
-/// velocity sensors'; the filter therefore runs lag_ticks behind, and as theta is constant, its estimate is
-/// one for the present.
+/// six leg speeds. Y is linearised at the twist that the smoother finds, whose noise is independent of that
+/// tick's velocity sensors'; the filter therefore runs lag_ticks behind, and as theta is constant, its
+/// estimate is one for the present.
 #ifndef HEXLOAD_MOMENTUM_FILTER_H
 #define HEXLOAD_MOMENTUM_FILTER_H
 
