@@ -25,7 +25,7 @@ SHOWN = {
     "HEXLOAD_PLATFORM_STATE": (1205, 610, 390, 380),
 }
 ROW_PX, HEADER_PX = 16, 18
-PATIENCE_S = 60.0
+PATIENCE_S = 120.0  # two Java programs, on two processors that also emulate others
 CHANGED_PX = 20  # a few digits
 
 
