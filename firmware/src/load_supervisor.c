@@ -1,19 +1,18 @@
 #include "hexload/load_supervisor.h"
 
+#include "chi_square.h"
 #include "linalg.h"
 
 #include <string.h>
 
 enum { DIM = HEXLOAD_LOAD_DIM };
 
-#define IDEAL_NIS HEXLOAD_REAL(6.0)
-
 void hexload_load_supervisor_init(hexload_load_supervisor_t* self) {
-    *self = (hexload_load_supervisor_t){.nis_mean = IDEAL_NIS};
+    *self = (hexload_load_supervisor_t){.nis_mean = CHI_SQUARE_6_MEAN};
 }
 
 void hexload_load_supervisor_forget(hexload_load_supervisor_t* self) {
-    self->nis_mean = IDEAL_NIS;
+    self->nis_mean = CHI_SQUARE_6_MEAN;
 }
 
 /// Accelerations below count as none. The slope of a line through 2 lag + 1 displacements changes within ten

@@ -1,5 +1,6 @@
 #include "hexload/machine_filter.h"
 
+#include "chi_square.h"
 #include "linalg.h"
 #include "machine_model.h"
 #include "momentum_model.h"
@@ -17,8 +18,6 @@ enum {
 
 /// How far back the smoother's residue counts.
 #define RESIDUE_S HEXLOAD_REAL(2.0)
-
-#define CHI_SQUARE_6_95 HEXLOAD_REAL(12.59)
 
 /// A platform at rest has told all it can by then.
 #define LONGEST_REST_S HEXLOAD_REAL(2.0)

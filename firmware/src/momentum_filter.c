@@ -1,5 +1,6 @@
 #include "hexload/momentum_filter.h"
 
+#include "chi_square.h"
 #include "leg_blocks.h"
 #include "linalg.h"
 #include "momentum_model.h"
@@ -8,9 +9,6 @@
 
 #include <stddef.h>
 #include <string.h>
-
-#define IDEAL_NIS HEXLOAD_REAL(6.0)
-#define CHI_SQUARE_6_95 HEXLOAD_REAL(12.59)
 
 enum { DIM = HEXLOAD_LOAD_DIM };
 
@@ -30,7 +28,7 @@ HEXLOAD_RARE void hexload_momentum_filter_init(hexload_momentum_filter_t* self,
                                                const hexload_config_t* config) {
     const hexload_platform_t* platform = &config->platform;
     hexload_real_t sigma[DIM];
-    *self = (hexload_momentum_filter_t){.nis = IDEAL_NIS};
+    *self = (hexload_momentum_filter_t){.nis = CHI_SQUARE_6_MEAN};
     self->platform[HEXLOAD_LOAD_M] = platform->mass_kg;
     for (int k = 0; k < 3; k++) {
         self->platform[HEXLOAD_LOAD_HX + k] = platform->mass_kg * platform->com_m[k];
@@ -316,7 +314,7 @@ void momentum_filter_update(hexload_momentum_filter_t* self, const hexload_confi
     momentum_read_input(motion, sample->sample.force_n, &input);
     if (sample->gap_ticks == 0) {
         seed_momentum(self, sensors, motion, jacobian, &residue);
-        self->nis = IDEAL_NIS;
+        self->nis = CHI_SQUARE_6_MEAN;
     } else {
         predict(self, config, sensors, motion, &input, sample->gap_ticks);
         measure(self, motion, &residue, &measured);

@@ -1,8 +1,8 @@
 #include "hexload/paper_filter.h"
 
-#include "rate_noise.h"
 #include "linalg.h"
 #include "paper_model.h"
+#include "rate_noise.h"
 
 #include <stdbool.h>
 #include <string.h>

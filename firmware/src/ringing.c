@@ -1,12 +1,14 @@
 #include "ringing.h"
 
+#include "chi_square.h"
+
 /// Weights of tick j on either side in a parabola's value at the middle: with sums over the window without
 /// it, n its ticks, (S4 - S2 j^2) / (n S4 - S2^2). At j = 0 that is the variance of the value, in those of a
 /// tick.
 #define WIDE(j) (HEXLOAD_REAL(0.09919286) - HEXLOAD_REAL(0.00106202) * HEXLOAD_REAL(j) * HEXLOAD_REAL(j))
 #define NARROW(j) (HEXLOAD_REAL(0.21186441) - HEXLOAD_REAL(0.00847458) * HEXLOAD_REAL(j) * HEXLOAD_REAL(j))
 
-#define WIDE_LIMIT HEXLOAD_REAL(22.46)
+/// Ten sigma in each leg.
 #define NARROW_LIMIT HEXLOAD_REAL(600.0)
 
 static void keep_significant(const hexload_real_t seen_m_s[HEXLOAD_LEGS], hexload_real_t least_square,
@@ -52,7 +54,7 @@ void ringing_follow(const hexload_smoother_t* smoother, uint32_t place, hexload_
         }
     }
     if (flags == 0) {
-        keep_significant(by_wide_m_s, WIDE_LIMIT * WIDE(0.0) * variance, velocity_m_s);
+        keep_significant(by_wide_m_s, CHI_SQUARE_6_999 * WIDE(0.0) * variance, velocity_m_s);
         keep_significant(by_narrow_m_s, NARROW_LIMIT * NARROW(0.0) * variance, velocity_m_s);
     }
 }

@@ -1,13 +1,12 @@
 #include "hexload/smoother.h"
 
+#include "chi_square.h"
 #include "ringing.h"
 
 #include <string.h>
 
 /// A displacement's step, 2^-26 m: 15 nm, and a range of 32 m. Powers of two lose nothing in floating point.
 #define STEPS_PER_M HEXLOAD_REAL(67108864.0)
-
-#define CHI_SQUARE_6_95 HEXLOAD_REAL(12.59)
 
 /// A multiple of both rings' sizes.
 enum { ONE_ROUND = HEXLOAD_WINDOW_CAPACITY * HEXLOAD_DELAY_CAPACITY };

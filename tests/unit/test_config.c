@@ -49,7 +49,9 @@ static void test_config_names_each_field_out_of_range(void) {
     ASSERT_REFUSED(platform.com_m[1], nan);
     ASSERT_REFUSED(platform.inertia_kg_m2[HEXLOAD_I_YY], HEXLOAD_REAL(0.0));
     ASSERT_REFUSED(platform.inertia_kg_m2[HEXLOAD_I_XY], HEXLOAD_REAL(30.0));
-    ASSERT_REFUSED(sensors.velocity_sigma_m_s, HEXLOAD_REAL(0.0));
+    ASSERT_REFUSED(sensors.displacement_sigma_m, HEXLOAD_REAL(1e-11));
+    ASSERT_REFUSED(sensors.velocity_sigma_m_s, HEXLOAD_REAL(1e-9));
+    ASSERT_REFUSED(sensors.force_sigma_n, HEXLOAD_REAL(1e-7));
     ASSERT_REFUSED(sensors.force_sigma_n, HEXLOAD_REAL(-5.0));
     ASSERT_REFUSED(paper.load_mass_kg, HEXLOAD_REAL(0.0));
     ASSERT_REFUSED(paper.prior_dz_sigma_m, nan);

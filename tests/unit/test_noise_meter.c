@@ -46,8 +46,8 @@ static void test_misstated_sigmas_are_measured(void) {
         // GIVEN a motion with other noise than stated WHEN 2 s of it have been seen
         uint32_t health = 0;
         const hexload_sensors_t sensors = measured(scales[n], 2000, 0, &health);
-        // THEN the true sigmas are used: mean squares of 6,000 third differences spread by 3 %, sigmas by
-        // half of that; four sigma
+        // THEN the true sigmas are used: a leaky mean of squares over a second, each kind at every third tick
+        // of six legs, is worth 4,000 of them and spreads by 2.2 %, a sigma by half of that; five sigma
         TEST_ASSERT_DOUBLE_WITHIN(0.06 * scales[n] * 20e-6, scales[n] * 20e-6,
                                   (double)sensors.displacement_sigma_m);
         TEST_ASSERT_DOUBLE_WITHIN(0.06 * scales[n] * 1e-3, scales[n] * 1e-3,

@@ -34,10 +34,10 @@ typedef struct hexload_momentum {
 HEXLOAD_MUST_USE hexload_status_t hexload_momentum_init(hexload_momentum_t* self,
                                                         const hexload_config_t* config);
 
-/// One sampling period; in the first lag_ticks + HEXLOAD_RINGING_TICKS, and after a restart of the filter, no
-/// change of the load can be told. Leg sample -> motion -> is it still the same load? -> smooth twist of
-/// lag_ticks ago
-/// -> motion there -> filter -> verdict. The estimate is one for the present, as the load does not move.
+/// One sampling period: leg sample -> motion -> is it still the same load? -> smooth twist of lag_ticks ago
+/// -> motion there -> filter -> verdict. The estimate is one for the present, as the load does not move. In
+/// the first lag_ticks + HEXLOAD_RINGING_TICKS, and after a restart of the filter, no change of the load is
+/// told.
 /// @return as hexload_tick().
 HEXLOAD_MUST_USE hexload_status_t hexload_momentum_tick(hexload_momentum_t* self,
                                                         const hexload_config_t* config,
