@@ -330,7 +330,7 @@ bool hexload_smoother_take(hexload_smoother_t* self, const hexload_sensors_t* se
         }
         self->gap_ticks++;
         const uint32_t middle = self->entered - 1 - lag;
-        if ((self->flags[middle % HEXLOAD_DELAY_CAPACITY] & MISSING) == 0) {
+        if (self->flags[middle % HEXLOAD_DELAY_CAPACITY] == 0) {
             read_middle(self, sensors, out);
             out->gap_ticks = self->has_taken ? self->gap_ticks : 0;
             self->has_taken = true;

@@ -89,8 +89,8 @@ bool hexload_smoother_put(hexload_smoother_t* self, const hexload_config_t* conf
 /// Takes the sample of lag ticks back out, or of more while gaps are under way. At most one is taken for each
 /// that is put in.
 /// @param sensors their sigmas as they are, for what counts as noise.
-/// @return false when there is none: in the first lag + HEXLOAD_RINGING_TICKS ticks, and where one is
-/// missing.
+/// @return false when there is none: in the first lag + HEXLOAD_RINGING_TICKS ticks, and where one is missing
+/// or has a speed that is wrong once.
 bool hexload_smoother_take(hexload_smoother_t* self, const hexload_sensors_t* sensors,
                            hexload_smooth_sample_t* out);
 
