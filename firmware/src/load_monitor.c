@@ -1,11 +1,10 @@
 #include "hexload/load_monitor.h"
 
+#include "chi_square.h"
 #include "linalg.h"
 #include "momentum_model.h"
 
 #include <string.h>
-
-#define IDEAL_NIS HEXLOAD_REAL(6.0)
 
 /// Twice the ideal: the leaky mean of 100 NIS has a sigma of 0.35, so noise alone does not reach it.
 #define ALARM_NIS HEXLOAD_REAL(12.0)
@@ -13,14 +12,24 @@
 /// One tick counts this much at most, and beyond it leaves mu as it is: a spike raises the mean by 2, once.
 #define LARGEST_NIS HEXLOAD_REAL(120.0)
 
+/// Rate of the leaky mean of whitened innovations, in which a wrong wrench adds up and noise does not: a
+/// ramp of innovations is found nearly as soon as by its matched filter. Scaled, its square is chi-square
+/// with 6 degrees of freedom, of which 5e-9 is beyond the alarm.
+#define DRIFT_1_S HEXLOAD_REAL(200.0)
+#define ALARM_DRIFT HEXLOAD_REAL(50.0)
+
 /// Time constant of the twist that an acceleration is told from: at 1 ms its noise is sqrt(10) / 3 sigma / 5
 /// ms.
 #define LATE_S HEXLOAD_REAL(0.005)
 
+/// What is seen before counts for nothing: the first estimates of a load move mu with the noise of the twist,
+/// and the shock that came with it stays in the smoother's window for a lag.
+enum { SETTLED_TICKS = HEXLOAD_LAG_TICKS_MAX * 5 / 4 };
+
 enum { DIM = HEXLOAD_LOAD_DIM };
 
 void hexload_load_monitor_init(hexload_load_monitor_t* self) {
-    *self = (hexload_load_monitor_t){.nis = IDEAL_NIS, .nis_mean = IDEAL_NIS};
+    *self = (hexload_load_monitor_t){.nis = CHI_SQUARE_6_MEAN, .nis_mean = CHI_SQUARE_6_MEAN};
 }
 
 /// mu of the measured twist.
@@ -99,7 +108,7 @@ static void add_unknown(hexload_load_monitor_t* self, const hexload_momentum_fil
 /// The momentum of the measured twist. Returns the normalised innovation squared, bounded.
 static hexload_real_t correct(hexload_load_monitor_t* self, const hexload_sensors_t* sensors,
                               const hexload_real_t body[DIM], const hexload_motion_t* motion,
-                              const hexload_leg_blocks_t* jacobian) {
+                              const hexload_leg_blocks_t* jacobian, hexload_real_t share) {
     hexload_real_t columns[HEXLOAD_LEGS][6];
     hexload_real_t variance[HEXLOAD_LEGS];
     hexload_real_t S[6][6];
@@ -118,9 +127,12 @@ static hexload_real_t correct(hexload_load_monitor_t* self, const hexload_sensor
     momentum_add_noise(columns, variance, S);
     cholesky6(S);
     whiten6(S, innovation, 1);
-    const hexload_real_t nis = dot6(innovation, innovation);
-    if (nis > LARGEST_NIS) {
-        return LARGEST_NIS;
+    const hexload_real_t nis = hexload_min(dot6(innovation, innovation), LARGEST_NIS);
+    if (nis == LARGEST_NIS && self->ticks == SETTLED_TICKS) {
+        return nis;
+    }
+    for (int i = 0; i < 6; i++) {
+        self->drift[i] += share * (innovation[i] - self->drift[i]);
     }
     whiten6(S, &U[0][0], 6);
     for (int i = 0; i < 6; i++) {
@@ -131,12 +143,20 @@ static hexload_real_t correct(hexload_load_monitor_t* self, const hexload_sensor
     return nis;
 }
 
+static bool has_drifted(const hexload_load_monitor_t* self, hexload_real_t share) {
+    return dot6(self->drift, self->drift) * (HEXLOAD_REAL(2.0) - share) > ALARM_DRIFT * share;
+}
+
 static void remember(hexload_load_monitor_t* self, const hexload_leg_sample_t* sample,
                      const hexload_momentum_input_t* input) {
     self->last_input = *input;
     memcpy(self->last_force_n[1], self->last_force_n[0], sizeof self->last_force_n[1]);
     memcpy(self->last_force_n[0], sample->force_n, sizeof self->last_force_n[0]);
-    self->ticks += self->ticks < 2 ? 1 : 0;
+    if (self->ticks < SETTLED_TICKS) {
+        self->ticks++;
+        self->nis_mean = CHI_SQUARE_6_MEAN;
+        memset(self->drift, 0, sizeof self->drift);
+    }
 }
 
 /// Takes over the filter's parameters: mu goes with them, as far as the platform moves.
@@ -159,6 +179,7 @@ bool hexload_load_monitor_step(hexload_load_monitor_t* self, const hexload_confi
                                const hexload_sensors_t* sensors, const hexload_momentum_filter_t* filter,
                                const hexload_leg_sample_t* sample, const hexload_motion_t* motion,
                                const hexload_leg_blocks_t* jacobian, uint32_t gap_ticks) {
+    const hexload_real_t drift_share = DRIFT_1_S * config->tick_s;
     hexload_real_t body[DIM];
     hexload_momentum_input_t input;
     momentum_read_input(motion, sample->force_n, &input);
@@ -166,14 +187,14 @@ bool hexload_load_monitor_step(hexload_load_monitor_t* self, const hexload_confi
     if (self->ticks == 0 || gap_ticks != 1) {
         seed(self, sensors, body, motion, jacobian);
         memcpy(self->late_twist, motion->twist, sizeof self->late_twist);
-        self->nis = IDEAL_NIS;
+        self->nis = CHI_SQUARE_6_MEAN;
     } else {
         predict(self, config, sensors, body, sample, motion, &input, config->tick_s);
         add_unknown(self, filter, motion, config->tick_s);
-        self->nis = correct(self, sensors, body, motion, jacobian);
+        self->nis = correct(self, sensors, body, motion, jacobian, drift_share);
         self->nis_mean += config->tick_s / HEXLOAD_LOAD_MONITOR_MEMORY_S * (self->nis - self->nis_mean);
     }
     follow_acceleration(self, config, motion->twist);
     remember(self, sample, &input);
-    return self->nis_mean > ALARM_NIS;
+    return self->nis_mean > ALARM_NIS || has_drifted(self, drift_share);
 }

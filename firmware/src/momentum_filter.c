@@ -76,7 +76,6 @@ static void move_covariance(hexload_momentum_filter_t* self, hexload_real_t G[PU
                 row[j] = hexload_fma(G[a][k], self->load_cov[k][j], row[j]);
             }
         }
-        HEXLOAD_UNROLL
         for (int k = 0; k < LIFTED; k++) {
             mean[FIRST_PULLED + a][k] = HEXLOAD_REAL(0.5) * (mean[FIRST_PULLED + a][k] + row[k]);
         }

@@ -117,7 +117,6 @@ void momentum_read_input(const hexload_motion_t* motion, const hexload_real_t fo
     hexload_real_t moved[3];
     for (int k = 0; k < 6; k++) {
         hexload_real_t sum = force_n[0] * motion->J[0][k];
-        HEXLOAD_UNROLL
         for (int leg = 1; leg < HEXLOAD_LEGS; leg++) {
             sum = hexload_fma(force_n[leg], motion->J[leg][k], sum);
         }

@@ -6,6 +6,10 @@
 /// late. Here mu has six states of its own and no smoothing. What the filter does not know yet counts as
 /// noise: each parameter with its sigma, as far as the present acceleration would show it within the memory
 /// of the test.
+///
+/// Two tests: the mean of the normalised innovations squared tells jumps, of a load that is picked up or
+/// dropped; the square of the innovations' mean tells ramps, of a centre of mass that has shifted, as the
+/// wrong wrench then adds up in one direction.
 #ifndef HEXLOAD_LOAD_MONITOR_H
 #define HEXLOAD_LOAD_MONITOR_H
 
@@ -26,7 +30,8 @@ typedef struct hexload_load_monitor {
     hexload_real_t acceleration[6];               ///< of the tick before, less gravity's
     hexload_real_t nis;      ///< of the last sample, bounded; 6 when nothing could be told
     hexload_real_t nis_mean; ///< leaky; ideal 6
-    uint32_t ticks;          ///< since the start, up to two
+    hexload_real_t drift[6]; ///< leaky mean of the last 5 ms' innovations in sigmas, by direction
+    uint32_t ticks;          ///< since the start, up to those that it takes to settle
 } hexload_load_monitor_t;
 
 /// mu comes with the next sample.

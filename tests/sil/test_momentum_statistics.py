@@ -1,0 +1,83 @@
+"""The momentum filter over seeds of the campaign's motions, from nothing known: are its errors what its sigmas say?"""
+
+import json
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hexload_tools import project
+from hexload_tools.campaign import one_case
+from hexload_tools.campaign.cases import Case
+from hexload_tools.load_summary import load_changes_s
+from hexload_tools.log_file import read_log
+from scipy.stats import chi2
+
+DURATION_S = 10.0
+SEEDS = range(1, 13)
+CHANGE_SEEDS = range(1, 5)
+
+
+@dataclass(frozen=True)
+class Replayed:
+    nees: float
+    alarms_s: list[float]
+    change_s: float  # when the last load appeared
+
+
+def replay(directory: Path, case: Case) -> Replayed:
+    folder = directory / case.name
+    folder.mkdir()
+    run = one_case.simulate(case, folder)
+    load = json.loads((run / "meta.json").read_text())["loads"][-1]
+    log = read_log(run / "log.csv")
+    native = project.native_module()
+    legs = (log.displacement_m, log.velocity_m_s, log.force_n)
+    platform = native.load_platform(str(folder / "platform.toml"))
+    result = native.replay(platform, "momentum", None, log.t_s, *legs, str(folder / "estimates.csv"))
+    error = result["value"][-1] - load["theta"]
+    nees = float(error @ np.linalg.solve(result["covariance"], error))
+    return Replayed(nees, load_changes_s(result), load["at_s"])
+
+
+def replay_all(directory: Path, class_name: str, seeds: range) -> list[Replayed]:
+    cases = [Case(class_name, seed, DURATION_S) for seed in seeds]
+    with ProcessPoolExecutor(max_workers=2) as pool:
+        return list(pool.map(partial(replay, directory), cases))
+
+
+@pytest.mark.parametrize("motion", ["multisine", "paper", "paper_rest", "work"])
+def test_errors_are_as_large_as_the_filter_says(motion, tmp_path, record_property):
+    # GIVEN random loads, servos and noise WHEN 10 s of each are replayed
+    runs = replay_all(tmp_path, motion, SEEDS)
+    nees = np.array([run.nees for run in runs])
+    record_property("nees", nees.tolist())
+    print(f"{motion}: NEES mean {nees.mean():.1f}, largest {nees.max():.1f}")
+    # THEN the mean NEES is in the 99.9 % band of the mean of as many chi-squares with 10 degrees of freedom
+    low, high = chi2.ppf([0.0005, 0.9995], 10 * len(runs)) / len(runs)
+    assert low < nees.mean() < high
+    # AND none of the loads, which stay, is taken for another
+    assert [run.alarms_s for run in runs] == [[]] * len(runs)
+
+
+@pytest.mark.parametrize(
+    "changing, latest_ms",
+    [
+        ("multisine_pick_up", 5),
+        ("multisine_drop", 5),
+        ("multisine_shift", 5),
+        ("work_pick_up", 5),
+        ("work_drop", 5),
+        ("work_shift", 10),  # at rest a small shift, or one upwards, changes the forces by little
+    ],
+)
+def test_another_load_is_told_once_and_in_time(changing, latest_ms, tmp_path, record_property):
+    # GIVEN loads that are picked up, drop off or slide half way WHEN the runs are replayed
+    runs = replay_all(tmp_path, changing, CHANGE_SEEDS)
+    late_ms = [[round(1000 * (alarm_s - run.change_s)) for alarm_s in run.alarms_s] for run in runs]
+    record_property("late_ms", late_ms)
+    print(f"{changing}: told after ms", late_ms)
+    # THEN each change is told once, in time, and nothing else is
+    assert all(len(alarms) == 1 and 0 <= alarms[0] <= latest_ms for alarms in late_ms)
