@@ -64,6 +64,26 @@ double distance(const PlantState& a, const PlantState& b) {
            1e-6 * (a.hydraulics.pressure_a_pa - b.hydraulics.pressure_a_pa).matrix().norm();
 }
 
+// A plant in the midst of a motion.
+struct RandomMotion {
+    Pose pose;
+    Twist twist;
+    PlantState state;
+};
+
+// At a random pose and twist, the pressures in its cylinders 10 MPa and up to `spread_pa` more or less.
+RandomMotion random_motion(RandomStates& random, const Geometry& geometry, double spread_pa) {
+    RandomMotion motion{random.pose(geometry), random.twist(), {}};
+    const Eigen::Quaterniond q(motion.pose.R);
+    motion.state.body = {motion.pose.p_m,
+                         {q.w(), q.x(), q.y(), q.z()},
+                         motion.twist.v_m_s,
+                         motion.pose.R.transpose() * motion.twist.w_rad_s};
+    motion.state.hydraulics.pressure_a_pa = 10e6 + random.vector6(spread_pa).array();
+    motion.state.hydraulics.pressure_b_pa = 10e6 + random.vector6(spread_pa).array();
+    return motion;
+}
+
 struct RateError {
     double acceleration = 0.0; // relative
     double power = 0.0;        // relative to the force times 1 m/s
@@ -80,14 +100,7 @@ RateError worst_rate_error(const PlatformFile& platform) {
     RandomStates random(4);
     RateError worst;
     for (int sample = 0; sample < 200; ++sample) {
-        const Pose pose = random.pose(geometry);
-        const Twist twist = random.twist();
-        const Eigen::Quaterniond q(pose.R);
-        PlantState state;
-        state.body = {
-            pose.p_m, {q.w(), q.x(), q.y(), q.z()}, twist.v_m_s, pose.R.transpose() * twist.w_rad_s};
-        state.hydraulics.pressure_a_pa = 10e6 + random.vector6(5e6).array();
-        state.hydraulics.pressure_b_pa = 10e6 + random.vector6(5e6).array();
+        const auto [pose, twist, state] = random_motion(random, geometry, 5e6);
         const PlantState rate = plant.derivative(state, Legs::Zero());
 
         const Vector6 velocity_m_s = leg_velocity(geometry, pose, twist);
@@ -154,14 +167,7 @@ double unexplained_by_points() {
     RandomStates random(5);
     double worst = 0.0;
     for (int sample = 0; sample < 100; ++sample) {
-        const Pose pose = random.pose(geometry);
-        const Twist twist = random.twist();
-        const Eigen::Quaterniond q(pose.R);
-        PlantState state;
-        state.body = {
-            pose.p_m, {q.w(), q.x(), q.y(), q.z()}, twist.v_m_s, pose.R.transpose() * twist.w_rad_s};
-        state.hydraulics.pressure_a_pa = 10e6 + random.vector6(1e6).array();
-        state.hydraulics.pressure_b_pa = 10e6 + random.vector6(1e6).array();
+        const auto [pose, twist, state] = random_motion(random, geometry, 1e6);
         const PlantState rate = plant.derivative(state, Legs::Zero());
         Vector6 twist_rate;
         twist_rate << rate.body.v_m_s, pose.R * rate.body.w_platform_rad_s;
