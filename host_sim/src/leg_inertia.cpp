@@ -85,7 +85,7 @@ double leg_kinetic_energy_j(const Geometry& geometry, const LegBars& bars, const
 double leg_potential_energy_j(const Geometry& geometry, const LegBars& bars, double gravity_m_s2,
                               const Pose& pose) {
     const LegVectors legs = leg_vectors(geometry, pose);
-    const Eigen::Matrix<double, 6, 1> e_z = legs.direction.row(2).transpose();
+    const Vector6 e_z = legs.direction.row(2).transpose();
     const Vector6 rod_m = (legs.length_m.array() - bars.rod_length_m / 2.0) * e_z.array();
     return gravity_m_s2 * (bars.rod_mass_kg * rod_m.sum() +
                            bars.cylinder_mass_kg * bars.cylinder_length_m / 2.0 * e_z.sum());

@@ -5,8 +5,8 @@
 // l_r, and the cylinder's m_c, l_c, their kinetic energy is that of a mass at the hinge that differs along
 // and across the leg,
 //
-//     T = 1/2 m_r (e u)^2 + 1/2 mu |u - e (e u)|^2,   mu = [m_c l_c^2 / 3 + m_r l_r^2 / 12 + m_r (length -
-//     l_r / 2)^2] / length^2
+//     T = 1/2 m_r (e u)^2 + 1/2 mu |u - e (e u)|^2
+//     mu = [m_c l_c^2 / 3 + m_r l_r^2 / 12 + m_r (length - l_r / 2)^2] / length^2
 //
 // u the hinge's velocity. Lagrange's equation for L gives the force that moves them, which the platform
 // supplies at the hinge. Spin about the leg's own axis is left out.
