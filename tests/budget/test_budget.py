@@ -27,15 +27,20 @@ MOMENTUM_TICKS = 1500  # of the motion, with the momentum filter on a bus; momen
 MOMENTUM_PROGRAMS = ("momentum", "machine")
 
 # What the issue of the controller targets allows, whatever stands in budget.toml.
-MOST_BYTES = {"core_text": 24 * 1024, "momentum_text": 24 * 1024, "estimator": 2 * 1024, "momentum_estimator": 12 * 1024}
+MOST_BYTES = {
+    "core_text": 24 * 1024,
+    "momentum_text": 24 * 1024,
+    "estimator": 2 * 1024,
+    "momentum_estimator": 12 * 1024,
+}
 MOST_STACK_BYTES = 3 * 1024
 MOST_PAPER_INSTRUCTIONS = 6_000  # a whole sample of a motion at -O3
 MOST_MOMENTUM_INSTRUCTIONS = {"-O2": 40_000, "-O3": 30_000}  # of any input
 
 # What a program does not link that uses one of the three estimators; a machine's needs the momentum filter's too.
 PAPER_SOURCES = ("wrench.c", "rate_noise.c", "paper_model.c", "paper_filter.c", "supervisor.c", "hexload.c")
-MOMENTUM_SOURCES = ("noise_meter.c", "smoother.c", "ringing.c", "momentum_model.c", "momentum_filter.c", "load_monitor.c",
-                    "load_supervisor.c", "momentum_frame.c", "momentum.c")  # fmt: skip
+MOMENTUM_SOURCES = ("noise_meter.c", "smoother.c", "ringing.c", "momentum_model.c", "momentum_filter.c",
+                    "load_monitor.c", "load_supervisor.c", "momentum_frame.c", "momentum.c")  # fmt: skip
 MACHINE_SOURCES = ("machine_filter.c", "separation.c", "machine.c")
 BODY_SOURCES = ("body.c", "nearest_body.c")  # what only those link who ask for it
 LEFT_OUT = {

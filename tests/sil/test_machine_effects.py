@@ -14,14 +14,13 @@ import pytest
 from hexload_tools.campaign import one_case
 from hexload_tools.campaign.cases import FRICTION, Case, draw
 from hexload_tools.firmware_run import run_firmware
-from hexload_tools.log_file import read_log
 from hexload_tools.load_summary import in_words
+from hexload_tools.log_file import read_log
 from hexload_tools.toml_document import read_toml, to_toml
 
 SIMULATOR = Path(os.environ["HEXLOAD_BUILD_DIR"]) / "host_sim" / "hexload_sim"
 SCENARIOS = Path(os.environ["HEXLOAD_SOURCE_DIR"]) / "host_sim" / "scenarios"
 PLATFORM = SCENARIOS / "platforms" / "paper.toml"
-SEEDS = range(301, 325)
 CASES = [Case("multisine_machine_effects", seed, 10.0) for seed in range(301, 325)]
 HEAVY_KG = 200.0
 BIAS_N = np.array([40.0, -25.0, 60.0, -70.0, 15.0, 30.0])
@@ -88,8 +87,8 @@ def multisine(tmp_path_factory) -> list[Run]:
 
 def test_load_is_found_beside_bias_and_friction(multisine, record_property):
     # GIVEN 24 multisines of 10 s on machines with biases and friction, of which nothing is known
-    # WHEN load and machine are identified THEN every error of the ten is 0.2 % of its scale at most, of loads that weigh
-    # twice what the platform does: of lighter ones one sigma of the bound itself is up to 0.2 %
+    # WHEN load and machine are identified THEN every error of the ten is 0.2 % of its scale at most, of loads that
+    # weigh twice what the platform does: of lighter ones one sigma of the bound itself is up to 0.2 %
     shares = np.array([run.share_percent for run in multisine])
     of_heavy = shares[[run.truth[0] >= HEAVY_KG for run in multisine]]
     print("rms in %", np.round(np.sqrt((shares**2).mean(axis=0)), 3))

@@ -1,4 +1,4 @@
-"""The page of an estimate of all ten parameters, of a run and of a replayed log: the numbers and words of the terminal."""
+"""The page of an estimate of all ten parameters, of a run and of a replayed log: numbers and words of the terminal."""
 
 import html
 import re
@@ -65,8 +65,8 @@ def runs(tmp_path_factory):
     folder = tmp_path_factory.mktemp("runs")
     (folder / "scenario.toml").write_text(SCENARIO)
     for kind in ("momentum_machine", "momentum"):
-        command = [project.simulator(), folder / "scenario.toml", "--out", folder / kind, "--estimator", kind, "--quiet"]
-        subprocess.run(command, check=True)
+        options = ["--out", folder / kind, "--estimator", kind, "--quiet"]
+        subprocess.run([project.simulator(), folder / "scenario.toml", *options], check=True)
     return folder
 
 
@@ -107,8 +107,8 @@ def test_the_page_of_a_run_has_truth_estimate_error_and_verdict(runs, page):
 
 
 def test_the_page_of_a_run_has_the_body_and_the_machines_effects_beside_the_truth(page):
-    # GIVEN the same page WHEN its other tables are read THEN centre of mass and central tensor are those of the scenario,
-    # and the estimates are within the four sigmas beside them
+    # GIVEN the same page WHEN its other tables are read THEN centre of mass and central tensor are those of the
+    # scenario, and the estimates are within the four sigmas beside them
     rows = [row for row in rows_of(page) if len(row) == 4]
     body = {row[0]: [float(cell) for cell in row[1:]] for row in rows if re.match(r"c[xyz], m|I.., kg", row[0])}
     assert body["cz, m"][0] == 0.3 and body["Ixz, kg m²"][0] == -2.0

@@ -30,7 +30,8 @@ def test_bench_prints_stages_filters_and_memory(capsys, monkeypatch):
     # AND the memory
     assert numbers["an estimator"][0] == numbers["an estimator"][1] > 500
     for what in ("an estimator", "stack of a tick"):
-        paper, plain, machine = (numbers[name][0] for name in (what, f"{what}, momentum", f"{what}, {controller_bench.MOMENTUM['machine']}"))
+        rows = (what, *(f"{what}, {name}" for name in controller_bench.MOMENTUM.values()))
+        paper, plain, machine = (numbers[row][0] for row in rows)
         assert paper < plain < machine
     assert numbers["a bus node, either estimator included"][0] > numbers["an estimator, momentum"][0]
     print(output)

@@ -131,7 +131,8 @@ def replay(
         Optional[Path], typer.Option(help="The load as a body to write (.csv), one row per tick: centre of mass, central tensor, nearest possible body.")
     ] = None,
     report: Annotated[
-        Optional[Path], typer.Option(help="Page to write (.html): the ten parameters, the load as a body, verdicts, signals.")
+        Optional[Path],
+        typer.Option(help="Page to write (.html): the ten parameters, the load as a body, verdicts, signals."),
     ] = None,
 ) -> None:
     """Runs the controller's own C code over a recorded log.
@@ -209,8 +210,8 @@ def report(
         typer.Option(help="Page to write (.html).  [default: RUN_DIR/report.html; of several: build/runs/report.html]"),
     ] = None,
 ) -> None:
-    """Writes one self-contained HTML page: tracking, signals, estimates, consistency, configuration; of the paper's filter Table 3,
-    of the momentum filters the ten parameters with verdicts in words and the load as a body.
+    """Writes one self-contained HTML page: tracking, signals, estimates, consistency, configuration; of the paper's filter
+    Table 3, of the momentum filters the ten parameters with verdicts in words and the load as a body.
 
     Example:  hexload report build/runs/paper-1 --out paper.html
     """
@@ -242,10 +243,10 @@ def campaign(
 ) -> None:
     """Many seeded runs with loads, servos, motions and machines drawn anew: how good are the estimators, and how honest?
 
-    Compares the momentum filter, with bias and friction where the class has them, the paper's filter, least squares, recursive
-    and total least squares and instrumental variables with the Cramer-Rao bound of each case. Writes report.html, summary.json and a file per case; the same command
-    gives the same numbers, and goes on where it was interrupted. Workers of a cluster need this version, built, and start
-    with tools on the PYTHONPATH.
+    Compares the momentum filter, with bias and friction or a tare where the class has them, the paper's filter, least
+    squares, recursive and total least squares and instrumental variables with the Cramer-Rao bound of each case. Writes
+    report.html, summary.json and a file per case; the same command gives the same numbers, and goes on where it was
+    interrupted. Workers of a cluster need this version, built, and start with tools on the PYTHONPATH.
 
     Example:  hexload campaign --classes multisine,work_pick_up --runs 24 --out build/runs/loads
     """

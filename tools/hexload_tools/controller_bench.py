@@ -107,8 +107,9 @@ def _stage_table(measured: dict[str, Measured]) -> Table:
     ticks = [answers["tick_instructions"].max() for each in measured.values() for answers in _both(each)]
     table.add_row("whole tick", *(f"{count:,}" for count in ticks))
     for program, name in MOMENTUM.items():
-        runs = [run for each in measured.values() for run in (each.momentum[program].motion, each.momentum[program].hard)]
-        table.add_row(f"whole tick, {name}", *(f"{run['tick_instructions'].max():,}" for run in runs))
+        momentum = [each.momentum[program] for each in measured.values()]
+        ticks = [run["tick_instructions"].max() for each in momentum for run in (each.motion, each.hard)]
+        table.add_row(f"whole tick, {name}", *(f"{count:,}" for count in ticks))
     for kind in NODE_KINDS:
         for column, part in enumerate(target.NODE_PARTS):
             counts = [

@@ -157,8 +157,8 @@ def estimates(run: Run) -> go.Figure:
 
 
 def load_estimates(t: Array, value: Array, sigma: Array, truth: Array | None, settled: slice) -> go.Figure:
-    """The ten parameters, (n, 10), in rows of mass and moments of mass, moments of inertia, products; below each, where the
-    truth is known, the error in its three-sigma band. `settled`: ticks that are shown in full."""
+    """The ten parameters, (n, 10), in rows of mass and moments of mass, moments of inertia, products; below each, where
+    the truth is known, the error in its three-sigma band. `settled`: ticks that are shown in full."""
     rows_each = 1 if truth is None else 2
     titles = [""] * (4 * 3 * rows_each)
     for place, name in zip(LOAD_PLACES, THETA_NAMES, strict=True):

@@ -1,4 +1,4 @@
-"""What is to be said of a replay's end, on the terminal and on a page: each parameter's verdict in words, the load as a body."""
+"""What is said of a replay's end, on terminal and page: each parameter's verdict in words, the load as a body."""
 
 import math
 from dataclasses import dataclass
@@ -79,11 +79,15 @@ class BodyNumber:
 
 
 def body_numbers(body: dict) -> list[BodyNumber]:
-    known = [[None if math.isnan(number) else float(number) for number in body[key]] for key in ("value", "sigma", "nearest")]
+    columns = (body["names"], body["value"], body["sigma"], body["nearest"])
     return [
-        BodyNumber(name, BODY_UNITS[name[0]], BODY_DIGITS[name[0]], *numbers)
-        for name, *numbers in zip(body["names"], *known, strict=True)
+        BodyNumber(name, BODY_UNITS[name[0]], BODY_DIGITS[name[0]], *map(_known, numbers))
+        for name, *numbers in zip(*columns, strict=True)
     ]
+
+
+def _known(number: float) -> float | None:
+    return None if math.isnan(number) else float(number)
 
 
 def possible_in_words(body: dict) -> str:

@@ -28,7 +28,8 @@ def replay_log(
     """Writes the estimates CSV to `out`, one row per log row, and returns what hexload_native.replay returns, with the log reader's remarks.
 
     `estimator` and `prior` override the platform file's [estimator] table. `tare`: file of `hexload tare`, made with
-    the same platform. `bodies`: a CSV for the load as a body, one row per log row. `report`: a page, of all ten parameters.
+    the same platform. `bodies`: a CSV for the load as a body, one row per log row. `report`: a page, of all ten
+    parameters.
     """
     _refuse_same_files({"--out": out, "--bodies": bodies, "--report": report})
     samples = read_any_log(log)
@@ -42,7 +43,8 @@ def replay_log(
         except ValueError as error:
             raise InputError(f"{files}: {error}") from None
         if page is not None:
-            description = f"Replayed with {platform_file.name}" + ("." if tare is None else f" and the tare {tare.name}.")
+            tared = "" if tare is None else f" and the tare {tare.name}"
+            description = f"Replayed with {platform_file.name}{tared}."
             _write_page(page, result, samples, log.name, description, platform.known_mass_kg)
     return result | {"remarks": samples.remarks}
 
@@ -96,7 +98,9 @@ def _body_table(body: dict) -> Table:
     """The load as a body: what is not known is a dash."""
     table = Table()
     table.add_column("load as a body")
-    headings = {"value": "estimate", "sigma": "sigma"} | ({} if body["is_possible"] else {"nearest": "nearest possible"})
+    headings = {"value": "estimate", "sigma": "sigma"}
+    if not body["is_possible"]:
+        headings["nearest"] = "nearest possible"
     for heading in headings.values():
         table.add_column(heading, justify="right")
     for row in load_summary.body_numbers(body):
