@@ -59,6 +59,15 @@ def test_the_help_of_each_verb_has_an_example(verb):
     assert f"Example:  hexload {verb}" in result.stdout
 
 
+@pytest.mark.parametrize(
+    ("verb", "default"),
+    [("sim", "build/runs/NAME-SEED"), ("campaign", "multisine,paper,paper_rest,work"), ("vm", "build/vm")],
+)
+def test_help_tells_what_is_taken_where_nothing_is_said(verb, default):
+    # GIVEN an option whose default is not a value but found out WHEN help is asked for THEN it is told
+    assert f"[default: ({default})]" in hexload(verb, "--help").stdout
+
+
 def test_an_unknown_verb_is_refused():
     assert_refused(hexload("identify"), "No such command 'identify'")
 

@@ -56,7 +56,7 @@ def test(
 @app.command()
 def sim(
     scenario: Annotated[str, typer.Argument(help="Name of a scenario in host_sim/scenarios, or a .toml file.")],
-    out: Annotated[Optional[Path], typer.Option(help="Run directory.  [default: build/runs/NAME-SEED]")] = None,
+    out: Annotated[Optional[Path], typer.Option(help="Run directory.", show_default="build/runs/NAME-SEED")] = None,
     seed: Annotated[
         Optional[int], typer.Option(min=0, help="Seed of noise and trajectory, instead of the scenario's.")
     ] = None,
@@ -70,7 +70,9 @@ def sim(
         Optional[str],
         typer.Option(help="Run simulator and controller as two programs on this bus: socketcan:INTERFACE, udp_multicast:GROUP[:PORT]; with --external-controller also slcan:HOST:PORT, slcan:DEVICE."),
     ] = None,
-    profile: Annotated[Optional[Profile], typer.Option(help="Frames of the bus: CAN FD or classic CAN.  [default: fd]")] = None,
+    profile: Annotated[
+        Optional[Profile], typer.Option(help="Frames of the bus: CAN FD or classic CAN.", show_default="fd")
+    ] = None,
     lockstep: Annotated[bool, typer.Option("--lockstep", help="Tick k + 1 follows when tick k is answered (default on a bus).")] = False,
     real_time: Annotated[bool, typer.Option("--real-time", help="One tick per millisecond, by the clock.")] = False,
     feed: Annotated[
@@ -178,10 +180,14 @@ def excite(
     out: Annotated[Path, typer.Option(help="Trajectory to write (.csv: t,x,y,z,roll,pitch,yaw); a summary (.json) goes beside it.")],
     scenario: Annotated[str, typer.Option(help="Scenario whose hydraulics and limits bound the motion.")] = "multisine",
     mass: Annotated[
-        Optional[float], typer.Option(help="Expected load, kg.  [default: the platform file's known mass, or twice the platform's]")
+        Optional[float],
+        typer.Option(
+            help="Expected load, kg.", show_default="the platform file's known mass, or twice the platform's"
+        ),
     ] = None,
     height: Annotated[
-        Optional[float], typer.Option(help="Of its centre of mass over the platform, m.  [default: 3/4 of the hinges' radius]")
+        Optional[float],
+        typer.Option(help="Of its centre of mass over the platform, m.", show_default="3/4 of the hinges' radius"),
     ] = None,
     seed: Annotated[int, typer.Option(min=0, help="Of the random starts; the same seed gives the same motion.")] = 1,
     starts: Annotated[int, typer.Option(min=1, help="Searches, each from another random motion.")] = 4,
@@ -207,7 +213,9 @@ def report(
     runs: Annotated[list[Path], typer.Argument(help="One or several run directories.", metavar="RUN_DIR...")],
     out: Annotated[
         Optional[Path],
-        typer.Option(help="Page to write (.html).  [default: RUN_DIR/report.html; of several: build/runs/report.html]"),
+        typer.Option(
+            help="Page to write (.html).", show_default="RUN_DIR/report.html; of several: build/runs/report.html"
+        ),
     ] = None,
 ) -> None:
     """Writes one self-contained HTML page: tracking, signals, estimates, consistency, configuration; of the paper's filter
@@ -226,17 +234,25 @@ def report(
 def campaign(
     classes: Annotated[
         Optional[str],
-        typer.Option(help="Classes of cases, with commas between them, or all.  [default: multisine,paper,paper_rest,work]"),
+        typer.Option(
+            help="Classes of cases, with commas between them, or all. A wrong one is answered with their names.",
+            show_default="multisine,paper,paper_rest,work",
+        ),
     ] = None,
     runs: Annotated[int, typer.Option(min=1, max=100_000, help="Cases of each class.")] = 48,
     seed: Annotated[int, typer.Option(min=0, help="Of the first case of each class; the others count on from it.")] = 1,
     duration: Annotated[float, typer.Option(help="Seconds of each case.")] = 10.0,
     out: Annotated[
-        Optional[Path], typer.Option(help="Folder of the campaign; one that is there goes on.  [default: build/runs/campaign]")
+        Optional[Path],
+        typer.Option(help="Folder of the campaign; one that is there goes on.", show_default="build/runs/campaign"),
     ] = None,
     scheduler: Annotated[
         Optional[str],
-        typer.Option(metavar="ADDRESS", help="Scheduler of a Dask cluster, tcp://HOST:PORT.  [default: all cores of this machine]"),
+        typer.Option(
+            metavar="ADDRESS",
+            help="Scheduler of a Dask cluster, tcp://HOST:PORT.",
+            show_default="all cores of this machine",
+        ),
     ] = None,
     keep: Annotated[bool, typer.Option("--keep", help="Keep the run directory of each case, on the machine that ran it.")] = False,
     restart: Annotated[bool, typer.Option("--restart", help="Do the cases again that are done.")] = False,
@@ -306,8 +322,10 @@ def spy(
 @app.command()
 def bridge(
     bus: Annotated[str, typer.Option(help="Bus to listen on: socketcan:INTERFACE, udp_multicast:GROUP[:PORT], slcan:HOST:PORT, slcan:DEVICE.")],
-    profile: Annotated[Optional[Profile], typer.Option(help="Frames of the bus.  [default: fd]")] = None,
-    lcm: Annotated[Optional[str], typer.Option(help="LCM's URL.  [default: udpm://239.255.76.67:7667?ttl=0]")] = None,
+    profile: Annotated[Optional[Profile], typer.Option(help="Frames of the bus.", show_default="fd")] = None,
+    lcm: Annotated[
+        Optional[str], typer.Option(help="LCM's URL.", show_default="udpm://239.255.76.67:7667?ttl=0")
+    ] = None,
     samples: Annotated[bool, typer.Option("--samples", help="Publish the leg samples too, as the bus rounds them.")] = False,
 ) -> None:
     """Listens on a CAN bus, never sends, and publishes on LCM what it carried: estimates, health, bus statistics.
@@ -326,7 +344,9 @@ def bridge(
 @app.command(context_settings={"allow_interspersed_args": False})
 def vm(
     command: Annotated[list[str], typer.Argument(help="Command and its arguments.", metavar="-- COMMAND...")],
-    out: Annotated[Optional[Path], typer.Option(help="Folder that the guest sees as /out.  [default: build/vm]")] = None,
+    out: Annotated[
+        Optional[Path], typer.Option(help="Folder that the guest sees as /out.", show_default="build/vm")
+    ] = None,
     memory: Annotated[int, typer.Option(min=256, help="MiB; half of it is the room for files.")] = 1024,
     cpus: Annotated[int, typer.Option(min=1, help="Processors.")] = 2,
     timeout: Annotated[
