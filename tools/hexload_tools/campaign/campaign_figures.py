@@ -15,6 +15,8 @@ Array = NDArray[np.float64]
 
 COLOURS = ("#1d5fa6", "#d97706", "#15803d", "#b91c1c", "#7c3aed", "#0e7490", "#be185d", "#4d7c0f", "#78350f", "#475569")
 HEIGHT = 380
+DIGITS_2_AND_5 = "D2"  # between the powers of ten of an axis
+SHARES = {"title": "runs, %", "range": [0, 101]}
 
 
 def colour_of(position: int) -> str:
@@ -42,7 +44,7 @@ def ratios(statistics: Sequence[ClassStatistics]) -> go.Figure:
     figure.add_hrect(y0=low, y1=high, fillcolor=BAND, line_width=0, layer="below")
     figure.add_hline(y=1.0, line={"color": INK, "width": 1})
     figure.update_layout(scattermode="group")  # side by side, as many are alike
-    figure.update_yaxes(title="RMSE / bound", type="log")
+    figure.update_yaxes(title="RMSE / bound", type="log", dtick=DIGITS_2_AND_5)
     return finish(figure, height_for(len(statistics)))
 
 
@@ -70,22 +72,23 @@ def nees(by_class: dict[str, list[dict]]) -> go.Figure:
     for position, (name, results) in enumerate(by_class.items()):
         values = np.sort([result["estimators"][result["controller"]]["nees"] for result in results])
         figure.add_trace(_steps(values, len(values), name, position))
-    figure.update_xaxes(title="NEES", type="log")
-    figure.update_yaxes(title="runs, %", range=[0, 100])
+    figure.update_xaxes(title="NEES", type="log", dtick=DIGITS_2_AND_5)
+    figure.update_yaxes(**SHARES)
     return finish(figure, height_for(len(by_class)))
 
 
 def settling(by_class: dict[str, list[dict]]) -> go.Figure:
     """Share of runs whose ten parameters are within 5 % of their scales for good."""
-    figure = go.Figure()
+    figure, latest_s = go.Figure(), 0.0
     for position, (name, results) in enumerate(by_class.items()):
         times = [result["estimators"][result["controller"]].get("within_5") for result in results]
         settled = np.sort([time for time in times if time is not None])
         if len(settled):
             figure.add_trace(_steps(settled, len(times), name, position))
+            latest_s = max(latest_s, settled[-1])
     figure.update_layout(showlegend=True)
-    figure.update_xaxes(title="time since the load appeared, s", rangemode="tozero")
-    figure.update_yaxes(title="runs, %", range=[0, 100])
+    figure.update_xaxes(title="time since the load appeared, s", range=[0.0, 1.03 * latest_s or 1.0])
+    figure.update_yaxes(**SHARES)
     return finish(figure, height_for(len(by_class)))
 
 
