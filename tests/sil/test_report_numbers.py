@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from synthetic_run import TILT_RAD, write_run
 
-from hexload_tools import claims, nis, table3
-from hexload_tools.figures import decimate
+from hexload_tools import claims, load_summary, nis, table3
+from hexload_tools.figures import decimate, innovation, load_estimates
 from hexload_tools.run_directory import read_run
 
 TWO_PERIODS = 4001  # of (23), 2 s each, both ends included
@@ -151,3 +151,38 @@ def test_decimation_keeps_a_spike_of_one_tick_and_the_order_of_time():
     assert (y_kept.max(), y_kept.min()) == (9.0, -9.0)
     assert (t_kept[0], t_kept[-1]) == (t[0], t[-1])
     assert np.all(np.diff(t_kept) > 0)
+
+
+@pytest.mark.parametrize("truth", [0.0, -20.0])
+def test_an_axis_shows_zero_the_truth_and_the_band_of_the_settled_ticks(truth):
+    # GIVEN estimates that begin far off and settle beside the truth, with a band of +- 3, of a parameter that is zero or
+    # negative
+    ticks = 1000
+    value = truth + np.where(np.arange(ticks) < 40, 500.0, 1.0)[:, None] * np.ones(10)
+    sigma, known = np.ones((ticks, 10)), np.full((ticks, 10), truth)
+    # WHEN they are drawn, with the truth and without it
+    for shown in (known, None):
+        figure = load_estimates(np.arange(ticks) * 1e-3, value, sigma, shown, slice(200, None))
+        low, high = figure.layout.yaxis.range
+        # THEN zero, truth and band are on the axis, and not the start, which is ten times as far off
+        assert low < min(0.0, truth, truth - 2.0) and high > max(0.0, truth, truth + 4.0)
+        assert high - low < 100.0
+
+
+def test_a_start_that_is_far_off_does_not_hide_the_rest_of_the_nis():
+    # GIVEN a NIS that is 10,000 in the first hundredth and 6 in what follows WHEN drawn
+    values = np.where(np.arange(10_000) < 100, 1e4, 6.0)
+    t = np.arange(10_000) * 1e-3
+    figure = innovation(t, values, nis.summarise(t, values, nis.LOAD_MEASUREMENTS))
+    # THEN both axes show the band and little more
+    assert 6.0 < figure.layout.yaxis2.range[1] < figure.layout.yaxis.range[1] < 30.0
+
+
+def test_moments_and_health_bits_are_told_in_words():
+    assert load_summary.moments_in_words([6.1]) == "at 6.100 s"
+    assert load_summary.moments_in_words([6.1, 8.0]) == "at 6.100 s, 8.000 s"
+    assert load_summary.moments_in_words(np.arange(48.0)) == "48 times, first at 0.000 s, last at 47.000 s"
+    assert load_summary.health_in_words({"late": 0, "not excited": 120, "load changed": 1}) == (
+        "not excited in 120 ticks, load changed in 1 tick"
+    )
+    assert load_summary.health_in_words({"late": 0}) == ""

@@ -181,7 +181,8 @@ def load_estimates(t: Array, value: Array, sigma: Array, truth: Array | None, se
         if truth is not None:
             figure.add_trace(_line(t, known, Style(TRUTH, "truth", 1.4, "dash"), k == 0), row, column)
         figure.add_trace(_line(t, value[:, k], Style(ESTIMATE, "estimate", 1.6), k == 0), row, column)
-        figure.update_yaxes(range=_range_around(known, value[:, k]), row=row, col=column)
+        settled_band = (low[settled].min(), high[settled].max())
+        figure.update_yaxes(range=_range_around(known, value[:, k], settled_band), row=row, col=column)
         if truth is not None:
             error, reach = value[:, k] - truth[:, k], 3 * sigma[:, k]
             figure.add_trace(_band(t, -reach, reach, "± 3σ"), row + 1, column)
@@ -189,7 +190,7 @@ def load_estimates(t: Array, value: Array, sigma: Array, truth: Array | None, se
             reach = _reach(error[settled], sigma[settled, k])
             figure.update_yaxes(range=[-reach, reach], row=row + 1, col=column)
     figure.update_xaxes(title="time, s", row=3 * rows_each)
-    figure.update_xaxes(showticklabels=True, row=rows_each, col=4)  # nothing stands below hz
+    figure.update_xaxes(showticklabels=True, title="time, s", row=rows_each, col=4)  # nothing stands below hz
     return finish(figure, 330 * rows_each + 250)
 
 
@@ -210,12 +211,12 @@ def _band(t: Array, low: Array, high: Array, name: str, legend: bool = False) ->
     )
 
 
-def _range_around(truth: Array, value: Array) -> list[float]:
-    """Shows zero, the truth, and the estimate after its first twentieth, which may overshoot far."""
+def _range_around(truth: Array, value: Array, band: tuple[float, float] = (0.0, 0.0)) -> list[float]:
+    """Shows zero, the truth, a band, and the estimate after its first twentieth, which may overshoot far."""
     settled = value[len(value) // 20 :]
-    reach = 3.0 * np.abs(truth).max()
-    low = max(min(0.0, truth.min(), settled.min()), -reach)
-    high = min(max(truth.max(), settled.max()), reach)
+    reach = max(3.0 * np.abs(truth).max(), -band[0], band[1])
+    low = min(0.0, truth.min(), band[0], max(settled.min(), -reach))
+    high = max(0.0, truth.max(), band[1], min(settled.max(), reach))
     margin = 0.12 * (high - low)
     return [float(low - margin), float(high + margin)]
 
@@ -257,11 +258,15 @@ def innovation(t: Array, nis: Array, summary: NisSummary) -> go.Figure:
         figure.add_hrect(y0=band[0], y1=band[1], fillcolor=BAND, line_width=0, row=1, col=column)
         figure.add_hline(y=summary.measurements, line={"color": TRUTH, "width": 1, "dash": "dash"}, row=1, col=column)
     figure.update_xaxes(range=[t[0], t[-1]])
-    ceiling = max(2.0 * summary.tick_band[1], float(np.quantile(nis, 0.999)))
-    figure.update_yaxes(title="NIS (no unit)", range=[0, ceiling], row=1, col=1)
-    figure.update_yaxes(rangemode="tozero", row=1, col=2)
+    figure.update_yaxes(title="NIS (no unit)", range=[0, _ceiling(nis, 2.0 * summary.tick_band[1])], row=1, col=1)
+    figure.update_yaxes(range=[0, _ceiling(summary.window_mean, 1.1 * summary.window_band[1])], row=1, col=2)
     figure.update_xaxes(title="time, s")
     return finish(figure, 340)
+
+
+def _ceiling(values: Array, least: float) -> float:
+    """Of an axis: above all values but those of the largest fiftieth that would dwarf the rest."""
+    return max(least, min(1.05 * float(values.max()), 1.5 * float(np.quantile(values, 0.98))))
 
 
 def coupling(matrix: list[list[float]]) -> go.Figure:

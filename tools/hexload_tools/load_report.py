@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from hexload_tools import figures, load_summary, nis
 from hexload_tools.bound import EFFECTS, LEGS, THETA_NAMES
 from hexload_tools.campaign.one_case import scale_of
+from hexload_tools.errors import InputError
 from hexload_tools.firmware_run import load_platform, native_firmware, run_firmware
 from hexload_tools.load_summary import EFFECT_UNITS, EFFECT_WORDS, BodyNumber, Parameter
 from hexload_tools.log_file import LegLog
@@ -56,6 +57,7 @@ class LoadEstimate:
     is_possible: bool
     possible: str  # whether a body can have the estimate, in words
     known_mass_kg: float | None  # what the filter was told
+    told_wrong: list[dict]  # of the run's loads in meta.json, those that weigh something else
     changes_s: list[float]  # when it has noticed another load
     verdict: str
     nis: nis.NisSummary
@@ -81,14 +83,18 @@ def of_run(run: Run) -> tuple[LoadEstimate, dict]:
     estimator = run.meta["estimator"]
     with tempfile.TemporaryDirectory() as folder:
         out = Path(folder) / "estimates.csv"
-        result = run_firmware(native, platform, run.log, out, estimator["kind"], estimator["prior"])
-    known_mass_kg = run.platform.get("load", {}).get("known_mass_kg")
-    return _estimate(result, known_mass_kg, run), _figures(result, run.log, run.theta(result["t"]))
+        try:
+            result = run_firmware(native, platform, run.log, out, estimator["kind"], estimator["prior"])
+        except ValueError as error:
+            raise InputError(f"{run.directory}: {error}") from None
+    estimate = _estimate(result, run.platform.get("load", {}).get("known_mass_kg"), run)
+    return estimate, _figures(estimate, result, run.log, run.theta(result["t"]))
 
 
 def of_replay(result: dict, log: LegLog, known_mass_kg: float | None) -> tuple[LoadEstimate, dict]:
     """And its figures. `result`: what hexload_native.replay returns of the log."""
-    return _estimate(result, known_mass_kg, None), _figures(result, log, None)
+    estimate = _estimate(result, known_mass_kg, None)
+    return estimate, _figures(estimate, result, log, None)
 
 
 def _estimate(result: dict, known_mass_kg: float | None, run: Run | None) -> LoadEstimate:
@@ -102,6 +108,7 @@ def _estimate(result: dict, known_mass_kg: float | None, run: Run | None) -> Loa
         is_possible=result["body"]["is_possible"],
         possible=load_summary.possible_in_words(result["body"]),
         known_mass_kg=known_mass_kg,
+        told_wrong=[] if run is None or known_mass_kg is None else _told_wrong(run, known_mass_kg),
         changes_s=load_summary.load_changes_s(result),
         verdict=result["verdict"][-1],
         nis=nis.summarise(result["t"], result["nis"], nis.LOAD_MEASUREMENTS),
@@ -110,6 +117,11 @@ def _estimate(result: dict, known_mass_kg: float | None, run: Run | None) -> Loa
         duration_s=float(result["t"][-1] - result["t"][0]),
         refused=result["refused"],
     )
+
+
+def _told_wrong(run: Run, known_mass_kg: float) -> list[dict]:
+    loads = run.meta["loads"]
+    return [load for load in loads if load["mass_kg"] != known_mass_kg and load["at_s"] <= run.meta["duration_s"]]
 
 
 def _parameter_rows(numbers: list[Parameter], theta: Array | None) -> list[ParameterRow]:
@@ -141,13 +153,12 @@ def _true_effects(scenario: dict) -> dict[str, list[float]]:
     }
 
 
-def _figures(result: dict, log: LegLog, truth: Array | None) -> dict:
-    t_s, changes_s = result["t"], load_summary.load_changes_s(result)
+def _figures(estimate: LoadEstimate, result: dict, log: LegLog, truth: Array | None) -> dict:
+    t_s, changes_s = result["t"], estimate.changes_s
     since = int(np.searchsorted(t_s, changes_s[-1])) if changes_s else 0
     settled = slice(since + (len(t_s) - since) // 5, None)
-    summary = nis.summarise(t_s, result["nis"], nis.LOAD_MEASUREMENTS)
     return {
         "estimates": figures.load_estimates(t_s, result["value"][:, :TEN], result["sigma"][:, :TEN], truth, settled),
-        "nis": figures.innovation(t_s, result["nis"], summary),
+        "nis": figures.innovation(t_s, result["nis"], estimate.nis),
         "legs": figures.leg_signals(log),
     }

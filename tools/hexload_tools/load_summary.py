@@ -1,6 +1,7 @@
 """What is said of a replay's end, on terminal and page: each parameter's verdict in words, the load as a body."""
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import zip_longest
 
@@ -12,6 +13,7 @@ EFFECT_UNITS = {"bias": "N", "coulomb": "N", "viscous": "N s/m"}
 TEN_DIGITS = 4  # of the momentum filter's parameters, in kg, kg m and kg m^2
 BODY_UNITS = {"m": "kg", "c": "m", "I": "kg m²"}
 BODY_DIGITS = {"m": TEN_DIGITS, "c": 6, "I": TEN_DIGITS}
+MOMENTS = 8  # that are told one by one
 
 # What has not moved when a parameter is not excited.
 MISSING_MOTION = {
@@ -92,14 +94,27 @@ def _known(number: float) -> float | None:
 
 def possible_in_words(body: dict) -> str:
     if body["is_possible"]:
-        return "possible"
+        return "possible: a body can have these parameters"
     if math.isnan(body["distance_sigmas"]):
-        return "impossible, and far from any that is possible"
+        return "impossible: no body can have these parameters, nor any near them"
     distance = f"{body['distance_sigmas']:.2f} sigma off"
-    return f"impossible: no body has these parameters; the nearest possible ones are {distance}"
+    return f"impossible: no body can have these parameters; the nearest that one can have are {distance}"
 
 
 def load_changes_s(result: dict) -> list[float]:
     """When the firmware has noticed another load."""
     bit = list(result["health_counts"]).index("load changed")  # they are in the order of the bits
     return [float(t_s) for t_s in result["t"][result["health"].astype(int) >> bit & 1 == 1]]
+
+
+def moments_in_words(times_s: Sequence[float]) -> str:
+    """Of at least one event."""
+    if len(times_s) > MOMENTS:
+        return f"{len(times_s)} times, first at {times_s[0]:.3f} s, last at {times_s[-1]:.3f} s"
+    return f"at {', '.join(f'{t_s:.3f} s' for t_s in times_s)}"
+
+
+def health_in_words(ticks_of: dict[str, int]) -> str:
+    """The bits that were set, and in how many ticks; nothing if none was."""
+    remarks = ((name, ticks) for name, ticks in ticks_of.items() if ticks)
+    return ", ".join(f"{name} in {ticks} tick{'s' if ticks > 1 else ''}" for name, ticks in remarks)

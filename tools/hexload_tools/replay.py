@@ -82,11 +82,10 @@ def print_summary(result: dict, out: Path) -> None:
     if "body" in result:
         Console().print(_body_table(result["body"]))
         print(f"body:      {load_summary.possible_in_words(result['body'])}")
-    health = ", ".join(f"{name} in {ticks} ticks" for name, ticks in result["health_counts"].items() if ticks)
     print(f"verdict:   {result['verdict'][-1]} after {len(result['t'])} ticks")
-    print(f"health:    {health or 'no remark'}")
+    print(f"health:    {load_summary.health_in_words(result['health_counts']) or 'no remark'}")
     if times_s := load_summary.load_changes_s(result):
-        print(f"new load:  noticed at {', '.join(f'{t_s:.3f} s' for t_s in times_s)}")
+        print(f"new load:  noticed {load_summary.moments_in_words(times_s)}")
     if result["refused"]:
         print(f"refused:   {result['refused']} samples, the first at {result['first_refusal']}")
     for remark in result["remarks"]:

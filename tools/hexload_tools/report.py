@@ -8,7 +8,7 @@ import numpy as np
 import plotly.graph_objects as go
 import plotly.offline
 
-from hexload_tools import claims, figures, load_report, nis, project, table3
+from hexload_tools import claims, figures, load_report, load_summary, nis, project, table3
 from hexload_tools.atomic_file import replaced_when_done
 from hexload_tools.bound import THETA_NAMES
 from hexload_tools.load_report import LoadEstimate
@@ -90,7 +90,8 @@ def render(sections: list[Section | LoadSection]) -> str:
         lstrip_blocks=True,
         undefined=jinja2.StrictUndefined,
     )
-    environment.filters |= {"fixed": _fixed, "signed": _signed}
+    environment.filters |= {"fixed": _fixed, "signed": _signed, "percent": _percent}
+    environment.filters |= {"moments": load_summary.moments_in_words, "health": load_summary.health_in_words}
     return environment.get_template(TEMPLATE).render(
         sections=sections,
         plotly_js=plotly.offline.get_plotlyjs(),
@@ -115,6 +116,11 @@ def _fixed(value: float | None, digits: int) -> str:
 
 def _signed(value: float | None, digits: int) -> str:
     return "–" if value is None else f"{value:+.{digits}f}"
+
+
+def _percent(value: float | None, digits: int = 3) -> str:
+    """Fewer digits of an error that is large."""
+    return _fixed(value, digits if value is None or value < 10.0 else max(0, digits - 2))
 
 
 def _section(anchor: str, run: Run) -> Section | LoadSection:
