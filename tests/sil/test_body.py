@@ -202,6 +202,8 @@ def test_replay_tells_the_body_and_the_nearest_one_when_no_body_has_the_estimate
     assert finished.returncode == 0, finished.stderr
     assert "nearest possible" in finished.stdout
     assert "body:      impossible" in finished.stdout and "sigma off" in finished.stdout
+    # AND where the files are
+    assert f"estimates: {out}\nbodies:    {bodies}\n" in finished.stdout
     # AND each row has its body: what is unknown is empty, and the last one is what replay() returns
     result = replay_log(short_log, machine, None, None, tmp_path / "again.csv")
     rows = list(csv.reader(bodies.open()))

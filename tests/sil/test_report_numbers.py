@@ -155,8 +155,8 @@ def test_decimation_keeps_a_spike_of_one_tick_and_the_order_of_time():
 
 @pytest.mark.parametrize("truth", [0.0, -20.0])
 def test_an_axis_shows_zero_the_truth_and_the_band_of_the_settled_ticks(truth):
-    # GIVEN estimates that begin far off and settle beside the truth, with a band of +- 3, of a parameter that is zero or
-    # negative
+    # GIVEN estimates that begin far off and settle beside the truth, with a band of +- 3, of a parameter that is zero
+    # or negative
     ticks = 1000
     value = truth + np.where(np.arange(ticks) < 40, 500.0, 1.0)[:, None] * np.ones(10)
     sigma, known = np.ones((ticks, 10)), np.full((ticks, 10), truth)

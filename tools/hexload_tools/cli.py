@@ -148,7 +148,8 @@ def replay(
     """
     from hexload_tools import replay as verb
 
-    verb.print_summary(verb.replay_log(log, platform, estimator, prior, out, tare, bodies, report), out)
+    result = verb.replay_log(log, platform, estimator, prior, out, tare, bodies, report)
+    verb.print_summary(result, out, bodies, report)
 
 
 @app.command()

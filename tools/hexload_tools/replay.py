@@ -25,7 +25,8 @@ def replay_log(
     bodies: Path | None = None,
     report: Path | None = None,
 ) -> dict:
-    """Writes the estimates CSV to `out`, one row per log row, and returns what hexload_native.replay returns, with the log reader's remarks.
+    """Writes the estimates CSV to `out`, one row per log row, and returns what hexload_native.replay returns, with the
+    log reader's remarks.
 
     `estimator` and `prior` override the platform file's [estimator] table. `tare`: file of `hexload tare`, made with
     the same platform. `bodies`: a CSV for the load as a body, one row per log row. `report`: a page, of all ten
@@ -70,8 +71,8 @@ def _write_page(
     page.write_text(render_replay(result, samples, title, description, known_mass_kg), encoding="utf-8")
 
 
-def print_summary(result: dict, out: Path) -> None:
-    """The final estimates on the terminal."""
+def print_summary(result: dict, out: Path, bodies: Path | None = None, report: Path | None = None) -> None:
+    """The final estimates on the terminal, and the files that have been written."""
     table = Table()
     for heading in ("parameter", "estimate", "sigma", "verdict"):
         table.add_column(heading, justify="right" if heading in ("estimate", "sigma") else "left")
@@ -91,6 +92,10 @@ def print_summary(result: dict, out: Path) -> None:
     for remark in result["remarks"]:
         print(f"log:       {remark}")
     print(f"estimates: {out}")
+    if bodies is not None:
+        print(f"bodies:    {bodies}")
+    if report is not None:
+        print(f"page:      {report}")
 
 
 def _body_table(body: dict) -> Table:
