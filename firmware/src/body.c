@@ -135,6 +135,7 @@ void hexload_body_describe(const hexload_real_t theta[DIM],
     }
 }
 
+/// Here and not with the filter: no tick needs it.
 void hexload_momentum_filter_covariance(const hexload_momentum_filter_t* self,
                                         hexload_real_t covariance[HEXLOAD_LOAD_COVARIANCES]) {
     int entry = 0;

@@ -145,8 +145,7 @@ static hexload_status_t find_home_height(const hexload_geometry_t* geometry, hex
     return hexload_abs(error_m) < HEXLOAD_REAL(1e-5) * mean_length_m ? HEXLOAD_OK : HEXLOAD_ERR_POSE;
 }
 
-hexload_status_t hexload_kinematics_init(hexload_kinematics_t* self,
-                                                      const hexload_config_t* config) {
+hexload_status_t hexload_kinematics_init(hexload_kinematics_t* self, const hexload_config_t* config) {
     const hexload_geometry_t* geometry = &config->geometry;
     hexload_kinematics_t fresh = {0};
     hexload_status_t status = find_home_height(geometry, &fresh.home_height_m);

@@ -18,8 +18,8 @@
 #define DRIFT_1_S HEXLOAD_REAL(200.0)
 #define ALARM_DRIFT HEXLOAD_REAL(50.0)
 
-/// Time constant of the twist that an acceleration is told from: at 1 ms its noise is sqrt(10) / 3 sigma / 5
-/// ms.
+/// Time constant of the twist that an acceleration is told from: at 1 ms the noise of that is
+/// sqrt(10) / 3 sigma / 5 ms.
 #define LATE_S HEXLOAD_REAL(0.005)
 
 /// What is seen before counts for nothing: the first estimates of a load move mu with the noise of the twist,

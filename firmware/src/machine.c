@@ -2,6 +2,7 @@
 
 #include "health.h"
 #include "momentum_frame.h"
+#include "momentum_prior.h"
 
 #include <stddef.h>
 
@@ -28,6 +29,18 @@ static void watch_load(hexload_machine_t* self, const hexload_config_t* config,
     momentum_frame_watch(&self->momentum, config, &clean, &sensors, tick);
 }
 
+/// The machine stays as it is known; but the biases take what a mass that was told wrong weighs too much, and
+/// a first change may be just that coming out.
+static void forget_load(hexload_machine_t* self, const hexload_config_t* config) {
+    const bool was_told = config->momentum.prior_mass_sigma_kg < momentum_open_mass_sigma_kg(config);
+    hexload_momentum_filter_forget(&self->momentum.filter, config);
+    if (was_told && self->momentum.health.count[HEXLOAD_HEALTH_LOAD_CHANGED] == 1) {
+        hexload_machine_filter_init(&self->filter, config);
+    } else {
+        hexload_machine_filter_forget(&self->filter);
+    }
+}
+
 /// One sample of lag_ticks ago.
 static void filter_past(hexload_machine_t* self, const hexload_config_t* config,
                         const hexload_leg_sample_t* sample, momentum_tick_t* tick) {
@@ -37,8 +50,7 @@ static void filter_past(hexload_machine_t* self, const hexload_config_t* config,
         return;
     }
     if (past.is_new_load) {
-        hexload_momentum_filter_forget(&momentum->filter, config);
-        hexload_machine_filter_forget(&self->filter);
+        forget_load(self, config);
     }
     momentum->is_interrupted = !hexload_machine_filter_step(
         &self->filter, &momentum->filter, config, &tick->sensors, &momentum->smoother.constants, &past.sample,

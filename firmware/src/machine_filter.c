@@ -34,6 +34,7 @@ void hexload_machine_filter_init(hexload_machine_filter_t* self, const hexload_c
     }
 }
 
+/// Speeds of so many ticks are in a smoother's speed that follows ringing.
 #define RINGING_WINDOW_TICKS (2u * HEXLOAD_RINGING_TICKS + 1u)
 
 /// How the legs push and what their friction goes with, at one sample or on the mean over a period.

@@ -29,8 +29,8 @@ static hexload_real_t mean_square(const hexload_noise_meter_t* self, uint32_t ki
                                   const hexload_real_t now[HEXLOAD_LEGS], hexload_real_t sigma) {
     const uint32_t oldest = self->oldest;
     const hexload_real_t* third = self->last[kind][oldest];
-    const hexload_real_t* second = self->last[kind][oldest == 2 ? 0 : oldest + 1];
-    const hexload_real_t* first = self->last[kind][oldest == 0 ? 2 : oldest - 1];
+    const hexload_real_t* second = self->last[kind][oldest == HEXLOAD_NOISE_HISTORY - 1 ? 0 : oldest + 1];
+    const hexload_real_t* first = self->last[kind][oldest == 0 ? HEXLOAD_NOISE_HISTORY - 1 : oldest - 1];
     const hexload_real_t scale = HEXLOAD_REAL(1.0) / (HEXLOAD_REAL(20.0) * sigma * sigma); // 1 + 9 + 9 + 1
     const hexload_real_t most = LARGEST_SQUARE * hexload_max(self->ratio[kind], HEXLOAD_REAL(1.0));
     hexload_real_t sum = HEXLOAD_REAL(0.0);
@@ -71,7 +71,7 @@ void hexload_noise_meter_step(hexload_noise_meter_t* self, const hexload_config_
     for (int kind = 0; kind < HEXLOAD_NOISE_KINDS; kind++) {
         memcpy(self->last[kind][self->oldest], now[kind], sizeof self->last[kind][self->oldest]);
     }
-    self->oldest = self->oldest == 2 ? 0 : self->oldest + 1;
+    self->oldest = self->oldest == HEXLOAD_NOISE_HISTORY - 1 ? 0 : self->oldest + 1;
 }
 
 static hexload_real_t believed(const hexload_noise_meter_t* self, hexload_real_t sigma, hexload_real_t ratio,

@@ -513,6 +513,22 @@ static void test_a_new_load_leaves_the_machine_known(void) {
     TEST_ASSERT_EQUAL_INT(HEXLOAD_VERDICT_CONVERGED, bench.estimate.verdict);
 }
 
+static void test_a_mass_that_was_told_wrong_comes_out(void) {
+    // GIVEN a load that is said to weigh half as much again, and a machine of which nothing is known
+    const effects_t effects = random_effects(79);
+    static bench_t bench;
+    hexload_config_t config = paper_machine();
+    config.momentum.prior_mass_kg = HEXLOAD_REAL(450.0);
+    config.momentum.prior_mass_sigma_kg = HEXLOAD_REAL(0.1);
+    begin(&bench, config, random_motion(33, 0.05, 0.1), &effects, 6);
+    // WHEN 4 s have passed THEN that was noticed, and load and machine are as they are
+    run(&bench, &eccentric, 4000);
+    TEST_ASSERT_TRUE(bench.alarms >= 1);
+    TEST_ASSERT_TRUE(bench.last_alarm < 1000);
+    TEST_ASSERT_TRUE(nees_of(&bench, &eccentric, LOAD) < 53.0);
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_VERDICT_CONVERGED, bench.estimate.verdict);
+}
+
 static void test_standstill_says_that_bias_and_load_are_one(void) {
     // GIVEN a platform that stands, whose force sensors may be off by 100 N WHEN 2 s have passed
     const effects_t effects = random_effects(78);
@@ -646,6 +662,7 @@ int main(void) {
     RUN_TEST(test_effects_of_sigma_zero_are_none);
     RUN_TEST(test_errors_are_as_large_as_the_filter_says);
     RUN_TEST(test_a_new_load_leaves_the_machine_known);
+    RUN_TEST(test_a_mass_that_was_told_wrong_comes_out);
     RUN_TEST(test_standstill_says_that_bias_and_load_are_one);
     RUN_TEST(test_separation_is_the_conditional_variance);
     RUN_TEST(test_forgetting_the_load_keeps_the_machine);

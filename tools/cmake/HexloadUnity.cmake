@@ -27,7 +27,7 @@ if(NOT TARGET unity::framework)
     else()
         message(FATAL_ERROR
             "Unity test framework: found no src/unity.c in UNITY_ROOT (${UNITY_ROOT}) and no installed package unity. "
-            "Run tools/hexload once, it fetches Unity into build/deps/unity; or set UNITY_ROOT to a folder that has "
+            "Run tools/hexload test once, it fetches Unity into build/deps/unity; or set UNITY_ROOT to a folder that has "
             "src/unity.c; or configure with -DHEXLOAD_FETCH_UNITY=ON.")
     endif()
     target_compile_definitions(unity PUBLIC UNITY_INCLUDE_DOUBLE=) # empty, as a unity_config.h may define it too

@@ -113,7 +113,7 @@ typedef enum hexload_prior {
 } hexload_prior_t;
 
 /// Fills in the paper's machine (Table 1 with hinge half angles of 15 and 10 degrees), nominal sensors
-/// (1 mm/s, 5 N), 1 ms, the paper's 500 kg and the safe prior. The one place where defaults stand.
+/// (20 um, 1 mm/s, 5 N), 1 ms, the paper's 500 kg and the safe prior. The one place where defaults stand.
 void hexload_config_default(hexload_config_t* config);
 
 /// Sets the four prior sigmas of config->paper for its load mass.

@@ -14,8 +14,8 @@
 HEXLOAD_DECLS_BEGIN
 
 enum {
-    HEXLOAD_NOISE_KINDS =
-        3, ///< displacement, velocity, force: one in each tick, as its neighbours tell little more
+    /// Displacement, velocity, force: one in each tick, as its neighbours tell little more.
+    HEXLOAD_NOISE_KINDS = 3,
     HEXLOAD_NOISE_HISTORY = 3,
 };
 
@@ -25,8 +25,8 @@ typedef struct hexload_noise_meter {
     uint32_t history; ///< consecutive ticks in them
     uint32_t turn;    ///< kind that is measured next
     uint32_t ticks;   ///< measured so far, up to the time constant
-    hexload_real_t
-        ratio[HEXLOAD_NOISE_KINDS]; ///< (measured / stated sigma)^2; 1 before anything was measured
+    /// (measured / stated sigma)^2; 1 before anything was measured
+    hexload_real_t ratio[HEXLOAD_NOISE_KINDS];
 } hexload_noise_meter_t;
 
 void hexload_noise_meter_init(hexload_noise_meter_t* self);

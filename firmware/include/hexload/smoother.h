@@ -45,19 +45,19 @@ typedef struct hexload_smoother_constants {
     int32_t leaving[HEXLOAD_SMOOTHER_ORDERS];  ///< of its oldest
     hexload_real_t project[3];                 ///< of the third on p1; of the fifth on p1 and p3
     hexload_real_t slope[3];                   ///< from a sum in steps to c_m in m/s
-    hexload_real_t
-        inverse_gain[3]; ///< 1 / variance of c_m, in m^2/s^2, for a variance of 1 m^2 of displacements
+    /// 1 / variance of c_m, in m^2/s^2, for a variance of 1 m^2 of displacements
+    hexload_real_t inverse_gain[3];
 } hexload_smoother_constants_t;
 
 typedef struct hexload_smoother {
     hexload_smoother_constants_t constants;
-    uint64_t sum[HEXLOAD_LEGS]
-                [HEXLOAD_SMOOTHER_ORDERS]; ///< of weights times steps over the window, modulo 2^64
+    /// of weights times steps over the window, modulo 2^64
+    uint64_t sum[HEXLOAD_LEGS][HEXLOAD_SMOOTHER_ORDERS];
     int32_t steps[HEXLOAD_WINDOW_CAPACITY][HEXLOAD_LEGS];
     hexload_real_t velocity_m_s[HEXLOAD_DELAY_CAPACITY][HEXLOAD_LEGS];
     hexload_real_t force_n[HEXLOAD_DELAY_CAPACITY][HEXLOAD_LEGS];
-    uint8_t
-        flags[HEXLOAD_DELAY_CAPACITY]; ///< bridged; or a speed that its neighbours on both sides contradict
+    /// bridged; or a speed that its neighbours on both sides contradict
+    uint8_t flags[HEXLOAD_DELAY_CAPACITY];
     uint32_t stored;      ///< ticks put in since the start; modulo the capacities the next one's place
     uint32_t entered;     ///< ticks that have entered the window
     uint32_t gap_ticks;   ///< from the last sample taken out to the middle of the window
