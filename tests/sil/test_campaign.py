@@ -1,5 +1,6 @@
 """hexload campaign as a user meets it: the same numbers each time, going on where it stopped, on clusters too."""
 
+import importlib
 import json
 import os
 import signal
@@ -14,11 +15,12 @@ from distributed import Client, LocalCluster
 
 from hexload_tools import project
 from hexload_tools.campaign import schedule, verb
-from hexload_tools.campaign.cases import LARGEST_BIAS_N, Case, draw
+from hexload_tools.campaign.cases import LARGEST_BIAS_N, TARE_S, Case, draw
 from hexload_tools.campaign.store import Settings
 from hexload_tools.errors import InputError, ToolFailed
 from hexload_tools.log_file import read_log
 
+CASES = "hexload_tools.campaign.cases"
 SHORT_S = 1.0
 TWO = Settings(("multisine",), 2, 1, SHORT_S)
 PATIENCE_S = 60.0
@@ -223,6 +225,38 @@ def test_a_case_that_fails_is_named(cluster, tmp_path):
     # WHEN they run THEN the case and the reason are told
     with pytest.raises(ToolFailed, match="case unheard_of-7: KeyError: 'unheard_of'"):
         verb.run_campaign(settings, tmp_path / "out", cluster.scheduler_address, keep=False, restart=False)
+
+
+def test_a_case_whose_tare_is_refused_has_failed_and_the_campaign_goes_on(cluster, tmp_path, monkeypatch, capsys):
+    # GIVEN a campaign one of whose cases has a tare of 0.1 s, which tells too little, on a cluster
+    out = tmp_path / "out"
+    settings = Settings(("multisine", "multisine_leg_mass"), 1, 1, SHORT_S)
+    with Client(cluster.scheduler_address) as client:
+        client.run(lambda: setattr(importlib.import_module(CASES), "TARE_S", 0.3))
+    try:
+        # WHEN it runs THEN it ends, with the numbers of the other case
+        page = verb.run_campaign(settings, out, cluster.scheduler_address, keep=True, restart=False)
+    finally:
+        with Client(cluster.scheduler_address) as client:
+            client.run(lambda: setattr(importlib.import_module(CASES), "TARE_S", TARE_S))
+    told = capsys.readouterr().out
+    good, bad = (json.loads(contents(out)[f"{name}-1.json"]) for name in settings.classes)
+    assert "estimators" in good
+    # AND the reason is stored, with no path of the machine that it ran on, in the table and on the page
+    assert bad["failure"].startswith("tare_run/log.csv: found verdict")
+    assert "failed: multisine_leg_mass-1: tare_run/log.csv: found verdict" in " ".join(told.split())
+    row = next(line for line in told.splitlines() if line.split()[:1] == ["multisine_leg_mass"])
+    assert row.split()[1] == "0" and "1" in row.split()[2:]
+    assert "Cases without numbers" in page.read_text() and "tare_run/log.csv: found verdict" in page.read_text()
+    summary = {entry["name"]: entry for entry in json.loads((out / "summary.json").read_text())}
+    assert summary["multisine"]["failed"] == []
+    assert [case["name"] for case in summary["multisine_leg_mass"]["failed"]] == ["multisine_leg_mass-1"]
+    # AND its files are kept as those of others, and it is done: the same command does nothing again
+    assert (out / "runs" / "multisine_leg_mass-1" / "log.csv").is_file()
+    before = contents(out)
+    verb.run_campaign(settings, out, cluster.scheduler_address, keep=True, restart=False)
+    assert "2 of 2 cases are done already, 0 to go" in capsys.readouterr().err
+    assert contents(out) == before
 
 
 def test_an_unknown_class_is_refused(tmp_path):

@@ -128,6 +128,15 @@ def test_alarms_are_told_missed_or_false():
     assert (found.changes, found.missed, found.false, found.runs_with_false) == (3, 2, 4, 4)
 
 
+def test_a_case_without_numbers_is_a_failure_and_in_no_figure():
+    # GIVEN a run with errors of 3, and a case whose tare was refused
+    refused = {"case": {"class_name": "multisine_leg_mass", "seed": 7, "duration_s": 10.0}, "failure": "no motion"}
+    # WHEN summarised THEN the figures are the run's, and the case is told with its reason
+    entry = statistics.summarise("multisine_leg_mass", [refused, result([3.0] * 10)])
+    assert (entry.runs, entry.own.rmse[0]) == (1, 3.0)
+    assert entry.failed == (statistics.FailedCase("multisine_leg_mass-7", "no motion"),)
+
+
 def test_an_empty_platform_has_errors_but_no_percentages():
     one = momentum(result([1.0] * 10, theta=EMPTY))
     assert one.rmse_percent is None

@@ -14,7 +14,7 @@ from hexload_tools.bound import THETA_NAMES
 from hexload_tools.campaign import campaign_figures
 from hexload_tools.campaign.cases import CLASSES, TARED
 from hexload_tools.campaign.one_case import code_version
-from hexload_tools.campaign.statistics import ALARM_DUE_S, FAILURE_NEES, Alarms, ClassStatistics, Times
+from hexload_tools.campaign.statistics import ALARM_DUE_S, FAILURE_NEES, Alarms, ClassStatistics, FailedCase, Times
 from hexload_tools.campaign.store import Settings
 from hexload_tools.load_summary import EFFECT_UNITS, EFFECT_WORDS
 
@@ -36,13 +36,21 @@ METHODS = {
 DASH = "–"
 
 
-def render(settings: Settings, statistics: Sequence[ClassStatistics], by_class: dict[str, list[dict]]) -> str:
-    drawn = {
-        "ratios": campaign_figures.ratios(statistics),
-        "rivals": campaign_figures.rivals(statistics),
-        "nees": campaign_figures.nees(by_class),
-        "settling": campaign_figures.settling(by_class),
-    }
+def render(
+    settings: Settings,
+    statistics: Sequence[ClassStatistics],
+    by_class: dict[str, list[dict]],
+    failed: dict[str, tuple[FailedCase, ...]],
+) -> str:
+    """`by_class`: results with numbers, of the classes in `statistics`. `failed`: the other cases of every class."""
+    drawn = {}
+    if statistics:
+        drawn = {
+            "ratios": campaign_figures.ratios(statistics),
+            "rivals": campaign_figures.rivals(statistics),
+            "nees": campaign_figures.nees(by_class),
+            "settling": campaign_figures.settling(by_class),
+        }
     environment = jinja2.Environment(
         loader=jinja2.PackageLoader("hexload_tools.campaign", "."),
         autoescape=True,
@@ -63,6 +71,7 @@ def render(settings: Settings, statistics: Sequence[ClassStatistics], by_class: 
         has_tare=any(entry.controller == TARED for entry in statistics),
         has_effects=any(entry.effects is not None for entry in statistics),
         statistics=statistics,
+        failed=[case for cases in failed.values() for case in cases],
         failure_nees=FAILURE_NEES,
         alarm_due_s=ALARM_DUE_S,
         figures={name: _to_html(figure, f"{name}-figure") for name, figure in drawn.items()},
@@ -70,7 +79,7 @@ def render(settings: Settings, statistics: Sequence[ClassStatistics], by_class: 
     )
 
 
-def terminal_table(statistics: Sequence[ClassStatistics]) -> Table:
+def terminal_table(statistics: Sequence[ClassStatistics], failed: dict[str, tuple[FailedCase, ...]]) -> Table:
     title = (
         "controller's filter: RMSE / bound, mean of ten and worst; NEES (ideal 10), NIS (6); "
         "s to 5 %, to 1 % of scale; largest error in %; alarms"
@@ -90,7 +99,7 @@ def terminal_table(statistics: Sequence[ClassStatistics]) -> Table:
             fixed(one.nees_mean, 1),
             percent(one.nees_in_band),
             fixed(one.nis_mean, 2),
-            str(one.failures),
+            str(one.failures + len(entry.failed)),
             time(within_5, "median"),
             time(within_5, "p95"),
             time(within_1, "median"),
@@ -99,6 +108,10 @@ def terminal_table(statistics: Sequence[ClassStatistics]) -> Table:
             fixed(1e3 * alarms.delays_s.max(), 0) if len(alarms.delays_s) else DASH,
             str(alarms.false),
         )
+    judged = {entry.name for entry in statistics}
+    for name, cases in failed.items():
+        if name not in judged:
+            table.add_row(name, "0", *(len(errors) - 1) * [DASH], str(len(cases)), *7 * [DASH])
     return table
 
 

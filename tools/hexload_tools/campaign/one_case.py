@@ -19,7 +19,7 @@ from hexload_tools import bound, log_file, project, tare
 from hexload_tools.campaign import baselines, cases, leg_regression
 from hexload_tools.campaign.baselines import Answer
 from hexload_tools.campaign.cases import MOTION_FILE, TARED, Case, Setup
-from hexload_tools.errors import ToolFailed
+from hexload_tools.errors import InputError, ToolFailed
 from hexload_tools.log_file import LegLog, read_log
 from hexload_tools.toml_document import to_toml
 
@@ -29,6 +29,7 @@ WITHIN = {"within_5": 0.05, "within_1": 0.01}
 START_S = 0.2  # of a load: the mean NIS leaves out what the first tick of a filter makes of an unknown load
 LOAD_CHANGED = "load changed"
 TARE_RUN = "tare_run"
+FAILURE = "failure"  # key of a result that has no numbers
 LARGEST_TARE = 0.45  # of the platform's own parameters
 TEN = len(bound.THETA_NAMES)
 
@@ -46,13 +47,19 @@ def code_version() -> str:
 
 
 def run_case(case: Case, keep: Path | None) -> dict:
-    """What is stored of a case. `keep`: a folder for the run's files, in a folder of its name. Raises ToolFailed."""
+    """What is stored of a case; of one whose log is refused, as a user's would be, the reason as its FAILURE.
+
+    `keep`: a folder for the run's files, in a folder of its name. Raises ToolFailed.
+    """
     with tempfile.TemporaryDirectory(prefix="hexload-campaign-") as name:
         folder = Path(name)
         directory = simulate(case, folder)
-        result = _evaluate(cases.draw(case), folder, directory)
         if keep is not None:
             shutil.copytree(directory, keep / case.name, dirs_exist_ok=True)
+        try:
+            result = _evaluate(cases.draw(case), folder, directory)
+        except InputError as refusal:
+            result = {FAILURE: str(refusal).replace(f"{folder}/", "")}  # the same in whatever folder
     return {"code": code_version(), "case": asdict(case), **result}
 
 

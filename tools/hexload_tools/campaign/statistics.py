@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 from scipy.stats import chi2
 
 from hexload_tools.bound import EFFECTS, LEGS, THETA_NAMES
-from hexload_tools.campaign.one_case import scale_of
+from hexload_tools.campaign.cases import Case
+from hexload_tools.campaign.one_case import FAILURE, scale_of
 
 Array = NDArray[np.float64]
 
@@ -81,9 +82,20 @@ class EffectStatistics:
 
 
 @dataclass(frozen=True)
+class FailedCase:
+    """A case that has no numbers, as a log of it was refused."""
+
+    name: str
+    reason: str
+
+
+@dataclass(frozen=True)
 class ClassStatistics:
+    """All but the failed cases is of those that have numbers; there must be one."""
+
     name: str
     runs: int
+    failed: tuple[FailedCase, ...]  # not among the runs
     controller: str  # name of the controller's estimator among the others
     estimators: dict[str, EstimatorStatistics]
     effects: EffectStatistics | None  # None: the class has none
@@ -97,7 +109,15 @@ class ClassStatistics:
         return self.estimators[self.controller]
 
 
+def failed_cases(results: Sequence[dict]) -> tuple[FailedCase, ...]:
+    failed = [result for result in results if FAILURE in result]
+    return tuple(FailedCase(Case(**result["case"]).name, result[FAILURE]) for result in failed)
+
+
 def summarise(name: str, results: Sequence[dict]) -> ClassStatistics:
+    """Of the results of a class, of which one must have numbers."""
+    failed = failed_cases(results)
+    results = [result for result in results if FAILURE not in result]
     estimators = {
         estimator: _estimator(
             [result["estimators"][estimator] for result in results],
@@ -110,6 +130,7 @@ def summarise(name: str, results: Sequence[dict]) -> ClassStatistics:
     return ClassStatistics(
         name=name,
         runs=len(results),
+        failed=failed,
         controller=results[0]["controller"],
         estimators=estimators,
         effects=None if results[0]["effects"] is None else _effects([result["effects"] for result in results]),

@@ -14,8 +14,8 @@ from hexload_tools import build, project
 from hexload_tools.atomic_file import replaced_when_done
 from hexload_tools.campaign import campaign_report, schedule
 from hexload_tools.campaign.cases import CLASSES, DEFAULT_CLASSES, Case
-from hexload_tools.campaign.one_case import code_version
-from hexload_tools.campaign.statistics import summarise
+from hexload_tools.campaign.one_case import FAILURE, code_version
+from hexload_tools.campaign.statistics import failed_cases, summarise
 from hexload_tools.campaign.store import Settings, Store
 from hexload_tools.errors import InputError
 
@@ -77,13 +77,22 @@ def _run(cases: Sequence[Case], code: str, store: Store, scheduler: str | None, 
 
 def _conclude(settings: Settings, done: dict[Case, dict], out: Path) -> Path:
     by_class = {name: [done[case] for case in settings.cases() if case.class_name == name] for name in settings.classes}
-    statistics = [summarise(name, results) for name, results in by_class.items()]
+    failed = {name: failed_cases(results) for name, results in by_class.items()}
+    judged = {name: results for name, results in by_class.items() if len(results) > len(failed[name])}
+    statistics = [summarise(name, results) for name, results in judged.items()]
+    summary = [_plain(entry) for entry in statistics]
+    summary += [{"name": name, "runs": 0, "failed": _plain(failed[name])} for name in by_class if name not in judged]
     with replaced_when_done(out / "summary.json") as temporary:
-        temporary.write_text(json.dumps([_plain(entry) for entry in statistics], indent=1) + "\n")
+        temporary.write_text(json.dumps(summary, indent=1) + "\n")
     page = out / "report.html"
+    with_numbers = {name: [result for result in results if FAILURE not in result] for name, results in judged.items()}
     with replaced_when_done(page) as temporary:
-        temporary.write_text(campaign_report.render(settings, statistics, by_class), encoding="utf-8")
-    Console(width=None if sys.stdout.isatty() else TABLE_WIDTH).print(campaign_report.terminal_table(statistics))
+        text = campaign_report.render(settings, statistics, with_numbers, failed)
+        temporary.write_text(text, encoding="utf-8")
+    console = Console(width=None if sys.stdout.isatty() else TABLE_WIDTH)
+    console.print(campaign_report.terminal_table(statistics, failed))
+    for case in (case for cases in failed.values() for case in cases):
+        console.print(f"failed: {case.name}: {case.reason}", markup=False, highlight=False)
     return page
 
 
