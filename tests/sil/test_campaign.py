@@ -227,7 +227,7 @@ def test_a_case_that_fails_is_named(cluster, tmp_path):
         verb.run_campaign(settings, tmp_path / "out", cluster.scheduler_address, keep=False, restart=False)
 
 
-def test_a_case_whose_tare_is_refused_has_failed_and_the_campaign_goes_on(cluster, tmp_path, monkeypatch, capsys):
+def test_a_case_whose_tare_is_refused_has_failed_and_the_campaign_goes_on(cluster, tmp_path, capsys):
     # GIVEN a campaign one of whose cases has a tare of 0.1 s, which tells too little, on a cluster
     out = tmp_path / "out"
     settings = Settings(("multisine", "multisine_leg_mass"), 1, 1, SHORT_S)

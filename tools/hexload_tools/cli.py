@@ -139,7 +139,8 @@ def replay(
 ) -> None:
     """Runs the controller's own C code over a recorded log.
 
-    With --tare the empty platform is what its tare run found, and the sigmas tell the tare's uncertainty too.
+    With --tare the empty platform is what its tare run found, and the sigmas tell the tare's uncertainty too. What the mass of
+    its legs needs beside is taken off the forces first: the firmware knows of no such mass.
 
     All ten parameters (--estimator momentum) are shown as a body too: mass, centre of mass and tensor about it, whether any body
     can have them, and if none can, the nearest one that a body can have.
@@ -163,7 +164,8 @@ def tare(
 ) -> None:
     """Finds how the empty platform differs from its platform file: leg mass, cables, what the drawing does not tell.
 
-    Runs the momentum estimator over the log. Refused, and nothing written: an estimate that has not converged or is inconsistent,
+    Runs the momentum estimator over the log. Of legs with mass the file also says what is no constant offset, which hexload replay
+    takes off the forces. Refused, and nothing written: an estimate that has not converged or is inconsistent,
     a load that changes, and an offset of mass, moment of mass or inertia that is rather a load. A load below --largest-offset
     cannot be told from a heavier platform.
 

@@ -36,11 +36,12 @@ def replay_log(
     samples = read_any_log(log)
     native = native_firmware()
     platform = load_platform(native, platform_file)
-    offset = None if tare is None else tare_for(tare, native, platform, platform_file)
+    found = None if tare is None else tare_for(tare, native, platform, platform_file)
+    legs, offset = (samples, None) if found is None else (found.taken_off(samples), found.offset)
     files = f"{log} with {platform_file}" + ("" if tare is None else f" and {tare}")
     with replaced_when_done(out) as temporary, _replaced(bodies) as body_file, _replaced(report) as page:
         try:
-            result = run_firmware(native, platform, samples, temporary, estimator, prior, offset, body_file)
+            result = run_firmware(native, platform, legs, temporary, estimator, prior, offset, body_file)
         except ValueError as error:
             raise InputError(f"{files}: {error}") from None
         if page is not None:

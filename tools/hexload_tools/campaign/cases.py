@@ -26,8 +26,7 @@ TARED = "momentum_tared"  # the momentum filter, told of the tare
 FRICTION = project.SCENARIOS / "friction.toml"  # whose legs the classes with machine effects have
 FRICTION_SPEED_M_S = 5e-3  # from which their Coulomb friction is nearly whole; known to the controller
 LEG_BARS = {"rod_mass_kg": 1.0, "cylinder_mass_kg": 2.0}
-# Of the tare: on a livelier one the legs of an empty platform are now and then taken for another load.
-TARE_MOTION = {"kind": "multisine", "translation_m": 0.1, "rotation_deg": 8.0}
+TARE_MOTION = {"kind": "multisine"}
 TARE_S = 10.0
 LARGEST_BIAS_N = 70.0  # of a force sensor
 

@@ -32,6 +32,7 @@ CONVERGED_M = 1e-9
 class Regression:
     matrix: Array  # A, (n, 6, 10)
     force_n: Array  # what the load alone needs, (n, 6)
+    motion: Trajectory  # smoothed
 
     def rows(self) -> tuple[Array, Array]:
         return self.matrix.reshape(-1, 10), self.force_n.ravel()
@@ -46,12 +47,17 @@ def regression(log: LegLog, platform: Platform, smoothing: Smoothing, speeds: Sp
     if speeds == "displacement":
         velocity = np.gradient(displacement, dt_s, axis=0)
     motion = motion_of_legs(platform, displacement, velocity)
+    matrix = leg_equations(platform, motion, dt_s)
+    return Regression(matrix, force - matrix @ platform.theta, motion)
+
+
+def leg_equations(platform: Platform, motion: Trajectory, dt_s: float) -> Array:
+    """A, (n, 6, 10), of a motion with dt_s from row to row."""
     rate = np.gradient(momentum_regressor(motion), dt_s, axis=0)
     jacobian = leg_jacobian(platform, motion)
     wrench_map = np.swapaxes(jacobian, 1, 2).copy()
     wrench_map[:, 3:] += np.cross(motion.p_m[:, :, None], wrench_map[:, :3], axis=1)
-    matrix = np.linalg.solve(wrench_map, rate - gravity_regressor(platform, motion))
-    return Regression(matrix, force - matrix @ platform.theta)
+    return np.linalg.solve(wrench_map, rate - gravity_regressor(platform, motion))
 
 
 def motion_of_legs(platform: Platform, displacement_m: Array, velocity_m_s: Array) -> Trajectory:

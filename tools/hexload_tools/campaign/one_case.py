@@ -15,7 +15,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from hexload_tools import bound, log_file, project, tare
+from hexload_tools import bound, leg_mass, log_file, project, tare
 from hexload_tools.campaign import baselines, cases, leg_regression
 from hexload_tools.campaign.baselines import Answer
 from hexload_tools.campaign.cases import MOTION_FILE, TARED, Case, Setup
@@ -37,7 +37,7 @@ TEN = len(bound.THETA_NAMES)
 @functools.cache
 def code_version() -> str:
     """Digest of what decides the numbers of a case: programs, modules, the platform and the friction of the cases."""
-    modules = [Path(module.__file__) for module in (cases, leg_regression, baselines, bound, log_file, tare)]
+    modules = [Path(module.__file__) for module in (cases, leg_regression, baselines, bound, log_file, tare, leg_mass)]
     native = Path(project.native_module().__file__)
     platform = project.SCENARIOS / "platforms" / "paper.toml"
     digest = hashlib.sha256()
@@ -93,12 +93,14 @@ def _evaluate(setup: Setup, folder: Path, directory: Path) -> dict:
     found = None if setup.tare_scenario is None else _make_tare(folder)
     platform = bound.read_platform(folder / "platform.toml")
     if found is not None:
-        platform = replace(platform, theta=platform.theta + found.theta)
+        platform = replace(platform, theta=platform.theta + found.offset.theta)
     whole = _as_float32(read_log(directory / "log.csv"))
-    log = _from(whole, since_s)
+    tared = whole if found is None else _as_float32(found.taken_off(whole))
+    log = _from(tared, since_s)
     t_s = log.t_s - since_s
 
-    replays = {name: _replay_filter(folder, name, whole, found) for name in setup.filters}
+    logs = {name: tared if name == TARED else whole for name in setup.filters}
+    replays = {name: _replay_filter(folder, name, seen, found) for name, seen in logs.items()}
     estimators = {name: _score(_load_answer(replay, since_s), theta, t_s) for name, replay in replays.items()}
     if load["mass_kg"] > 0:  # the paper's filter must be told a mass
         estimators["paper"] = _score(_replay_paper(folder, load["mass_kg"], log), theta, t_s)
@@ -125,19 +127,19 @@ def _evaluate(setup: Setup, folder: Path, directory: Path) -> dict:
     }
 
 
-def _make_tare(folder: Path):
-    """The hexload_native.Tare of the run of the empty platform. Raises InputError."""
+def _make_tare(folder: Path) -> tare.MachineTare:
+    """Of the run of the empty platform. Raises InputError."""
     tare.make_tare(folder / TARE_RUN / "log.csv", folder / "platform.toml", folder / "tare.toml", LARGEST_TARE)
     native, machine = project.native_module(), folder / "platform.toml"
     return tare.tare_for(folder / "tare.toml", native, native.load_platform(str(machine)), machine)
 
 
-def _replay_filter(folder: Path, name: str, log: LegLog, offset) -> dict:
+def _replay_filter(folder: Path, name: str, log: LegLog, found: tare.MachineTare | None) -> dict:
     """A momentum filter by its name in the campaign; with the tare, its covariance has the tare's too."""
-    if name != TARED:
+    if name != TARED or found is None:
         return _replay(folder, folder / "platform.toml", name, log)
-    result = _replay(folder, folder / "platform.toml", "momentum", log, offset)
-    return result | {"covariance": result["covariance"] + np.diag(offset.sigma**2)}
+    result = _replay(folder, folder / "platform.toml", "momentum", log, found.offset)
+    return result | {"covariance": result["covariance"] + np.diag(found.offset.sigma**2)}
 
 
 def _load_answer(replay: dict, since_s: float) -> Answer:
