@@ -15,8 +15,8 @@ import pytest
 from loop import PAPER_S, SHORT_S, Controller, Loop, Peer, Recording
 from hexload_tools import project, vcan, vm, zynqmp_r5
 
-# A generous limit for what takes milliseconds on an idle machine: the guest's processor is emulated.
-PATIENCE_S = 60.0
+# A generous limit for what takes milliseconds on an idle machine: the guest's processor is emulated, and may be shared.
+PATIENCE_S = 120.0
 OUTPUT_TAIL_LINES = 60
 
 # Where the kernel itself has vcan0, no virtual machine is set up, and none is tested.

@@ -1,9 +1,14 @@
-"""Subscribers to our LCM channels, and URLs that no other test uses."""
+"""Subscribers to our LCM channels, and URLs that no other test uses.
 
+None of them judges by the clock: a run waits for its listener, and all that was sent has come when a mark sent later has.
+"""
+
+import select
 import socket
 import subprocess
 import time
 from collections import defaultdict
+from collections.abc import Callable
 
 import lcm
 
@@ -21,6 +26,10 @@ TYPES = (
     "acknowledge_t",
     "load_change_t",
 )
+MARK = "MARK"  # a channel of the listener's own
+PATIENCE_S = 240.0  # a run takes seconds; a busy machine may take many times as long as an idle one
+PATIENT = ("--answer-timeout", "60")  # of a simulator whose controller may wait for a processor
+SLOW_MACHINE = ("--sample-timeout-ms", "60000")  # of a controller whose simulator may
 
 
 def private_url() -> str:
@@ -40,18 +49,40 @@ class Listener:
             channel = "HEXLOAD_" + name.removesuffix("_t").upper()
             subscription = self.lcm.subscribe(channel, lambda _, data, name=name: self._take(name, data))
             subscription.set_queue_capacity(0)  # no limit
+        self._marks_sent = self._mark_seen = 0
+        self.lcm.subscribe(MARK, self._see_mark)
 
     def _take(self, name: str, data: bytes) -> None:
         self.messages[name].append(project.message_type(name).decode(data))
 
-    def listen_until(self, is_over, patience_s: float = 60.0, quiet_s: float = 0.3) -> None:
-        """Until `is_over()` and nothing has come for `quiet_s`."""
-        until = time.monotonic() + patience_s
-        while True:
-            came = self.lcm.handle_timeout(int(1000 * quiet_s)) > 0
-            if not came and is_over():
-                return
-            assert time.monotonic() < until, f"still running after {patience_s:g} s"
+    def _see_mark(self, _: str, data: bytes) -> None:
+        self._mark_seen = int(data)
+
+    def listen_until(self, is_over: Callable[[], bool]) -> None:
+        """Until `is_over()`, and all has come that was sent before."""
+        until = time.monotonic() + PATIENCE_S
+        while not is_over():
+            self.lcm.handle_timeout(50)
+            assert time.monotonic() < until, f"still running after {PATIENCE_S:g} s"
+        self._hear_all()
+
+    def hear_what_is_there(self) -> None:
+        while self.lcm.handle_timeout(0) > 0:
+            pass
+
+    def _hear_all(self) -> None:
+        """All that was sent until now: messages come in the order in which they were sent."""
+        first = self._marks_sent + 1
+        again = time.monotonic()
+        until = again + PATIENCE_S
+        while self._mark_seen < first:
+            now = time.monotonic()
+            assert now < until, f"no message came back within {PATIENCE_S:g} s"
+            if now >= again:
+                self._marks_sent += 1
+                self.lcm.publish(MARK, str(self._marks_sent).encode())
+                again = now + 1
+            self.lcm.handle_timeout(50)
 
 
 class Controller(Listener):
@@ -64,9 +95,9 @@ class Controller(Listener):
         self._answered = 0
         self._acknowledged = 0
 
-    def run_with(self, process: subprocess.Popen, patience_s: float = 60.0) -> None:
+    def run_with(self, process: subprocess.Popen) -> None:
         """Until the simulator has ended."""
-        until = time.monotonic() + patience_s
+        until = time.monotonic() + PATIENCE_S
         while process.poll() is None:
             self.lcm.handle_timeout(50)
             if len(self.messages["command_t"]) > self._acknowledged:
@@ -75,8 +106,8 @@ class Controller(Listener):
             told = min((len(self.messages[name]) for name in self._told_per_tick), default=self._answered)
             if samples > self._answered and told >= self._answered:
                 self._answer()
-            assert time.monotonic() < until, f"still running after {patience_s:g} s"
-        self.listen_until(lambda: True)
+            assert time.monotonic() < until, f"still running after {PATIENCE_S:g} s"
+        self._hear_all()
 
     def _publish(self, name: str, message, number: int) -> None:
         message.sequence = number
@@ -100,3 +131,28 @@ class Controller(Listener):
         self._publish("ESTIMATE", estimate, self._answered)
         self._publish("HEALTH", health, self._answered)
         self._answered += 1
+
+
+class Relay(Listener):
+    """Between a simulator on an LCM of its own, `simulators`, and a controller on `controllers`, whose messages it collects.
+    It hands messages on as they are, so that in lockstep neither is ever faster than this listener."""
+
+    def __init__(self, simulators: str, controllers: str):
+        super().__init__(controllers)
+        self.simulators = simulators
+        self._simulators = lcm.LCM(simulators)
+        for name in ("LEG_SAMPLE", "COMMAND"):
+            self._simulators.subscribe(f"HEXLOAD_{name}", self.lcm.publish).set_queue_capacity(0)
+        for name in ("LOAD_CHANGE", "ESTIMATE", "HEALTH", "ACKNOWLEDGE"):
+            self.lcm.subscribe(f"HEXLOAD_{name}", self._simulators.publish).set_queue_capacity(0)
+
+    def run_with(self, process: subprocess.Popen) -> None:
+        """Until the simulator has ended."""
+        until = time.monotonic() + PATIENCE_S
+        while process.poll() is None:
+            select.select([self._simulators, self.lcm], [], [], 0.05)
+            while self._simulators.handle_timeout(0) > 0:
+                pass
+            self.hear_what_is_there()
+            assert time.monotonic() < until, f"still running after {PATIENCE_S:g} s"
+        self._hear_all()

@@ -19,7 +19,7 @@ from hexload_tools import project
 
 SCENARIO = project.SCENARIOS / "paper.toml"
 PLATFORM = project.SCENARIOS / "platforms" / "paper.toml"
-PATIENCE_S = 60.0
+PATIENCE_S = 120.0
 PAPER_S = 5  # of the paper's scenario, where it is to converge
 PAPER_TICKS = 1000 * PAPER_S + 1  # both ends
 SHORT_S = 1  # of the scenario, where it need not converge

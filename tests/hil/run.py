@@ -39,7 +39,7 @@ def run_on_vcan(options: list[str], artefacts: Path, cpus: int) -> int:
         return run_here(options, artefacts, files)
     missing = vm.missing_pieces()
     if not missing:
-        guest = vm.Machine(out=artefacts, memory_mib=2048, timeout_s=1500, cpus=cpus)
+        guest = vm.Machine(out=artefacts, memory_mib=2048, timeout_s=3000, cpus=cpus)
         return vm.run_in_guest(pytest_command(options, Path("/out"), files), guest)
     print(
         f"no vcan0 on this kernel, and no virtual machine: found no {', no '.join(missing)}; see tools/hexload doctor"

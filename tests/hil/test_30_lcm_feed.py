@@ -1,11 +1,12 @@
 """The loop over LCM alone: the same estimates as in process, and every way in which it can break has a name."""
 
+import itertools
 import json
 import subprocess
 import sys
 
 import pytest
-from lcm_listener import Controller, Listener, private_url
+from lcm_listener import PATIENT, SLOW_MACHINE, Controller, Relay, private_url
 from momentum_scenario import platform_of, write
 
 from hexload_tools import project
@@ -32,8 +33,8 @@ def run(start, simulator, tmp_path):
 
 @pytest.fixture
 def controller(start, ecu, url):
-    def starter():
-        program = start(ecu, "--feed", f"lcm:{url}", "--platform", PLATFORM, "--die-with-parent")
+    def starter(*options):
+        program = start(ecu, "--feed", f"lcm:{url}", "--platform", PLATFORM, "--die-with-parent", *options)
         program.wait_for("ready on LCM")
         return program
 
@@ -47,14 +48,16 @@ def test_lockstep_over_lcm_gives_the_bytes_of_the_run_in_process_twice(run, cont
     # WHEN the same run feeds a controller over LCM, twice
     program = controller()
     for name in ("first", "second"):
-        fed, out = run(name, "--feed", f"lcm:{url}", "--lockstep")
+        fed, out = run(name, "--feed", f"lcm:{url}", "--lockstep", *PATIENT)
         assert fed.wait() == 0
         # THEN log and estimates are the same to the byte
         for file in ("log.csv", "truth.csv", "estimates.csv"):
             assert (out / file).read_bytes() == (expected / file).read_bytes(), file
-    # and no message was lost on the way
+    # and no message was lost on the way; a command comes again when its acknowledge is late
     assert program.interrupt() == 0
-    program.wait_for(r"4002 samples and 8 commands received, 0 messages lost, 0 refused, 4002 answers sent, 0 failed")
+    expected = r"4002 samples and (\d+) commands received, 0 messages lost, 0 refused, 4002 answers sent, 0 failed"
+    said = program.wait_for(expected)
+    assert int(said[1]) >= 8
 
 
 def test_the_momentum_filter_over_lcm_gives_the_bytes_of_the_run_in_process_and_the_event(
@@ -66,9 +69,10 @@ def test_the_momentum_filter_over_lcm_gives_the_bytes_of_the_run_in_process_and_
     assert inproc.wait() == 0
     # WHEN the same run feeds a controller over LCM
     start(ecu, "--feed", f"lcm:{url}", "--platform", platform_of(scenario)).wait_for("ready on LCM")
-    listener = Listener(url)
-    fed = start(simulator, scenario, "--out", tmp_path / "fed", "--feed", f"lcm:{url}", "--lockstep")
-    listener.listen_until(lambda: fed.process.poll() is not None)
+    listener = Relay(simulators=private_url(), controllers=url)
+    options = ["--out", tmp_path / "fed", "--feed", f"lcm:{listener.simulators}", "--lockstep", *PATIENT]
+    fed = start(simulator, scenario, *options)
+    listener.run_with(fed.process)
     assert fed.wait() == 0
     # THEN log and estimates are the same to the byte, and so is when the new load was noticed
     for file in ("log.csv", "estimates.csv"):
@@ -86,7 +90,7 @@ def test_the_momentum_filter_over_lcm_gives_the_bytes_of_the_run_in_process_and_
 
 
 def test_one_command_runs_simulator_and_controller_over_lcm(url, tmp_path):
-    words = ["sim", "paper", "--feed", f"lcm:{url}", "--duration", "1", "--out", tmp_path / "run"]
+    words = ["sim", "paper", "--feed", f"lcm:{url}", "--duration", "1", "--out", tmp_path / "run", *PATIENT]
     result = subprocess.run([sys.executable, "-m", "hexload_tools", *map(str, words)], capture_output=True, text=True)
     assert result.returncode == 0, result.stderr
     assert "1001 samples, 1001 answers, 0 missing" in result.stdout
@@ -98,7 +102,7 @@ def test_a_controller_in_python_hears_every_tick_in_order(run, url):
     # GIVEN a controller written in Python, with a fixed answer
     controller = Controller(url)
     # WHEN the simulator runs with it
-    program, out = run("run", "--feed", f"lcm:{url}")
+    program, out = run("run", "--feed", f"lcm:{url}", *PATIENT)
     controller.run_with(program.process)
     # THEN it has heard every tick once, in order
     assert program.process.returncode == 0, program.tail()
@@ -106,7 +110,8 @@ def test_a_controller_in_python_hears_every_tick_in_order(run, url):
     assert [sample.tick for sample in samples] == list(range(2001))
     assert [sample.sequence for sample in samples] == list(range(2001))
     command_t = project.message_type("command_t")
-    commands = [command.kind for command in controller.messages["command_t"]]
+    # and each command, which comes again when its acknowledge is late
+    commands = [kind for kind, _ in itertools.groupby(command.kind for command in controller.messages["command_t"])]
     assert commands == [command_t.RESET, command_t.SELECT_FILTER, command_t.START, command_t.STOP]
     # and its answers are the run's estimates
     assert (out / "estimates.csv").read_text().splitlines()[-1] == "2,1,2,3,4,1,2,3,4,0,converging"
@@ -114,12 +119,12 @@ def test_a_controller_in_python_hears_every_tick_in_order(run, url):
 
 def test_real_time_over_lcm_answers_every_tick_and_survives_a_restarted_controller(run, controller, url):
     # GIVEN a run by the clock
-    first = controller()
-    program, out = run("run", "--feed", f"lcm:{url}", "--real-time", duration_s="4")
+    first = controller(*SLOW_MACHINE)
+    program, out = run("run", "--feed", f"lcm:{url}", "--real-time", *PATIENT, duration_s="4")
     first.wait_for("estimating")
     # WHEN its controller is killed and another one is started
     first.process.kill()
-    controller().wait_for("estimating")
+    controller(*SLOW_MACHINE).wait_for("estimating")
     # THEN the run goes on to its end, and counts what was lost
     assert program.wait() == 0
     program.wait_for("the controller has been started again at tick")
@@ -166,7 +171,7 @@ def test_a_simulator_that_falls_silent_is_a_fault_of_the_controller_that_a_new_r
     program.process.kill()
     ecu.wait_for("fault: the samples are silent since tick")
     # and a new run begins anew
-    again, _ = run("again", "--feed", f"lcm:{url}")
+    again, _ = run("again", "--feed", f"lcm:{url}", *PATIENT)
     assert again.wait() == 0
 
 

@@ -7,7 +7,7 @@ from pathlib import Path
 import lcm
 import numpy as np
 import pytest
-from lcm_listener import Controller, Listener, private_url
+from lcm_listener import PATIENT, Controller, Listener, private_url
 from scipy.spatial.transform import Rotation
 
 from hexload_tools import project
@@ -16,6 +16,9 @@ from hexload_tools.run_directory import read_run
 PLATFORM = project.SCENARIOS / "platforms" / "paper.toml"
 TICKS = 3001
 TRUTH = ("platform_state_t", "load_truth_t", "wrench_t")
+# A socket's receive buffer (net.core.rmem_default, 208 KiB) takes as many messages, of at most 1280 bytes with what the
+# kernel adds, of one channel out of four, even when nobody reads.
+SURE_TO_COME = 208 * 1024 // 1280 // 4
 
 
 @pytest.fixture
@@ -39,7 +42,7 @@ def watched(start, simulator, scenario, tmp_path):
     logger.wait_for("Opening log file")
     listener = Controller(url, told_per_tick=TRUTH)
     out = tmp_path / "run"
-    options = ["--out", out, "--duration", "3", "--feed", f"lcm:{url}", "--publish", f"lcm:{url}"]
+    options = ["--out", out, "--duration", "3", "--feed", f"lcm:{url}", "--publish", f"lcm:{url}", *PATIENT]
     program = start(simulator, scenario, *options)
     listener.run_with(program.process)
     assert program.wait() == 0
@@ -104,7 +107,7 @@ def test_lcm_loggers_file_replays_to_the_estimates_of_the_run_in_process(watched
     platform = run_directory / "platform.toml"
     remarks = replay(log, platform, tmp_path / "lcm.csv")
     # THEN the estimates are those of the CSV log's same rows, to the byte, and what the logger lost, if anything, is told
-    assert len(recorded) > TICKS / 2
+    assert len(recorded) > SURE_TO_COME
     (tmp_path / "same.csv").write_text(header + "".join(rows[tick] for tick in recorded))
     replay(tmp_path / "same.csv", platform, tmp_path / "csv.csv")
     assert (tmp_path / "lcm.csv").read_bytes() == (tmp_path / "csv.csv").read_bytes()
@@ -140,6 +143,6 @@ def test_a_run_by_the_clock_is_told_with_its_losses_countable(start, simulator, 
     assert program.wait() == 0
     for name in ("leg_sample_t", *TRUTH):
         ticks = [message.tick for message in listener.messages[name]]
-        assert ticks == sorted(set(ticks)) and len(ticks) > TICKS / 2
+        assert ticks == sorted(set(ticks)) and SURE_TO_COME <= len(ticks) <= TICKS
         assert [message.sequence for message in listener.messages[name]] == ticks
     print(f"lost {TICKS - len(listener.messages['leg_sample_t'])} of {TICKS} samples by the clock")

@@ -1,24 +1,34 @@
 """hexload_bridge: LCM shows what the CAN bus carried, and everything that was wrong on it."""
 
 import csv
-import json
+import select
 import signal
+import subprocess
 import time
+from collections import Counter, deque
+from collections.abc import Iterator
+from typing import NamedTuple
 
 import can
 import pytest
-from lcm_listener import Listener, private_url
-from momentum_scenario import TICKS, platform_of, write
 
+import momentum_scenario
+from bus_frames import BY_ID, BY_THE_CLOCK, PARAMETERS, PROFILES
+from lcm_listener import PATIENCE_S, PATIENT, Listener, private_url
+from loop import read_meta
+from momentum_scenario import TICKS as MOMENTUM_TICKS
+from momentum_scenario import platform_of, write
 from hexload_tools import bus_document, project
 
 PLATFORM = project.SCENARIOS / "platforms" / "paper.toml"
-PARAMETERS = ["dz", "Ixx", "Iyy", "Izz"]
-
-
-@pytest.fixture
-def port():
-    return private_url().split(":")[-1].split("?")[0]
+GROUP = "239.74.163.2"
+DURATION_S = 1
+TICKS = 1000 * DURATION_S + 1
+STATUS = "ControllerStatus"
+NO_VERSION = "0.0.0"  # the page has not come yet
+ANSWERS = ("EstimateFd", "SigmaFd", "LoadFd", "LoadSigmaFd", "HealthFd", "AnswerPage")
+FRAMES_PER_ANSWER = {("fd", "paper"): 3, ("fd", "momentum"): 3, ("classic", "paper"): 13, ("classic", "momentum"): 26}
+TICKS_PER_ANSWER = {("fd", "paper"): 1, ("fd", "momentum"): 1, ("classic", "paper"): 26, ("classic", "momentum"): 52}
 
 
 @pytest.fixture
@@ -26,107 +36,173 @@ def url():
     return private_url()
 
 
-@pytest.fixture
-def run_bridged(start, ecu, simulator, bridge, port, url, tmp_path):
-    """A run by the clock, as long as it is slow enough for every listener: (rows of its estimates, messages, bridge)."""
-    bus = f"udp_multicast:239.74.163.2:{port}"
+def bus_of_its_own() -> str:
+    return f"udp_multicast:{GROUP}:{private_url().split(':')[-1].split('?')[0]}"
 
-    def runner(profile, *bridge_options):
-        teller = start(bridge, "--bus", bus, "--profile", profile, "--lcm", url, *bridge_options)
-        teller.wait_for("^hexload_bridge: ready on " + bus)
-        controller = start(ecu, "--bus", bus, "--profile", profile, "--platform", PLATFORM)
-        controller.wait_for("ready on")
+
+def open_bus(name: str) -> can.BusABC:
+    _, group, port = name.split(":")
+    return can.Bus(interface="udp_multicast", channel=group, port=int(port), fd=True, hop_limit=0)
+
+
+class Relay:
+    """Between a simulator on a bus of its own, `simulators`, and a controller and a bridge on `controllers`. It hands an
+    answer on when LCM has told all before it: in lockstep the simulator is never faster than bridge and listener."""
+
+    def __init__(self, listener: Listener, frames_per_answer: int, has_samples: bool):
+        self.simulators, self.controllers = bus_of_its_own(), bus_of_its_own()
+        self.seen: Counter[str] = Counter()  # frames handed on, by name
+        self._listener, self._frames_per_answer, self._has_samples = listener, frames_per_answer, has_samples
+        self._held: deque[can.Message] = deque()
+
+    def run_with(self, process: subprocess.Popen) -> None:
+        """Until the simulator has ended."""
+        until = time.monotonic() + PATIENCE_S
+        with open_bus(self.simulators) as near, open_bus(self.controllers) as far:
+            while process.poll() is None:
+                select.select([near, far, self._listener.lcm], [], [], 0.05)
+                for message in self._frames(near, "SIMULATOR"):
+                    far.send(message)
+                self._held.extend(self._frames(far, "CONTROLLER"))
+                self._listener.hear_what_is_there()
+                while self._held and self._all_is_told():
+                    near.send(self._held.popleft())
+                assert time.monotonic() < until, f"still running after {PATIENCE_S:g} s"
+
+    def _frames(self, bus: can.BusABC, sender: str) -> Iterator[can.Message]:
+        """Those of `sender` that have come."""
+        while (message := bus.recv(0)) is not None:
+            kind = BY_ID[message.arbitration_id]
+            if sender in kind.senders:
+                self.seen[kind.name] += 1
+                yield message
+
+    def _all_is_told(self) -> bool:
+        told = self._listener.messages
+        answers = sum(self.seen[name] for name in ANSWERS) // self._frames_per_answer
+        samples = self.seen["LegSampleFd"] + self.seen["LegSample6"] if self._has_samples else 0
+        return len(told["estimate_t"]) >= answers and len(told["leg_sample_t"]) >= samples
+
+
+class Bridged(NamedTuple):
+    rows: list[dict[str, str]]  # of the run's estimates
+    meta: dict
+    messages: dict[str, list]
+    seen: Counter[str]  # frames on the bus, by name
+    teller: object
+
+
+@pytest.fixture
+def run_bridged(start, ecu, simulator, bridge, url, tmp_path):
+    """run_bridged(profile, filter_name, *options of the bridge): a run in lockstep, and on until `is_told(messages)`."""
+
+    def runner(profile, filter_name, *bridge_options, is_told=lambda messages: True) -> Bridged:
+        scenario, platform, duration_s = project.SCENARIOS / "paper.toml", PLATFORM, DURATION_S
+        if filter_name == "momentum":
+            scenario = write(tmp_path)
+            platform, duration_s = platform_of(scenario), momentum_scenario.DURATION_S
         listener = Listener(url)
-        out = tmp_path / "run"
-        options = ["--out", out, "--duration", "2.5", "--real-time", "--bus", bus, "--profile", profile]
-        program = start(simulator, project.SCENARIOS / "paper.toml", *options)
-        listener.listen_until(lambda: program.process.poll() is not None)
+        relay = Relay(listener, FRAMES_PER_ANSWER[profile, filter_name], "--samples" in bridge_options)
+        teller = start(bridge, "--bus", relay.controllers, "--profile", profile, "--lcm", url, *bridge_options)
+        teller.wait_for("^hexload_bridge: ready on " + relay.controllers)
+        start(ecu, "--bus", relay.controllers, "--profile", profile, "--platform", platform).wait_for("ready on")
+        options = ["--out", tmp_path / "run", "--duration", duration_s, "--bus", relay.simulators, "--profile", profile]
+        program = start(simulator, scenario, *options, *PATIENT)
+        relay.run_with(program.process)
         assert program.wait() == 0
+        listener.listen_until(lambda: is_told(listener.messages))
         teller.process.send_signal(signal.SIGTERM)
         listener.listen_until(lambda: teller.process.poll() is not None)
         assert teller.wait() == 0
-        with (out / "estimates.csv").open() as file:
+        with (tmp_path / "run" / "estimates.csv").open() as file:
             rows = list(csv.DictReader(file))
-        return rows, listener.messages, teller
+        return Bridged(rows, read_meta(tmp_path / "run"), listener.messages, relay.seen, teller)
 
     return runner
 
 
-@pytest.mark.parametrize("profile", ["fd", "classic"])
+@pytest.mark.parametrize("profile", PROFILES)
 def test_estimates_and_health_on_lcm_are_those_of_the_bus(run_bridged, profile):
     # GIVEN a run over a CAN bus with a bridge on it
-    rows, messages, teller = run_bridged(profile)
-    by_tick = {round(float(row["t"]) * 1000): row for row in rows}
-    estimates = {message.tick: message for message in messages["estimate_t"]}
+    run = run_bridged(profile, "paper")
+    by_tick = {round(float(row["t"]) * 1000): row for row in run.rows}
+    estimates = {message.tick: message for message in run.messages["estimate_t"]}
     # THEN every estimate of the run is on LCM, to the last digit
-    common = by_tick.keys() & estimates.keys()
-    assert len(common) >= 0.9 * len(by_tick) > 50
-    for tick in common:
-        row, message = by_tick[tick], estimates[tick]
-        assert list(message.name) == PARAMETERS
+    assert estimates.keys() == by_tick.keys()
+    assert len(by_tick) == TICKS // TICKS_PER_ANSWER[profile, "paper"]
+    for tick, row in by_tick.items():
+        message = estimates[tick]
+        assert list(message.name) == list(PARAMETERS)
         for index, name in enumerate(PARAMETERS):
             assert f"{message.value[index]:.9g}" == row[name]
             assert f"{message.sigma[index]:.9g}" == row[f"s_{name}"]
         assert message.verdict == row["verdict"]
         assert f"{message.nis:.9g}" == row["nis"]
     # and the health goes with it
-    states = {message.state for message in messages["health_t"]}
+    states = {message.state for message in run.messages["health_t"]}
     assert states <= {"armed", "estimating", "converged"} and "estimating" in states
     # and the samples are not: the simulator may publish them
-    assert messages["leg_sample_t"] == []
-    teller.wait_for(r"ended; .* refused 0 by length, 0 by checksum, 0 by value, 0 by tick, 0 of the other profile")
+    assert run.messages["leg_sample_t"] == []
+    run.teller.wait_for(r"ended; .* refused 0 by length, 0 by checksum, 0 by value, 0 by tick, 0 of the other profile")
 
 
-@pytest.mark.parametrize("profile, ticks_per_answer", [("fd", 1), ("classic", 52)])
-def test_ten_parameters_and_the_event_of_a_new_load_are_on_lcm(
-    start, ecu, simulator, bridge, port, url, tmp_path, profile, ticks_per_answer
-):
+@pytest.mark.parametrize("profile", PROFILES)
+def test_ten_parameters_and_the_event_of_a_new_load_are_on_lcm(run_bridged, profile):
     # GIVEN a bridge on a bus in lockstep, whose controller runs the momentum filter
-    scenario, bus = write(tmp_path), f"udp_multicast:239.74.163.2:{port}"
-    teller = start(bridge, "--bus", bus, "--profile", profile, "--lcm", url)
-    teller.wait_for("ready on")
-    start(ecu, "--bus", bus, "--profile", profile, "--platform", platform_of(scenario)).wait_for("ready on")
-    listener = Listener(url)
-    # WHEN another load is picked up
-    program = start(simulator, scenario, "--out", tmp_path / "run", "--bus", bus, "--profile", profile, "--real-time")
-    listener.listen_until(lambda: program.process.poll() is not None)
-    assert program.wait() == 0
-    noticed_s = json.loads((tmp_path / "run" / "meta.json").read_text())["load_changes_noticed_s"]
+    # WHEN another load is picked up, and the controller's page that counts it has come
+    def is_counted(messages):
+        return messages["bus_statistics_t"] and messages["bus_statistics_t"][-1].controller_load_changes == 1
+
+    run = run_bridged(profile, "momentum", "--samples", is_told=is_counted)
     # THEN LCM has the event, once, and the estimates of all ten
-    assert [change.tick / 1000 for change in listener.messages["load_change_t"]] == noticed_s
+    noticed_s = run.meta["load_changes_noticed_s"]
+    assert [change.tick / 1000 for change in run.messages["load_change_t"]] == noticed_s
     assert len(noticed_s) == 1
-    told = listener.messages["estimate_t"]
-    assert 0.9 * TICKS / ticks_per_answer <= len(told) + 1 <= TICKS / ticks_per_answer + 1
+    told = run.messages["estimate_t"]
+    assert len(told) == len(run.rows) == MOMENTUM_TICKS // TICKS_PER_ANSWER[profile, "momentum"]
     assert {(message.filter, message.count) for message in told} == {("momentum", 10)}
-    # and the controller's count of changes is in the statistics when its page has come
-    teller.process.send_signal(signal.SIGTERM)
-    listener.listen_until(lambda: teller.process.poll() is not None)
-    assert listener.messages["bus_statistics_t"][-1].controller_load_changes == 1
 
 
-@pytest.mark.parametrize("profile", ["fd", "classic"])
+@pytest.mark.parametrize("profile", PROFILES)
 def test_bus_statistics_agree_with_the_bus_document_and_the_controller(run_bridged, profile):
-    _, messages, _ = run_bridged(profile, "--samples")
-    # GIVEN the period of which most lay within the run
-    busiest = max(messages["bus_statistics_t"], key=lambda message: message.load_1)
-    last = messages["bus_statistics_t"][-1]
-    # THEN the load is that of the contract's cyclic frames: a run that was held up may catch up a little, and a period
-    # may be half idle
-    contract = bus_document.bus_load(bus_document.load_contract(), profile, "paper")
-    assert 0.4 * contract < busiest.load_1 < 1.2 * contract
-    assert last.peak_load_1 == busiest.load_1
+    # GIVEN a run, and the statistics of all its periods
+    def has_controller(messages):
+        return messages["bus_statistics_t"] and messages["bus_statistics_t"][-1].controller_version != NO_VERSION
+
+    run = run_bridged(profile, "paper", "--samples", is_told=has_controller)
+    told = run.messages["bus_statistics_t"]
+    assert [message.sequence for message in told] == list(range(len(told)))
+    last = told[-1]
+    # WHEN their rates are counted up THEN they are the frames of the ticks, each as often as the contract says, and some
+    # that go by the clock
+    contract = bus_document.load_contract()
+    kinds = bus_document.messages_of(contract, profile, "paper")
+    cyclic = [kind for kind in kinds if kind.cycle_time and kind.name != STATUS]
+    frames = {kind.name: (TICKS - 1) // kind.cycle_time + 1 for kind in cyclic}
+    assert {name: run.seen[name] for name in frames} == frames
+    counted = sum((m.frames_to_controller_1_s + m.frames_from_controller_1_s) * m.period_s for m in told)
+    by_the_clock = round(counted) - sum(frames.values())
+    assert counted == pytest.approx(round(counted), abs=1e-6)
+    assert by_the_clock >= sum(run.seen[name] for name in BY_THE_CLOCK)
+    # and together they keep the bus busy as long as the bus document says
+    times_s = {kind.name: bus_document.frame_time_s(kind, bus_document.DATA_MBIT_S) for kind in contract.messages}
+    assert len({times_s[name] for name in BY_THE_CLOCK}) == 1
+    expected_s = by_the_clock * times_s[STATUS] + sum(count * times_s[name] for name, count in frames.items())
+    assert sum(message.load_1 * message.period_s for message in told) == pytest.approx(expected_s, rel=1e-9)
+    assert last.peak_load_1 == max(message.load_1 for message in told)
     assert (last.bus.split(":")[0], last.profile) == ("udp_multicast", profile)
     # and samples are counted as LCM has them
-    assert last.samples == len(messages["leg_sample_t"])
-    assert last.samples + last.samples_missing + last.samples_incomplete >= 2500
+    assert last.samples == len(run.messages["leg_sample_t"]) == TICKS
+    assert last.samples_missing == last.samples_incomplete == last.answers_incomplete == last.receive_drops == 0
     # and the controller's own view came through
-    assert last.has_controller and last.controller_version == "0.1.0"
+    assert last.has_controller
+    assert last.controller_version == run.meta["version"]
     assert last.controller_fault == "no fault"
 
 
-def test_frames_that_are_wrong_or_foreign_are_counted_by_kind(start, bridge, port, url):
+def test_frames_that_are_wrong_or_foreign_are_counted_by_kind(start, bridge, url):
     # GIVEN a bridge alone on a bus
-    bus = f"udp_multicast:239.74.163.2:{port}"
+    bus = bus_of_its_own()
     listener = Listener(url)
     teller = start(bridge, "--bus", bus, "--lcm", url)
     teller.wait_for("ready on")
@@ -137,10 +213,10 @@ def test_frames_that_are_wrong_or_foreign_are_counted_by_kind(start, bridge, por
         "foreign": can.Message(arbitration_id=0x7FF, is_extended_id=False, data=b"\x01"),
     }
     # WHEN frames come that are not as the contract says
-    with can.Bus(interface="udp_multicast", channel="239.74.163.2", port=int(port), fd=True, hop_limit=0) as sender:
+    with open_bus(bus) as sender:
         for frame in frames.values():
             sender.send(frame)
-        until = time.monotonic() + 60
+        until = time.monotonic() + PATIENCE_S
         while True:
             listener.lcm.handle_timeout(100)
             told = listener.messages["bus_statistics_t"]

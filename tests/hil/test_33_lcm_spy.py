@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from lcm_listener import private_url
+from lcm_listener import PATIENCE_S, PATIENT, SLOW_MACHINE, private_url
 from PIL import Image, ImageGrab
 
 from hexload_tools import project
@@ -25,7 +25,6 @@ SHOWN = {
     "HEXLOAD_PLATFORM_STATE": (1205, 610, 390, 380),
 }
 ROW_PX, HEADER_PX = 16, 18
-PATIENCE_S = 120.0  # two Java programs, on two processors that also emulate others
 CHANGED_PX = 20  # a few digits
 
 
@@ -99,9 +98,9 @@ def test_lcm_spy_decodes_every_type_and_shows_live_values(display, start, ecu, s
     assert main is not None
     place(main, LIST)
     # WHEN a run by the clock is on LCM: samples, truth and the controller's answers
-    start(ecu, "--feed", f"lcm:{url}", "--platform", PLATFORM).wait_for("ready on LCM")
-    options = ["--out", tmp_path / "run", "--duration", "1000", "--real-time", "--feed", f"lcm:{url}", "--publish", f"lcm:{url}"]
-    start(simulator, project.SCENARIOS / "paper.toml", *options)
+    start(ecu, "--feed", f"lcm:{url}", "--platform", PLATFORM, *SLOW_MACHINE).wait_for("ready on LCM")
+    options = ["--duration", "3600", "--real-time", "--feed", f"lcm:{url}", "--publish", f"lcm:{url}", *PATIENT]
+    start(simulator, project.SCENARIOS / "paper.toml", "--out", tmp_path / "run", *options)
     # the list is in the order of the names: the truth comes last
     silent = ("bus_statistics_t", "load_change_t")  # no CAN bus, and the load stays
     channels = sorted(f"HEXLOAD_{path.stem.removesuffix('_t').upper()}" for path in TYPES if path.stem not in silent)

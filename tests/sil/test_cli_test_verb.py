@@ -22,7 +22,7 @@ def presets(monkeypatch, tmp_path):
     """Replaces the building and running of presets by outcomes that the test chooses."""
     chosen = {}
     monkeypatch.setattr(verb, "_run_preset", lambda preset, regex, built: chosen[preset])
-    monkeypatch.setattr(verb.build, "build", lambda preset, *targets, niceness: None)
+    monkeypatch.setattr(verb.build, "build", lambda preset, *targets: None)
     return chosen
 
 
@@ -78,6 +78,45 @@ def test_one_failure_fails_the_whole_run(presets, capsys):
     assert "unit.wrench" in output
 
 
+def test_what_failed_is_named_with_the_words_of_its_assertions_before_the_last_line(presets, tmp_path, capsys):
+    # GIVEN ctest's output of pytests of which one has failed, of an assertion of Unity, and of a program that crashed
+    outputs = {
+        "hil_host": """tests/hil/test_32.py::test_load PASSED
+=================================== FAILURES ===================================
+_____________________________ test_load[classic-52] _____________________________
+>       assert 24 == 25
+E       assert 24 == 25
+tests/hil/test_32.py:99: AssertionError
+=========================== short test summary info ============================
+FAILED tests/hil/test_32.py::test_load[classic-52]""",
+        "unit_wrench": "wrench.c:5:test_a:PASS\nwrench.c:9:test_b:FAIL: Expected 1 Was 2\n-----\n2 Tests 1 Failures",
+        "crash": "first\nSegmentation fault",
+    }
+    case = '<testcase name="{}" status="fail"><system-out>{}</system-out></testcase>'
+    cases = "".join(case.format(name, output) for name, output in outputs.items())
+    junit = tmp_path / "host.xml"
+    junit.write_text(f"<testsuite>{cases}</testsuite>")
+    # WHEN the run is summed up
+    presets["host"] = verb.read_junit("host", junit)
+    assert verb.run_tests(["host"], None) == 1
+    # THEN its last lines name each, with what it said
+    lines = capsys.readouterr().out.splitlines()
+    assert lines[lines.index("failed: hil_host of preset host") :] == [
+        "failed: hil_host of preset host",
+        "  _____________________________ test_load[classic-52] _____________________________",
+        "  E       assert 24 == 25",
+        "  FAILED tests/hil/test_32.py::test_load[classic-52]",
+        "",
+        "failed: unit_wrench of preset host",
+        "  wrench.c:9:test_b:FAIL: Expected 1 Was 2",
+        "",
+        "failed: crash of preset host",
+        "  first",
+        "  Segmentation fault",
+        "0 passed, 3 failed",
+    ]
+
+
 def test_a_run_of_no_test_fails(presets, capsys):
     # GIVEN presets in which no test matched WHEN they are run THEN that is a failure
     presets.update({"host": outcome("host", 0)})
@@ -87,7 +126,7 @@ def test_a_run_of_no_test_fails(presets, capsys):
 
 def test_a_build_that_fails_is_counted_and_the_other_presets_still_run(monkeypatch, capsys):
     # GIVEN a compiler that refuses everything
-    def refuse(preset, *targets, niceness):
+    def refuse(preset, *targets):
         raise verb.ToolFailed(f"building {preset} failed\nerror: found nothing, expected ';'")
 
     monkeypatch.setattr(verb.build, "build", refuse)
@@ -101,7 +140,7 @@ def test_a_build_that_fails_is_counted_and_the_other_presets_still_run(monkeypat
 def test_the_next_preset_is_built_while_one_is_tested(monkeypatch, capsys):
     # GIVEN tests of the first preset that last until the second one has been built
     built = {"host": Event(), "host-clang": Event()}
-    monkeypatch.setattr(verb.build, "build", lambda preset, *targets, niceness: built[preset].set())
+    monkeypatch.setattr(verb.build, "build", lambda preset, *targets: built[preset].set())
 
     def tests_of(preset, regex, build):
         build.result()

@@ -17,16 +17,13 @@ def ensure_built(*targets: str) -> None:
         build(project.DEFAULT_PRESET, *targets)
 
 
-def build(preset: str, *targets: str, niceness: int = 0) -> None:
-    """Builds `targets` (none: all) of `preset`, `niceness` below the caller's priority.
-
-    Raises ToolFailed with the tail of the compiler's output.
-    """
+def build(preset: str, *targets: str) -> None:
+    """Builds `targets` (none: all) of `preset`. Raises ToolFailed with the tail of the compiler's output."""
     directory = project.preset_directory(preset)
     _configure(preset, directory)
     if _nothing_to_do(directory, targets):
         return
-    command = ["nice", "-n", str(niceness), "cmake", "--build", str(directory)]
+    command = ["cmake", "--build", str(directory)]
     command += ["--target", *targets] if targets else []
     _stage(f"building {preset}", command, LOGS / f"build-{preset}.log")
 
