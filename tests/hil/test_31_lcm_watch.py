@@ -7,6 +7,7 @@ from pathlib import Path
 import lcm
 import numpy as np
 import pytest
+from conftest import ended_programs
 from lcm_listener import PATIENT, Controller, Listener, private_url
 from scipy.spatial.transform import Rotation
 
@@ -21,32 +22,32 @@ TRUTH = ("platform_state_t", "load_truth_t", "wrench_t")
 SURE_TO_COME = 208 * 1024 // 1280 // 4
 
 
-@pytest.fixture
-def scenario(tmp_path):
+@pytest.fixture(scope="module")
+def scenario(tmp_path_factory):
     """The load changes after one and after two seconds."""
     text = (project.SCENARIOS / "load_change.toml").read_text()
     for found, wanted in (("at_s = 8.0", "at_s = 1.0"), ("at_s = 16.0", "at_s = 2.0")):
         assert text.count(found) == 1
         text = text.replace(found, wanted)
-    path = tmp_path / "load_change.toml"
+    path = tmp_path_factory.mktemp("scenario") / "load_change.toml"
     path.write_text(text.replace("platforms/paper.toml", str(PLATFORM)))
     return path
 
 
-@pytest.fixture
-def watched(start, simulator, scenario, tmp_path):
+@pytest.fixture(scope="module")
+def watched(simulator, scenario, tmp_path_factory):
     """A published run whose listener sets the pace, and lcm-logger's file of it: (run directory, messages by type, log)."""
-    url = private_url()
-    log = tmp_path / "lcmlog"
-    logger = start(Path(sys.prefix) / "bin" / "lcm-logger", f"--lcm-url={url}", "--flush-interval=100", log)
-    logger.wait_for("Opening log file")
-    listener = Controller(url, told_per_tick=TRUTH)
-    out = tmp_path / "run"
-    options = ["--out", out, "--duration", "3", "--feed", f"lcm:{url}", "--publish", f"lcm:{url}", *PATIENT]
-    program = start(simulator, scenario, *options)
-    listener.run_with(program.process)
-    assert program.wait() == 0
-    logger.interrupt()
+    url, folder = private_url(), tmp_path_factory.mktemp("watched")
+    log, out = folder / "lcmlog", folder / "run"
+    with ended_programs(folder, []) as start:
+        logger = start(Path(sys.prefix) / "bin" / "lcm-logger", f"--lcm-url={url}", "--flush-interval=100", log)
+        logger.wait_for("Opening log file")
+        listener = Controller(url, told_per_tick=TRUTH)
+        options = ["--out", out, "--duration", "3", "--feed", f"lcm:{url}", "--publish", f"lcm:{url}", *PATIENT]
+        program = start(simulator, scenario, *options)
+        listener.run_with(program.process)
+        assert program.wait() == 0, program.output
+        logger.interrupt()
     return out, listener.messages, log
 
 

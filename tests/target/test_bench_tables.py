@@ -2,12 +2,14 @@
 
 from hexload_tools import controller_bench, target
 
+SHORT_MOTION_S = 1.0  # the figures of a longer motion are those of the budgets
 PUBLISHED = ("TinyEKF", "kalman-clib", "CMSIS-DSP, dense", "Eigen fixed-size, dense", "Eigen, block-structured")
 
 
 def test_bench_prints_stages_filters_and_memory(capsys, monkeypatch):
     # GIVEN a terminal that is wide enough WHEN the tables are printed
     monkeypatch.setenv("COLUMNS", "120")
+    monkeypatch.setattr(controller_bench, "MOTION_S", SHORT_MOTION_S)
     controller_bench.print_controller_tables()
     output = capsys.readouterr().out
     # THEN each row has its numbers: a stage and the tick at both levels, in motion and for any input
