@@ -274,8 +274,8 @@ def record(tmp_path_factory, make_loop) -> Callable[..., Recording]:
 
 @pytest.fixture(scope="session")
 def paper_run(record) -> Callable[[str], Recording]:
-    """paper_run(profile): half of the paper's scenario, at whose end all is converged."""
-    return lambda profile: record(profile, "--duration", PAPER_S)
+    """paper_run(profile): the beginning of the paper's scenario."""
+    return lambda profile: record(profile, "--duration", PAPER_S[profile])
 
 
 @pytest.fixture(scope="session")

@@ -20,8 +20,8 @@ from hexload_tools import project
 SCENARIO = project.SCENARIOS / "paper.toml"
 PLATFORM = project.SCENARIOS / "platforms" / "paper.toml"
 PATIENCE_S = 120.0
-PAPER_S = 5  # of the paper's scenario, where it is to converge
-PAPER_TICKS = 1000 * PAPER_S + 1  # both ends
+PAPER_S = {"fd": 5, "classic": 3}  # of the paper's scenario, by profile: in fd until it has converged
+PAPER_TICKS = {profile: 1000 * seconds + 1 for profile, seconds in PAPER_S.items()}  # both ends
 SHORT_S = 1  # of the scenario, where it need not converge
 NOTHING_COMES_S = 1.0  # that long is waited for what may not come
 RECORDER_BUFFER_BYTES = 8 << 20

@@ -32,7 +32,8 @@ def quantised(values: np.ndarray, step: float) -> np.ndarray:
 @pytest.fixture(scope="module")
 def in_process(simulator, tmp_path_factory):
     directory = tmp_path_factory.mktemp("inproc") / "run"
-    subprocess.run([simulator, SCENARIO, "--duration", str(PAPER_S), "--out", directory, "--quiet"], check=True)
+    longest_s = max(PAPER_S.values())
+    subprocess.run([simulator, SCENARIO, "--duration", str(longest_s), "--out", directory, "--quiet"], check=True)
     return read_run(directory)
 
 
@@ -64,7 +65,7 @@ def test_estimates_are_the_firmwares_on_the_quantised_log_to_the_last_digit(pape
 def test_the_bus_moves_an_estimate_by_a_small_part_of_its_sigma(over_bus, in_process):
     # GIVEN the same scenario in process, without quantisation: the plant is not in question
     profile, run = over_bus
-    assert np.array_equal(run.log.force_n, in_process.log.force_n)
+    assert np.array_equal(run.log.force_n, in_process.log.force_n[: len(run.log.t_s)])
     # WHEN the last estimates are compared. Rounding to a step adds noise of step / sqrt(12), at most `share` of the
     # sensor's sigma; what it adds to an estimate is then that share of the estimate's own sigma.
     sensors = in_process.platform["sensors"]

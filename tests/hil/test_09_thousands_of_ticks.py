@@ -16,36 +16,37 @@ def test_each_fd_tick_has_one_sample_and_one_answer_in_order(paper_run):
     frames = paper_run("fd").frames
     # THEN the simulator has sent one sample per tick
     samples = sent_with_the_ticks(frames, "SIMULATOR")
-    assert [(frame.name, tick_of_fd(frame)) for frame in samples] == [("LegSampleFd", tick) for tick in range(PAPER_TICKS)]
+    ticks = range(PAPER_TICKS["fd"])
+    assert [(frame.name, tick_of_fd(frame)) for frame in samples] == [("LegSampleFd", tick) for tick in ticks]
     # and the controller one answer of three frames
     order = ("EstimateFd", "SigmaFd", "HealthFd")
     answers = [(frame.name, tick_of_fd(frame)) for frame in sent_with_the_ticks(frames, "CONTROLLER")]
-    assert answers == [(name, tick) for tick in range(PAPER_TICKS) for name in order]
+    assert answers == [(name, tick) for tick in ticks for name in order]
 
 
 def test_each_classic_tick_has_six_legs_and_each_even_one_a_page_in_order(paper_run):
     # GIVEN the paper's scenario over the bus WHEN names are read in the order of each sender
     frames = paper_run("classic").frames
     samples = sent_with_the_ticks(frames, "SIMULATOR")
-    legs = [f"LegSample{leg}" for leg in range(1, 7)]
+    legs, ticks = [f"LegSample{leg}" for leg in range(1, 7)], range(PAPER_TICKS["classic"])
     # THEN the simulator has sent each leg of each tick, and the whole tick with every sixteenth
     assert [frame.name for frame in samples] == [
-        name for tick in range(PAPER_TICKS) for name in ["SampleTick"] * (tick % 16 == 0) + legs
+        name for tick in ticks for name in ["SampleTick"] * (tick % 16 == 0) + legs
     ]
     lows = [frame.data[7] >> 4 for frame in samples if frame.name != "SampleTick"]
-    assert lows == [tick % 16 for tick in range(PAPER_TICKS) for _ in legs]
+    assert lows == [tick % 16 for tick in ticks for _ in legs]
     # and the controller one page for each even tick
     pages = sent_with_the_ticks(frames, "CONTROLLER")
-    assert [int.from_bytes(page.data[1:3], "little") for page in pages] == list(range(0, PAPER_TICKS, 2))
+    assert [int.from_bytes(page.data[1:3], "little") for page in pages] == list(ticks[::2])
 
 
 @pytest.mark.parametrize("profile", PROFILES)
 def test_the_metadata_counts_no_loss(paper_run, profile):
     # GIVEN the paper's scenario over the bus WHEN its metadata is read THEN every tick was sent and answered
     meta = paper_run(profile).meta
-    bus = meta["bus"]
-    answers = {"fd": PAPER_TICKS, "classic": (PAPER_TICKS + 1) // 2}[profile]
-    assert (bus["samples"], bus["answers_expected"], bus["answers"]) == (PAPER_TICKS, answers, answers)
+    bus, ticks = meta["bus"], PAPER_TICKS[profile]
+    answers = {"fd": ticks, "classic": (ticks + 1) // 2}[profile]
+    assert (bus["samples"], bus["answers_expected"], bus["answers"]) == (ticks, answers, answers)
     assert bus["answers_missing"] == bus["answers_late"] == bus["unsent"] == bus["saturated"] == 0
     assert meta["missing"] == meta["refused"] == 0
 

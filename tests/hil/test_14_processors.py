@@ -28,11 +28,11 @@ def test_answers_are_those_of_the_linux_process_to_the_byte(paper_run, on_linux,
     # GIVEN the paper's scenario with this controller WHEN it is run with hexload_ecu
     ours = paper_run(PROFILE)
     print(ours.output)
-    theirs = on_linux.record(tmp_path / "run", PROFILE, "--duration", PAPER_S)
+    theirs = on_linux.record(tmp_path / "run", PROFILE, "--duration", PAPER_S[PROFILE])
     # THEN both were sent the same samples
     assert sent_with_the_ticks(ours.frames, "SIMULATOR") == sent_with_the_ticks(theirs.frames, "SIMULATOR")
     # and every answer is the same, byte for byte
-    assert len(answers_of(ours.frames)) == (PAPER_TICKS + 1) // 2
+    assert len(answers_of(ours.frames)) == (PAPER_TICKS[PROFILE] + 1) // 2
     assert answers_of(ours.frames) == answers_of(theirs.frames)
 
 
