@@ -15,6 +15,7 @@ Array = NDArray[np.float64]
 
 COLOURS = ("#1d5fa6", "#d97706", "#15803d", "#b91c1c", "#7c3aed", "#0e7490", "#be185d", "#4d7c0f", "#78350f", "#475569")
 HEIGHT = 380
+WIDE = 4.0  # largest over smallest: less has too few round numbers between
 DIGITS_2_AND_5 = "D2"  # between the powers of ten of an axis
 SHARES = {"title": "runs, %", "range": [0, 101]}
 
@@ -44,19 +45,21 @@ def ratios(statistics: Sequence[ClassStatistics]) -> go.Figure:
     figure.add_hrect(y0=low, y1=high, fillcolor=BAND, line_width=0, layer="below")
     figure.add_hline(y=1.0, line={"color": INK, "width": 1})
     figure.update_layout(scattermode="group")  # side by side, as many are alike
-    figure.update_yaxes(title="RMSE / bound", type="log", dtick=DIGITS_2_AND_5)
+    shown = np.concatenate([[low, high], *(entry.own.ratio for entry in statistics)])
+    is_wide = shown.max() > WIDE * shown.min()
+    figure.update_yaxes(title="RMSE / bound", type="log", dtick=DIGITS_2_AND_5 if is_wide else None)
     return finish(figure, height_for(len(statistics)))
 
 
-def rivals(statistics: Sequence[ClassStatistics]) -> go.Figure:
-    """RMSE / bound, mean over the parameters, of every estimator."""
+def rivals(statistics: Sequence[ClassStatistics], words: dict[str, str]) -> go.Figure:
+    """RMSE / bound, mean over the parameters, of every estimator, whose names are put in words."""
     figure = go.Figure()
     for position, name in enumerate(dict.fromkeys(name for entry in statistics for name in entry.estimators)):
         entries = [entry for entry in statistics if name in entry.estimators]
         means = [entry.estimators[name].ratio_mean for entry in entries]
         marker = {"color": colour_of(position), "size": 10, "symbol": position}
         classes = [entry.name for entry in entries]
-        figure.add_trace(go.Scatter(x=classes, y=means, mode="markers", name=name.replace("_", " "), marker=marker))
+        figure.add_trace(go.Scatter(x=classes, y=means, mode="markers", name=words[name], marker=marker))
     figure.add_hline(y=1.0, line={"color": INK, "width": 1})
     figure.update_layout(scattermode="group")
     figure.update_yaxes(title="RMSE / bound, mean of ten", type="log", dtick=1)

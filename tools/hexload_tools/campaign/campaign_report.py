@@ -47,7 +47,7 @@ def render(
     if statistics:
         drawn = {
             "ratios": campaign_figures.ratios(statistics),
-            "rivals": campaign_figures.rivals(statistics),
+            "rivals": campaign_figures.rivals(statistics, METHODS),
             "nees": campaign_figures.nees(by_class),
             "settling": campaign_figures.settling(by_class),
         }
@@ -116,9 +116,11 @@ def terminal_table(statistics: Sequence[ClassStatistics], failed: dict[str, tupl
 
 
 def fixed(value: float | None, digits: int) -> str:
-    """A number with a fixed count of digits, in powers of ten where it would be long; a dash where there is none."""
+    """A number with a fixed count of decimals, from 100 on with none, in powers of ten where it would be long; a dash where
+    there is none."""
     if value is None or not np.isfinite(value):
         return DASH
+    digits = digits if abs(value) < 100.0 else 0
     return f"{value:.{digits}f}" if abs(value) < 1e5 else f"{value:.1e}"
 
 
