@@ -129,10 +129,11 @@ def test_with_the_tare_the_load_is_identified_and_without_it_the_offset_is_in_th
 
 @pytest.mark.parametrize("class_name", ["multisine_leg_mass", "work_leg_mass"])
 def test_a_tare_removes_the_mass_of_the_legs(class_name, tmp_path, record_property):
-    # GIVEN five machines whose legs weigh 3 kg each, of which the platform file knows nothing, a run of each with the
+    # GIVEN three machines whose legs weigh 3 kg each, of which the platform file knows nothing, a run of each with the
     # empty platform, and one with a load drawn at random
     nees, percent, plain_percent = [], [], []
-    for seed in range(301, 306):
+    seeds = range(301, 304)
+    for seed in seeds:
         folder = tmp_path / str(seed)
         folder.mkdir()
         run = simulate(Case(class_name, seed, 10.0), folder)
@@ -151,8 +152,8 @@ def test_a_tare_removes_the_mass_of_the_legs(class_name, tmp_path, record_proper
     show(record_property, "largest error without tare, % of scale", np.max(plain_percent, axis=0))
     show(record_property, "largest error with tare, % of scale", np.max(percent, axis=0))
     show(record_property, "NEES with tare", nees)
-    # AND the load's sigmas are honest: five NEES of ten parameters have a mean below 17.4 but once in 1,000 times
-    assert np.mean(nees) < chi2.ppf(0.999, 50) / 5
+    # AND the load's sigmas are honest: three NEES of ten parameters have a mean below 20 but once in 1,000 times
+    assert np.mean(nees) < chi2.ppf(0.999, 10 * len(seeds)) / len(seeds)
     # AND on multisine every parameter is within 0.35 % of its scale, and without the tare none of the loads
     if class_name == "multisine_leg_mass":
         assert np.max(percent) < 0.35
