@@ -37,7 +37,7 @@ void ringing_follow(const hexload_smoother_t* smoother, uint32_t place, hexload_
     const hexload_real_t variance = sigma_m_s * sigma_m_s;
     hexload_real_t by_wide_m_s[HEXLOAD_LEGS] = {0};
     hexload_real_t by_narrow_m_s[HEXLOAD_LEGS] = {0};
-    uint32_t flags = 0;
+    bool is_whole = true;
     uint32_t before = place;
     uint32_t after = place;
     for (int j = 0; j < HEXLOAD_RINGING_TICKS; j++) {
@@ -45,7 +45,7 @@ void ringing_follow(const hexload_smoother_t* smoother, uint32_t place, hexload_
         after = after + 1 == HEXLOAD_DELAY_CAPACITY ? 0 : after + 1;
         const hexload_real_t* before_m_s = smoother->velocity_m_s[before];
         const hexload_real_t* after_m_s = smoother->velocity_m_s[after];
-        flags |= (uint32_t)smoother->flags[before] | smoother->flags[after];
+        is_whole = is_whole && !smoother->is_left_out[before] && !smoother->is_left_out[after];
         HEXLOAD_UNROLL
         for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
             const hexload_real_t pair_m_s = before_m_s[leg] + after_m_s[leg];
@@ -53,7 +53,7 @@ void ringing_follow(const hexload_smoother_t* smoother, uint32_t place, hexload_
             by_narrow_m_s[leg] = hexload_fma(narrow[j], pair_m_s, by_narrow_m_s[leg]);
         }
     }
-    if (flags == 0) {
+    if (is_whole) {
         keep_significant(by_wide_m_s, CHI_SQUARE_6_999 * WIDE(0.0) * variance, velocity_m_s);
         keep_significant(by_narrow_m_s, NARROW_LIMIT * NARROW(0.0) * variance, velocity_m_s);
     }

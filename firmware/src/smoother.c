@@ -18,9 +18,6 @@ _Static_assert((int)HEXLOAD_LAG_TICKS_MAX >= (int)HEXLOAD_RINGING_TICKS, "the la
 #define NEAR (-HEXLOAD_REAL(104.0) / HEXLOAD_REAL(720.0))
 #define FAR (HEXLOAD_REAL(11.0) / HEXLOAD_REAL(720.0))
 
-/// Flags of a stored tick.
-enum { MISSING = 1, ODD = 2 };
-
 /// Steps to a speed and back, multiplied, beyond which it is odd: 60 sigma each, more than 0.3 m/s that
 /// ring at 95 Hz.
 #define ODD_SIGMAS_SQUARE HEXLOAD_REAL(3600.0)
@@ -124,7 +121,7 @@ static hexload_real_t hermite(hexload_real_t share, hexload_real_t from, hexload
            share * rest * (from_slope * rest - to_slope * share);
 }
 
-static void store(hexload_smoother_t* self, const hexload_leg_sample_t* sample, uint8_t flags) {
+static void store(hexload_smoother_t* self, const hexload_leg_sample_t* sample, bool is_left_out) {
     const hexload_real_t farthest_m = HEXLOAD_REAL(31.0);
     const uint32_t at = self->stored % HEXLOAD_DELAY_CAPACITY;
     int32_t* steps = self->steps[self->stored % HEXLOAD_WINDOW_CAPACITY];
@@ -135,7 +132,7 @@ static void store(hexload_smoother_t* self, const hexload_leg_sample_t* sample, 
         self->velocity_m_s[at][leg] = sample->velocity_m_s[leg];
         self->force_n[at][leg] = sample->force_n[leg];
     }
-    self->flags[at] = flags;
+    self->is_left_out[at] = is_left_out;
     self->stored++;
 }
 
@@ -161,13 +158,13 @@ HEXLOAD_RARE static void bridge(hexload_smoother_t* self, const hexload_config_t
             between.velocity_m_s[leg] = line(share, last_m_s[leg], to_m_s);
             between.force_n[leg] = line(share, self->force_n[at][leg], sample->force_n[leg]);
         }
-        store(self, &between, MISSING);
+        store(self, &between, true);
     }
 }
 
-/// Marks the last tick when a speed of it stands out from those before and after it.
-static void mark_odd(hexload_smoother_t* self, const hexload_config_t* config,
-                     const hexload_leg_sample_t* next) {
+/// Leaves out the last tick when a speed of it stands out from those before and after it.
+static void leave_out_odd(hexload_smoother_t* self, const hexload_config_t* config,
+                          const hexload_leg_sample_t* next) {
     const hexload_real_t sigma_m_s = config->sensors.velocity_sigma_m_s;
     hexload_real_t largest = HEXLOAD_REAL(0.0);
     if (self->stored < 2) {
@@ -182,7 +179,7 @@ static void mark_odd(hexload_smoother_t* self, const hexload_config_t* config,
         largest = hexload_max(largest, product);
     }
     if (largest > ODD_SIGMAS_SQUARE * sigma_m_s * sigma_m_s) {
-        self->flags[at] |= ODD;
+        self->is_left_out[at] = true;
     }
 }
 
@@ -209,8 +206,8 @@ bool hexload_smoother_put(hexload_smoother_t* self, const hexload_config_t* conf
     } else {
         bridge(self, config, sample, gap_ticks);
     }
-    mark_odd(self, config, sample);
-    store(self, sample, 0);
+    leave_out_odd(self, config, sample);
+    store(self, sample, false);
     if (!goes_on) {
         self->middle_tick = sample->tick - self->constants.lag_ticks - 1;
     }
@@ -330,7 +327,7 @@ bool hexload_smoother_take(hexload_smoother_t* self, const hexload_sensors_t* se
         }
         self->gap_ticks++;
         const uint32_t middle = self->entered - 1 - lag;
-        if (self->flags[middle % HEXLOAD_DELAY_CAPACITY] == 0) {
+        if (!self->is_left_out[middle % HEXLOAD_DELAY_CAPACITY]) {
             read_middle(self, sensors, out);
             out->gap_ticks = self->has_taken ? self->gap_ticks : 0;
             self->has_taken = true;

@@ -56,8 +56,8 @@ typedef struct hexload_smoother {
     int32_t steps[HEXLOAD_WINDOW_CAPACITY][HEXLOAD_LEGS];
     hexload_real_t velocity_m_s[HEXLOAD_DELAY_CAPACITY][HEXLOAD_LEGS];
     hexload_real_t force_n[HEXLOAD_DELAY_CAPACITY][HEXLOAD_LEGS];
-    /// bridged; or a speed that its neighbours on both sides contradict
-    uint8_t flags[HEXLOAD_DELAY_CAPACITY];
+    /// missing, and bridged; or a speed that its neighbours on both sides contradict
+    bool is_left_out[HEXLOAD_DELAY_CAPACITY];
     uint32_t stored;      ///< ticks put in since the start; modulo the capacities the next one's place
     uint32_t entered;     ///< ticks that have entered the window
     uint32_t gap_ticks;   ///< from the last sample taken out to the middle of the window
