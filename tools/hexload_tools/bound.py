@@ -101,6 +101,11 @@ class Machine:
     friction_speed_m_s: float  # v0 of s(v)
 
 
+def unit_of(name: str) -> str:
+    """Of one of the ten: mass, first moments h of mass, moments and products of inertia."""
+    return {"m": "kg", "h": "kg m", "I": "kg m²"}[name[0]]
+
+
 def read_platform(path: Path) -> Platform:
     """The platform of a platform TOML file, which the simulator has already checked."""
     with open(path, "rb") as file:

@@ -7,12 +7,11 @@ import plotly.graph_objects as go
 from numpy.typing import NDArray
 from plotly.subplots import make_subplots
 
-from hexload_tools.bound import THETA_NAMES
+from hexload_tools.bound import THETA_NAMES, unit_of
 from hexload_tools.log_file import LegLog
 from hexload_tools.nis import NisSummary
 from hexload_tools.run_directory import PAPER_PARAMETERS, POSE, Run
 from hexload_tools.table3 import SYMBOLS, UNITS
-from hexload_tools.tare import unit_of
 
 INK, GRID, REFERENCE, TRUTH, ERROR = "#24292f", "#e4e7eb", "#9aa3ad", "#111418", "#c2410c"
 ESTIMATE, BAND = "#1d5fa6", "rgba(29, 95, 166, 0.16)"

@@ -5,8 +5,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import zip_longest
 
+from hexload_tools.bound import unit_of
 from hexload_tools.table3 import DIGITS, SYMBOLS, UNITS
-from hexload_tools.tare import unit_of
 
 EFFECT_WORDS = {"bias": "force bias", "coulomb": "Coulomb friction", "viscous": "viscous friction"}  # of each leg
 EFFECT_UNITS = {"bias": "N", "coulomb": "N", "viscous": "N s/m"}

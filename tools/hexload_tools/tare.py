@@ -23,9 +23,10 @@ from rich.console import Console
 from rich.table import Table
 
 from hexload_tools.atomic_file import replaced_when_done
-from hexload_tools.bound import LEGS, THETA_NAMES, read_platform
+from hexload_tools.bound import LEGS, THETA_NAMES, read_platform, unit_of
 from hexload_tools.errors import InputError
 from hexload_tools.firmware_run import load_platform, native_firmware, run_firmware
+from hexload_tools.load_summary import load_changes_s
 from hexload_tools.log_file import LegLog
 from hexload_tools.log_formats import read_any_log
 
@@ -60,7 +61,7 @@ def make_tare(log: Path, platform_file: Path, out: Path, largest_offset: float) 
     with replaced_when_done(out) as temporary:
         legs = find_leg_mass(samples, machine, largest_offset * platform.mass_kg / LEGS)
         result = run(samples if legs is None else without_leg_mass(samples, machine, legs.value))
-        if legs is not None and _changes(result).size:
+        if legs is not None and load_changes_s(result):
             legs, result = None, run(samples)  # what was found are no legs, and would shift the time of the change
         theta = result["value"][-1] - OWN_LOAD_SHARE * platform.theta
         sigma = np.sqrt(result["sigma"][-1] ** 2 + (0.0 if legs is None else legs.offset_variance))
@@ -88,11 +89,6 @@ def _run(native: ModuleType, platform, files: str, samples: LegLog) -> dict:
             raise InputError(f"{files}: {error}") from None
 
 
-def unit_of(name: str) -> str:
-    """Of one of the ten: mass, first moments h of mass, moments and products of inertia."""
-    return {"m": "kg", "h": "kg m", "I": "kg m²"}[name[0]]
-
-
 def _scales(platform) -> Array:
     """What an offset is compared with: the platform's mass, that mass at the hinges, its mean moment of inertia."""
     radius_m = np.linalg.norm(platform.platform_hinges_m, axis=1).mean()
@@ -100,19 +96,11 @@ def _scales(platform) -> Array:
     return np.repeat([platform.mass_kg, platform.mass_kg * radius_m, moment_kg_m2], [1, 3, 6])
 
 
-def _changes(result: dict) -> Array:
-    """Rows at which another load was noticed."""
-    bit = list(result["health_counts"]).index("load changed")
-    return np.flatnonzero(result["health"].astype(np.int64) >> bit & 1)
-
-
 def _refuse_changes(log: Path, result: dict) -> None:
-    changes = _changes(result)
-    if changes.size:
-        at_s = result["t"][changes[0]]
+    if changes_s := load_changes_s(result):
         raise InputError(
-            f"{log}: found another load from {at_s:.3f} s on, expected the empty platform throughout; if it was empty, "
-            "legs rub, force sensors are biased, or the mass of one leg is not that of the others"
+            f"{log}: found another load from {changes_s[0]:.3f} s on, expected the empty platform throughout; "
+            "if it was empty, legs rub, force sensors are biased, or the mass of one leg is not that of the others"
         )
 
 

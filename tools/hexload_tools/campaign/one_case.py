@@ -20,6 +20,7 @@ from hexload_tools.campaign import baselines, cases, leg_regression
 from hexload_tools.campaign.baselines import Answer
 from hexload_tools.campaign.cases import MOTION_FILE, TARED, Case, Setup
 from hexload_tools.errors import InputError, ToolFailed
+from hexload_tools.load_summary import load_changes_s
 from hexload_tools.log_file import LegLog, read_log
 from hexload_tools.toml_document import to_toml
 
@@ -27,7 +28,6 @@ Array = NDArray[np.float64]
 
 WITHIN = {"within_5": 0.05, "within_1": 0.01}
 START_S = 0.2  # of a load: the mean NIS leaves out what the first tick of a filter makes of an unknown load
-LOAD_CHANGED = "load changed"
 TARE_RUN = "tare_run"
 FAILURE = "failure"  # key of a result that has no numbers
 LARGEST_TARE = 0.45  # of the platform's own parameters
@@ -121,7 +121,7 @@ def _evaluate(setup: Setup, folder: Path, directory: Path) -> dict:
         "estimators": estimators,
         "effects": None if setup.effects is None else _score_effects(own, theta, setup.effects.values, limit[TEN:]),
         "changes_s": [change["at_s"] for change in meta["loads"][1:]],
-        "alarms_s": _rising_edges(own),
+        "alarms_s": load_changes_s(own),
         "verdict": own["verdict"][-1],
         "health": {name: ticks for name, ticks in own["health_counts"].items() if ticks},
     }
@@ -224,11 +224,3 @@ def settled_at(t_s: Array, deviation: Array, limit: float) -> float | None:
     outside = np.flatnonzero(~(deviation <= limit))
     first = outside[-1] + 1 if len(outside) else 0
     return round(float(t_s[first]), 6) if first < len(t_s) else None
-
-
-def _rising_edges(result: dict) -> list[float]:
-    """When the alarm of a changed load began."""
-    bit = list(result["health_counts"]).index(LOAD_CHANGED)
-    is_set = (result["health"].astype(np.int64) >> bit) & 1
-    edges = np.flatnonzero(np.diff(is_set, prepend=0) == 1)
-    return [round(float(t), 6) for t in result["t"][edges]]
