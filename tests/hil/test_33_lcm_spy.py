@@ -6,6 +6,7 @@ import sys
 import time
 from pathlib import Path
 
+import lcm
 import numpy as np
 import pytest
 from lcm_listener import PATIENCE_S, PATIENT, SLOW_MACHINE, private_url
@@ -24,26 +25,33 @@ SHOWN = {
     "HEXLOAD_LEG_SAMPLE": (800, 610, 395, 380),
     "HEXLOAD_PLATFORM_STATE": (1205, 610, 390, 380),
 }
+SELF_TEST = "LCM_SELF_TEST"  # the channel on which LCM's own programs say that they have begun
 ROW_PX, HEADER_PX = 16, 18
 CHANGED_PX = 20  # a few digits
 
 
 @pytest.fixture
-def display(start, monkeypatch, tmp_path):
-    """A virtual screen."""
+def display(start, monkeypatch, tmp_path, artefacts):
+    """A virtual screen; what it shows at the end is kept."""
     number_file = tmp_path / "display"
     with number_file.open("wb") as file:
         screen = "x".join(map(str, SCREEN)) + "x24"
         words = ["Xvfb", "-displayfd", "1", "-screen", "0", screen, "-nolisten", "tcp"]
         server = subprocess.Popen(words, stdout=file, stderr=subprocess.DEVNULL)
-    until = time.monotonic() + PATIENCE_S
-    while not number_file.read_text().endswith("\n"):
-        assert time.monotonic() < until and server.poll() is None, "no virtual screen"
-        time.sleep(0.05)
+    wait_until(lambda: number_file.read_text().endswith("\n") or server.poll() is not None, "no virtual screen")
+    assert server.poll() is None, "no virtual screen"
     monkeypatch.setenv("DISPLAY", f":{number_file.read_text().strip()}")
-    yield os.environ["DISPLAY"]
+    yield
+    picture().save(artefacts / "lcm_spy.png")
     server.terminate()
     server.wait()
+
+
+def wait_until(is_so, complaint):
+    until = time.monotonic() + PATIENCE_S
+    while not is_so():
+        assert time.monotonic() < until, complaint
+        time.sleep(0.1)
 
 
 def xdotool(*words) -> list[str]:
@@ -66,16 +74,27 @@ def place(identifier, box):
     xdotool("windowmove", identifier, left, top, "windowsize", identifier, width, height)
 
 
-def open_channel(title, row, box):
-    """Double-clicks on a row of the list; again when the machine was too slow to see one double click in two clicks."""
-    until = time.monotonic() + PATIENCE_S
+def lists(main, count):
+    """Whether the list of channels has that many rows: a row is white, below it the window is grey.
+
+    The program may lay its window out once more after it has shown it, on a slow machine after place().
+    """
+    place(main, LIST)
+    x, y = LIST[0] + 700, LIST[1] + HEADER_PX + ROW_PX * count - ROW_PX // 2
+    return picture(x, y, 1, 1).getpixel((0, 0)) == (255, 255, 255)
+
+
+def hears(main, sender):
+    """It subscribes after it has shown its window: what is sent before that has no row."""
+    sender.publish(SELF_TEST, b"a row for lcm-spy")
+    return lists(main, 1)
+
+
+def opened(title, row):
+    """A double click on a row of the list; to be tried again when the machine was too slow to see one in two clicks."""
     x, y = LIST[0] + 60, LIST[1] + HEADER_PX + ROW_PX * row + ROW_PX // 2
-    opened = None
-    while opened is None:
-        assert time.monotonic() < until, f"no window {title}"
-        xdotool("mousemove", x, y, "click", "--repeat", 2, "--delay", 50, 1)
-        opened = window(title, patience_s=3)
-    place(opened, box)
+    xdotool("mousemove", x, y, "click", "--repeat", 2, "--delay", 50, 1)
+    return window(title, patience_s=3)
 
 
 def picture(left=0, top=0, width=SCREEN[0], height=SCREEN[1]) -> Image.Image:
@@ -89,46 +108,32 @@ def values(box):
     return np.asarray(picture(left + width // 2, top, width // 2, height).convert("L"), dtype=int)
 
 
-def test_lcm_spy_decodes_every_type_and_shows_live_values(display, start, ecu, simulator, artefacts, tmp_path):
-    # GIVEN lcm-spy as the user starts it
+def test_lcm_spy_decodes_every_type_and_shows_live_values(display, start, ecu, simulator, tmp_path):
+    # GIVEN lcm-spy as the user starts it, when it hears
     url = private_url()
     spy = start(sys.executable, "-m", "hexload_tools", "spy", "--url", url)
     spy.wait_for(f"^Found {len(TYPES)} LCM types$")
     main = window("LCM Spy")
     assert main is not None
-    place(main, LIST)
+    sender = lcm.LCM(url)
+    wait_until(lambda: hears(main, sender), "lcm-spy hears nothing")
     # WHEN a run by the clock is on LCM: samples, truth and the controller's answers
     start(ecu, "--feed", f"lcm:{url}", "--platform", PLATFORM, *SLOW_MACHINE).wait_for("ready on LCM")
     options = ["--duration", "3600", "--real-time", "--feed", f"lcm:{url}", "--publish", f"lcm:{url}", *PATIENT]
     start(simulator, project.SCENARIOS / "paper.toml", "--out", tmp_path / "run", *options)
-    # the list is in the order of the names: the truth comes last
+    # the list is in the order of the names: LCM's own comes last
     silent = ("bus_statistics_t", "load_change_t")  # no CAN bus, and the load stays
     channels = sorted(f"HEXLOAD_{path.stem.removesuffix('_t').upper()}" for path in TYPES if path.stem not in silent)
-    wait_for_rows(main, len(channels) + 1)  # and LCM_SELF_TEST
+    rows = [*channels, SELF_TEST]
+    wait_until(lambda: lists(main, len(rows)), f"lcm-spy does not list {rows}")
     # and channels are opened by a double click
     for channel, box in SHOWN.items():
-        open_channel(channel, channels.index(channel), box)
+        wait_until(lambda: opened(channel, rows.index(channel)), f"no window {channel}")
+        place(window(channel), box)
     # THEN each shows values that live
-    until = time.monotonic() + PATIENCE_S
-    still = set(SHOWN)
-    first = {channel: values(SHOWN[channel]) for channel in still}
-    while still:
-        still = {channel for channel in still if (values(SHOWN[channel]) != first[channel]).sum() < CHANGED_PX}
-        assert time.monotonic() < until, f"no live values in {still}"
-    picture().save(artefacts / "lcm_spy.png")
-
-
-def wait_for_rows(identifier, count):
-    """Until the list has that many rows: a row is white, below it the window is grey.
-
-    The program may lay its window out once more after it has shown it, on a slow machine after place().
-    """
-    until = time.monotonic() + PATIENCE_S
-    x, y = LIST[0] + 700, LIST[1] + HEADER_PX + ROW_PX * count - ROW_PX // 2
-    while picture(x, y, 1, 1).getpixel((0, 0)) != (255, 255, 255):
-        assert time.monotonic() < until, f"lcm-spy does not list {count} channels"
-        place(identifier, LIST)
-        time.sleep(0.1)
+    first = {channel: values(box) for channel, box in SHOWN.items()}
+    for channel, box in SHOWN.items():
+        wait_until(lambda: (values(box) != first[channel]).sum() >= CHANGED_PX, f"no live values in {channel}")
 
 
 def test_without_a_screen_the_remedy_is_named(start, monkeypatch):
