@@ -27,10 +27,8 @@ class Plan:
 
 PLANS = {
     "host": Plan(None),
-    # without the programs that none of them runs: bridge, bench and soak
-    "host-double": Plan(
-        "unit|sil", ("tests/all", "tools/native/all", "hexload_sim_app", "hexload_ecu", "hexload_lcm_python")
-    ),
+    # without the programs that none of them runs
+    "host-double": Plan("unit|sil", ("tests/unit/all", "tools/native/all", "hexload_sim_app")),
     "host-clang": Plan("unit|properties"),  # all is built: clang warns of what gcc does not
     "asan-ubsan": Plan("unit|properties", ("tests/all",)),
 }
