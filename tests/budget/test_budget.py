@@ -9,6 +9,7 @@ from pathlib import Path
 import hexload_native
 import numpy as np
 import pytest
+
 from call_graph import deepest_chain, read_call_graph
 from hexload_tools import target
 from hexload_tools.hard_inputs import hard_samples
@@ -197,7 +198,11 @@ def test_deepest_chain_of_calls_is_within_its_limit(preset, start):
     # GIVEN all calls WHEN they are followed from where an application enters THEN there is no recursion, no
     # call of an unknown function, and the chain that needs most is within its limit
     depth, chain = deepest_chain(call_graph(preset), LIBRARY, start)
-    check(f"{preset}: {' -> '.join(name.rsplit('/', 1)[-1] for name in chain)}, bytes", depth, BUDGET["stack_bytes"][start])
+    check(
+        f"{preset}: {' -> '.join(name.rsplit('/', 1)[-1] for name in chain)}, bytes",
+        depth,
+        BUDGET["stack_bytes"][start],
+    )
 
 
 def test_stack_that_the_ticks_used_is_that_of_the_chain(replays):

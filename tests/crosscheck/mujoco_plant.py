@@ -7,6 +7,7 @@ axes and its angular velocity in BODY axes; this class speaks the project's lang
 
 import mujoco
 import numpy as np
+
 from machines import Body, Machine, State
 
 
@@ -97,9 +98,7 @@ def _mjcf(machine: Machine, load: Body, home: np.ndarray, step_s: float) -> str:
 def _inertial(body: Body) -> str:
     tensor = body.inertia_com_kg_m2
     entries = [*np.diag(tensor), tensor[0, 1], tensor[0, 2], tensor[1, 2]]
-    return (
-        f'<inertial pos="{_numbers(body.com_m)}" mass="{body.mass_kg:.17g}" fullinertia="{_numbers(entries)}"/>'
-    )
+    return f'<inertial pos="{_numbers(body.com_m)}" mass="{body.mass_kg:.17g}" fullinertia="{_numbers(entries)}"/>'
 
 
 def _numbers(values: np.ndarray | list[float]) -> str:

@@ -5,6 +5,8 @@ from dataclasses import astuple, replace
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
+
 from hexload_tools.bound import (
     THETA_NAMES,
     Machine,
@@ -24,7 +26,6 @@ from hexload_tools.bound import (
 )
 from hexload_tools.log_file import read_log
 from recorded_truth import DATA, between_recorded_poses, from_noise_free_legs, read_truth_file
-from scipy.spatial.transform import Rotation
 
 DT_S = 1e-3
 NOISE = Sigmas(velocity_m_s=1e-3, force_n=5.0)
@@ -186,7 +187,9 @@ def test_bound_is_the_inverse_of_the_information_of_the_whole_record(platform, p
     np.testing.assert_allclose(sigma[-1], expected, rtol=1e-6)
 
 
-MACHINE = Machine(np.array([80.0, 40.0, 60.0, 20.0, 90.0, 70.0]), np.array([200.0, 100.0, 300.0, 150.0, 250.0, 50.0]), 0.02)
+MACHINE = Machine(
+    np.array([80.0, 40.0, 60.0, 20.0, 90.0, 70.0]), np.array([200.0, 100.0, 300.0, 150.0, 250.0, 50.0]), 0.02
+)
 MACHINE_PRIOR = np.repeat([100.0, 200.0, 1000.0], 6)
 
 

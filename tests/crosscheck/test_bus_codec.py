@@ -302,8 +302,16 @@ ZERO_FIELDS = ("tick", "status", "state", "fault", "missing_legs", "filter", "he
 
 @tuned
 @given(answers())
-@example({**dict.fromkeys(ZERO_FIELDS, 0),
-          "value": [0.0] * 4, "sigma": [0.0] * 4, "parameter_verdict": [0] * 4, "nis": 0.0, "nis_mean": 0.0})
+@example(
+    {
+        **dict.fromkeys(ZERO_FIELDS, 0),
+        "value": [0.0] * 4,
+        "sigma": [0.0] * 4,
+        "parameter_verdict": [0] * 4,
+        "nis": 0.0,
+        "nis_mean": 0.0,
+    }
+)
 def test_the_firmware_finds_the_answer_that_cantools_sent_in_classic_pages(answer):
     answer = floored(answer)
     assembly = bus.AnswerAssembly("classic")
@@ -407,8 +415,13 @@ def decoders():
         bus.decode_status,
         bus.decode_load_change,
         *(bus.SampleAssembly(name).add for name in PROFILES),
-        *(lambda frame, assembly=bus.AnswerAssembly(name): assembly.add(frame, 1000) for name in PROFILES),
+        *map(answer_decoder, PROFILES),
     ]
+
+
+def answer_decoder(profile_name):
+    assembly = bus.AnswerAssembly(profile_name)
+    return lambda frame: assembly.add(frame, 1000)
 
 
 identifiers = st.one_of(st.integers(0, 2**11 - 1), st.sampled_from([m.frame_id for m in contract.messages]))

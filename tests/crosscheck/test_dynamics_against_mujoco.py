@@ -9,6 +9,7 @@ centripetal force, is 1e-2 of the whole.
 import hexload_native as native
 import numpy as np
 import pytest
+
 from hexload_tools.bound import read_platform
 from machines import (
     LARGEST_ROTATION_RAD,

@@ -12,9 +12,10 @@ import hexload_native
 import hexload_native_double
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
+
 from hexload_tools.bound import Trajectory, leg_jacobian, read_platform
 from recorded_truth import DATA
-from scipy.spatial.transform import Rotation
 
 STATES = 1000
 STROKE_M = 0.3

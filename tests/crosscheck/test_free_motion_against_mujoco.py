@@ -5,10 +5,11 @@ What single states cannot show: that velocity, angular velocity and pose fit tog
 
 import hexload_native as native
 import numpy as np
+from scipy.spatial.transform import Rotation
+
 from hexload_tools.bound import read_platform
 from machines import State, random_load, random_machine, random_state, write_platform
 from mujoco_plant import MujocoPlant
-from scipy.spatial.transform import Rotation
 
 STEP_S = 1e-3
 DURATION_S = 1.0
@@ -59,9 +60,7 @@ def test_a_second_of_forced_motion_agrees_with_mujoco(tmp_path, record_property)
     widest = np.zeros(6)
     for tick in range(round(DURATION_S / STEP_S)):
         force = holding + swing * np.sin(2 * np.pi * frequency * tick * STEP_S + phase)
-        p, R, V = rk4_step(
-            lambda p, R, V, f=force: native.acceleration(platform, load, p, R, V, f), p, R, V, STEP_S
-        )
+        p, R, V = rk4_step(lambda p, R, V, f=force: native.acceleration(platform, load, p, R, V, f), p, R, V, STEP_S)
         mujoco_plant.step(force)
         widest = np.maximum(widest, np.abs(V))
     # THEN poses and twists agree. Two RK4 of different parametrisation differ by their truncation: with rates of

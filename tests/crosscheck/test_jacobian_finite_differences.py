@@ -7,8 +7,9 @@ Central differences with step h: truncation h^2 / 6 times the third derivative o
 import hexload_native as native
 import numpy as np
 import pytest
-from machines import paper_machine, random_machine, random_state, write_platform
 from scipy.spatial.transform import Rotation
+
+from machines import paper_machine, random_machine, random_state, write_platform
 
 STEP = 1e-5
 TOLERANCE = 1e-9

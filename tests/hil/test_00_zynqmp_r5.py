@@ -5,8 +5,8 @@ import re
 import pytest
 
 from bus_frames import DBC, encode
-from loop import Controller
 from hexload_tools import project, zynqmp_r5
+from loop import Controller
 
 IDLE, ARMED, ESTIMATING, FAULT = 0, 1, 2, 4
 SAMPLE_TIMEOUT = 1

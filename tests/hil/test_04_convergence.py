@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from bus_frames import DBC, PROFILES
-from loop import PAPER_S, PLATFORM, SCENARIO, estimates
 from hexload_tools import project
 from hexload_tools.log_file import read_log
 from hexload_tools.run_directory import PAPER_PARAMETERS, read_run
+from loop import PAPER_S, PLATFORM, SCENARIO, estimates
 
 pytestmark = pytest.mark.vcan
 

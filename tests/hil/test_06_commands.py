@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from bus_frames import DBC, LOCKSTEP, PARAMETERS, PROFILES, REAL_TIME, decode, encode, sample_frames_by_tick
-from loop import NOTHING_COMES_S, PLATFORM
 from hexload_tools import project
+from loop import NOTHING_COMES_S, PLATFORM
 
 pytestmark = pytest.mark.vcan
 

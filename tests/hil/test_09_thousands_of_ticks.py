@@ -64,4 +64,6 @@ def test_the_speed_is_told_and_nobodys_listening_changes_the_run(short_run, loop
     # and the speed is told, not judged: the machine may have other work
     for how, output in (("recorded", recorded.output), ("alone", simulation.output)):
         elapsed_s = float(re.search(r"([\d.]+) s, \d+ x real time", output).group(1))
-        print(f"lockstep, fd, {how}: {1000 * SHORT_S} ticks in {elapsed_s:.2f} s, {SHORT_S / elapsed_s:.2f} x real time")
+        print(
+            f"lockstep, fd, {how}: {1000 * SHORT_S} ticks in {elapsed_s:.2f} s, {SHORT_S / elapsed_s:.2f} x real time"
+        )

@@ -10,8 +10,8 @@ import subprocess
 import pytest
 
 from bus_frames import answers_of, sent_with_the_ticks
-from loop import PAPER_S, PAPER_TICKS, PLATFORM, Controller, Loop
 from hexload_tools import zynqmp_r5
+from loop import PAPER_S, PAPER_TICKS, PLATFORM, Controller, Loop
 
 pytestmark = [pytest.mark.vcan, pytest.mark.needs("emulator")]
 
@@ -61,7 +61,10 @@ def test_a_processor_that_cannot_go_on_says_why_and_leaves_the_bus(loop, monkeyp
     ("options", "words"),
     [
         (["--profile", "fd"], "--profile: found 'fd', expected classic: this CAN controller has no FD frames"),
-        (["--bus", "udp_multicast:239.74.163.2"], "--bus: found 'udp_multicast:239.74.163.2', expected socketcan:INTERFACE"),
+        (
+            ["--bus", "udp_multicast:239.74.163.2"],
+            "--bus: found 'udp_multicast:239.74.163.2', expected socketcan:INTERFACE",
+        ),
         (["--sample-timeout-ms", "4"], "--sample-timeout-ms: found 4, expected 5..60000"),
     ],
 )

@@ -6,10 +6,10 @@ import subprocess
 import sys
 
 import pytest
-from lcm_listener import PATIENT, SLOW_MACHINE, Controller, Relay, private_url
-from momentum_scenario import platform_of, write
 
 from hexload_tools import project
+from lcm_listener import PATIENT, SLOW_MACHINE, Controller, Relay, private_url
+from momentum_scenario import platform_of, write
 
 SCENARIO = project.SCENARIOS / "paper.toml"
 PLATFORM = project.SCENARIOS / "platforms" / "paper.toml"

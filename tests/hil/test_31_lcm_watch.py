@@ -7,12 +7,12 @@ from pathlib import Path
 import lcm
 import numpy as np
 import pytest
-from conftest import ended_programs
-from lcm_listener import PATIENT, Controller, Listener, private_url
 from scipy.spatial.transform import Rotation
 
+from conftest import ended_programs
 from hexload_tools import project
 from hexload_tools.run_directory import read_run
+from lcm_listener import PATIENT, Controller, Listener, private_url
 
 PLATFORM = project.SCENARIOS / "platforms" / "paper.toml"
 TICKS = 3001
@@ -76,7 +76,9 @@ def test_every_tick_of_a_published_run_arrives_and_is_the_truth(watched):
     states = messages["platform_state_t"]
     position = np.array([message.position_m + message.roll_pitch_yaw_rad for message in states])
     motion = np.array([message.velocity_m_s + message.angular_velocity_rad_s for message in states])
-    for index, (pose, twist) in enumerate(zip(("x", "y", "z", "roll", "pitch", "yaw"), ("vx", "vy", "vz", "wx", "wy", "wz"))):
+    for index, (pose, twist) in enumerate(
+        zip(("x", "y", "z", "roll", "pitch", "yaw"), ("vx", "vy", "vz", "wx", "wy", "wz"))
+    ):
         np.testing.assert_array_equal(position[:, index], truth[pose])
         np.testing.assert_array_equal(motion[:, index], truth[twist])
 

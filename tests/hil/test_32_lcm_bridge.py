@@ -14,11 +14,11 @@ import pytest
 
 import momentum_scenario
 from bus_frames import BY_ID, BY_THE_CLOCK, PARAMETERS, PROFILES
+from hexload_tools import bus_document, project
 from lcm_listener import PATIENCE_S, PATIENT, Listener, private_url
 from loop import read_meta
 from momentum_scenario import TICKS as MOMENTUM_TICKS
 from momentum_scenario import platform_of, write
-from hexload_tools import bus_document, project
 
 PLATFORM = project.SCENARIOS / "platforms" / "paper.toml"
 GROUP = "239.74.163.2"
@@ -208,7 +208,9 @@ def test_frames_that_are_wrong_or_foreign_are_counted_by_kind(start, bridge, url
     teller.wait_for("ready on")
     frames = {
         "refused_length": can.Message(arbitration_id=128, is_extended_id=False, is_fd=True, data=bytes(32)),
-        "refused_checksum": can.Message(arbitration_id=128, is_extended_id=False, is_fd=True, bitrate_switch=True, data=bytes(64)),
+        "refused_checksum": can.Message(
+            arbitration_id=128, is_extended_id=False, is_fd=True, bitrate_switch=True, data=bytes(64)
+        ),
         "refused_profile": can.Message(arbitration_id=129, is_extended_id=False, data=bytes(8)),
         "foreign": can.Message(arbitration_id=0x7FF, is_extended_id=False, data=b"\x01"),
     }

@@ -4,15 +4,14 @@ import os
 import subprocess
 import sys
 import time
-from pathlib import Path
 
 import lcm
 import numpy as np
 import pytest
-from lcm_listener import PATIENCE_S, PATIENT, SLOW_MACHINE, private_url
 from PIL import Image, ImageGrab
 
 from hexload_tools import project
+from lcm_listener import PATIENCE_S, PATIENT, SLOW_MACHINE, private_url
 
 PLATFORM = project.SCENARIOS / "platforms" / "paper.toml"
 TYPES = sorted((project.ROOT / "lcm_types").glob("*.lcm"))
@@ -38,7 +37,7 @@ def display(start, monkeypatch, tmp_path, artefacts):
         screen = "x".join(map(str, SCREEN)) + "x24"
         words = ["Xvfb", "-displayfd", "1", "-screen", "0", screen, "-nolisten", "tcp"]
         server = subprocess.Popen(words, stdout=file, stderr=subprocess.DEVNULL)
-    wait_until(lambda: number_file.read_text().endswith("\n") or server.poll() is not None, "no virtual screen")
+    wait_until("no virtual screen", lambda: number_file.read_text().endswith("\n") or server.poll() is not None)
     assert server.poll() is None, "no virtual screen"
     monkeypatch.setenv("DISPLAY", f":{number_file.read_text().strip()}")
     yield
@@ -47,9 +46,9 @@ def display(start, monkeypatch, tmp_path, artefacts):
     server.wait()
 
 
-def wait_until(is_so, complaint):
+def wait_until(complaint, is_so, *arguments):
     until = time.monotonic() + PATIENCE_S
-    while not is_so():
+    while not is_so(*arguments):
         assert time.monotonic() < until, complaint
         time.sleep(0.1)
 
@@ -108,6 +107,10 @@ def values(box):
     return np.asarray(picture(left + width // 2, top, width // 2, height).convert("L"), dtype=int)
 
 
+def has_changed(box, before):
+    return (values(box) != before).sum() >= CHANGED_PX
+
+
 def test_lcm_spy_decodes_every_type_and_shows_live_values(display, start, ecu, simulator, tmp_path):
     # GIVEN lcm-spy as the user starts it, when it hears
     url = private_url()
@@ -116,7 +119,7 @@ def test_lcm_spy_decodes_every_type_and_shows_live_values(display, start, ecu, s
     main = window("LCM Spy")
     assert main is not None
     sender = lcm.LCM(url)
-    wait_until(lambda: hears(main, sender), "lcm-spy hears nothing")
+    wait_until("lcm-spy hears nothing", hears, main, sender)
     # WHEN a run by the clock is on LCM: samples, truth and the controller's answers
     start(ecu, "--feed", f"lcm:{url}", "--platform", PLATFORM, *SLOW_MACHINE).wait_for("ready on LCM")
     options = ["--duration", "3600", "--real-time", "--feed", f"lcm:{url}", "--publish", f"lcm:{url}", *PATIENT]
@@ -125,15 +128,15 @@ def test_lcm_spy_decodes_every_type_and_shows_live_values(display, start, ecu, s
     silent = ("bus_statistics_t", "load_change_t")  # no CAN bus, and the load stays
     channels = sorted(f"HEXLOAD_{path.stem.removesuffix('_t').upper()}" for path in TYPES if path.stem not in silent)
     rows = [*channels, SELF_TEST]
-    wait_until(lambda: lists(main, len(rows)), f"lcm-spy does not list {rows}")
+    wait_until(f"lcm-spy does not list {rows}", lists, main, len(rows))
     # and channels are opened by a double click
     for channel, box in SHOWN.items():
-        wait_until(lambda: opened(channel, rows.index(channel)), f"no window {channel}")
+        wait_until(f"no window {channel}", opened, channel, rows.index(channel))
         place(window(channel), box)
     # THEN each shows values that live
     first = {channel: values(box) for channel, box in SHOWN.items()}
     for channel, box in SHOWN.items():
-        wait_until(lambda: (values(box) != first[channel]).sum() >= CHANGED_PX, f"no live values in {channel}")
+        wait_until(f"no live values in {channel}", has_changed, box, first[channel])
 
 
 def test_without_a_screen_the_remedy_is_named(start, monkeypatch):

@@ -4,6 +4,7 @@ import os
 from pathlib import Path
 
 import pytest
+
 from equations import find_dangling_citations, find_faults
 
 ROOT = Path(os.environ["HEXLOAD_SOURCE_DIR"])

@@ -12,13 +12,14 @@ import hexload_native
 import hexload_native_double
 import numpy as np
 import pytest
+from scipy.optimize import nnls
+
 from hexload_tools.campaign.cases import Case
 from hexload_tools.campaign.one_case import scale_of, simulate
 from hexload_tools.firmware_run import run_firmware
 from hexload_tools.log_file import read_log
 from hexload_tools.replay import replay_log
 from hexload_tools.uncertain_estimates import EARLY_S, early_covariances, estimates, start_of
-from scipy.optimize import nnls
 
 DATA = Path(__file__).parents[1] / "data"
 LOGS = ("multisine_eccentric", "paper_noisy", "work_motion")

@@ -5,11 +5,11 @@ import subprocess
 import sys
 
 import pytest
-from synthetic_run import PLATFORM_TOML
 
 from hexload_tools import project
 from hexload_tools.log_file import COLUMNS
 from hexload_tools.sim import known_scenarios, resolve_scenario
+from synthetic_run import PLATFORM_TOML
 
 VERBS = ("demo", "test", "sim", "replay", "tare", "excite", "report", "campaign", "bench", "soak", "vm", "doctor")
 GOOD_LOG = "\n".join([",".join(COLUMNS), *(f"{k / 1000}" + ",0" * 12 + ",1070" * 6 for k in range(20)), ""])

@@ -10,11 +10,12 @@ from pathlib import Path
 import hexload_native
 import numpy as np
 import pytest
+from scipy.interpolate import CubicHermiteSpline
+from scipy.spatial.transform import Rotation
+
 from hexload_tools import bound, excitation, project
 from hexload_tools.errors import InputError
 from hexload_tools.excite import Wish, design, problem_of, summary_of
-from scipy.interpolate import CubicHermiteSpline
-from scipy.spatial.transform import Rotation
 
 PLATFORM = project.SCENARIOS / "platforms" / "paper.toml"
 WISH = Wish(

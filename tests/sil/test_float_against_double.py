@@ -7,6 +7,7 @@ import hexload_native
 import hexload_native_double
 import numpy as np
 import pytest
+
 from hexload_tools.campaign.cases import Case
 from hexload_tools.campaign.one_case import simulate
 from hexload_tools.firmware_run import run_firmware

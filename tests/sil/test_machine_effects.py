@@ -11,6 +11,7 @@ from pathlib import Path
 import hexload_native
 import numpy as np
 import pytest
+
 from hexload_tools.campaign import one_case
 from hexload_tools.campaign.cases import FRICTION, Case, draw
 from hexload_tools.firmware_run import run_firmware

@@ -8,12 +8,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.stats import chi2
+
 from hexload_tools import project
 from hexload_tools.campaign import one_case
 from hexload_tools.campaign.cases import Case
 from hexload_tools.load_summary import load_changes_s
 from hexload_tools.log_file import read_log
-from scipy.stats import chi2
 
 DURATION_S = 10.0
 SEEDS = range(1, 13)

@@ -9,8 +9,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hexload_tools.bound import paper_bound
 from scipy.stats import chi2
+
+from hexload_tools.bound import paper_bound
 
 SIMULATOR = Path(os.environ["HEXLOAD_BUILD_DIR"]) / "host_sim" / "hexload_sim"
 SCENARIO = Path(os.environ["HEXLOAD_SOURCE_DIR"]) / "host_sim" / "scenarios" / "paper.toml"

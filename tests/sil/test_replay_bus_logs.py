@@ -145,7 +145,8 @@ def estimates(log, out, platform=PAPER):
 
 
 @pytest.mark.parametrize(
-    ("name", "profile"), [(f"log.{suffix}", profile) for suffix in ("log", "blf", "asc") for profile in ("fd", "classic")]
+    ("name", "profile"),
+    [(f"log.{suffix}", profile) for suffix in ("log", "blf", "asc") for profile in ("fd", "classic")],
 )
 def test_a_can_log_replays_to_the_estimates_of_what_the_bus_carried(recorded, tmp_path, name, profile):
     # GIVEN the samples as the bus carries them, in a CSV log and in a CAN log
@@ -164,7 +165,9 @@ def test_an_lcm_log_replays_to_the_same_estimates(recorded, tmp_path):
     assert estimates(bus, tmp_path / "bus.csv") == estimates(csv, tmp_path / "csv.csv")
 
 
-@pytest.mark.parametrize(("name", "profile"), [("log.log", "fd"), ("log.blf", "classic"), ("lcmlog-2026-11-21.00", "fd")])
+@pytest.mark.parametrize(
+    ("name", "profile"), [("log.log", "fd"), ("log.blf", "classic"), ("lcmlog-2026-11-21.00", "fd")]
+)
 def test_a_log_of_any_kind_replays_to_the_ten_parameters_of_what_was_carried(of_unknown_load, tmp_path, name, profile):
     # GIVEN samples of a load of which nothing is known, in a CSV log and in a log of a bus or of LCM
     is_lcm = name.startswith("lcm")
@@ -180,7 +183,9 @@ def test_a_log_of_any_kind_replays_to_the_ten_parameters_of_what_was_carried(of_
 
 
 @pytest.mark.parametrize("profile", ["fd", "classic"])
-@pytest.mark.parametrize(("log_name", "platform", "parameters"), [("recorded", PAPER, 4), ("of_unknown_load", MOMENTUM, 10)])
+@pytest.mark.parametrize(
+    ("log_name", "platform", "parameters"), [("recorded", PAPER, 4), ("of_unknown_load", MOMENTUM, 10)]
+)
 def test_quantisation_moves_the_estimates_by_a_small_part_of_sigma(
     request, tmp_path, profile, log_name, platform, parameters
 ):
@@ -346,18 +351,14 @@ def test_two_buses_in_one_log_are_refused(tmp_path):
 def test_a_wrong_length_is_refused(tmp_path):
     short = frame("LegSample1", None, bytes(7))
     path = write_frames(tmp_path / "log.log", [*classic_ticks(0), short])
-    assert refusal(path) == (
-        f"{path}: line 8: LegSample1: found 7 bytes of classic CAN, expected 8 of classic CAN"
-    )
+    assert refusal(path) == (f"{path}: line 8: LegSample1: found 7 bytes of classic CAN, expected 8 of classic CAN")
 
 
 def test_a_value_that_the_contract_does_not_use_is_refused(tmp_path):
     # GIVEN a displacement of -2^19 steps, one beyond the range
     beyond = frame("LegSample1", None, (0x1 << 60 | 0x80000).to_bytes(8, "little"))
     path = write_frames(tmp_path / "log.log", [*classic_ticks(0), beyond])
-    assert refusal(path) == (
-        f"{path}: line 8: LegSample1: displacement: found -1.04858, expected -1.04857 .. 1.04857"
-    )
+    assert refusal(path) == (f"{path}: line 8: LegSample1: displacement: found -1.04858, expected -1.04857 .. 1.04857")
 
 
 def test_the_ends_of_the_range_are_accepted(tmp_path):
@@ -365,7 +366,10 @@ def test_the_ends_of_the_range_are_accepted(tmp_path):
     signal = CONTRACT.get_message_by_name("LegSample1").signals
     for end in ("minimum", "maximum"):
         values = {item.name: getattr(item, end) for item in signal if item.name != "tick_low"}
-        frames = [frame("SampleTick", {"tick": 0}), *(leg_frame(leg, tick, **values) for tick in (0, 1) for leg in LEGS)]
+        frames = [
+            frame("SampleTick", {"tick": 0}),
+            *(leg_frame(leg, tick, **values) for tick in (0, 1) for leg in LEGS),
+        ]
         log = read_any_log(write_frames(tmp_path / "log.log", frames))
         # THEN they are read
         np.testing.assert_allclose(log.force_n, np.full((2, 6), values["force"]))

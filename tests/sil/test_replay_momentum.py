@@ -9,8 +9,9 @@ import hexload_native
 import hexload_native_double
 import numpy as np
 import pytest
-from hexload_tools.log_file import LegLog, read_log
+
 from hexload_tools.load_summary import in_words, load_changes_s
+from hexload_tools.log_file import LegLog, read_log
 
 DATA = Path(__file__).parents[1] / "data"
 NAMES = ["m", "hx", "hy", "hz", "Ixx", "Iyy", "Izz", "Ixy", "Ixz", "Iyz"]
@@ -39,7 +40,9 @@ def replay(native: ModuleType, name: str, directory: Path, rows: slice = slice(N
 @pytest.fixture(scope="module", params=STEADY_LOGS)
 def steady(request, tmp_path_factory) -> tuple[str, dict, dict]:
     directory = tmp_path_factory.mktemp("replay")
-    return request.param, *(replay(native, request.param, directory) for native in (hexload_native, hexload_native_double))
+    return request.param, *(
+        replay(native, request.param, directory) for native in (hexload_native, hexload_native_double)
+    )
 
 
 def test_errors_are_within_the_stated_sigmas(steady, record_property):

@@ -8,6 +8,7 @@ import hexload_native
 import hexload_native_double
 import numpy as np
 import pytest
+
 from hexload_tools.log_file import LegLog, read_log
 
 DATA = Path(__file__).parents[1] / "data"
@@ -24,9 +25,7 @@ def replay(native: ModuleType, name: str, directory: Path, prior: str | None = N
     log = log_of(name)
     platform = native.load_platform(DATA / "paper_load.toml")
     out = directory / f"{name}_{native.__name__}.csv"
-    return native.replay(
-        platform, None, prior, log.t_s, log.displacement_m, log.velocity_m_s, log.force_n, str(out)
-    )
+    return native.replay(platform, None, prior, log.t_s, log.displacement_m, log.velocity_m_s, log.force_n, str(out))
 
 
 @pytest.fixture(scope="module", params=["paper_clean", "paper_noisy"])

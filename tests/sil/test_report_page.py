@@ -5,11 +5,11 @@ import subprocess
 import sys
 
 import pytest
-from synthetic_run import write_run
 
 from hexload_tools.errors import InputError
 from hexload_tools.report import write_report
 from hexload_tools.run_directory import FILES, read_run
+from synthetic_run import write_run
 
 
 @pytest.fixture(scope="module")

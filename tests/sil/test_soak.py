@@ -4,6 +4,7 @@ import subprocess
 import sys
 
 import pytest
+
 from hexload_tools.soak import FAULTS, faults
 
 CLEAN = {"nees": 9.0, "smallest_pivot": 0.2} | dict.fromkeys(FAULTS, 0)

@@ -12,6 +12,8 @@ from pathlib import Path
 import hexload_native
 import numpy as np
 import pytest
+from scipy.stats import chi2
+
 from hexload_tools import leg_mass, project
 from hexload_tools.bound import THETA_NAMES, read_platform
 from hexload_tools.campaign.cases import LEG_BARS, Case
@@ -21,7 +23,6 @@ from hexload_tools.leg_mass import find_leg_mass, without_leg_mass
 from hexload_tools.log_file import read_log
 from hexload_tools.replay import replay_log
 from hexload_tools.tare import make_tare, tare_for
-from scipy.stats import chi2
 
 LARGEST_OFFSET = 0.25
 LOAD = "mass_kg = 500.0\ncom_m = [0.06, -0.04, 0.30]\ninertia_com_kg_m2 = [25.0, 30.0, 20.0, 1.0, -2.0, 0.5]"

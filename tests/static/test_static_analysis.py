@@ -1,8 +1,8 @@
 """clang-tidy and cppcheck with the MISRA addon over the C of firmware/, ports included: nothing but what is written down
-as a deviation.
+as a deviation; ruff over all Python.
 
 A newer program finds other things. The deviations are those of the versions below; what other versions find is printed
-and not judged.
+and not judged. ruff is of the version that tools/pyproject.toml names.
 """
 
 import json
@@ -11,16 +11,20 @@ import re
 import shlex
 import shutil
 import subprocess
+import sys
 from pathlib import Path
 
 import pytest
+
 from hexload_tools import project
 
 ROOT = Path(os.environ["HEXLOAD_SOURCE_DIR"])
 BUILD = Path(os.environ["HEXLOAD_BUILD_DIR"])
 DEVIATIONS = Path(__file__).with_name("deviations.txt")
 FOLDERS = ("src", "bus", "app", "ports")
-SOURCES = sorted(str(path.relative_to(ROOT)) for folder in FOLDERS for path in (ROOT / "firmware" / folder).rglob("*.c"))
+SOURCES = sorted(
+    str(path.relative_to(ROOT)) for folder in FOLDERS for path in (ROOT / "firmware" / folder).rglob("*.c")
+)
 PRESETS = ("target-cortex-m7", "target-cortex-r5f")  # with the ports that the host does not compile
 GCC_ONLY = re.compile(r"-fcallgraph-info|-fpeel-loops")
 JOBS = "2"
@@ -55,7 +59,11 @@ def target_flags(compiler: str) -> list[str]:
 
 def judge(program: str, path: str, findings: list[str]) -> None:
     _, version = run(path, "--version")
-    print(f"{program}: {len(findings)} findings in {len(SOURCES)} files by {' '.join(version.split())}", *findings, sep="\n")
+    print(
+        f"{program}: {len(findings)} findings in {len(SOURCES)} files by {' '.join(version.split())}",
+        *findings,
+        sep="\n",
+    )
     if re.search(JUDGED[program], version):
         assert findings == []
 
@@ -90,6 +98,14 @@ def test_cppcheck_and_misra_find_nothing_but_the_listed_deviations(tmp_path):
     assert status == 0, output
     findings = [line for line in output.splitlines() if re.search(r": \w", line)]
     judge("cppcheck", "cppcheck", findings)
+
+
+@pytest.mark.parametrize("verb", [["check"], ["format", "--check"]], ids=" ".join)
+def test_ruff_finds_nothing_in_the_python(verb):
+    # GIVEN the environment's ruff WHEN it reads all Python THEN it finds nothing, and would lay out nothing otherwise
+    ruff = Path(sys.executable).with_name("ruff")
+    status, output = run(ruff, *verb, "--no-cache", "--config", "tools/pyproject.toml", "tools", "tests")
+    assert status == 0, output
 
 
 @pytest.mark.parametrize("folder", [f"firmware/{name}" for name in ("include", *FOLDERS)])

@@ -6,6 +6,7 @@ import socket
 import time
 
 import can
+
 from hexload_tools import project
 from hexload_tools.bus_document import load_contract
 

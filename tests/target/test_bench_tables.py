@@ -13,7 +13,9 @@ def test_bench_prints_stages_filters_and_memory(capsys, monkeypatch):
     controller_bench.print_controller_tables()
     output = capsys.readouterr().out
     # THEN each row has its numbers: a stage and the tick at both levels, in motion and for any input
-    rows = [[cell.strip() for cell in line.strip("│").split("│")] for line in output.splitlines() if line.startswith("│")]
+    rows = [
+        [cell.strip() for cell in line.strip("│").split("│")] for line in output.splitlines() if line.startswith("│")
+    ]
     numbers = {name: [int(cell.replace(",", "")) for cell in cells if cell] for name, *cells in rows}
     for stage in (*target.STAGES, "whole tick"):
         assert len(numbers[stage]) == 4, stage

@@ -13,6 +13,7 @@ from pathlib import Path
 import hexload_native
 import numpy as np
 import pytest
+
 from hexload_tools import target
 from hexload_tools.uncertain_estimates import early_covariances, estimates
 from recorded import LOGS, log_of, platform_file

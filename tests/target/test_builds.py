@@ -3,6 +3,7 @@
 import subprocess
 
 import pytest
+
 from hexload_tools import mps2, target
 
 LIBRARIES = ("target-cortex-m4f", "target-cortex-r5f")

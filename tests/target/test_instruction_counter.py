@@ -3,6 +3,7 @@
 import hexload_native
 import numpy as np
 import pytest
+
 from hexload_tools import target
 from hexload_tools.hard_inputs import hard_samples
 from recorded import log_of, platform_file

@@ -15,6 +15,7 @@ from socket import IPPROTO_TCP, TCP_NODELAY, create_server, socket
 
 import numpy as np
 import pytest
+
 from hexload_tools import mps2, project, target
 from hexload_tools.log_file import LegLog, read_log
 from hexload_tools.run_directory import PAPER_PARAMETERS, read_run
@@ -27,7 +28,8 @@ SCENARIO = project.SCENARIOS / "paper.toml"
 SECOND = 1000  # ticks
 TICKS = 5000
 MOMENTUM_TICKS = 2000
-PAGES = {"paper": tuple(range(13)), "momentum": (0, *range(13, 33), 9, 10, 11, 12, 33)}  # of an answer, in sending order
+# Of an answer, in sending order.
+PAGES = {"paper": tuple(range(13)), "momentum": (0, *range(13, 33), 9, 10, 11, 12, 33)}
 LOAD_PARAMETERS = ("m", "hx", "hy", "hz", "Ixx", "Iyy", "Izz", "Ixy", "Ixz", "Iyz")
 NAMES = {"paper": PAPER_PARAMETERS, "momentum": tuple(f"load_{name}" for name in LOAD_PARAMETERS)}  # of signals
 STATUS_PAGES = 9

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+
 from hexload_tools import mps2, target
 from slcan_peer import Peer
 

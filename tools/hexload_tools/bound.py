@@ -316,9 +316,7 @@ def read_truth(path: Path, from_s: float = 0.0) -> Trajectory:
     return Trajectory(rows[:, 1:4], rotation_from_rpy(rows[:, 4:7]), rows[:, 7:10], rows[:, 10:13])
 
 
-def _covariance_recursion(
-    y: Array, transition: Array, process: Array, measurement: Array, prior_sigma: Array
-) -> Array:
+def _covariance_recursion(y: Array, transition: Array, process: Array, measurement: Array, prior_sigma: Array) -> Array:
     """Sigma of theta after each tick, (n, k), from a diffuse moving state [mu] or [mu; l] before tick 0."""
     moving, k = y.shape[1:]
     prior = np.diag(prior_sigma**2)

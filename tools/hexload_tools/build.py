@@ -32,7 +32,9 @@ def _configure(preset: str, directory: Path) -> None:
     generated = directory / "build.ninja"
     presets = project.ROOT / "CMakePresets.json"
     interpreter = Path(sys.prefix) / "pyvenv.cfg"  # newer than the build when the environment has been remade
-    is_new = generated.exists() and generated.stat().st_mtime > max(presets.stat().st_mtime, interpreter.stat().st_mtime)
+    is_new = generated.exists() and generated.stat().st_mtime > max(
+        presets.stat().st_mtime, interpreter.stat().st_mtime
+    )
     if is_new and not _lacks_jdk(directory):
         return
     definitions = [f"-DPython_EXECUTABLE={sys.executable}", f"-DUNITY_ROOT={project.BUILD / 'deps' / 'unity'}"]

@@ -239,7 +239,8 @@ def load_table(contract: Database, name: str, filter_name: str) -> list[str]:
 
 def other_rates(contract: Database, filter_name: str) -> str:
     loads = [
-        f"{100 * bus_load(contract, 'fd', filter_name, mbit_s):.1f} % at {mbit_s} Mbit/s" for mbit_s in OTHER_DATA_MBIT_S
+        f"{100 * bus_load(contract, 'fd', filter_name, mbit_s):.1f} % at {mbit_s} Mbit/s"
+        for mbit_s in OTHER_DATA_MBIT_S
     ]
     return f"With other data rates: {', '.join(loads)}. Above 100 % the profile does not fit at 1 kHz.\n"
 

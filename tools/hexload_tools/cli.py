@@ -2,7 +2,7 @@
 
 import sys
 from pathlib import Path
-from typing import Annotated, Literal, Optional
+from typing import Annotated, Literal
 
 import typer
 
@@ -36,9 +36,11 @@ def demo() -> None:
 
 @app.command()
 def test(
-    preset: Annotated[Optional[list[str]], typer.Option(help="Only this build preset; may be repeated.")] = None,
+    preset: Annotated[list[str] | None, typer.Option(help="Only this build preset; may be repeated.")] = None,
     quick: Annotated[bool, typer.Option("--quick", help="Only the preset host.")] = False,
-    regex: Annotated[Optional[str], typer.Option("-R", "--regex", help="Only tests whose name matches, with all that they print.")] = None,
+    regex: Annotated[
+        str | None, typer.Option("-R", "--regex", help="Only tests whose name matches, with all that they print.")
+    ] = None,
 ) -> None:
     """Builds and runs every test; the last line reads 'N passed, N failed'.
 
@@ -56,36 +58,42 @@ def test(
 @app.command()
 def sim(
     scenario: Annotated[str, typer.Argument(help="Name of a scenario in host_sim/scenarios, or a .toml file.")],
-    out: Annotated[Optional[Path], typer.Option(help="Run directory.", show_default="build/runs/NAME-SEED")] = None,
+    out: Annotated[Path | None, typer.Option(help="Run directory.", show_default="build/runs/NAME-SEED")] = None,
     seed: Annotated[
-        Optional[int], typer.Option(min=0, help="Seed of noise and trajectory, instead of the scenario's.")
+        int | None, typer.Option(min=0, help="Seed of noise and trajectory, instead of the scenario's.")
     ] = None,
-    duration: Annotated[Optional[float], typer.Option(help="Seconds, instead of the scenario's.")] = None,
-    substeps: Annotated[
-        Optional[int], typer.Option(min=1, help="RK4 steps per tick, instead of the scenario's.")
-    ] = None,
-    estimator: Annotated[Optional[Estimator], typer.Option(help="Instead of the platform file's.")] = None,
-    prior: Annotated[Optional[Prior], typer.Option(help="Start covariance, instead of the platform file's.")] = None,
+    duration: Annotated[float | None, typer.Option(help="Seconds, instead of the scenario's.")] = None,
+    substeps: Annotated[int | None, typer.Option(min=1, help="RK4 steps per tick, instead of the scenario's.")] = None,
+    estimator: Annotated[Estimator | None, typer.Option(help="Instead of the platform file's.")] = None,
+    prior: Annotated[Prior | None, typer.Option(help="Start covariance, instead of the platform file's.")] = None,
     bus: Annotated[
-        Optional[str],
-        typer.Option(help="Run simulator and controller as two programs on this bus: socketcan:INTERFACE, udp_multicast:GROUP[:PORT]; with --external-controller also slcan:HOST:PORT, slcan:DEVICE."),
+        str | None,
+        typer.Option(
+            help="Run simulator and controller as two programs on this bus: socketcan:INTERFACE, udp_multicast:GROUP[:PORT]; with --external-controller also slcan:HOST:PORT, slcan:DEVICE."
+        ),
     ] = None,
     profile: Annotated[
-        Optional[Profile], typer.Option(help="Frames of the bus: CAN FD or classic CAN.", show_default="fd")
+        Profile | None, typer.Option(help="Frames of the bus: CAN FD or classic CAN.", show_default="fd")
     ] = None,
-    lockstep: Annotated[bool, typer.Option("--lockstep", help="Tick k + 1 follows when tick k is answered (default on a bus).")] = False,
+    lockstep: Annotated[
+        bool, typer.Option("--lockstep", help="Tick k + 1 follows when tick k is answered (default on a bus).")
+    ] = False,
     real_time: Annotated[bool, typer.Option("--real-time", help="One tick per millisecond, by the clock.")] = False,
     feed: Annotated[
-        Optional[str], typer.Option(help="Run simulator and controller as two programs on LCM instead of a bus: lcm, lcm:URL.")
+        str | None,
+        typer.Option(help="Run simulator and controller as two programs on LCM instead of a bus: lcm, lcm:URL."),
     ] = None,
     publish: Annotated[
-        Optional[str], typer.Option(help="Tell the run on LCM, samples and truth, for hexload spy and lcm-logger: lcm, lcm:URL.")
+        str | None,
+        typer.Option(help="Tell the run on LCM, samples and truth, for hexload spy and lcm-logger: lcm, lcm:URL."),
     ] = None,
     answer_timeout: Annotated[
-        Optional[float], typer.Option(help="Seconds of the controller's silence that end a run in lockstep, or are told in real time.")
+        float | None,
+        typer.Option(help="Seconds of the controller's silence that end a run in lockstep, or are told in real time."),
     ] = None,
     external_controller: Annotated[
-        bool, typer.Option("--external-controller", help="The controller is on the bus already: do not start hexload_ecu.")
+        bool,
+        typer.Option("--external-controller", help="The controller is on the bus already: do not start hexload_ecu."),
     ] = False,
     force: Annotated[bool, typer.Option("--force", help="Overwrite the run directory given by --out.")] = False,
     quiet: Annotated[bool, typer.Option("--quiet", help="No progress, no summary.")] = False,
@@ -123,17 +131,25 @@ def sim(
 
 @app.command()
 def replay(
-    log: Annotated[Path, typer.Argument(help="Leg log: .csv or .csv.gz (t,dl1..dl6,vl1..vl6,f1..f6 in SI units), candump, .blf, .asc or LCM event log.")],
+    log: Annotated[
+        Path,
+        typer.Argument(
+            help="Leg log: .csv or .csv.gz (t,dl1..dl6,vl1..vl6,f1..f6 in SI units), candump, .blf, .asc or LCM event log."
+        ),
+    ],
     platform: Annotated[Path, typer.Option(help="Platform file (.toml).")],
     out: Annotated[Path, typer.Option(help="Estimates to write (.csv), one row per tick.")],
-    estimator: Annotated[Optional[Estimator], typer.Option(help="Instead of the platform file's.")] = None,
-    prior: Annotated[Optional[Prior], typer.Option(help="Start covariance, instead of the platform file's.")] = None,
-    tare: Annotated[Optional[Path], typer.Option(help="File of hexload tare, made with the same platform file.")] = None,
+    estimator: Annotated[Estimator | None, typer.Option(help="Instead of the platform file's.")] = None,
+    prior: Annotated[Prior | None, typer.Option(help="Start covariance, instead of the platform file's.")] = None,
+    tare: Annotated[Path | None, typer.Option(help="File of hexload tare, made with the same platform file.")] = None,
     bodies: Annotated[
-        Optional[Path], typer.Option(help="The load as a body to write (.csv), one row per tick: centre of mass, central tensor, nearest possible body.")
+        Path | None,
+        typer.Option(
+            help="The load as a body to write (.csv), one row per tick: centre of mass, central tensor, nearest possible body."
+        ),
     ] = None,
     report: Annotated[
-        Optional[Path],
+        Path | None,
         typer.Option(help="Page to write (.html): the ten parameters, the load as a body, verdicts, signals."),
     ] = None,
 ) -> None:
@@ -155,11 +171,16 @@ def replay(
 
 @app.command()
 def tare(
-    log: Annotated[Path, typer.Argument(help="Leg log of the empty platform, in motion; formats as of hexload replay.")],
+    log: Annotated[
+        Path, typer.Argument(help="Leg log of the empty platform, in motion; formats as of hexload replay.")
+    ],
     platform: Annotated[Path, typer.Option(help="Platform file (.toml).")],
     out: Annotated[Path, typer.Option(help="Tare file to write (.toml), for hexload replay --tare.")],
     largest_offset: Annotated[
-        float, typer.Option(min=0.0, max=0.45, help="More than this share of the platform's own parameters is taken for a load.")
+        float,
+        typer.Option(
+            min=0.0, max=0.45, help="More than this share of the platform's own parameters is taken for a load."
+        ),
     ] = 0.25,
 ) -> None:
     """Finds how the empty platform differs from its platform file: leg mass, cables, what the drawing does not tell.
@@ -180,16 +201,16 @@ def tare(
 def excite(
     platform: Annotated[Path, typer.Option(help="Platform file (.toml).")],
     duration: Annotated[float, typer.Option(help="Seconds that the motion may take, run-in and run-out included.")],
-    out: Annotated[Path, typer.Option(help="Trajectory to write (.csv: t,x,y,z,roll,pitch,yaw); a summary (.json) goes beside it.")],
+    out: Annotated[
+        Path, typer.Option(help="Trajectory to write (.csv: t,x,y,z,roll,pitch,yaw); a summary (.json) goes beside it.")
+    ],
     scenario: Annotated[str, typer.Option(help="Scenario whose hydraulics and limits bound the motion.")] = "multisine",
     mass: Annotated[
-        Optional[float],
-        typer.Option(
-            help="Expected load, kg.", show_default="the platform file's known mass, or twice the platform's"
-        ),
+        float | None,
+        typer.Option(help="Expected load, kg.", show_default="the platform file's known mass, or twice the platform's"),
     ] = None,
     height: Annotated[
-        Optional[float],
+        float | None,
         typer.Option(help="Of its centre of mass over the platform, m.", show_default="3/4 of the hinges' radius"),
     ] = None,
     seed: Annotated[int, typer.Option(min=0, help="Of the random starts; the same seed gives the same motion.")] = 1,
@@ -215,7 +236,7 @@ def excite(
 def report(
     runs: Annotated[list[Path], typer.Argument(help="One or several run directories.", metavar="RUN_DIR...")],
     out: Annotated[
-        Optional[Path],
+        Path | None,
         typer.Option(
             help="Page to write (.html).", show_default="RUN_DIR/report.html; of several: build/runs/report.html"
         ),
@@ -236,7 +257,7 @@ def report(
 @app.command()
 def campaign(
     classes: Annotated[
-        Optional[str],
+        str | None,
         typer.Option(
             help="Classes of cases, with commas between them, or all. A wrong one is answered with their names.",
             show_default="multisine,paper,paper_rest,work",
@@ -246,18 +267,20 @@ def campaign(
     seed: Annotated[int, typer.Option(min=0, help="Of the first case of each class; the others count on from it.")] = 1,
     duration: Annotated[float, typer.Option(help="Seconds of each case.")] = 10.0,
     out: Annotated[
-        Optional[Path],
+        Path | None,
         typer.Option(help="Folder of the campaign; one that is there goes on.", show_default="build/runs/campaign"),
     ] = None,
     scheduler: Annotated[
-        Optional[str],
+        str | None,
         typer.Option(
             metavar="ADDRESS",
             help="Scheduler of a Dask cluster, tcp://HOST:PORT.",
             show_default="all cores of this machine",
         ),
     ] = None,
-    keep: Annotated[bool, typer.Option("--keep", help="Keep the run directory of each case, on the machine that ran it.")] = False,
+    keep: Annotated[
+        bool, typer.Option("--keep", help="Keep the run directory of each case, on the machine that ran it.")
+    ] = False,
     restart: Annotated[bool, typer.Option("--restart", help="Do the cases again that are done.")] = False,
 ) -> None:
     """Many seeded runs with loads, servos, motions and machines drawn anew: how good are the estimators, and how honest?
@@ -278,8 +301,13 @@ def campaign(
 
 @app.command()
 def soak(
-    scenario: Annotated[str, typer.Argument(help="Name of a scenario in host_sim/scenarios, or a .toml file, with one load throughout.")] = "work",
-    hours: Annotated[float, typer.Option(min=0.017, help="Simulated time; the first minute, in which the filter settles, is not judged.")] = 8.0,
+    scenario: Annotated[
+        str, typer.Argument(help="Name of a scenario in host_sim/scenarios, or a .toml file, with one load throughout.")
+    ] = "work",
+    hours: Annotated[
+        float,
+        typer.Option(min=0.017, help="Simulated time; the first minute, in which the filter settles, is not judged."),
+    ] = 8.0,
     seed: Annotated[int, typer.Option(min=0, help="Of noise and trajectory.")] = 1,
 ) -> None:
     """Runs hours of simulated motion through the momentum estimator and looks for drift: covariance, false events, errors.
@@ -309,7 +337,9 @@ def bench() -> None:
 
 @app.command()
 def spy(
-    url: Annotated[str, typer.Option(help="LCM's URL; the default stays within this computer.")] = "udpm://239.255.76.67:7667?ttl=0",
+    url: Annotated[
+        str, typer.Option(help="LCM's URL; the default stays within this computer.")
+    ] = "udpm://239.255.76.67:7667?ttl=0",
 ) -> None:
     """Opens lcm-spy with hexload's types, so that it decodes what simulator, controller and bridge publish.
 
@@ -324,12 +354,17 @@ def spy(
 
 @app.command()
 def bridge(
-    bus: Annotated[str, typer.Option(help="Bus to listen on: socketcan:INTERFACE, udp_multicast:GROUP[:PORT], slcan:HOST:PORT, slcan:DEVICE.")],
-    profile: Annotated[Optional[Profile], typer.Option(help="Frames of the bus.", show_default="fd")] = None,
-    lcm: Annotated[
-        Optional[str], typer.Option(help="LCM's URL.", show_default="udpm://239.255.76.67:7667?ttl=0")
-    ] = None,
-    samples: Annotated[bool, typer.Option("--samples", help="Publish the leg samples too, as the bus rounds them.")] = False,
+    bus: Annotated[
+        str,
+        typer.Option(
+            help="Bus to listen on: socketcan:INTERFACE, udp_multicast:GROUP[:PORT], slcan:HOST:PORT, slcan:DEVICE."
+        ),
+    ],
+    profile: Annotated[Profile | None, typer.Option(help="Frames of the bus.", show_default="fd")] = None,
+    lcm: Annotated[str | None, typer.Option(help="LCM's URL.", show_default="udpm://239.255.76.67:7667?ttl=0")] = None,
+    samples: Annotated[
+        bool, typer.Option("--samples", help="Publish the leg samples too, as the bus rounds them.")
+    ] = False,
 ) -> None:
     """Listens on a CAN bus, never sends, and publishes on LCM what it carried: estimates, health, bus statistics.
 
@@ -348,14 +383,16 @@ def bridge(
 def vm(
     command: Annotated[list[str], typer.Argument(help="Command and its arguments.", metavar="-- COMMAND...")],
     out: Annotated[
-        Optional[Path], typer.Option(help="Folder that the guest sees as /out.", show_default="build/vm")
+        Path | None, typer.Option(help="Folder that the guest sees as /out.", show_default="build/vm")
     ] = None,
     memory: Annotated[int, typer.Option(min=256, help="MiB; half of it is the room for files.")] = 1024,
     cpus: Annotated[int, typer.Option(min=1, help="Processors.")] = 2,
     timeout: Annotated[
-        Optional[float], typer.Option(min=0, help="Seconds that COMMAND may take; then the status is 124.")
+        float | None, typer.Option(min=0, help="Seconds that COMMAND may take; then the status is 124.")
     ] = None,
-    kvm: Annotated[bool, typer.Option("--kvm", help="Hardware virtualisation: faster; can hang in a nested machine.")] = False,
+    kvm: Annotated[
+        bool, typer.Option("--kvm", help="Hardware virtualisation: faster; can hang in a nested machine.")
+    ] = False,
 ) -> None:
     """Runs COMMAND in a small virtual machine whose kernel has CAN: vcan0 is up, for classic and FD frames.
 

@@ -93,16 +93,12 @@ def _measure_momentum(
 
 
 def _stage_table(measured: dict[str, Measured]) -> Table:
-    table = _table(
-        f"Instructions on a Cortex-M7: longest tick of {MOTION_S:g} s of motion, and of any input", "stage"
-    )
+    table = _table(f"Instructions on a Cortex-M7: longest tick of {MOTION_S:g} s of motion, and of any input", "stage")
     for optimisation in measured:
         table.add_column(f"{optimisation}, motion", justify="right")
         table.add_column("any input", justify="right")
     for row, stage in enumerate(target.STAGES):
-        counts = [
-            answers["stage_instructions"][:, row].max() for each in measured.values() for answers in _both(each)
-        ]
+        counts = [answers["stage_instructions"][:, row].max() for each in measured.values() for answers in _both(each)]
         table.add_row(stage, *(f"{count:,}" for count in counts))
     ticks = [answers["tick_instructions"].max() for each in measured.values() for answers in _both(each)]
     table.add_row("whole tick", *(f"{count:,}" for count in ticks))
@@ -138,7 +134,9 @@ def _node_both(measured: Measured, kind: NodeKind) -> tuple[np.ndarray, np.ndarr
 
 
 def _filter_table(measured: dict[str, Measured]) -> Table:
-    table = _table("One filter step, 7 states, 3 measurements; others at -O3 with -ffast-math; * by this call", "filter")
+    table = _table(
+        "One filter step, 7 states, 3 measurements; others at -O3 with -ffast-math; * by this call", "filter"
+    )
     for heading in ("-O2", "-O3", "text, B", "RAM, B"):
         table.add_column(heading, justify="right")
     preset = target.CORTEX_M7["-O2"]
@@ -179,7 +177,9 @@ def _memory_table(measured: dict[str, Measured]) -> Table:
             for program, name in MOMENTUM.items()
         },
         "code and constants of bus and application": [each.bus_and_app.text for each in measured.values()],
-        "a bus node, either estimator included": [each.nodes[NODE_KINDS[0]][0].node_bytes for each in measured.values()],
+        "a bus node, either estimator included": [
+            each.nodes[NODE_KINDS[0]][0].node_bytes for each in measured.values()
+        ],
     }
     for name in target.FILTERS:
         kinds = [kind for kind in NODE_KINDS if kind[0] == name]

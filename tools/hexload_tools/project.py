@@ -11,7 +11,8 @@ BUILD = ROOT / "build"
 RUNS = BUILD / "runs"
 SCENARIOS = ROOT / "host_sim" / "scenarios"
 DEFAULT_PRESET = "host"
-PROGRAMS = ("hexload_sim_app", "hexload_ecu", "hexload_bridge", "hexload_native", "hexload_lcm_python")  # CMake targets behind the verbs
+# CMake targets behind the verbs.
+PROGRAMS = ("hexload_sim_app", "hexload_ecu", "hexload_bridge", "hexload_native", "hexload_lcm_python")
 
 
 def preset_directory(preset: str) -> Path:

@@ -74,9 +74,7 @@ def write_report(directories: list[Path], out: Path) -> list[Run]:
     return runs
 
 
-def render_replay(
-    result: dict, samples: LegLog, title: str, description: str, known_mass_kg: float | None
-) -> str:
+def render_replay(result: dict, samples: LegLog, title: str, description: str, known_mass_kg: float | None) -> str:
     """The page of a replay of ten parameters. `result`: what hexload_native.replay returns of the samples."""
     load, drawn = load_report.of_replay(result, samples, known_mass_kg)
     return render([LoadSection("run-1", title, description, load, None, [], _all_to_html("run-1", drawn))])

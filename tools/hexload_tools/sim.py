@@ -5,8 +5,8 @@ import tomllib
 from pathlib import Path
 
 from hexload_tools import build, project
-from hexload_tools.virtual_controller import running_controller
 from hexload_tools.errors import InputError, ToolFailed
+from hexload_tools.virtual_controller import running_controller
 
 
 def known_scenarios() -> list[str]:

@@ -33,8 +33,6 @@ def _check_machine(url: str) -> None:
         )
     for program in ("java", "javac", "jar"):
         if shutil.which(program) is None:
-            raise ToolFailed(
-                f"found no {program}, expected a JDK: apt-get install default-jdk-headless default-jre"
-            )
+            raise ToolFailed(f"found no {program}, expected a JDK: apt-get install default-jdk-headless default-jre")
     if url.startswith("udpm:") and (error := doctor.multicast_error()) is not None:
         raise ToolFailed(f"{url}: found no way for multicast ({error}): ip route add 224.0.0.0/4 dev lo")

@@ -153,9 +153,7 @@ def run_bodies(preset: str, thetas: NDArray, covariances: NDArray, folder: Path)
     return answers
 
 
-def run_node(
-    preset: str, profile: str, filter_name: str, config: bytes, samples: NDArray, folder: Path
-) -> NodeRun:
+def run_node(preset: str, profile: str, filter_name: str, config: bytes, samples: NDArray, folder: Path) -> NodeRun:
     """Runs the program `node`: the samples reach the application, with this estimator, as frames of the profile.
 
     Samples with a number that is not finite are left out, as no frame carries one.

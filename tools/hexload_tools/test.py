@@ -21,7 +21,7 @@ from hexload_tools.errors import InputError, ToolFailed
 
 @dataclass(frozen=True)
 class Plan:
-    labels: str | None  # of ctest (unit, properties, crosscheck, sil, hil, target, budget, static), a regex; None: everything
+    labels: str | None  # of ctest (unit, properties, crosscheck, sil, hil, target, budget, static), a regex; None: all
     targets: tuple[str, ...] = ()  # that are built; none: all
 
 

@@ -13,7 +13,8 @@ from hexload_tools.errors import ToolFailed
 READY = "ready on"
 READY_LIMIT_S = 30  # it listens for a quarter of a second; the rest is a busy machine
 END_LIMIT_S = 5
-AS_SIMULATOR = {3: 5, 4: 6}  # its statuses for a second controller and for a bus that cannot be opened, in hexload_sim's code
+# Its statuses for a second controller and for a bus that cannot be opened, in hexload_sim's code.
+AS_SIMULATOR = {3: 5, 4: 6}
 
 
 @contextmanager

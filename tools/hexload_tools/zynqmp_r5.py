@@ -94,7 +94,9 @@ def running_board(interface: str) -> Iterator[Path]:
         with (folder / "log").open("wb") as log:
             # The controller polls without end: whoever it waits for goes first.
             command = ["nice", "setpriv", "--pdeathsig", "KILL", *qemu_arguments(program(), interface, folder)]
-            process = subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=log, stderr=log, start_new_session=True)
+            process = subprocess.Popen(
+                command, stdin=subprocess.DEVNULL, stdout=log, stderr=log, start_new_session=True
+            )
         try:
             until = time.monotonic() + START_LIMIT_S
             while not _listens(folder / "uart"):  # the last one that it opens
@@ -322,7 +324,9 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("--platform", type=Path, required=True, help="platform file: the paper's, which is built in")
     parser.add_argument("--profile", default="classic", help="frames of the bus: classic, the only one it has")
     parser.add_argument("--sample-timeout-ms", type=int, help="silence of the samples in real time that is a fault")
-    parser.add_argument("--die-with-parent", action="store_true", help="end when the process that started this one ends")
+    parser.add_argument(
+        "--die-with-parent", action="store_true", help="end when the process that started this one ends"
+    )
     parser.add_argument("--board", type=Path, help="folder of an emulator that runs already; default: one of its own")
     parser.add_argument("--quiet", action="store_true", help="print the ready line and faults only")
     return parser
@@ -332,9 +336,13 @@ def _check(options: argparse.Namespace) -> str:
     """Refuses what this controller cannot do; returns the interface."""
     transport, _, interface = options.bus.partition(":")
     if transport != "socketcan" or not interface:
-        raise InputError(f"--bus: found '{options.bus}', expected socketcan:INTERFACE: its CAN controller is a real one")
+        raise InputError(
+            f"--bus: found '{options.bus}', expected socketcan:INTERFACE: its CAN controller is a real one"
+        )
     if options.profile != "classic":
-        raise InputError(f"--profile: found '{options.profile}', expected classic: this CAN controller has no FD frames")
+        raise InputError(
+            f"--profile: found '{options.profile}', expected classic: this CAN controller has no FD frames"
+        )
     timeout = options.sample_timeout_ms
     if timeout is not None and timeout not in SAMPLE_TIMEOUT_MS:
         raise InputError(f"--sample-timeout-ms: found {timeout}, expected 5..60000")
@@ -343,7 +351,9 @@ def _check(options: argparse.Namespace) -> str:
     except (OSError, tomllib.TOMLDecodeError) as error:
         raise InputError(f"--platform {options.platform}: found no platform file ({error})") from error
     if not is_built_in:
-        raise InputError(f"--platform {options.platform}: found another machine than {PLATFORM.name}, which is built in")
+        raise InputError(
+            f"--platform {options.platform}: found another machine than {PLATFORM.name}, which is built in"
+        )
     return interface
 
 
