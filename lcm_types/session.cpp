@@ -53,15 +53,7 @@ void Session::refuse(const std::string& found) const {
 }
 
 bool Session::handle(std::chrono::milliseconds timeout) {
-    constexpr int messages_per_call = 256;
-    int handled = 0;
-    for (auto wait = timeout; handled < messages_per_call; wait = std::chrono::milliseconds{0}) {
-        if (lcm_.handleTimeout(static_cast<int>(wait.count())) <= 0) {
-            break;
-        }
-        ++handled;
-    }
-    return handled > 0;
+    return lcm_.handleTimeout(static_cast<int>(timeout.count())) > 0;
 }
 
 int Session::descriptor() {

@@ -3,7 +3,17 @@
 import numpy as np
 import pytest
 
-from bus_frames import DBC, LOCKSTEP, PARAMETERS, PROFILES, REAL_TIME, decode, encode, sample_frames_by_tick
+from bus_frames import (
+    DBC,
+    LOCKSTEP,
+    PARAMETERS,
+    PROFILES,
+    REAL_TIME,
+    decode,
+    encode,
+    encode_command,
+    sample_frames_by_tick,
+)
 from hexload_tools import project
 from loop import NOTHING_COMES_S, PLATFORM
 
@@ -162,3 +172,15 @@ def test_a_command_with_an_argument_that_is_no_number_is_refused_and_counted(loo
     assert peer.receive("Acknowledge", patience_s=NOTHING_COMES_S) is None
     assert peer.status("frames_refused") == 2
     assert peer.command("start", LOCKSTEP)["result"] == DONE
+
+
+@pytest.mark.needs("process")
+def test_states_that_follow_one_another_at_once_are_all_said(loop, peer, samples):
+    # GIVEN a controller that is given no time
+    controller = loop.controller()
+    loop.hold(controller)
+    # WHEN it goes on, and START and the first sample are there
+    peer.send([encode_command("start", 1, LOCKSTEP), *samples[0]])
+    loop.go_on(controller)
+    # THEN it says how it was armed, and that it estimates
+    controller.wait_for("hexload_ecu: armed, lockstep, paper filter\nhexload_ecu: estimating at tick 0")

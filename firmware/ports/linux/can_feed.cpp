@@ -7,7 +7,6 @@
 namespace hexload::port {
 namespace {
 
-constexpr int frames_per_call = 256; // then the clock has its turn
 constexpr std::chrono::microseconds send_deadline{200};
 
 } // namespace
@@ -33,13 +32,14 @@ CanFeed::CanFeed(std::unique_ptr<CanChannel> channel, hexload_bus_profile_t prof
     }
 }
 
-void CanFeed::receive() {
-    for (int n = 0; n < frames_per_call; ++n) {
+void CanFeed::receive(const std::function<void()>& after_each) {
+    for (int n = 0; n < messages_per_call; ++n) {
         const auto frame = channel_->receive(std::chrono::microseconds{0});
         if (!frame) {
             break;
         }
         hexload_node_receive(&node_, &*frame);
+        after_each();
     }
     tell_bus_state();
 }

@@ -19,7 +19,7 @@ class CanFeed final : public Feed {
     int descriptor() const override {
         return channel_->descriptor();
     }
-    void receive() override;
+    void receive(const std::function<void()>& after_each) override;
     void period(std::uint32_t periods) override;
     bool is_ready() const override {
         return hexload_node_is_active(&node_);

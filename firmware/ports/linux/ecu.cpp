@@ -75,20 +75,7 @@ EcuEnd run_ecu(Feed& feed, bool quiet) {
         {{feed.descriptor(), POLLIN, 0}, {timer.get(), POLLIN, 0}, {signals.get(), POLLIN, 0}}};
     StateReport report(feed.profile(), quiet);
     bool was_ready = false;
-    while (true) {
-        poll(waited.data(), waited.size(), -1);
-        if (waited[2].revents != 0) {
-            break;
-        }
-        if (waited[0].revents != 0) {
-            feed.receive();
-        }
-        if (waited[1].revents != 0) {
-            feed.period(expirations(timer));
-        }
-        if (feed.is_taken()) {
-            return EcuEnd::taken;
-        }
+    const auto tell = [&] {
         if (!was_ready && feed.is_ready()) {
             say("ready on " + feed.description());
             was_ready = true;
@@ -99,6 +86,22 @@ EcuEnd run_ecu(Feed& feed, bool quiet) {
         if (const auto line = report.load_changed(feed.app())) {
             say(*line);
         }
+    };
+    while (true) {
+        poll(waited.data(), waited.size(), -1);
+        if (waited[2].revents != 0) {
+            break;
+        }
+        if (waited[0].revents != 0) {
+            feed.receive(tell); // START and the first sample may have come together: each changes the state
+        }
+        if (waited[1].revents != 0) {
+            feed.period(expirations(timer));
+        }
+        if (feed.is_taken()) {
+            return EcuEnd::taken;
+        }
+        tell();
     }
     if (!quiet) {
         say_end(feed);

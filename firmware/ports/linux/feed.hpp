@@ -5,6 +5,7 @@
 #include "app/app.h"
 
 #include <cstdint>
+#include <functional>
 #include <string>
 
 namespace hexload::port {
@@ -19,8 +20,9 @@ class Feed {
     // For poll(): readable when receive() has something to do.
     virtual int descriptor() const = 0;
 
-    // Handles what has come, up to a bounded number of messages. Does not wait.
-    virtual void receive() = 0;
+    // Handles what has come, up to a bounded number of messages, and calls `after_each` after each of them.
+    // Does not wait.
+    virtual void receive(const std::function<void()>& after_each) = 0;
 
     // Every millisecond: the number of periods since the last call.
     virtual void period(std::uint32_t periods) = 0;
@@ -39,6 +41,9 @@ class Feed {
 
     // Counts of the transport, for the line printed at the end.
     virtual std::string summary() const = 0;
+
+  protected:
+    static constexpr int messages_per_call = 256; // then the clock has its turn
 };
 
 } // namespace hexload::port

@@ -22,8 +22,10 @@ LcmFeed::LcmFeed(const std::string& url, const hexload_config_t& config,
     }
 }
 
-void LcmFeed::receive() {
-    session_.handle(std::chrono::milliseconds{0});
+void LcmFeed::receive(const std::function<void()>& after_each) {
+    for (int n = 0; n < messages_per_call && session_.handle(std::chrono::milliseconds{0}); ++n) {
+        after_each();
+    }
 }
 
 void LcmFeed::period(std::uint32_t periods) {

@@ -20,7 +20,7 @@ class LcmFeed final : public Feed {
     int descriptor() const override {
         return descriptor_;
     }
-    void receive() override;
+    void receive(const std::function<void()>& after_each) override;
     void period(std::uint32_t periods) override;
     bool is_ready() const override {
         return true;

@@ -78,8 +78,7 @@ class Session {
     // after ten seconds.
     template <typename Message> const GapCounter& subscribe(std::function<void(const Message&)> handler);
 
-    // Waits for a message (0: does not wait), then hands out up to 256 of those that have come. False: none
-    // came.
+    // Waits for a message (0: does not wait) and hands it out. False: none came.
     bool handle(std::chrono::milliseconds timeout);
 
     // For poll(): readable when handle() has something to do.
