@@ -61,13 +61,13 @@ const hexload_health_t* hexload_app_health(const hexload_app_t* self) {
 static hexload_status_t init_estimator(hexload_app_t* self, const hexload_config_t* config,
                                        hexload_bus_filter_t filter) {
     return filter == HEXLOAD_FILTER_MOMENTUM ? hexload_momentum_init(&self->estimator.momentum, config)
-                                             : hexload_init(&self->estimator.paper, config);
+                                             : hexload_paper_init(&self->estimator.paper, config);
 }
 
 static hexload_status_t tick_estimator(hexload_app_t* self, const hexload_leg_sample_t* sample) {
     return self->filter == HEXLOAD_FILTER_MOMENTUM
                ? hexload_momentum_tick(&self->estimator.momentum, &self->config, sample, &self->estimate)
-               : hexload_tick(&self->estimator.paper, &self->config, sample, &self->estimate);
+               : hexload_paper_tick(&self->estimator.paper, &self->config, sample, &self->estimate);
 }
 
 /// What the estimator would say before its first sample.
@@ -83,7 +83,7 @@ static void forget_estimate(hexload_app_t* self) {
         estimate->nis_mean = momentum->supervisor.nis_mean;
         hexload_momentum_filter_read(&momentum->filter, estimate->value, estimate->sigma);
     } else {
-        const hexload_t* paper = &self->estimator.paper;
+        const hexload_paper_t* paper = &self->estimator.paper;
         estimate->nis = paper->paper_filter.nis;
         estimate->nis_mean = paper->supervisor.nis_mean;
         hexload_paper_filter_read(&paper->paper_filter, estimate->value, estimate->sigma);

@@ -46,7 +46,7 @@ typedef struct hexload_app {
     hexload_app_settings_t settings;
     hexload_bus_filter_t filter; ///< whose memory `estimator` is
     union {
-        hexload_t paper;
+        hexload_paper_t paper;
         hexload_momentum_t momentum;
     } estimator;
     hexload_estimate_t estimate; ///< last

@@ -100,7 +100,7 @@ typedef struct hexload_bus_acknowledge {
 /// Everything that the controller says about one sample.
 typedef struct hexload_bus_answer {
     uint32_t tick;
-    int8_t status;               ///< hexload_status_t of hexload_tick()
+    int8_t status;               ///< hexload_status_t of hexload_paper_tick()
     uint8_t state;               ///< hexload_app_state_t
     uint8_t fault;               ///< hexload_app_fault_t
     uint8_t missing_legs;        ///< bit n: leg n + 1 was missing in the last incomplete sample of this run

@@ -12,8 +12,8 @@ enum { DIM = HEXLOAD_LOAD_DIM };
 /// The axes of each entry of the tensor, enum hexload_inertia.
 static const int AXES[HEXLOAD_I_DIM][2] = {{0, 0}, {1, 1}, {2, 2}, {0, 1}, {0, 2}, {1, 2}};
 
-void body_see_from(const hexload_real_t point_m[3], const hexload_real_t theta[DIM],
-                   hexload_real_t seen[DIM]) {
+void hexload_body_see_from(const hexload_real_t point_m[3], const hexload_real_t theta[DIM],
+                           hexload_real_t seen[DIM]) {
     const hexload_real_t half = HEXLOAD_REAL(0.5);
     hexload_real_t sum[3]; // h + h': the tensor is I - (r . s) E + (r s^T + s r^T) / 2
     hexload_real_t moved = HEXLOAD_REAL(0.0);
@@ -32,28 +32,28 @@ void body_see_from(const hexload_real_t point_m[3], const hexload_real_t theta[D
     }
 }
 
-void body_spread_from(const hexload_real_t point_m[3],
-                      const hexload_real_t covariance[HEXLOAD_LOAD_COVARIANCES],
-                      hexload_real_t spread[DIM][DIM]) {
+void hexload_body_spread_from(const hexload_real_t point_m[3],
+                              const hexload_real_t covariance[HEXLOAD_LOAD_COVARIANCES],
+                              hexload_real_t spread[DIM][DIM]) {
     hexload_real_t half_way[DIM][DIM]; // columns of T P
     for (int j = 0; j < DIM; j++) {
         hexload_real_t column[DIM];
         for (int i = 0; i < DIM; i++) {
             column[i] = covariance[i >= j ? ROW(i) + j : ROW(j) + i];
         }
-        body_see_from(point_m, column, half_way[j]);
+        hexload_body_see_from(point_m, column, half_way[j]);
     }
     for (int i = 0; i < DIM; i++) {
         hexload_real_t row[DIM];
         for (int j = 0; j < DIM; j++) {
             row[j] = half_way[j][i];
         }
-        body_see_from(point_m, row, spread[i]);
+        hexload_body_see_from(point_m, row, spread[i]);
     }
 }
 
-bool body_find_com(const hexload_real_t theta[DIM], hexload_real_t mass_variance_kg2,
-                   hexload_real_t com_m[3]) {
+bool hexload_body_find_com(const hexload_real_t theta[DIM], hexload_real_t mass_variance_kg2,
+                           hexload_real_t com_m[3]) {
     const hexload_real_t mass_kg = theta[HEXLOAD_LOAD_M];
     const hexload_real_t limit_kg = LARGEST_MASS_SIGMA * mass_kg;
     const bool is_known = limit_kg > HEXLOAD_REAL(0.0) && mass_variance_kg2 <= limit_kg * limit_kg;
@@ -63,7 +63,7 @@ bool body_find_com(const hexload_real_t theta[DIM], hexload_real_t mass_variance
     return is_known;
 }
 
-bool body_is_possible(const hexload_real_t theta[DIM]) {
+bool hexload_body_is_consistent(const hexload_real_t theta[DIM]) {
     const hexload_real_t mass_kg = theta[HEXLOAD_LOAD_M];
     const hexload_real_t* h = &theta[HEXLOAD_LOAD_HX];
     const hexload_real_t* I = &theta[HEXLOAD_LOAD_IXX];
@@ -110,13 +110,13 @@ void hexload_body_describe(const hexload_real_t theta[DIM],
     hexload_real_t spread[DIM][DIM];
     *body = (hexload_body_t){.mass_kg = theta[HEXLOAD_LOAD_M],
                              .mass_sigma_kg = hexload_sqrt(covariance[0]),
-                             .is_possible = body_is_possible(theta)};
-    body->has_com = body_find_com(theta, covariance[0], body->com_m);
+                             .is_consistent = hexload_body_is_consistent(theta)};
+    body->has_com = hexload_body_find_com(theta, covariance[0], body->com_m);
     if (!body->has_com) {
         return;
     }
-    body_see_from(body->com_m, theta, seen);
-    body_spread_from(body->com_m, covariance, spread);
+    hexload_body_see_from(body->com_m, theta, seen);
+    hexload_body_spread_from(body->com_m, covariance, spread);
     for (int k = 0; k < 3; k++) {
         const int row = HEXLOAD_LOAD_HX + k;
         body->com_sigma_m[k] = hexload_sqrt(spread[row][row]) / body->mass_kg;

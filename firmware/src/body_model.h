@@ -6,19 +6,19 @@
 #include "hexload/body.h"
 
 /// theta about another point, axes kept: h' = h - m r, and the tensor about r. Linear in theta.
-void body_see_from(const hexload_real_t point_m[3], const hexload_real_t theta[HEXLOAD_LOAD_DIM],
-                   hexload_real_t seen[HEXLOAD_LOAD_DIM]);
+void hexload_body_see_from(const hexload_real_t point_m[3], const hexload_real_t theta[HEXLOAD_LOAD_DIM],
+                           hexload_real_t seen[HEXLOAD_LOAD_DIM]);
 
-/// The covariance of what body_see_from() gives.
-void body_spread_from(const hexload_real_t point_m[3],
-                      const hexload_real_t covariance[HEXLOAD_LOAD_COVARIANCES],
-                      hexload_real_t spread[HEXLOAD_LOAD_DIM][HEXLOAD_LOAD_DIM]);
+/// The covariance of what hexload_body_see_from() gives.
+void hexload_body_spread_from(const hexload_real_t point_m[3],
+                              const hexload_real_t covariance[HEXLOAD_LOAD_COVARIANCES],
+                              hexload_real_t spread[HEXLOAD_LOAD_DIM][HEXLOAD_LOAD_DIM]);
 
 /// The centre of mass, if the mass is known well enough for one.
-bool body_find_com(const hexload_real_t theta[HEXLOAD_LOAD_DIM], hexload_real_t mass_variance_kg2,
-                   hexload_real_t com_m[3]);
+bool hexload_body_find_com(const hexload_real_t theta[HEXLOAD_LOAD_DIM], hexload_real_t mass_variance_kg2,
+                           hexload_real_t com_m[3]);
 
 /// Whether m is positive and the second moments about the centre of mass are positive definite.
-bool body_is_possible(const hexload_real_t theta[HEXLOAD_LOAD_DIM]);
+bool hexload_body_is_consistent(const hexload_real_t theta[HEXLOAD_LOAD_DIM]);
 
 #endif

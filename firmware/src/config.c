@@ -48,7 +48,7 @@ void hexload_config_default(hexload_config_t* config) {
                      .nis_time_constant_s = HEXLOAD_REAL(0.5),
                      .converged_relative_sigma = HEXLOAD_REAL(0.05),
                      .excitation_time_constant_s = HEXLOAD_REAL(10.0)},
-        .machine = {.friction_speed_m_s = HEXLOAD_REAL(5e-3)},
+        .actuator_effects = {.friction_speed_m_s = HEXLOAD_REAL(5e-3)},
     };
     *config = paper_machine;
     hexload_config_set_prior(config, HEXLOAD_PRIOR_SAFE);
@@ -190,10 +190,10 @@ static const char* check_paper(const hexload_config_t* config) {
 /// The first bad field of tuning of the momentum filter and of the machine's effects.
 static const char* check_momentum(const hexload_config_t* config) {
     const hexload_momentum_config_t* momentum = &config->momentum;
-    const hexload_machine_config_t* machine = &config->machine;
+    const hexload_actuator_effects_config_t* machine = &config->actuator_effects;
     const field_t fields[] = {
         {"momentum.lag_ticks",
-         momentum->lag_ticks >= HEXLOAD_RINGING_TICKS && momentum->lag_ticks <= HEXLOAD_LAG_TICKS_MAX},
+         momentum->lag_ticks >= HEXLOAD_TRANSIENT_TICKS && momentum->lag_ticks <= HEXLOAD_LAG_TICKS_MAX},
         {"momentum.longest_gap_ticks",
          momentum->longest_gap_ticks >= 1 && momentum->longest_gap_ticks <= HEXLOAD_MISSING_TICKS_MAX},
         {"momentum.prior_mass_kg", is_in(momentum->prior_mass_kg, HEXLOAD_REAL(0.0), MILLION)},
@@ -209,11 +209,13 @@ static const char* check_momentum(const hexload_config_t* config) {
          is_in(momentum->converged_relative_sigma, HEXLOAD_REAL(0.0), HEXLOAD_REAL(1.0))},
         {"momentum.excitation_time_constant_s",
          is_in(momentum->excitation_time_constant_s, config->tick_s, HEXLOAD_REAL(1e3))},
-        {"machine.prior_bias_sigma_n", is_in(machine->prior_bias_sigma_n, HEXLOAD_REAL(0.0), MILLION)},
-        {"machine.prior_coulomb_sigma_n", is_in(machine->prior_coulomb_sigma_n, HEXLOAD_REAL(0.0), MILLION)},
-        {"machine.prior_viscous_sigma_n_s_m",
+        {"actuator_effects.prior_bias_sigma_n",
+         is_in(machine->prior_bias_sigma_n, HEXLOAD_REAL(0.0), MILLION)},
+        {"actuator_effects.prior_coulomb_sigma_n",
+         is_in(machine->prior_coulomb_sigma_n, HEXLOAD_REAL(0.0), MILLION)},
+        {"actuator_effects.prior_viscous_sigma_n_s_m",
          is_in(machine->prior_viscous_sigma_n_s_m, HEXLOAD_REAL(0.0), HEXLOAD_REAL(1e8))},
-        {"machine.friction_speed_m_s",
+        {"actuator_effects.friction_speed_m_s",
          is_in(machine->friction_speed_m_s, HEXLOAD_REAL(1e-6), HEXLOAD_REAL(10.0))},
     };
     return first_bad(fields, sizeof fields / sizeof fields[0]);

@@ -5,10 +5,10 @@
 #include <stddef.h>
 
 // The lasting memory of an estimator: 4-byte numbers, or 8-byte ones in the reference build.
-_Static_assert(sizeof(hexload_t) <= 1152 * sizeof(hexload_real_t) / sizeof(float),
+_Static_assert(sizeof(hexload_paper_t) <= 1152 * sizeof(hexload_real_t) / sizeof(float),
                "an estimator fits in 1.125 KiB");
 
-hexload_status_t hexload_init(hexload_t* self, const hexload_config_t* config) {
+hexload_status_t hexload_paper_init(hexload_paper_t* self, const hexload_config_t* config) {
     hexload_kinematics_t kinematics;
     hexload_status_t status = hexload_config_check(config, NULL);
     if (status != HEXLOAD_OK) {
@@ -18,15 +18,15 @@ hexload_status_t hexload_init(hexload_t* self, const hexload_config_t* config) {
     if (status != HEXLOAD_OK) {
         return status;
     }
-    *self = (hexload_t){.kinematics = kinematics};
+    *self = (hexload_paper_t){.kinematics = kinematics};
     hexload_leg_sample_init(&self->leg_gate);
     hexload_paper_filter_init(&self->paper_filter, config);
-    hexload_supervisor_init(&self->supervisor);
+    hexload_paper_supervisor_init(&self->supervisor);
     return HEXLOAD_OK;
 }
 
-hexload_status_t hexload_tick(hexload_t* self, const hexload_config_t* config,
-                              const hexload_leg_sample_t* sample, hexload_estimate_t* estimate) {
+hexload_status_t hexload_paper_tick(hexload_paper_t* self, const hexload_config_t* config,
+                                    const hexload_leg_sample_t* sample, hexload_estimate_t* estimate) {
     uint32_t health = 0;
     uint32_t gap_ticks = 0;
     hexload_motion_t motion;
@@ -44,7 +44,7 @@ hexload_status_t hexload_tick(hexload_t* self, const hexload_config_t* config,
     hexload_wrench_compute(&motion, sample, &wrench);
     hexload_paper_filter_step(&self->paper_filter, config, sample, &motion, &self->kinematics.jacobian,
                               &wrench, gap_ticks, &health);
-    hexload_supervisor_judge(&self->supervisor, config, &self->paper_filter, estimate, &health);
+    hexload_paper_supervisor_judge(&self->supervisor, config, &self->paper_filter, estimate, &health);
     estimate->tick = sample->tick;
     hexload_health_count(&self->health, health);
     return HEXLOAD_OK;

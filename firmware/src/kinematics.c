@@ -98,12 +98,12 @@ static hexload_status_t find_pose(const hexload_kinematics_t* self, const hexloa
         hexload_real_t error_m[HEXLOAD_LEGS];
         hexload_real_t step[6];
         const hexload_real_t largest_m = legs_of_pose(self, geometry, sample, motion, error_m);
-        const bool is_made = is_from_last ? leg_blocks_update(motion->J, jacobian)
-                                          : leg_blocks_make(motion->J, jacobian); // leads anywhere
+        const bool is_made = is_from_last ? hexload_leg_blocks_update(motion->J, jacobian)
+                                          : hexload_leg_blocks_make(motion->J, jacobian); // leads anywhere
         if (!is_made) {
             return HEXLOAD_ERR_SINGULAR;
         }
-        leg_blocks_solve(jacobian, error_m, step);
+        hexload_leg_blocks_solve(jacobian, error_m, step);
         move_pose(motion->p_m, motion->quaternion, step);
         if (largest_m < start_m) {
             motion->newton_steps = newton_steps;
@@ -166,7 +166,7 @@ hexload_status_t hexload_kinematics_init(hexload_kinematics_t* self, const hexlo
     hexload_motion_t home = {.quaternion = {HEXLOAD_REAL(1.0)}};
     hexload_real_t error_m[HEXLOAD_LEGS];
     (void)legs_of_pose(&fresh, geometry, &no_displacement, &home, error_m);
-    if (!leg_blocks_make(home.J, &fresh.jacobian)) {
+    if (!hexload_leg_blocks_make(home.J, &fresh.jacobian)) {
         return HEXLOAD_ERR_SINGULAR;
     }
     for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
@@ -194,7 +194,7 @@ static bool begin_search(const hexload_kinematics_t* self, const hexload_geometr
         motion->quaternion[0] = HEXLOAD_REAL(1.0);
         return false;
     }
-    leg_blocks_solve(&self->jacobian, moved_m, step);
+    hexload_leg_blocks_solve(&self->jacobian, moved_m, step);
     memcpy(motion->p_m, self->p_m, sizeof motion->p_m);
     memcpy(motion->quaternion, self->quaternion, sizeof motion->quaternion);
     move_pose(motion->p_m, motion->quaternion, step);
@@ -236,6 +236,6 @@ hexload_status_t hexload_kinematics_solve(hexload_kinematics_t* self, const hexl
     }
     self->is_lost = false;
     accept_pose(self, sample, &jacobian, motion);
-    leg_blocks_solve(&jacobian, sample->velocity_m_s, motion->twist); // inverse of (3)
+    hexload_leg_blocks_solve(&jacobian, sample->velocity_m_s, motion->twist); // inverse of (3)
     return HEXLOAD_OK;
 }

@@ -62,7 +62,7 @@ static bool express_by_carriers(hexload_real_t J[HEXLOAD_LEGS][6], hexload_leg_b
         memcpy(E1[i], &row[0], sizeof E1[i]);
         memcpy(blocks->M1[i], &row[3], sizeof blocks->M1[i]);
     }
-    if (!invert3(E1, blocks->E1_inverse)) {
+    if (!hexload_invert3(E1, blocks->E1_inverse)) {
         return false;
     }
     HEXLOAD_UNROLL
@@ -97,23 +97,23 @@ static bool take_carriers_out(hexload_real_t J[HEXLOAD_LEGS][6], hexload_leg_blo
             S[i][k] = row[3 + k] - share[k];
         }
     }
-    return invert3(S, blocks->S_inverse);
+    return hexload_invert3(S, blocks->S_inverse);
 }
 
-bool leg_blocks_make(hexload_real_t J[HEXLOAD_LEGS][6], hexload_leg_blocks_t* blocks) {
+bool hexload_leg_blocks_make(hexload_real_t J[HEXLOAD_LEGS][6], hexload_leg_blocks_t* blocks) {
     choose_carriers(J, blocks->leg);
     return express_by_carriers(J, blocks) && take_carriers_out(J, blocks);
 }
 
-bool leg_blocks_update(hexload_real_t J[HEXLOAD_LEGS][6], hexload_leg_blocks_t* blocks) {
+bool hexload_leg_blocks_update(hexload_real_t J[HEXLOAD_LEGS][6], hexload_leg_blocks_t* blocks) {
     if (!express_by_carriers(J, blocks) || !spans_well(blocks)) {
-        return leg_blocks_make(J, blocks);
+        return hexload_leg_blocks_make(J, blocks);
     }
     return take_carriers_out(J, blocks);
 }
 
-void leg_blocks_solve(const hexload_leg_blocks_t* blocks, const hexload_real_t y[HEXLOAD_LEGS],
-                      hexload_real_t x[6]) {
+void hexload_leg_blocks_solve(const hexload_leg_blocks_t* blocks, const hexload_real_t y[HEXLOAD_LEGS],
+                              hexload_real_t x[6]) {
     const uint8_t* leg = blocks->leg;
     const hexload_real_t y1[3] = {y[leg[0]], y[leg[1]], y[leg[2]]};
     hexload_real_t y2[3];
@@ -136,7 +136,7 @@ void leg_blocks_solve(const hexload_leg_blocks_t* blocks, const hexload_real_t y
     }
 }
 
-void leg_blocks_invert(const hexload_leg_blocks_t* blocks, hexload_real_t columns[HEXLOAD_LEGS][6]) {
+void hexload_leg_blocks_invert(const hexload_leg_blocks_t* blocks, hexload_real_t columns[HEXLOAD_LEGS][6]) {
     hexload_real_t share[3][3];   // S^-1 [-K, E] is the lower half, columns in the order of blocks->leg
     hexload_real_t carried[3][3]; // v = E1^-1 y1 - (E1^-1 M1) omega
     for (int i = 0; i < 3; i++) {

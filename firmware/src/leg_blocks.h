@@ -10,11 +10,11 @@
 #include <string.h>
 
 /// @return false when J is singular to working precision.
-bool leg_blocks_make(hexload_real_t J[HEXLOAD_LEGS][6], hexload_leg_blocks_t* blocks);
+bool hexload_leg_blocks_make(hexload_real_t J[HEXLOAD_LEGS][6], hexload_leg_blocks_t* blocks);
 
 /// The same with the carriers that blocks->leg names, a permutation of the legs, while they span space well;
 /// otherwise with others. Cheaper in a pose near the one for which they were chosen.
-bool leg_blocks_update(hexload_real_t J[HEXLOAD_LEGS][6], hexload_leg_blocks_t* blocks);
+bool hexload_leg_blocks_update(hexload_real_t J[HEXLOAD_LEGS][6], hexload_leg_blocks_t* blocks);
 
 /// By members, which compilers copy in place, several numbers at a time; for the whole they call memcpy().
 static inline void leg_blocks_copy(const hexload_leg_blocks_t* from, hexload_leg_blocks_t* to) {
@@ -26,10 +26,10 @@ static inline void leg_blocks_copy(const hexload_leg_blocks_t* from, hexload_leg
 }
 
 /// Solves J x = y.
-void leg_blocks_solve(const hexload_leg_blocks_t* blocks, const hexload_real_t y[HEXLOAD_LEGS],
-                      hexload_real_t x[6]);
+void hexload_leg_blocks_solve(const hexload_leg_blocks_t* blocks, const hexload_real_t y[HEXLOAD_LEGS],
+                              hexload_real_t x[6]);
 
 /// J^-1 by columns: row i is the twist at which leg i moves at unit speed and the others stand.
-void leg_blocks_invert(const hexload_leg_blocks_t* blocks, hexload_real_t columns[HEXLOAD_LEGS][6]);
+void hexload_leg_blocks_invert(const hexload_leg_blocks_t* blocks, hexload_real_t columns[HEXLOAD_LEGS][6]);
 
 #endif

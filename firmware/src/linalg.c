@@ -1,6 +1,6 @@
 #include "linalg.h"
 
-bool invert3(hexload_real_t A[3][3], hexload_real_t inverse[3][3]) {
+bool hexload_invert3(hexload_real_t A[3][3], hexload_real_t inverse[3][3]) {
     hexload_real_t column[3][3]; // of the adjugate
     cross3(A[1], A[2], column[0]);
     cross3(A[2], A[0], column[1]);
@@ -21,7 +21,7 @@ bool invert3(hexload_real_t A[3][3], hexload_real_t inverse[3][3]) {
     return true;
 }
 
-void cholesky6(hexload_real_t A[6][6]) {
+void hexload_cholesky6(hexload_real_t A[6][6]) {
     for (int i = 0; i < 6; i++) {
         for (int j = 0; j <= i; j++) {
             hexload_real_t sum = A[i][j];

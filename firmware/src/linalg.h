@@ -31,7 +31,7 @@ static inline void cross3(const hexload_real_t a[3], const hexload_real_t b[3], 
 /// Inverse of A.
 /// @return false when A is singular to working precision: its determinant is below 64 epsilon of the product
 /// of its rows' lengths, which it is at most.
-bool invert3(hexload_real_t A[3][3], hexload_real_t inverse[3][3]);
+bool hexload_invert3(hexload_real_t A[3][3], hexload_real_t inverse[3][3]);
 
 /// Lower triangle of L with A = L L^T, diagonal inverted; A symmetric, its lower triangle is read.
 /// @return false when A is not positive definite.
@@ -59,9 +59,9 @@ static inline bool cholesky3(hexload_real_t A[3][3], hexload_real_t L[3][3]) {
 
 /// Lower triangle of L with A = L L^T, diagonal inverted, in place; A positive definite, its lower triangle
 /// is read.
-void cholesky6(hexload_real_t A[6][6]);
+void hexload_cholesky6(hexload_real_t A[6][6]);
 
-/// X = L^-1 X for the L of cholesky6() and a matrix X of six rows.
+/// X = L^-1 X for the L of hexload_cholesky6() and a matrix X of six rows.
 static inline void whiten6(hexload_real_t L[6][6], hexload_real_t* X, int columns) {
     for (int column = 0; column < columns; column++) {
         hexload_real_t x[6];
@@ -79,7 +79,7 @@ static inline void whiten6(hexload_real_t L[6][6], hexload_real_t* X, int column
 }
 
 /// row -= u^T X for the first `count` of the columns of a matrix X of six rows.
-static inline void take_off6(hexload_real_t* row, const hexload_real_t u[6], const hexload_real_t* X,
+static inline void downdate6(hexload_real_t* row, const hexload_real_t u[6], const hexload_real_t* X,
                              int columns, int count) {
     for (int j = 0; j < count; j++) {
         hexload_real_t left = row[j];
@@ -92,7 +92,7 @@ static inline void take_off6(hexload_real_t* row, const hexload_real_t u[6], con
 }
 
 /// The same for two rows, which share what is read of X.
-static inline void take_off6_twice(hexload_real_t* row, hexload_real_t* next_row, const hexload_real_t u[6],
+static inline void downdate6_twice(hexload_real_t* row, hexload_real_t* next_row, const hexload_real_t u[6],
                                    const hexload_real_t next_u[6], const hexload_real_t* X, int columns,
                                    int count) {
     for (int j = 0; j < count; j++) {

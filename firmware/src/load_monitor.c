@@ -39,13 +39,13 @@ HEXLOAD_RARE static void seed(hexload_load_monitor_t* self, const hexload_sensor
     const hexload_real_t sigma_m_s = sensors->velocity_sigma_m_s;
     hexload_real_t variance[HEXLOAD_LEGS];
     hexload_real_t columns[HEXLOAD_LEGS][6];
-    momentum_of_body(body, motion, motion->twist, self->momentum);
+    hexload_momentum_of_body(body, motion, motion->twist, self->momentum);
     memset(self->covariance, 0, sizeof self->covariance);
-    momentum_of_leg_speeds(body, motion, jacobian, columns);
+    hexload_momentum_of_leg_speeds(body, motion, jacobian, columns);
     for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
         variance[leg] = sigma_m_s * sigma_m_s;
     }
-    momentum_add_noise(columns, variance, self->covariance);
+    hexload_momentum_add_noise(columns, variance, self->covariance);
 }
 
 /// A force that jumps between two ticks is not a trapezoid: its second difference, beyond three sigma of
@@ -69,13 +69,13 @@ static void predict(hexload_load_monitor_t* self, const hexload_config_t* config
     hexload_real_t variance[HEXLOAD_LEGS];
     hexload_real_t columns[HEXLOAD_LEGS][6];
     hexload_real_t G[PULLED][LIFTED];
-    momentum_pull(&self->last_input, input, dt_s * config->gravity_m_s2, G);
-    momentum_move(self->momentum, &self->last_input, input, dt_s, G, body);
+    hexload_momentum_pull(&self->last_input, input, dt_s * config->gravity_m_s2, G);
+    hexload_momentum_move(self->momentum, &self->last_input, input, dt_s, G, body);
     for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
-        momentum_of_push(motion, leg, columns[leg]);
+        hexload_momentum_of_push(motion, leg, columns[leg]);
         variance[leg] = dt_s * dt_s * force_variance(self, sensors->force_sigma_n, leg, sample);
     }
-    momentum_add_noise(columns, variance, self->covariance);
+    hexload_momentum_add_noise(columns, variance, self->covariance);
 }
 
 /// The acceleration, less gravity's, for the next tick: a speed that is wrong once shall not excuse itself.
@@ -95,8 +95,8 @@ static void add_unknown(hexload_load_monitor_t* self, const hexload_momentum_fil
                         const hexload_motion_t* motion, hexload_real_t dt_s) {
     hexload_real_t Y[6][DIM];
     hexload_real_t spread[6][6];
-    momentum_regressor(motion, self->acceleration, Y);
-    momentum_spread(filter, Y, spread);
+    hexload_momentum_regressor(motion, self->acceleration, Y);
+    hexload_momentum_spread(filter, Y, spread);
     for (int a = 0; a < 6; a++) {
         for (int b = 0; b <= a; b++) {
             self->covariance[a][b] =
@@ -114,8 +114,8 @@ static hexload_real_t correct(hexload_load_monitor_t* self, const hexload_sensor
     hexload_real_t S[6][6];
     hexload_real_t U[6][6]; // S^-1/2 P
     hexload_real_t innovation[6];
-    momentum_of_leg_speeds(body, motion, jacobian, columns);
-    momentum_of_body(body, motion, motion->twist, innovation);
+    hexload_momentum_of_leg_speeds(body, motion, jacobian, columns);
+    hexload_momentum_of_body(body, motion, motion->twist, innovation);
     memcpy(S, self->covariance, sizeof S);
     for (int i = 0; i < 6; i++) {
         variance[i] = sensors->velocity_sigma_m_s * sensors->velocity_sigma_m_s;
@@ -124,8 +124,8 @@ static hexload_real_t correct(hexload_load_monitor_t* self, const hexload_sensor
             U[i][j] = self->covariance[j <= i ? i : j][j <= i ? j : i];
         }
     }
-    momentum_add_noise(columns, variance, S);
-    cholesky6(S);
+    hexload_momentum_add_noise(columns, variance, S);
+    hexload_cholesky6(S);
     whiten6(S, innovation, 1);
     const hexload_real_t nis = hexload_min(dot6(innovation, innovation), LARGEST_NIS);
     if (nis == LARGEST_NIS && self->ticks == SETTLED_TICKS) {
@@ -138,7 +138,7 @@ static hexload_real_t correct(hexload_load_monitor_t* self, const hexload_sensor
     for (int i = 0; i < 6; i++) {
         const hexload_real_t u[6] = {U[0][i], U[1][i], U[2][i], U[3][i], U[4][i], U[5][i]};
         self->momentum[i] += dot6(u, innovation);
-        take_off6(self->covariance[i], u, &U[0][0], 6, i + 1);
+        downdate6(self->covariance[i], u, &U[0][0], 6, i + 1);
     }
     return nis;
 }
@@ -169,7 +169,7 @@ static void follow_filter(hexload_load_monitor_t* self, const hexload_momentum_f
         self->theta[k] = filter->theta[k];
         body[k] = filter->platform[k] + filter->theta[k];
     }
-    momentum_of_body(change, motion, motion->twist, momentum);
+    hexload_momentum_of_body(change, motion, motion->twist, momentum);
     for (int k = 0; k < 6; k++) {
         self->momentum[k] += momentum[k];
     }
@@ -182,7 +182,7 @@ bool hexload_load_monitor_step(hexload_load_monitor_t* self, const hexload_confi
     const hexload_real_t drift_share = DRIFT_1_S * config->tick_s;
     hexload_real_t body[DIM];
     hexload_momentum_input_t input;
-    momentum_read_input(motion, sample->force_n, &input);
+    hexload_momentum_read_input(motion, sample->force_n, &input);
     follow_filter(self, filter, motion, body);
     if (self->ticks == 0 || gap_ticks != 1) {
         seed(self, sensors, body, motion, jacobian);

@@ -23,11 +23,11 @@ HEXLOAD_RARE hexload_status_t hexload_momentum_init(hexload_momentum_t* self,
     }
     *self = (hexload_momentum_t){.kinematics = kinematics, .past_kinematics = kinematics};
     hexload_leg_sample_init(&self->leg_gate);
-    hexload_noise_meter_init(&self->noise_meter);
+    hexload_noise_estimator_init(&self->noise_estimator);
     hexload_load_monitor_init(&self->monitor);
     hexload_smoother_init(&self->smoother, config);
     hexload_momentum_filter_init(&self->filter, config);
-    hexload_load_supervisor_init(&self->supervisor);
+    hexload_momentum_supervisor_init(&self->supervisor);
     return HEXLOAD_OK;
 }
 
@@ -35,7 +35,7 @@ HEXLOAD_RARE hexload_status_t hexload_momentum_init(hexload_momentum_t* self,
 static void filter_past(hexload_momentum_t* self, const hexload_config_t* config,
                         const hexload_leg_sample_t* sample, momentum_tick_t* tick) {
     momentum_past_t past;
-    if (!momentum_frame_take(self, config, sample, tick, &past)) {
+    if (!hexload_momentum_frame_take(self, config, sample, tick, &past)) {
         return;
     }
     if (past.is_new_load) {
@@ -43,21 +43,21 @@ static void filter_past(hexload_momentum_t* self, const hexload_config_t* config
     }
     hexload_momentum_filter_step(&self->filter, config, &tick->sensors, &self->smoother.constants,
                                  &past.sample, &past.motion, &self->past_kinematics.jacobian);
-    hexload_load_supervisor_watch(&self->supervisor, config, &self->filter, &past.motion,
-                                  past.sample.gap_ticks);
+    hexload_momentum_supervisor_watch(&self->supervisor, config, &self->filter, &past.motion,
+                                      past.sample.gap_ticks);
 }
 
 hexload_status_t hexload_momentum_tick(hexload_momentum_t* self, const hexload_config_t* config,
                                        const hexload_leg_sample_t* sample, hexload_estimate_t* estimate) {
     momentum_tick_t tick;
-    const hexload_status_t status = momentum_frame_begin(self, config, sample, &tick);
+    const hexload_status_t status = hexload_momentum_frame_begin(self, config, sample, &tick);
     if (status != HEXLOAD_OK) {
         return status;
     }
-    momentum_frame_watch(self, config, sample, &tick.sensors, &tick);
+    hexload_momentum_frame_watch(self, config, sample, &tick.sensors, &tick);
     filter_past(self, config, sample, &tick);
-    momentum_frame_end(self, config, sample, hexload_momentum_filter_is_finite(&self->filter), &tick,
-                       estimate);
+    hexload_momentum_frame_end(self, config, sample, hexload_momentum_filter_is_finite(&self->filter), &tick,
+                               estimate);
     hexload_health_count(&self->health, tick.health);
     return HEXLOAD_OK;
 }

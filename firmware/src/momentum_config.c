@@ -22,10 +22,10 @@ void hexload_config_set_momentum(hexload_config_t* config) {
     momentum->prior_mass_sigma_kg = mass_kg;
     momentum->prior_moment_sigma_kg_m = mass_kg * reach_m;
     momentum->prior_inertia_sigma_kg_m2 = HEXLOAD_REAL(1.3333333) * mass_kg * reach_m * reach_m;
-    config->machine.prior_bias_sigma_n = config->platform.mass_kg;
-    config->machine.prior_coulomb_sigma_n = HEXLOAD_REAL(2.0) * config->platform.mass_kg;
-    config->machine.prior_viscous_sigma_n_s_m = HEXLOAD_REAL(10.0) * config->platform.mass_kg;
-    uint32_t lag = HEXLOAD_RINGING_TICKS;
+    config->actuator_effects.prior_bias_sigma_n = config->platform.mass_kg;
+    config->actuator_effects.prior_coulomb_sigma_n = HEXLOAD_REAL(2.0) * config->platform.mass_kg;
+    config->actuator_effects.prior_viscous_sigma_n_s_m = HEXLOAD_REAL(10.0) * config->platform.mass_kg;
+    uint32_t lag = HEXLOAD_TRANSIENT_TICKS;
     while (lag < HEXLOAD_LAG_TICKS_MAX) {
         const hexload_real_t window = (hexload_real_t)(2 * lag + 1);
         if (HEXLOAD_REAL(12.0) * ratio * ratio <= window * window * window) {

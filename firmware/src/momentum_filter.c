@@ -104,44 +104,44 @@ static void predict(hexload_momentum_filter_t* self, const hexload_config_t* con
     hexload_real_t columns[HEXLOAD_LEGS][6];
     hexload_real_t body[DIM];
     hexload_real_t G[PULLED][LIFTED];
-    momentum_pull(&self->last_input, input, dt_s * config->gravity_m_s2, G);
+    hexload_momentum_pull(&self->last_input, input, dt_s * config->gravity_m_s2, G);
     add_platform(self, body);
-    momentum_move(self->momentum, &self->last_input, input, dt_s, G, body);
+    hexload_momentum_move(self->momentum, &self->last_input, input, dt_s, G, body);
     move_covariance(self, G);
     for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
-        momentum_of_push(motion, leg, columns[leg]);
+        hexload_momentum_of_push(motion, leg, columns[leg]);
         variance[leg] = impulse_sigma_n_s * impulse_sigma_n_s;
     }
-    momentum_add_noise(columns, variance, self->momentum_cov);
+    hexload_momentum_add_noise(columns, variance, self->momentum_cov);
 }
 
 /// What the smoother leaves of the measured speeds.
-typedef struct residue {
+typedef struct residual {
     hexload_real_t smooth_twist[6];
     hexload_real_t twist[6];                   ///< measured minus smooth
     hexload_real_t velocity_m_s[HEXLOAD_LEGS]; ///< likewise
-} residue_t;
+} residual_t;
 
-static void find_residue(const hexload_smooth_sample_t* sample, const hexload_motion_t* motion,
-                         const hexload_leg_blocks_t* jacobian, residue_t* residue) {
-    leg_blocks_solve(jacobian, sample->smooth_velocity_m_s, residue->smooth_twist);
+static void find_residual(const hexload_smooth_sample_t* sample, const hexload_motion_t* motion,
+                          const hexload_leg_blocks_t* jacobian, residual_t* residual) {
+    hexload_leg_blocks_solve(jacobian, sample->smooth_velocity_m_s, residual->smooth_twist);
     for (int k = 0; k < 6; k++) {
-        residue->twist[k] = motion->twist[k] - residue->smooth_twist[k];
-        residue->velocity_m_s[k] = sample->sample.velocity_m_s[k] - sample->smooth_velocity_m_s[k];
+        residual->twist[k] = motion->twist[k] - residual->smooth_twist[k];
+        residual->velocity_m_s[k] = sample->sample.velocity_m_s[k] - sample->smooth_velocity_m_s[k];
     }
 }
 
 /// mu from the smooth twist: P_mt = Y P_tt, P_mm = Y P_tt Y^T + the noise of the twist.
 HEXLOAD_RARE static void seed_momentum(hexload_momentum_filter_t* self, const hexload_sensors_t* sensors,
                                        const hexload_motion_t* motion, const hexload_leg_blocks_t* jacobian,
-                                       const residue_t* residue) {
+                                       const residual_t* residual) {
     hexload_real_t body[DIM];
     hexload_real_t Y[6][DIM];
     hexload_real_t variance[HEXLOAD_LEGS];
     hexload_real_t columns[HEXLOAD_LEGS][6];
     add_platform(self, body);
-    momentum_of_body(body, motion, residue->smooth_twist, self->momentum);
-    momentum_regressor(motion, residue->smooth_twist, Y);
+    hexload_momentum_of_body(body, motion, residual->smooth_twist, self->momentum);
+    hexload_momentum_regressor(motion, residual->smooth_twist, Y);
     for (int a = 0; a < 6; a++) {
         for (int j = 0; j < DIM; j++) {
             self->cross_cov[a][j] = momentum_times_row(Y[a], self->load_cov[j], a < 3);
@@ -152,20 +152,20 @@ HEXLOAD_RARE static void seed_momentum(hexload_momentum_filter_t* self, const he
     }
     make_cautious(self, body);
     const hexload_real_t sigma_m_s = sensors->velocity_sigma_m_s;
-    momentum_of_leg_speeds(body, motion, jacobian, columns);
+    hexload_momentum_of_leg_speeds(body, motion, jacobian, columns);
     for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
-        const hexload_real_t left_m_s = residue->velocity_m_s[leg];
+        const hexload_real_t left_m_s = residual->velocity_m_s[leg];
         variance[leg] = sigma_m_s * sigma_m_s + HEXLOAD_REAL(4.0) * left_m_s * left_m_s;
     }
-    momentum_add_noise(columns, variance, self->momentum_cov);
+    hexload_momentum_add_noise(columns, variance, self->momentum_cov);
 }
 
-/// How many ticks a residue beyond the noise stays the same: a shock is smeared over half the lag.
+/// How many ticks a residual beyond the noise stays the same: a shock is smeared over half the lag.
 static hexload_real_t correlated_ticks(const hexload_smoother_constants_t* smoother,
-                                       const hexload_sensors_t* sensors, const residue_t* residue) {
+                                       const hexload_sensors_t* sensors, const residual_t* residual) {
     hexload_real_t q = HEXLOAD_REAL(0.0);
     for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
-        const hexload_real_t in_sigmas = residue->velocity_m_s[leg] / sensors->velocity_sigma_m_s;
+        const hexload_real_t in_sigmas = residual->velocity_m_s[leg] / sensors->velocity_sigma_m_s;
         q += in_sigmas * in_sigmas;
     }
     const hexload_real_t share = hexload_max(HEXLOAD_REAL(0.0), HEXLOAD_REAL(1.0) - CHI_SQUARE_6_95 / q);
@@ -184,16 +184,17 @@ typedef struct measurement {
 /// twist that the smoother leaves out.
 static void measurement_noise(const hexload_momentum_filter_t* self, const hexload_sensors_t* sensors,
                               const hexload_motion_t* motion, const hexload_leg_blocks_t* jacobian,
-                              const residue_t* residue, hexload_real_t noise_ticks, hexload_real_t R[6][6]) {
+                              const residual_t* residual, hexload_real_t noise_ticks,
+                              hexload_real_t R[6][6]) {
     const hexload_real_t sigma_m_s = sensors->velocity_sigma_m_s;
     hexload_real_t body[DIM];
     hexload_real_t columns[HEXLOAD_LEGS][6];
     hexload_real_t Y[6][DIM];
     hexload_real_t spread[6][6];
     make_cautious(self, body);
-    momentum_of_leg_speeds(body, motion, jacobian, columns);
-    momentum_regressor(motion, residue->twist, Y);
-    momentum_spread(self, Y, spread);
+    hexload_momentum_of_leg_speeds(body, motion, jacobian, columns);
+    hexload_momentum_regressor(motion, residual->twist, Y);
+    hexload_momentum_spread(self, Y, spread);
     for (int a = 0; a < 6; a++) {
         for (int b = 0; b <= a; b++) {
             hexload_real_t sum = HEXLOAD_REAL(0.0);
@@ -207,11 +208,11 @@ static void measurement_noise(const hexload_momentum_filter_t* self, const hexlo
 }
 
 static void measure(const hexload_momentum_filter_t* self, const hexload_motion_t* motion,
-                    const residue_t* residue, measurement_t* measured) {
+                    const residual_t* residual, measurement_t* measured) {
     hexload_real_t body[DIM];
-    momentum_regressor(motion, residue->smooth_twist, measured->Y);
+    hexload_momentum_regressor(motion, residual->smooth_twist, measured->Y);
     add_platform(self, body);
-    momentum_of_body(body, motion, motion->twist, measured->innovation);
+    hexload_momentum_of_body(body, motion, motion->twist, measured->innovation);
     for (int k = 0; k < 6; k++) {
         measured->innovation[k] -= self->momentum[k];
     }
@@ -245,9 +246,9 @@ static void read_column(const hexload_real_t* matrix, int columns, int i, hexloa
 
 /// In single precision an update errs by some roundings of each variance. Where a sum is soon known a
 /// thousand times better than its parts that would leave no covariance, so as much is added before.
-static void cover_rounding(hexload_momentum_filter_t* self) {
+static void inflate_covariance(hexload_momentum_filter_t* self) {
     for (int k = 0; k < DIM; k++) {
-        self->load_cov[k][k] *= MOMENTUM_COVER;
+        self->load_cov[k][k] *= COVARIANCE_INFLATION;
     }
 }
 
@@ -264,9 +265,9 @@ static void correct(hexload_momentum_filter_t* self, measurement_t* measured, mo
     momentum_projection_t U;
     hexload_real_t u[2][6];
     const hexload_real_t* e = measured->innovation;
-    cover_rounding(self);
+    inflate_covariance(self);
     project_covariance(self, measured, &U);
-    cholesky6(measured->S);
+    hexload_cholesky6(measured->S);
     whiten6(measured->S, &U.load[0][0], DIM);
     whiten6(measured->S, &U.momentum[0][0], 6);
     whiten6(measured->S, measured->innovation, 1);
@@ -276,8 +277,8 @@ static void correct(hexload_momentum_filter_t* self, measurement_t* measured, mo
         read_column(&U.load[0][0], DIM, i + 1, u[1]);
         correct_theta(self, i, dot6(u[0], e));
         correct_theta(self, i + 1, dot6(u[1], e));
-        take_off6_twice(self->load_cov[i], self->load_cov[i + 1], u[0], u[1], &U.load[0][0], DIM, i + 1);
-        take_off6(&self->load_cov[i + 1][i + 1], u[1], &U.load[0][i + 1], DIM, 1);
+        downdate6_twice(self->load_cov[i], self->load_cov[i + 1], u[0], u[1], &U.load[0][0], DIM, i + 1);
+        downdate6(&self->load_cov[i + 1][i + 1], u[1], &U.load[0][i + 1], DIM, 1);
     }
     for (int i = 0; i < DIM; i++) {
         for (int j = 0; j < i; j++) {
@@ -289,10 +290,10 @@ static void correct(hexload_momentum_filter_t* self, measurement_t* measured, mo
         read_column(&U.momentum[0][0], 6, i + 1, u[1]);
         self->momentum[i] += dot6(u[0], e);
         self->momentum[i + 1] += dot6(u[1], e);
-        take_off6_twice(self->cross_cov[i], self->cross_cov[i + 1], u[0], u[1], &U.load[0][0], DIM, DIM);
-        take_off6_twice(self->momentum_cov[i], self->momentum_cov[i + 1], u[0], u[1], &U.momentum[0][0], 6,
+        downdate6_twice(self->cross_cov[i], self->cross_cov[i + 1], u[0], u[1], &U.load[0][0], DIM, DIM);
+        downdate6_twice(self->momentum_cov[i], self->momentum_cov[i + 1], u[0], u[1], &U.momentum[0][0], 6,
                         i + 1);
-        take_off6(&self->momentum_cov[i + 1][i + 1], u[1], &U.momentum[0][i + 1], 6, 1);
+        downdate6(&self->momentum_cov[i + 1][i + 1], u[1], &U.momentum[0][i + 1], 6, 1);
     }
     if (left != NULL) {
         memcpy(left->Y, measured->Y, sizeof left->Y);
@@ -302,27 +303,28 @@ static void correct(hexload_momentum_filter_t* self, measurement_t* measured, mo
     }
 }
 
-void momentum_filter_update(hexload_momentum_filter_t* self, const hexload_config_t* config,
-                            const hexload_sensors_t* sensors, const hexload_smoother_constants_t* smoother,
-                            const hexload_smooth_sample_t* sample, const hexload_motion_t* motion,
-                            const hexload_leg_blocks_t* jacobian, momentum_update_t* left) {
-    residue_t residue;
+void hexload_momentum_filter_update(hexload_momentum_filter_t* self, const hexload_config_t* config,
+                                    const hexload_sensors_t* sensors,
+                                    const hexload_smoother_constants_t* smoother,
+                                    const hexload_smooth_sample_t* sample, const hexload_motion_t* motion,
+                                    const hexload_leg_blocks_t* jacobian, momentum_update_t* left) {
+    residual_t residual;
     measurement_t measured;
     hexload_momentum_input_t input;
-    find_residue(sample, motion, jacobian, &residue);
-    momentum_read_input(motion, sample->sample.force_n, &input);
+    find_residual(sample, motion, jacobian, &residual);
+    hexload_momentum_read_input(motion, sample->sample.force_n, &input);
     if (sample->gap_ticks == 0) {
-        seed_momentum(self, sensors, motion, jacobian, &residue);
+        seed_momentum(self, sensors, motion, jacobian, &residual);
         self->nis = CHI_SQUARE_6_MEAN;
     } else {
         predict(self, config, sensors, motion, &input, sample->gap_ticks);
-        measure(self, motion, &residue, &measured);
-        measurement_noise(self, sensors, motion, jacobian, &residue,
-                          correlated_ticks(smoother, sensors, &residue), measured.S);
+        measure(self, motion, &residual, &measured);
+        measurement_noise(self, sensors, motion, jacobian, &residual,
+                          correlated_ticks(smoother, sensors, &residual), measured.S);
         correct(self, &measured, left);
     }
     self->last_input = input;
-    memcpy(self->smooth_twist, residue.smooth_twist, sizeof self->smooth_twist);
+    memcpy(self->smooth_twist, residual.smooth_twist, sizeof self->smooth_twist);
 }
 
 void hexload_momentum_filter_step(hexload_momentum_filter_t* self, const hexload_config_t* config,
@@ -330,7 +332,7 @@ void hexload_momentum_filter_step(hexload_momentum_filter_t* self, const hexload
                                   const hexload_smoother_constants_t* smoother,
                                   const hexload_smooth_sample_t* sample, const hexload_motion_t* motion,
                                   const hexload_leg_blocks_t* jacobian) {
-    momentum_filter_update(self, config, sensors, smoother, sample, motion, jacobian, NULL);
+    hexload_momentum_filter_update(self, config, sensors, smoother, sample, motion, jacobian, NULL);
 }
 
 HEXLOAD_RARE void hexload_momentum_filter_forget(hexload_momentum_filter_t* self,

@@ -5,8 +5,8 @@
 /// Ticks before the alarm at which the new load may have been there already: the filter forgets then.
 enum { ALARM_DELAY_TICKS = 6 };
 
-hexload_status_t momentum_frame_begin(hexload_momentum_t* self, const hexload_config_t* config,
-                                      const hexload_leg_sample_t* sample, momentum_tick_t* tick) {
+hexload_status_t hexload_momentum_frame_begin(hexload_momentum_t* self, const hexload_config_t* config,
+                                              const hexload_leg_sample_t* sample, momentum_tick_t* tick) {
     tick->health = 0;
     tick->gap_ticks = 0;
     hexload_status_t status =
@@ -20,14 +20,14 @@ hexload_status_t momentum_frame_begin(hexload_momentum_t* self, const hexload_co
     }
     hexload_leg_sample_accept(&self->leg_gate, sample);
 
-    hexload_noise_meter_step(&self->noise_meter, config, sample, tick->gap_ticks);
-    hexload_noise_meter_read(&self->noise_meter, &config->sensors, &tick->sensors, &tick->health);
+    hexload_noise_estimator_step(&self->noise_estimator, config, sample, tick->gap_ticks);
+    hexload_noise_estimator_read(&self->noise_estimator, &config->sensors, &tick->sensors, &tick->health);
     return HEXLOAD_OK;
 }
 
-void momentum_frame_watch(hexload_momentum_t* self, const hexload_config_t* config,
-                          const hexload_leg_sample_t* sample, const hexload_sensors_t* sensors,
-                          momentum_tick_t* tick) {
+void hexload_momentum_frame_watch(hexload_momentum_t* self, const hexload_config_t* config,
+                                  const hexload_leg_sample_t* sample, const hexload_sensors_t* sensors,
+                                  momentum_tick_t* tick) {
     if (!hexload_momentum_filter_has_begun(&self->filter)) {
         return;
     }
@@ -39,11 +39,12 @@ void momentum_frame_watch(hexload_momentum_t* self, const hexload_config_t* conf
         self->change_tick = sample->tick - ALARM_DELAY_TICKS;
         hexload_health_set(&tick->health, HEXLOAD_HEALTH_LOAD_CHANGED);
     }
-    hexload_load_supervisor_hear(&self->supervisor, config, &self->monitor);
+    hexload_momentum_supervisor_hear(&self->supervisor, config, &self->monitor);
 }
 
-bool momentum_frame_take(hexload_momentum_t* self, const hexload_config_t* config,
-                         const hexload_leg_sample_t* sample, momentum_tick_t* tick, momentum_past_t* past) {
+bool hexload_momentum_frame_take(hexload_momentum_t* self, const hexload_config_t* config,
+                                 const hexload_leg_sample_t* sample, momentum_tick_t* tick,
+                                 momentum_past_t* past) {
     if (!hexload_smoother_put(&self->smoother, config, sample, tick->gap_ticks) && tick->gap_ticks > 0) {
         hexload_health_set(&tick->health, HEXLOAD_HEALTH_RATE_RESEEDED);
     }
@@ -58,7 +59,7 @@ bool momentum_frame_take(hexload_momentum_t* self, const hexload_config_t* confi
     past->is_new_load = self->is_changing && past->sample.sample.tick - self->change_tick < UINT32_MAX / 2;
     if (past->is_new_load) {
         hexload_load_monitor_init(&self->monitor);
-        hexload_load_supervisor_forget(&self->supervisor);
+        hexload_momentum_supervisor_forget(&self->supervisor);
         self->is_changing = false;
     }
     if (past->is_new_load || self->is_interrupted || past->sample.gap_ticks > HEXLOAD_LONGEST_STEP_TICKS) {
@@ -68,16 +69,16 @@ bool momentum_frame_take(hexload_momentum_t* self, const hexload_config_t* confi
     return true;
 }
 
-void momentum_frame_end(hexload_momentum_t* self, const hexload_config_t* config,
-                        const hexload_leg_sample_t* sample, bool is_finite, momentum_tick_t* tick,
-                        hexload_estimate_t* estimate) {
+void hexload_momentum_frame_end(hexload_momentum_t* self, const hexload_config_t* config,
+                                const hexload_leg_sample_t* sample, bool is_finite, momentum_tick_t* tick,
+                                hexload_estimate_t* estimate) {
     if (!is_finite) {
         hexload_momentum_filter_init(&self->filter, config);
         hexload_load_monitor_init(&self->monitor);
-        hexload_load_supervisor_forget(&self->supervisor);
+        hexload_momentum_supervisor_forget(&self->supervisor);
         self->is_interrupted = true;
         hexload_health_set(&tick->health, HEXLOAD_HEALTH_FILTER_RESTARTED);
     }
-    hexload_load_supervisor_judge(&self->supervisor, config, &self->filter, estimate, &tick->health);
+    hexload_momentum_supervisor_judge(&self->supervisor, config, &self->filter, estimate, &tick->health);
     estimate->tick = sample->tick;
 }

@@ -24,29 +24,29 @@ typedef struct momentum_past {
 
 /// Checks the sample, finds pose and twist and how much the sensors' noise is.
 /// @return as hexload_momentum_tick().
-HEXLOAD_MUST_USE hexload_status_t momentum_frame_begin(hexload_momentum_t* self,
-                                                       const hexload_config_t* config,
-                                                       const hexload_leg_sample_t* sample,
-                                                       momentum_tick_t* tick);
+HEXLOAD_MUST_USE hexload_status_t hexload_momentum_frame_begin(hexload_momentum_t* self,
+                                                               const hexload_config_t* config,
+                                                               const hexload_leg_sample_t* sample,
+                                                               momentum_tick_t* tick);
 
 /// Is it still the same load? The alarm comes at once, and the filter forgets when it reaches the change.
 /// @param sample,sensors those of the present tick, or what is left of them without known errors.
-void momentum_frame_watch(hexload_momentum_t* self, const hexload_config_t* config,
-                          const hexload_leg_sample_t* sample, const hexload_sensors_t* sensors,
-                          momentum_tick_t* tick);
+void hexload_momentum_frame_watch(hexload_momentum_t* self, const hexload_config_t* config,
+                                  const hexload_leg_sample_t* sample, const hexload_sensors_t* sensors,
+                                  momentum_tick_t* tick);
 
 /// Puts the sample into the smoother and takes the one of lag_ticks ago, with the motion there.
 /// @return false when there is none.
-HEXLOAD_MUST_USE bool momentum_frame_take(hexload_momentum_t* self, const hexload_config_t* config,
-                                          const hexload_leg_sample_t* sample, momentum_tick_t* tick,
-                                          momentum_past_t* past);
+HEXLOAD_MUST_USE bool hexload_momentum_frame_take(hexload_momentum_t* self, const hexload_config_t* config,
+                                                  const hexload_leg_sample_t* sample, momentum_tick_t* tick,
+                                                  momentum_past_t* past);
 
 /// Judges the estimate.
 /// @param is_finite every number of the filter is: if not, or if no body has had these parameters for long,
 /// as an unlucky start has been taken for knowledge, the filter begins from nothing.
 /// @param[in,out] tick health sets FILTER_RESTARTED.
-void momentum_frame_end(hexload_momentum_t* self, const hexload_config_t* config,
-                        const hexload_leg_sample_t* sample, bool is_finite, momentum_tick_t* tick,
-                        hexload_estimate_t* estimate);
+void hexload_momentum_frame_end(hexload_momentum_t* self, const hexload_config_t* config,
+                                const hexload_leg_sample_t* sample, bool is_finite, momentum_tick_t* tick,
+                                hexload_estimate_t* estimate);
 
 #endif

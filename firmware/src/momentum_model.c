@@ -26,8 +26,8 @@ static void times_inertia(const hexload_real_t theta[HEXLOAD_LOAD_DIM], const he
     }
 }
 
-void momentum_of_body(const hexload_real_t theta[HEXLOAD_LOAD_DIM], const hexload_motion_t* motion,
-                      const hexload_real_t twist[6], hexload_real_t momentum[6]) {
+void hexload_momentum_of_body(const hexload_real_t theta[HEXLOAD_LOAD_DIM], const hexload_motion_t* motion,
+                              const hexload_real_t twist[6], hexload_real_t momentum[6]) {
     const hexload_real_t* v = &twist[0];
     const hexload_real_t* omega = &twist[3];
     hexload_real_t h[3];
@@ -54,8 +54,8 @@ void momentum_of_body(const hexload_real_t theta[HEXLOAD_LOAD_DIM], const hexloa
     }
 }
 
-void momentum_regressor(const hexload_motion_t* motion, const hexload_real_t twist[6],
-                        hexload_real_t Y[6][HEXLOAD_LOAD_DIM]) {
+void hexload_momentum_regressor(const hexload_motion_t* motion, const hexload_real_t twist[6],
+                                hexload_real_t Y[6][HEXLOAD_LOAD_DIM]) {
     const hexload_real_t* v = &twist[0];
     const hexload_real_t* omega = &twist[3];
     hexload_real_t moved[3];
@@ -88,8 +88,8 @@ void momentum_regressor(const hexload_motion_t* motion, const hexload_real_t twi
     }
 }
 
-void momentum_spread(const hexload_momentum_filter_t* filter, hexload_real_t Y[6][HEXLOAD_LOAD_DIM],
-                     hexload_real_t spread[6][6]) {
+void hexload_momentum_spread(const hexload_momentum_filter_t* filter, hexload_real_t Y[6][HEXLOAD_LOAD_DIM],
+                             hexload_real_t spread[6][6]) {
     hexload_real_t YP[HEXLOAD_LOAD_DIM];
     for (int a = 0; a < 3; a++) { // meets linear rows alone, which ask for no more than m and h
         for (int k = 0; k < LIFTED; k++) {
@@ -112,8 +112,8 @@ void momentum_spread(const hexload_momentum_filter_t* filter, hexload_real_t Y[6
     }
 }
 
-void momentum_read_input(const hexload_motion_t* motion, const hexload_real_t force_n[HEXLOAD_LEGS],
-                         hexload_momentum_input_t* input) {
+void hexload_momentum_read_input(const hexload_motion_t* motion, const hexload_real_t force_n[HEXLOAD_LEGS],
+                                 hexload_momentum_input_t* input) {
     hexload_real_t moved[3];
     for (int k = 0; k < 6; k++) {
         hexload_real_t sum = force_n[0] * motion->J[0][k];
@@ -132,8 +132,8 @@ void momentum_read_input(const hexload_motion_t* motion, const hexload_real_t fo
     }
 }
 
-void momentum_pull(const hexload_momentum_input_t* last, const hexload_momentum_input_t* input,
-                   hexload_real_t impulse_m_s, hexload_real_t G[PULLED][LIFTED]) {
+void hexload_momentum_pull(const hexload_momentum_input_t* last, const hexload_momentum_input_t* input,
+                           hexload_real_t impulse_m_s, hexload_real_t G[PULLED][LIFTED]) {
     const hexload_real_t half = HEXLOAD_REAL(0.5) * impulse_m_s;
     for (int k = 0; k < LIFTED; k++) {
         G[0][k] = HEXLOAD_REAL(0.0);
@@ -143,9 +143,9 @@ void momentum_pull(const hexload_momentum_input_t* last, const hexload_momentum_
     G[0][0] = -impulse_m_s;
 }
 
-void momentum_move(hexload_real_t momentum[6], const hexload_momentum_input_t* last,
-                   const hexload_momentum_input_t* input, hexload_real_t dt_s,
-                   hexload_real_t G[PULLED][LIFTED], const hexload_real_t body[HEXLOAD_LOAD_DIM]) {
+void hexload_momentum_move(hexload_real_t momentum[6], const hexload_momentum_input_t* last,
+                           const hexload_momentum_input_t* input, hexload_real_t dt_s,
+                           hexload_real_t G[PULLED][LIFTED], const hexload_real_t body[HEXLOAD_LOAD_DIM]) {
     for (int k = 0; k < 6; k++) {
         momentum[k] = hexload_fma(HEXLOAD_REAL(0.5) * dt_s, input->wrench[k] + last->wrench[k], momentum[k]);
     }
@@ -156,7 +156,7 @@ void momentum_move(hexload_real_t momentum[6], const hexload_momentum_input_t* l
     }
 }
 
-void momentum_of_push(const hexload_motion_t* motion, int leg, hexload_real_t momentum[6]) {
+void hexload_momentum_of_push(const hexload_motion_t* motion, int leg, hexload_real_t momentum[6]) {
     hexload_real_t moved[3];
     cross3(motion->p_m, &motion->J[leg][0], moved);
     HEXLOAD_UNROLL
@@ -179,12 +179,13 @@ static void turn_inertia(const hexload_real_t theta[HEXLOAD_LOAD_DIM], const hex
     }
 }
 
-void momentum_of_leg_speeds(const hexload_real_t theta[HEXLOAD_LOAD_DIM], const hexload_motion_t* motion,
-                            const hexload_leg_blocks_t* jacobian, hexload_real_t columns[HEXLOAD_LEGS][6]) {
+void hexload_momentum_of_leg_speeds(const hexload_real_t theta[HEXLOAD_LOAD_DIM],
+                                    const hexload_motion_t* motion, const hexload_leg_blocks_t* jacobian,
+                                    hexload_real_t columns[HEXLOAD_LEGS][6]) {
     hexload_real_t twist[HEXLOAD_LEGS][6];
     hexload_real_t h[3];
     hexload_real_t tensor[3][3];
-    leg_blocks_invert(jacobian, twist);
+    hexload_leg_blocks_invert(jacobian, twist);
     to_base(motion, &theta[HEXLOAD_LOAD_HX], h);
     turn_inertia(theta, motion, tensor);
     for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
@@ -208,8 +209,9 @@ void momentum_of_leg_speeds(const hexload_real_t theta[HEXLOAD_LOAD_DIM], const 
     }
 }
 
-void momentum_add_noise(hexload_real_t columns[HEXLOAD_LEGS][6], const hexload_real_t variance[HEXLOAD_LEGS],
-                        hexload_real_t covariance[6][6]) {
+void hexload_momentum_add_noise(hexload_real_t columns[HEXLOAD_LEGS][6],
+                                const hexload_real_t variance[HEXLOAD_LEGS],
+                                hexload_real_t covariance[6][6]) {
     for (int a = 0; a < 6; a++) {
         hexload_real_t scaled[HEXLOAD_LEGS];
         HEXLOAD_UNROLL

@@ -9,12 +9,12 @@
 #include "linalg.h"
 
 /// [P; H] of a body that moves with a twist: Y(p, R, V) theta.
-void momentum_of_body(const hexload_real_t theta[HEXLOAD_LOAD_DIM], const hexload_motion_t* motion,
-                      const hexload_real_t twist[6], hexload_real_t momentum[6]);
+void hexload_momentum_of_body(const hexload_real_t theta[HEXLOAD_LOAD_DIM], const hexload_motion_t* motion,
+                              const hexload_real_t twist[6], hexload_real_t momentum[6]);
 
 /// Y(p, R, V). The linear rows are zero beyond h.
-void momentum_regressor(const hexload_motion_t* motion, const hexload_real_t twist[6],
-                        hexload_real_t Y[6][HEXLOAD_LOAD_DIM]);
+void hexload_momentum_regressor(const hexload_motion_t* motion, const hexload_real_t twist[6],
+                                hexload_real_t Y[6][HEXLOAD_LOAD_DIM]);
 
 /// Row of Y times ten numbers; of the linear momentum's rows only m and h count.
 static inline hexload_real_t momentum_times_row(const hexload_real_t Y[HEXLOAD_LOAD_DIM],
@@ -25,34 +25,35 @@ static inline hexload_real_t momentum_times_row(const hexload_real_t Y[HEXLOAD_L
 }
 
 /// Y P_tt Y^T, lower triangle: how uncertain the parameters leave what Y makes of them.
-void momentum_spread(const hexload_momentum_filter_t* filter, hexload_real_t Y[6][HEXLOAD_LOAD_DIM],
-                     hexload_real_t spread[6][6]);
+void hexload_momentum_spread(const hexload_momentum_filter_t* filter, hexload_real_t Y[6][HEXLOAD_LOAD_DIM],
+                             hexload_real_t spread[6][6]);
 
 /// Wrench about the fixed home point, and what gravity's moment needs.
-void momentum_read_input(const hexload_motion_t* motion, const hexload_real_t force_n[HEXLOAD_LEGS],
-                         hexload_momentum_input_t* input);
+void hexload_momentum_read_input(const hexload_motion_t* motion, const hexload_real_t force_n[HEXLOAD_LEGS],
+                                 hexload_momentum_input_t* input);
 
 /// Rows of G that are not zero, and its columns: gravity acts on P_z, H_x and H_y, through m, hx, hy and hz.
 enum { FIRST_PULLED = 2, PULLED = 3, LIFTED = 4 };
 
 /// Gbar: G over an interval, trapezoidal. @param impulse_m_s gravity times the interval.
-void momentum_pull(const hexload_momentum_input_t* last, const hexload_momentum_input_t* input,
-                   hexload_real_t impulse_m_s, hexload_real_t G[PULLED][LIFTED]);
+void hexload_momentum_pull(const hexload_momentum_input_t* last, const hexload_momentum_input_t* input,
+                           hexload_real_t impulse_m_s, hexload_real_t G[PULLED][LIFTED]);
 
 /// mu+ = mu + dt/2 (u + u_last) + Gbar theta.
-void momentum_move(hexload_real_t momentum[6], const hexload_momentum_input_t* last,
-                   const hexload_momentum_input_t* input, hexload_real_t dt_s,
-                   hexload_real_t G[PULLED][LIFTED], const hexload_real_t body[HEXLOAD_LOAD_DIM]);
+void hexload_momentum_move(hexload_real_t momentum[6], const hexload_momentum_input_t* last,
+                           const hexload_momentum_input_t* input, hexload_real_t dt_s,
+                           hexload_real_t G[PULLED][LIFTED], const hexload_real_t body[HEXLOAD_LOAD_DIM]);
 
 /// Momentum that one newton second on a leg gives: a column of Jw.
-void momentum_of_push(const hexload_motion_t* motion, int leg, hexload_real_t momentum[6]);
+void hexload_momentum_of_push(const hexload_motion_t* motion, int leg, hexload_real_t momentum[6]);
 
 /// Momentum of a body whose legs move at unit speed, one after the other: columns of M J^-1.
-void momentum_of_leg_speeds(const hexload_real_t theta[HEXLOAD_LOAD_DIM], const hexload_motion_t* motion,
-                            const hexload_leg_blocks_t* jacobian, hexload_real_t columns[HEXLOAD_LEGS][6]);
+void hexload_momentum_of_leg_speeds(const hexload_real_t theta[HEXLOAD_LOAD_DIM],
+                                    const hexload_motion_t* motion, const hexload_leg_blocks_t* jacobian,
+                                    hexload_real_t columns[HEXLOAD_LEGS][6]);
 
 /// Adds the sum of variance x x^T over the columns x to a covariance of mu, lower triangle.
-void momentum_add_noise(hexload_real_t columns[HEXLOAD_LEGS][6], const hexload_real_t variance[HEXLOAD_LEGS],
-                        hexload_real_t covariance[6][6]);
+void hexload_momentum_add_noise(hexload_real_t columns[HEXLOAD_LEGS][6],
+                                const hexload_real_t variance[HEXLOAD_LEGS], hexload_real_t covariance[6][6]);
 
 #endif

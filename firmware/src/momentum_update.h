@@ -8,7 +8,7 @@
 
 /// By how much a variance grows in a tick to cover two roundings of single precision; in double precision
 /// too, which thereby is the same filter.
-#define MOMENTUM_COVER HEXLOAD_REAL(1.000000238)
+#define COVARIANCE_INFLATION HEXLOAD_REAL(1.000000238)
 
 /// A matrix of six rows over the filter's states, by blocks.
 typedef struct momentum_projection {
@@ -26,9 +26,10 @@ typedef struct momentum_update {
 
 /// hexload_momentum_filter_step().
 /// @param[out] left what the update leaves; not written for a sample with gap_ticks 0. NULL: not wanted.
-void momentum_filter_update(hexload_momentum_filter_t* self, const hexload_config_t* config,
-                            const hexload_sensors_t* sensors, const hexload_smoother_constants_t* smoother,
-                            const hexload_smooth_sample_t* sample, const hexload_motion_t* motion,
-                            const hexload_leg_blocks_t* jacobian, momentum_update_t* left);
+void hexload_momentum_filter_update(hexload_momentum_filter_t* self, const hexload_config_t* config,
+                                    const hexload_sensors_t* sensors,
+                                    const hexload_smoother_constants_t* smoother,
+                                    const hexload_smooth_sample_t* sample, const hexload_motion_t* motion,
+                                    const hexload_leg_blocks_t* jacobian, momentum_update_t* left);
 
 #endif

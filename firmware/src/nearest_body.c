@@ -284,7 +284,7 @@ static void spread_pseudo_inertia(const hexload_real_t covariance[HEXLOAD_LOAD_C
                                   const hexload_real_t point_m[3], hexload_real_t K[DIM][DIM]) {
     hexload_real_t spread[DIM][DIM];
     hexload_real_t half_way[DIM][DIM];
-    body_spread_from(point_m, covariance, spread);
+    hexload_body_spread_from(point_m, covariance, spread);
     for (int k = 0; k < DIM; k++) {
         to_pseudo_inertia(spread[k], half_way[k]);
     }
@@ -305,7 +305,7 @@ static void pose_problem(const hexload_real_t theta[DIM],
     hexload_real_t margin[AXES];
     hexload_real_t row_scale[AXES];
     spread_pseudo_inertia(covariance, point_m, problem->K);
-    body_see_from(point_m, theta, seen);
+    hexload_body_see_from(point_m, theta, seen);
     to_pseudo_inertia(seen, problem->C);
     find_scales(problem->C, problem->K, margin, row_scale);
     for (int i = 0; i < AXES; i++) {
@@ -334,7 +334,7 @@ static void move_theta(const hexload_real_t theta[DIM], const cone_problem_t* pr
         pseudo[k] = point->move[k] / problem->scale[k];
     }
     from_pseudo_inertia(pseudo, change);
-    body_see_from(back_m, change, moved);
+    hexload_body_see_from(back_m, change, moved);
     for (int k = 0; k < DIM; k++) {
         moved[k] += theta[k];
     }
@@ -345,7 +345,7 @@ static void choose_point(const hexload_real_t theta[DIM], hexload_real_t mass_va
                          hexload_real_t point_m[3]) {
     const hexload_real_t* I = &theta[HEXLOAD_LOAD_IXX];
     const hexload_real_t size = hexload_abs(I[0]) + hexload_abs(I[1]) + hexload_abs(I[2]);
-    const bool has_com = body_find_com(theta, mass_variance_kg2, point_m);
+    const bool has_com = hexload_body_find_com(theta, mass_variance_kg2, point_m);
     if (has_com && theta[HEXLOAD_LOAD_M] * dot3(point_m, point_m) > size) {
         memset(point_m, 0, 3 * sizeof point_m[0]);
     }
@@ -376,7 +376,7 @@ bool hexload_body_nearest(const hexload_real_t theta[DIM],
     hexload_real_t moved[DIM];
     memcpy(nearest, theta, DIM * sizeof theta[0]);
     *distance_sigmas = HEXLOAD_REAL(0.0);
-    if (body_is_possible(theta)) {
+    if (hexload_body_is_consistent(theta)) {
         return true;
     }
     choose_point(theta, covariance[0], point_m);
@@ -395,7 +395,7 @@ bool hexload_body_nearest(const hexload_real_t theta[DIM],
             evaluate(&problem, mu, &point);
         } else if (mu <= last && point.residual_square <= HEXLOAD_REAL(0.01) * mu) {
             move_theta(theta, &problem, &point, point_m, moved);
-            if (body_is_possible(moved)) {
+            if (hexload_body_is_consistent(moved)) {
                 memcpy(nearest, moved, sizeof moved);
                 *distance_sigmas = hexload_sqrt(point.distance_square);
                 return true;

@@ -103,7 +103,7 @@ static void measure_rate(const hexload_config_t* config, const hexload_motion_t*
         }
     }
     hexload_motion_to_platform(motion, &motion->twist[3], rate_rad_s);
-    rate_noise(jacobian, to_platform, noise);
+    hexload_rate_noise(jacobian, to_platform, noise);
 }
 
 /// Value held within -most..most; sets the health bit when that changes it.

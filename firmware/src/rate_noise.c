@@ -2,7 +2,8 @@
 
 #include "linalg.h"
 
-void rate_noise(const hexload_leg_blocks_t* blocks, hexload_real_t T[3][3], hexload_real_t noise[3][3]) {
+void hexload_rate_noise(const hexload_leg_blocks_t* blocks, hexload_real_t T[3][3],
+                        hexload_real_t noise[3][3]) {
     hexload_real_t square[3][3]; // omega = S^-1 z with z = y2 - K y1, whose covariance is E + K K^T
     for (int i = 0; i < 3; i++) {
         for (int k = 0; k <= i; k++) {

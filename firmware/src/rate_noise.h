@@ -6,6 +6,7 @@
 #include "leg_blocks.h"
 
 /// Covariance of T omega for leg speeds with independent errors of variance 1; lower triangle.
-void rate_noise(const hexload_leg_blocks_t* blocks, hexload_real_t T[3][3], hexload_real_t noise[3][3]);
+void hexload_rate_noise(const hexload_leg_blocks_t* blocks, hexload_real_t T[3][3],
+                        hexload_real_t noise[3][3]);
 
 #endif

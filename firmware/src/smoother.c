@@ -1,7 +1,7 @@
 #include "hexload/smoother.h"
 
 #include "chi_square.h"
-#include "ringing.h"
+#include "transient.h"
 
 #include <string.h>
 
@@ -11,7 +11,7 @@
 /// A multiple of both rings' sizes.
 enum { ONE_ROUND = HEXLOAD_WINDOW_CAPACITY * HEXLOAD_DELAY_CAPACITY };
 
-_Static_assert((int)HEXLOAD_LAG_TICKS_MAX >= (int)HEXLOAD_RINGING_TICKS, "the lag covers the ticks after");
+_Static_assert((int)HEXLOAD_LAG_TICKS_MAX >= (int)HEXLOAD_TRANSIENT_TICKS, "the lag covers the ticks after");
 
 /// Weights of a tick, its neighbours and theirs in f - D2 f / 12 + 11 D4 f / 720.
 #define OWN (HEXLOAD_REAL(906.0) / HEXLOAD_REAL(720.0))
@@ -20,7 +20,7 @@ _Static_assert((int)HEXLOAD_LAG_TICKS_MAX >= (int)HEXLOAD_RINGING_TICKS, "the la
 
 /// Steps to a speed and back, multiplied, beyond which it is odd: 60 sigma each, more than 0.3 m/s that
 /// ring at 95 Hz.
-#define ODD_SIGMAS_SQUARE HEXLOAD_REAL(3600.0)
+#define OUTLIER_SIGMAS_SQUARE HEXLOAD_REAL(3600.0)
 
 enum { THIRD_ON_FIRST, FIFTH_ON_FIRST, FIFTH_ON_THIRD };
 
@@ -163,22 +163,22 @@ HEXLOAD_RARE static void bridge(hexload_smoother_t* self, const hexload_config_t
 }
 
 /// Leaves out the last tick when a speed of it stands out from those before and after it.
-static void leave_out_odd(hexload_smoother_t* self, const hexload_config_t* config,
-                          const hexload_leg_sample_t* next) {
+static void leave_out_outlier(hexload_smoother_t* self, const hexload_config_t* config,
+                              const hexload_leg_sample_t* next) {
     const hexload_real_t sigma_m_s = config->sensors.velocity_sigma_m_s;
     hexload_real_t largest = HEXLOAD_REAL(0.0);
     if (self->stored < 2) {
         return;
     }
     const uint32_t at = (self->stored - 1) % HEXLOAD_DELAY_CAPACITY;
-    const hexload_real_t* odd_m_s = self->velocity_m_s[at];
+    const hexload_real_t* outlier_m_s = self->velocity_m_s[at];
     const hexload_real_t* last_m_s = self->velocity_m_s[(self->stored - 2) % HEXLOAD_DELAY_CAPACITY];
     for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
         const hexload_real_t product =
-            (odd_m_s[leg] - last_m_s[leg]) * (odd_m_s[leg] - next->velocity_m_s[leg]);
+            (outlier_m_s[leg] - last_m_s[leg]) * (outlier_m_s[leg] - next->velocity_m_s[leg]);
         largest = hexload_max(largest, product);
     }
-    if (largest > ODD_SIGMAS_SQUARE * sigma_m_s * sigma_m_s) {
+    if (largest > OUTLIER_SIGMAS_SQUARE * sigma_m_s * sigma_m_s) {
         self->is_left_out[at] = true;
     }
 }
@@ -206,7 +206,7 @@ bool hexload_smoother_put(hexload_smoother_t* self, const hexload_config_t* conf
     } else {
         bridge(self, config, sample, gap_ticks);
     }
-    leave_out_odd(self, config, sample);
+    leave_out_outlier(self, config, sample);
     store(self, sample, false);
     if (!goes_on) {
         self->middle_tick = sample->tick - self->constants.lag_ticks - 1;
@@ -313,7 +313,7 @@ static void read_middle(hexload_smoother_t* self, const hexload_sensors_t* senso
     if (self->entered >= window_ticks(self)) {
         fit_slopes(self, sensors->displacement_sigma_m, out->smooth_velocity_m_s);
     }
-    ringing_follow(self, at, sensors->velocity_sigma_m_s, out->smooth_velocity_m_s);
+    hexload_transient_follow(self, at, sensors->velocity_sigma_m_s, out->smooth_velocity_m_s);
     memcpy(self->held_m_s, out->smooth_velocity_m_s, sizeof self->held_m_s);
 }
 
@@ -322,7 +322,7 @@ bool hexload_smoother_take(hexload_smoother_t* self, const hexload_sensors_t* se
     const uint32_t lag = self->constants.lag_ticks;
     while (self->entered != self->stored) {
         enter(self);
-        if (self->entered < lag + 1 + HEXLOAD_RINGING_TICKS) {
+        if (self->entered < lag + 1 + HEXLOAD_TRANSIENT_TICKS) {
             continue;
         }
         self->gap_ticks++;

@@ -9,7 +9,7 @@ namespace {
 
 constexpr std::array<Choice<EstimatorKind>, 3> estimator_kinds{
     {{"momentum", EstimatorKind::momentum},
-     {"momentum_machine", EstimatorKind::momentum_machine},
+     {"momentum_effects", EstimatorKind::momentum_effects},
      {"paper", EstimatorKind::paper}}};
 constexpr std::array<Choice<PaperPrior>, 2> paper_priors{
     {{"safe", PaperPrior::safe}, {"printed", PaperPrior::printed}}};

@@ -18,7 +18,7 @@ from hexload_tools.bound import (
     leg_jacobian,
     leg_speeds,
     momentum_matrix,
-    momentum_regressor,
+    hexload_momentum_regressor,
     paper_bound,
     paper_jacobian,
     paper_prior_sigma,
@@ -82,7 +82,7 @@ def test_momentum_regressor_gives_the_momentum_of_point_masses():
     # THEN Y theta and M V are the same, to rounding of some 50 operations on 1e2 .. 1e3 kg m/s
     expected = np.hstack([linear, angular])
     twist = np.hstack([motion.velocity_m_s, motion.angular_velocity_rad_s])
-    np.testing.assert_allclose(momentum_regressor(motion) @ theta, expected, atol=1e-11)
+    np.testing.assert_allclose(hexload_momentum_regressor(motion) @ theta, expected, atol=1e-11)
     np.testing.assert_allclose((momentum_matrix(theta, motion) @ twist[..., None])[..., 0], expected, atol=1e-11)
 
 
@@ -107,7 +107,7 @@ def test_regressors_are_the_finite_differences_by_theta(platform):
     for column in range(10):
         step = np.eye(10)[column]
         difference = (momentum(ECCENTRIC_THETA + step) - momentum(ECCENTRIC_THETA))[..., 0]
-        np.testing.assert_allclose(momentum_regressor(motion)[:, :, column], difference, atol=1e-12)
+        np.testing.assert_allclose(hexload_momentum_regressor(motion)[:, :, column], difference, atol=1e-12)
 
 
 def test_momentum_rate_is_the_wrench_that_accelerates_point_masses():
@@ -117,7 +117,7 @@ def test_momentum_rate_is_the_wrench_that_accelerates_point_masses():
     motion = smooth_motion(np.array([0.5 - step_s, 0.5, 0.5 + step_s]))
     # WHEN Y theta of any motion is differenced, and the inertial forces of the masses are summed from their
     # accelerations, themselves differenced
-    rate = np.diff((momentum_regressor(motion) @ theta)[::2], axis=0)[0] / (2 * step_s)
+    rate = np.diff((hexload_momentum_regressor(motion) @ theta)[::2], axis=0)[0] / (2 * step_s)
     position, velocity = point_velocities(motion, point)
     acceleration = (velocity[2] - velocity[0]) / (2 * step_s)
     forces = mass[:, None] * acceleration
@@ -165,7 +165,7 @@ def test_bound_is_the_inverse_of_the_information_of_the_whole_record(platform, p
     prior = {"ten": RECORDED_PRIOR / 30, "paper": np.array([0.3, 20.0, 20.0, 20.0])}[parameters]
     count, k = 30, len(prior)
     jacobian = leg_jacobian(platform, motion)
-    y, g = momentum_regressor(motion) @ to_theta, gravity_regressor(platform, motion) @ to_theta
+    y, g = hexload_momentum_regressor(motion) @ to_theta, gravity_regressor(platform, motion) @ to_theta
     m = momentum_matrix(platform.theta + ECCENTRIC_THETA, motion)
     # WHEN the information of prior, force balances and speed measurements is added up over the record by definition
     rows = [np.hstack([np.zeros((k, 6 * count)), np.diag(1 / prior)])]

@@ -77,7 +77,7 @@ template <typename Load> std::string message_of(Load load, const std::filesystem
 
 const std::array<Refusal, 20> platform_refusals{{
     {"kind = \"paper\"", "kind = \"papre\"",
-     R"(19: estimator.kind: found "papre", expected one of "momentum", "momentum_machine", "paper")"},
+     R"(19: estimator.kind: found "papre", expected one of "momentum", "momentum_effects", "paper")"},
     {"kind = \"paper\"", "prior = \"wide\"",
      R"(19: estimator.prior: found "wide", expected one of "safe", "printed")"},
     {"kind = \"paper\"", "kindd = \"paper\"",

@@ -156,7 +156,7 @@ def test_runs_of_the_simulator_are_nearer_to_the_truth_after_it(tmp_path, record
                 answer = hexload_native.nearest_body(raw, covariance)
                 assert answer["is_found"]
                 # WHEN a body has the estimate THEN it comes back to the bit
-                if hexload_native.describe_body(raw, covariance)["is_possible"]:
+                if hexload_native.describe_body(raw, covariance)["is_consistent"]:
                     assert (answer["theta"] == raw).all() and answer["distance_sigmas"] == 0
                     continue
                 # AND when none has it, NEES is less by the square of the way moved at least
@@ -215,7 +215,7 @@ def test_replay_tells_the_body_and_the_nearest_one_when_no_body_has_the_estimate
     assert first["m"] == "0" and first["cx"] == first["s_cx"] == first["Ixx"] == first["n_cx"] == ""
     last = np.array(rows[-1][1:], float)
     body = result["body"]
-    expected = [*body["value"], *body["sigma"], body["is_possible"], body["distance_sigmas"], *body["nearest"]]
+    expected = [*body["value"], *body["sigma"], body["is_consistent"], body["distance_sigmas"], *body["nearest"]]
     np.testing.assert_allclose(last, expected, rtol=1e-8)
     # AND mass, centre of mass and tensor are those of the ten parameters, the nearest one's those of a body
     np.testing.assert_allclose(body["value"], central(result["value"][-1]), rtol=1e-4, atol=1e-4)

@@ -89,20 +89,20 @@ def test_a_case_is_the_same_in_whatever_campaign(finished, cluster, tmp_path):
 
 def test_biased_sensors_and_friction_are_found_with_the_load(cluster, tmp_path):
     # GIVEN a class whose machines have both WHEN two cases run
-    settings = Settings(("multisine_machine_effects",), 2, 1, SHORT_S)
+    settings = Settings(("multisine_actuator_effects",), 2, 1, SHORT_S)
     page = verb.run_campaign(settings, tmp_path / "out", cluster.scheduler_address, keep=False, restart=False)
     # THEN the controller's filter is the one that knows of them, and stands before the one that does not and the rivals
     results = [json.loads(text) for text in contents(tmp_path / "out").values()]
     for result in results:
-        assert result["controller"] == "momentum_machine"
-        assert list(result["estimators"])[:3] == ["momentum_machine", "momentum", "paper"]
+        assert result["controller"] == "momentum_effects"
+        assert list(result["estimators"])[:3] == ["momentum_effects", "momentum", "paper"]
         assert len(result["estimators"]) == 8
         # AND a second tells of the Coulomb friction, of which 200 N were thought possible; errors are as the bound says
         error, limit = (np.array(result["effects"][name])[6:12] for name in ("error", "bound"))
         assert (limit < 0.02 * 200.0).all()
         assert (np.abs(error) < 5 * limit).all()
     # AND each seed has biases of its own, within the class's limits
-    biases = [draw(Case("multisine_machine_effects", seed, SHORT_S)).effects.bias_n for seed in (1, 2)]
+    biases = [draw(Case("multisine_actuator_effects", seed, SHORT_S)).effects.bias_n for seed in (1, 2)]
     assert not np.array_equal(*biases)
     assert np.abs(biases).max() <= LARGEST_BIAS_N
     # AND the page tells of both filters and of the machine

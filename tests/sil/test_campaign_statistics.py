@@ -68,7 +68,7 @@ def test_the_machines_effects_are_judged_by_kind_over_runs_and_legs():
         for off, nees in ((3.0, 20.0), (-1.0, 40.0))
     ]
     # WHEN summarised THEN RMSE = sqrt((9 + 1) / 2) of the biases, half of it in bounds, and NEES 30 of an ideal 28
-    effects = statistics.summarise("multisine_machine_effects", runs).effects
+    effects = statistics.summarise("multisine_actuator_effects", runs).effects
     assert effects.rmse == pytest.approx({"bias": np.sqrt(5.0), "coulomb": 2.0, "viscous": 0.0})
     assert effects.ratio == pytest.approx({"bias": np.sqrt(5.0) / 2.0, "coulomb": 1.0, "viscous": 0.0})
     assert (effects.nees_mean, effects.nees_ideal) == (30.0, 28)

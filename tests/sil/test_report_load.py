@@ -64,7 +64,7 @@ def runs(tmp_path_factory):
     """The directories of a run by each momentum filter."""
     folder = tmp_path_factory.mktemp("runs")
     (folder / "scenario.toml").write_text(SCENARIO)
-    for kind in ("momentum_machine", "momentum"):
+    for kind in ("momentum_effects", "momentum"):
         options = ["--out", folder / kind, "--estimator", kind, "--quiet"]
         subprocess.run([project.simulator(), folder / "scenario.toml", *options], check=True)
     return folder
@@ -72,7 +72,7 @@ def runs(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def page(runs):
-    write_report([runs / "momentum_machine"], runs / "page.html")
+    write_report([runs / "momentum_effects"], runs / "page.html")
     return (runs / "page.html").read_text()
 
 
@@ -84,13 +84,13 @@ def early(tmp_path_factory):
     lines = subprocess.run(["gzip", "-dc", whole], capture_output=True, text=True, check=True).stdout.splitlines()
     (folder / "early.csv").write_text("\n".join(lines[:552]) + "\n")
     out, report = folder / "estimates.csv", folder / "page.html"
-    result = replay_log(folder / "early.csv", UNKNOWN, "momentum_machine", None, out, report=report)
+    result = replay_log(folder / "early.csv", UNKNOWN, "momentum_effects", None, out, report=report)
     return result, report.read_text()
 
 
 def test_the_page_of_a_run_has_truth_estimate_error_and_verdict(runs, page):
     # GIVEN a run of all ten parameters WHEN its page is written THEN each row of the table has the run's own numbers
-    run = read_run(runs / "momentum_machine")
+    run = read_run(runs / "momentum_effects")
     rows = {row[0]: row[1:] for row in rows_of(page) if len(row) == 7}
     theta = run.theta(run.estimates["t"])[-1]
     for k, name in enumerate(("m", "hx", "hy", "hz", "Ixx", "Iyy", "Izz", "Ixy", "Ixz", "Iyz")):
@@ -140,7 +140,7 @@ def test_the_page_is_whole_and_loads_nothing(page):
 def test_the_page_of_a_replay_says_what_the_terminal_says(early, tmp_path, capsys, monkeypatch):
     # GIVEN the replay of a log's start, when no body can have what is estimated and friction hides some of it
     result, page = early
-    assert not result["body"]["is_possible"] and result["hidden"]
+    assert not result["body"]["is_consistent"] and result["hidden"]
     # WHEN terminal and page are read
     monkeypatch.setenv("COLUMNS", "200")
     print_summary(result, tmp_path / "estimates.csv")
@@ -151,8 +151,8 @@ def test_the_page_of_a_replay_says_what_the_terminal_says(early, tmp_path, capsy
         assert f"{parameter.value:.{parameter.digits}f}" in terminal
     assert "not excited: friction and load cannot be separated" in words
     # AND what is said of the body, with the nearest possible parameters
-    assert load_summary.possible_in_words(result["body"]) in terminal
-    assert load_summary.possible_in_words(result["body"]) in words
+    assert load_summary.consistent_in_words(result["body"]) in terminal
+    assert load_summary.consistent_in_words(result["body"]) in words
     rows = {row[0]: row[1:] for row in rows_of(page) if len(row) == 4}
     for number in load_summary.body_numbers(result["body"]):
         expected = [f"{value:.{number.digits}f}" for value in (number.value, number.sigma, number.nearest)]
@@ -168,13 +168,13 @@ def test_a_page_without_truth_has_no_place_for_it(early):
 
 def test_runs_of_several_filters_share_a_page(runs, tmp_path):
     # GIVEN runs with and without the machine's effects WHEN one page is written of both
-    write_report([runs / "momentum_machine", runs / "momentum"], tmp_path / "page.html")
+    write_report([runs / "momentum_effects", runs / "momentum"], tmp_path / "page.html")
     page = (tmp_path / "page.html").read_text()
     # THEN they are compared, and the one that knows of no friction is far off
     assert "2 runs side by side" in page
     first, second = (row for row in rows_of(page) if len(row) == 15 and row[0] == "rubbing")
     assert max(float(cell) for cell in first[3:13]) < 1.0 < max(float(cell) for cell in second[3:13])
-    for row, kind in ((first, "momentum_machine"), (second, "momentum")):
+    for row, kind in ((first, "momentum_effects"), (second, "momentum")):
         assert (row[1], row[-1]) == (kind, read_run(runs / kind).verdict.replace("_", " "))
     assert 'id="run-1-estimates-figure"' in page and 'id="run-2-estimates-figure"' in page
 
@@ -182,7 +182,7 @@ def test_runs_of_several_filters_share_a_page(runs, tmp_path):
 def test_a_page_of_the_papers_filter_is_not_that_of_a_replay(tmp_path):
     # GIVEN the paper's filter, which has no ten parameters WHEN a replay's page is wanted THEN nothing is written
     log, machine = DATA / "paper_noisy.csv.gz", DATA / "paper_load.toml"
-    with pytest.raises(InputError, match="--report: found the estimator paper, expected momentum or momentum_machine"):
+    with pytest.raises(InputError, match="--report: found the estimator paper, expected momentum or momentum_effects"):
         replay_log(log, machine, "paper", None, tmp_path / "estimates.csv", report=tmp_path / "page.html")
     assert list(tmp_path.iterdir()) == []
 

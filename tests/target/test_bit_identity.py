@@ -86,7 +86,7 @@ def test_controller_computes_the_bits_of_the_host_for_the_load_as_a_body(tmp_pat
     covariances = np.repeat(early, 25, axis=0)
     bodies = [hexload_native.describe_body(*asked) for asked in zip(thetas, covariances, strict=True)]
     nearest = [hexload_native.nearest_body(*asked) for asked in zip(thetas, covariances, strict=True)]
-    assert 10 < sum(body["is_possible"] for body in bodies) < 90
+    assert 10 < sum(body["is_consistent"] for body in bodies) < 90
     for preset in target.CORTEX_M7.values():
         # WHEN the Cortex-M7 does it THEN all numbers are the same, to the bit, and so are the flags
         answers = target.run_bodies(preset, thetas, covariances, tmp_path)
@@ -101,7 +101,7 @@ def test_controller_computes_the_bits_of_the_host_with_bias_and_friction(tmp_pat
     # GIVEN ten seconds of a recorded log, replayed by the host's build of the estimator with the machine's effects
     name = "multisine_eccentric"
     samples = target.samples_of(log_of(name), SECONDS)
-    host = host_replay(name, tmp_path, "momentum_machine")
+    host = host_replay(name, tmp_path, "momentum_effects")
     host |= {quantity: host[quantity][:, :10] for quantity in ("value", "sigma")}
     config = hexload_native.config_bytes(hexload_native.load_platform(platform_file(name, tmp_path)), TICK_S)
     for preset in target.CORTEX_M7.values():

@@ -154,13 +154,13 @@ static void test_a_refused_first_sample_leaves_the_application_armed(void) {
 
 static void test_the_application_estimates_what_the_estimator_alone_does(void) {
     hexload_app_t app = app_in(HEXLOAD_APP_ARMED);
-    hexload_t alone;
+    hexload_paper_t alone;
     hexload_estimate_t estimate;
-    TEST_ASSERT_EQUAL_INT(HEXLOAD_OK, hexload_init(&alone, &app.config));
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_OK, hexload_paper_init(&alone, &app.config));
     for (uint32_t tick = 10; tick < 200; tick++) {
         const hexload_leg_sample_t sample = sample_at(&app, tick);
         const hexload_bus_answer_t answer = give(&app, tick);
-        TEST_ASSERT_EQUAL_INT(HEXLOAD_OK, hexload_tick(&alone, &app.config, &sample, &estimate));
+        TEST_ASSERT_EQUAL_INT(HEXLOAD_OK, hexload_paper_tick(&alone, &app.config, &sample, &estimate));
         TEST_ASSERT_EQUAL_MEMORY(estimate.value, answer.estimate.value, sizeof estimate.value);
         TEST_ASSERT_EQUAL_MEMORY(estimate.sigma, answer.estimate.sigma, sizeof estimate.sigma);
         TEST_ASSERT_EQUAL_HEX16(alone.health.bits, answer.health);

@@ -109,7 +109,7 @@ static void describe(const double theta[DIM], hexload_body_t* body) {
 
 static void assert_body(const hexload_body_t* body, double mass_kg, const double com_m[3],
                         const double central[6]) {
-    TEST_ASSERT_TRUE(body->has_com && body->has_inertia && body->is_possible);
+    TEST_ASSERT_TRUE(body->has_com && body->has_inertia && body->is_consistent);
     TEST_ASSERT_DOUBLE_WITHIN(ROUNDINGS(1, mass_kg), mass_kg, (double)body->mass_kg);
     for (int k = 0; k < 3; k++) {
         TEST_ASSERT_DOUBLE_WITHIN(ROUNDINGS(2, com_m[k]), com_m[k], (double)body->com_m[k]);
@@ -212,7 +212,7 @@ static void test_unknown_mass_gives_no_centre_of_mass_and_no_number_that_is_none
         // WHEN it is described THEN centre of mass and tensor are unknown, and zero, or the centre is there
         hexload_body_describe(value, covariance, &body);
         TEST_ASSERT_EQUAL(n == 3, body.has_com);
-        TEST_ASSERT_FALSE(body.is_possible);
+        TEST_ASSERT_FALSE(body.is_consistent);
         for (int k = 0; k < 3; k++) {
             TEST_ASSERT_EQUAL(n == 3, body.com_m[k] != 0 && body.com_sigma_m[k] != 0);
         }
@@ -239,7 +239,7 @@ static void test_tensor_is_unknown_while_first_order_leaves_out_half_a_sigma(voi
         // WHEN it is described THEN the centre of mass is known with its sigma, and the tensor only the first
         // time
         hexload_body_describe(value, covariance, &body);
-        TEST_ASSERT_TRUE(body.has_com && body.is_possible);
+        TEST_ASSERT_TRUE(body.has_com && body.is_consistent);
         TEST_ASSERT_TRUE((double)body.com_sigma_m[2] > 0.9 * sigmas[n] / 300.0);
         TEST_ASSERT_EQUAL(n == 0, body.has_inertia);
         if (n == 1) {
@@ -259,7 +259,7 @@ static void test_bodies_of_point_masses_are_possible_and_their_own_nearest(void)
         to_real(theta, value);
         random_covariance(&seed, USUAL_SIZE, L, covariance);
         hexload_body_describe(value, covariance, &body);
-        TEST_ASSERT_TRUE(body.is_possible);
+        TEST_ASSERT_TRUE(body.is_consistent);
         // AND the nearest possible parameters are its own, to the bit
         TEST_ASSERT_TRUE(hexload_body_nearest(value, covariance, nearest, &distance));
         TEST_ASSERT_EQUAL_MEMORY(value, nearest, sizeof value);
@@ -284,15 +284,15 @@ static void test_what_no_body_has_is_impossible(void) {
     for (size_t n = 0; n < sizeof central / sizeof central[0]; n++) {
         theta_of(100.0, com_m, central[n], theta);
         describe(theta, &body);
-        TEST_ASSERT_FALSE(body.is_possible);
+        TEST_ASSERT_FALSE(body.is_consistent);
     }
     // AND so is a tensor about O_A that is too small for where the centre of mass is
     theta_of(100.0, com_m, (const double[6]){5.0, 5.0, 5.0, 0.0, 0.0, 0.0}, theta);
     describe(theta, &body);
-    TEST_ASSERT_TRUE(body.is_possible);
+    TEST_ASSERT_TRUE(body.is_consistent);
     theta[3] *= 2.0;
     describe(theta, &body);
-    TEST_ASSERT_FALSE(body.is_possible);
+    TEST_ASSERT_FALSE(body.is_consistent);
 }
 
 /// Parameters of a pseudo-inertia V^T diag(eigenvalue) V, V a product of rotations in the planes of the axes.

@@ -62,10 +62,10 @@ static void test_config_names_each_field_out_of_range(void) {
     ASSERT_REFUSED(paper.converged_relative_sigma, HEXLOAD_REAL(1.5));
     ASSERT_REFUSED(paper.longest_gap_ticks, 0);
     ASSERT_REFUSED(paper.longest_gate_ticks, 0);
-    ASSERT_REFUSED(machine.prior_bias_sigma_n, HEXLOAD_REAL(-1.0));
-    ASSERT_REFUSED(machine.prior_coulomb_sigma_n, nan);
-    ASSERT_REFUSED(machine.prior_viscous_sigma_n_s_m, HEXLOAD_REAL(-0.1));
-    ASSERT_REFUSED(machine.friction_speed_m_s, HEXLOAD_REAL(0.0));
+    ASSERT_REFUSED(actuator_effects.prior_bias_sigma_n, HEXLOAD_REAL(-1.0));
+    ASSERT_REFUSED(actuator_effects.prior_coulomb_sigma_n, nan);
+    ASSERT_REFUSED(actuator_effects.prior_viscous_sigma_n_s_m, HEXLOAD_REAL(-0.1));
+    ASSERT_REFUSED(actuator_effects.friction_speed_m_s, HEXLOAD_REAL(0.0));
 }
 
 static void test_printed_prior_is_the_papers_start_covariance(void) {

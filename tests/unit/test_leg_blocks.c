@@ -34,7 +34,7 @@ static void random_jacobian(uint64_t* seed, hexload_real_t J[HEXLOAD_LEGS][6]) {
 static void assert_solved_by(const hexload_leg_blocks_t* blocks, hexload_real_t J[HEXLOAD_LEGS][6],
                              const hexload_real_t y[HEXLOAD_LEGS]) {
     hexload_real_t x[6];
-    leg_blocks_solve(blocks, y, x);
+    hexload_leg_blocks_solve(blocks, y, x);
     double size = 1.0;
     for (int k = 0; k < 6; k++) {
         size = fmax(size, fabs((double)x[k]));
@@ -52,7 +52,7 @@ static void assert_solved_by(const hexload_leg_blocks_t* blocks, hexload_real_t 
 
 static void assert_solves(hexload_real_t J[HEXLOAD_LEGS][6], const hexload_real_t y[HEXLOAD_LEGS]) {
     hexload_leg_blocks_t blocks;
-    TEST_ASSERT_TRUE(leg_blocks_make(J, &blocks));
+    TEST_ASSERT_TRUE(hexload_leg_blocks_make(J, &blocks));
     assert_solved_by(&blocks, J, y);
 }
 
@@ -98,12 +98,12 @@ static void test_update_solves_as_well_wherever_the_legs_have_gone(void) {
         hexload_real_t J[HEXLOAD_LEGS][6], y[HEXLOAD_LEGS];
         hexload_leg_blocks_t blocks;
         random_jacobian(&seed, J);
-        TEST_ASSERT_TRUE(leg_blocks_make(J, &blocks));
+        TEST_ASSERT_TRUE(hexload_leg_blocks_make(J, &blocks));
         const hexload_leg_blocks_t before = blocks;
         // WHEN the legs point elsewhere, so that those three may well lie in a plane
         random_jacobian(&seed, J);
         random_lengths(&seed, y);
-        TEST_ASSERT_TRUE(leg_blocks_update(J, &blocks));
+        TEST_ASSERT_TRUE(hexload_leg_blocks_update(J, &blocks));
         // THEN the equations hold as with carriers that are chosen for them
         assert_solved_by(&blocks, J, y);
         kept += memcmp(before.leg, blocks.leg, sizeof before.leg) == 0 ? 1 : 0;
@@ -132,7 +132,7 @@ static void test_update_keeps_the_carriers_of_a_platform_in_motion(void) {
     hexload_leg_blocks_t blocks;
     uint64_t seed = 7;
     jacobian_of(&config, &home, J);
-    TEST_ASSERT_TRUE(leg_blocks_make(J, &blocks));
+    TEST_ASSERT_TRUE(hexload_leg_blocks_make(J, &blocks));
     const hexload_leg_blocks_t before = blocks;
     for (int run = 0; run < 100; run++) {
         // WHEN it goes up to 0.15 m and 0.15 rad from there in each direction
@@ -142,7 +142,7 @@ static void test_update_keeps_the_carriers_of_a_platform_in_motion(void) {
             pose.rpy[k] = 0.15 * uniform(&seed);
         }
         jacobian_of(&config, &pose, J);
-        TEST_ASSERT_TRUE(leg_blocks_update(J, &blocks));
+        TEST_ASSERT_TRUE(hexload_leg_blocks_update(J, &blocks));
         // THEN they are not chosen anew
         TEST_ASSERT_EQUAL_MEMORY(before.leg, blocks.leg, sizeof before.leg);
     }
@@ -155,9 +155,9 @@ static void test_columns_are_those_of_the_inverse(void) {
         hexload_real_t J[HEXLOAD_LEGS][6], columns[HEXLOAD_LEGS][6];
         hexload_leg_blocks_t blocks;
         random_jacobian(&seed, J);
-        TEST_ASSERT_TRUE(leg_blocks_make(J, &blocks));
+        TEST_ASSERT_TRUE(hexload_leg_blocks_make(J, &blocks));
         // WHEN the columns of the inverse are asked for THEN the Jacobian times each is one leg at unit speed
-        leg_blocks_invert(&blocks, columns);
+        hexload_leg_blocks_invert(&blocks, columns);
         for (int i = 0; i < HEXLOAD_LEGS; i++) {
             double size = 1.0;
             for (int k = 0; k < 6; k++) {
@@ -182,8 +182,8 @@ static void test_rate_noise_is_the_sum_over_the_columns(void) {
         hexload_leg_blocks_t blocks;
         double turned[HEXLOAD_LEGS][3], size = 1.0;
         random_jacobian(&seed, J);
-        TEST_ASSERT_TRUE(leg_blocks_make(J, &blocks));
-        leg_blocks_invert(&blocks, columns);
+        TEST_ASSERT_TRUE(hexload_leg_blocks_make(J, &blocks));
+        hexload_leg_blocks_invert(&blocks, columns);
         for (int i = 0; i < 3; i++) {
             for (int k = 0; k < 3; k++) {
                 T[i][k] = (hexload_real_t)uniform(&seed);
@@ -197,7 +197,7 @@ static void test_rate_noise_is_the_sum_over_the_columns(void) {
             }
         }
         // WHEN its noise is asked for THEN it is the sum of the squares that the legs give
-        rate_noise(&blocks, T, noise);
+        hexload_rate_noise(&blocks, T, noise);
         for (int i = 0; i < 3; i++) {
             for (int k = 0; k <= i; k++) {
                 double sum = 0.0;
@@ -222,7 +222,7 @@ static void test_legs_that_leave_a_direction_free_are_refused(void) {
                                          (hexload_real_t)uniform(&seed)};
         set_leg(J, leg, direction, lever);
     }
-    TEST_ASSERT_FALSE(leg_blocks_make(J, &blocks));
+    TEST_ASSERT_FALSE(hexload_leg_blocks_make(J, &blocks));
 }
 
 static void test_legs_that_leave_a_rotation_free_are_refused(void) {
@@ -237,7 +237,7 @@ static void test_legs_that_leave_a_rotation_free_are_refused(void) {
                                          (hexload_real_t)uniform(&seed)};
         set_leg(J, leg, direction, lever);
     }
-    TEST_ASSERT_FALSE(leg_blocks_make(J, &blocks));
+    TEST_ASSERT_FALSE(hexload_leg_blocks_make(J, &blocks));
 }
 
 static void test_a_jacobian_with_nan_is_refused(void) {
@@ -249,7 +249,7 @@ static void test_a_jacobian_with_nan_is_refused(void) {
         for (int k = 0; k < 6; k++) {
             J[leg][k] = (hexload_real_t)NAN;
         }
-        TEST_ASSERT_FALSE(leg_blocks_make(J, &blocks));
+        TEST_ASSERT_FALSE(hexload_leg_blocks_make(J, &blocks));
     }
 }
 

@@ -19,7 +19,7 @@ static void test_inverse_times_the_matrix_is_the_identity(void) {
         hexload_real_t A[3][3], inverse[3][3];
         random_matrix(&seed, A);
         // WHEN it is inverted
-        TEST_ASSERT_TRUE(invert3(A, inverse));
+        TEST_ASSERT_TRUE(hexload_invert3(A, inverse));
         // THEN the product is the identity, to ten roundings of each of its three terms
         for (int i = 0; i < 3; i++) {
             for (int j = 0; j < 3; j++) {
@@ -45,7 +45,7 @@ static void test_inverse_of_a_singular_matrix_is_refused_at_any_scale(void) {
             A[2][j] = A[0][j] + A[1][j];
         }
         // WHEN it is inverted THEN that is refused
-        TEST_ASSERT_FALSE(invert3(A, inverse));
+        TEST_ASSERT_FALSE(hexload_invert3(A, inverse));
     }
 }
 
@@ -54,7 +54,7 @@ static void test_inverse_of_a_matrix_with_nan_is_refused(void) {
     hexload_real_t A[3][3], inverse[3][3];
     random_matrix(&seed, A);
     A[1][2] = (hexload_real_t)NAN;
-    TEST_ASSERT_FALSE(invert3(A, inverse));
+    TEST_ASSERT_FALSE(hexload_invert3(A, inverse));
 }
 
 static void test_cholesky_whitens_its_own_matrix(void) {

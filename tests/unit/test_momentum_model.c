@@ -35,8 +35,8 @@ static void test_regressor_times_parameters_is_the_momentum(void) {
     hexload_real_t theta[HEXLOAD_LOAD_DIM], momentum[6], Y[6][HEXLOAD_LOAD_DIM];
     read_load(theta);
     // GIVEN a body on the platform WHEN its momentum is computed in one go and by the regressor
-    momentum_of_body(theta, &motion, motion.twist, momentum);
-    momentum_regressor(&motion, motion.twist, Y);
+    hexload_momentum_of_body(theta, &motion, motion.twist, momentum);
+    hexload_momentum_regressor(&motion, motion.twist, Y);
     // THEN both agree: ten terms of up to 500 kg m/s
     for (int a = 0; a < 6; a++) {
         const hexload_real_t product = momentum_times_row(Y[a], theta, a < 3);
@@ -58,13 +58,13 @@ static void test_momentum_grows_by_the_impulse_of_legs_and_gravity(void) {
     for (int k = 0; k < HEXLOAD_LOAD_DIM; k++) {
         theta[k] += filter.platform[k];
     }
-    momentum_of_body(theta, &before, before.twist, momentum);
-    momentum_of_body(theta, &after, after.twist, expected);
+    hexload_momentum_of_body(theta, &before, before.twist, momentum);
+    hexload_momentum_of_body(theta, &after, after.twist, expected);
     // WHEN the momentum is moved on by a tick
-    momentum_read_input(&before, sample[0].force_n, &input[0]);
-    momentum_read_input(&after, sample[1].force_n, &input[1]);
-    momentum_pull(&input[0], &input[1], config.tick_s * config.gravity_m_s2, G);
-    momentum_move(momentum, &input[0], &input[1], config.tick_s, G, theta);
+    hexload_momentum_read_input(&before, sample[0].force_n, &input[0]);
+    hexload_momentum_read_input(&after, sample[1].force_n, &input[1]);
+    hexload_momentum_pull(&input[0], &input[1], config.tick_s * config.gravity_m_s2, G);
+    hexload_momentum_move(momentum, &input[0], &input[1], config.tick_s, G, theta);
     // THEN it is that of the next tick: the trapezoid errs by dt^3 / 12 f'' < 1e-5 N s at 3 Hz and 3 kN, and
     // the momenta come from poses and twists in the core's precision
     for (int k = 0; k < 6; k++) {
@@ -91,10 +91,10 @@ static void test_spread_is_the_variance_of_the_parameters_momentum(void) {
             filter.load_cov[i][j] = a[i] * a[j] + b[i] * b[j];
         }
     }
-    momentum_regressor(&motion, motion.twist, Y);
-    momentum_spread(&filter, Y, spread);
-    momentum_of_body(a, &motion, motion.twist, Ya);
-    momentum_of_body(b, &motion, motion.twist, Yb);
+    hexload_momentum_regressor(&motion, motion.twist, Y);
+    hexload_momentum_spread(&filter, Y, spread);
+    hexload_momentum_of_body(a, &motion, motion.twist, Ya);
+    hexload_momentum_of_body(b, &motion, motion.twist, Yb);
     // THEN it is Y a (Y a)^T + Y b (Y b)^T
     for (int i = 0; i < 6; i++) {
         for (int j = 0; j <= i; j++) {

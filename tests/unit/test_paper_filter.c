@@ -9,11 +9,11 @@ static const body_t paper_load = {500.0, {0.0, 0.0, 0.3}, {25.0, 25.0, 25.0, 0.0
 
 /// The estimator after `seconds` of a motion; seed 0: perfect sensors. Ticks from skip_from to skip_to are
 /// lost.
-static hexload_t run(const hexload_config_t* config, const body_t* load, const motion_t* motion,
-                     double seconds, uint64_t seed, uint32_t skip_from, uint32_t skip_to,
-                     hexload_estimate_t* estimate) {
-    hexload_t estimator;
-    TEST_ASSERT_EQUAL_INT(HEXLOAD_OK, hexload_init(&estimator, config));
+static hexload_paper_t run(const hexload_config_t* config, const body_t* load, const motion_t* motion,
+                           double seconds, uint64_t seed, uint32_t skip_from, uint32_t skip_to,
+                           hexload_estimate_t* estimate) {
+    hexload_paper_t estimator;
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_OK, hexload_paper_init(&estimator, config));
     const double home_height_m = (double)estimator.kinematics.home_height_m;
     const bool is_noisy = seed != 0;
     const uint32_t ticks = (uint32_t)(seconds / (double)config->tick_s);
@@ -23,7 +23,7 @@ static hexload_t run(const hexload_config_t* config, const body_t* load, const m
             add_noise(config, &seed, &sample);
         }
         if (tick < skip_from || tick >= skip_to) {
-            TEST_ASSERT_EQUAL_INT(HEXLOAD_OK, hexload_tick(&estimator, config, &sample, estimate));
+            TEST_ASSERT_EQUAL_INT(HEXLOAD_OK, hexload_paper_tick(&estimator, config, &sample, estimate));
         }
     }
     return estimator;
@@ -132,7 +132,7 @@ static void test_missing_samples_are_bridged(void) {
     const motion_t motion = random_motion(13, 0.03, 0.03);
     hexload_estimate_t estimate;
     // WHEN the run ends
-    const hexload_t estimator = run(&config, &paper_load, &motion, 2.0, 0, 1000, 1002, &estimate);
+    const hexload_paper_t estimator = run(&config, &paper_load, &motion, 2.0, 0, 1000, 1002, &estimate);
     // THEN it was said once, and costs nothing to speak of: the trapezoid over 3 ms errs by (w T)^2 / 12 of 3
     // Hz, 3e-4, in one of 2000 steps
     TEST_ASSERT_EQUAL_UINT32(1, estimator.health.count[HEXLOAD_HEALTH_SAMPLE_MISSING]);
@@ -148,17 +148,17 @@ static void test_force_spike_at_any_time_leaves_a_finite_and_recovering_estimate
     truth_of(&paper_load, truth);
     for (int n = 0; n < 3; n++) {
         // GIVEN one leg's force that is wrong by 100 kN in one tick
-        hexload_t estimator;
+        hexload_paper_t estimator;
         hexload_estimate_t estimate;
         uint64_t seed = 51;
-        TEST_ASSERT_EQUAL_INT(HEXLOAD_OK, hexload_init(&estimator, &config));
+        TEST_ASSERT_EQUAL_INT(HEXLOAD_OK, hexload_paper_init(&estimator, &config));
         for (uint32_t tick = 0; tick < 4000; tick++) {
             hexload_leg_sample_t sample = perfect_sample(&config, &paper_load, &motion,
                                                          (double)estimator.kinematics.home_height_m, tick);
             add_noise(&config, &seed, &sample);
             sample.force_n[4] += tick == spike_ticks[n] ? HEXLOAD_REAL(1e5) : HEXLOAD_REAL(0.0);
             // WHEN the run goes on
-            TEST_ASSERT_EQUAL_INT(HEXLOAD_OK, hexload_tick(&estimator, &config, &sample, &estimate));
+            TEST_ASSERT_EQUAL_INT(HEXLOAD_OK, hexload_paper_tick(&estimator, &config, &sample, &estimate));
         }
         // THEN the estimate has come back to within six sigma or 2 %
         for (int k = 0; k < HEXLOAD_PAPER_DIM; k++) {
@@ -184,16 +184,16 @@ static void test_rates_restart_after_a_long_gap_and_parameters_stay(void) {
     const hexload_config_t config = paper_machine();
     const motion_t motion = random_motion(14, 0.03, 0.03);
     hexload_estimate_t estimate;
-    const hexload_t estimator = run(&config, &paper_load, &motion, 2.0, 0, 1000, 1300, &estimate);
+    const hexload_paper_t estimator = run(&config, &paper_load, &motion, 2.0, 0, 1000, 1300, &estimate);
     TEST_ASSERT_EQUAL_UINT32(1, estimator.health.count[HEXLOAD_HEALTH_RATE_RESEEDED]);
     assert_within_percent(&paper_load, &estimate, (const double[]){0.1, 1.0, 1.0, 1.0});
 }
 
 /// A converged estimator and the next sample of its motion.
-static hexload_t converged(const hexload_config_t* config, hexload_leg_sample_t* next) {
+static hexload_paper_t converged(const hexload_config_t* config, hexload_leg_sample_t* next) {
     const motion_t motion = random_motion(15, 0.03, 0.03);
     hexload_estimate_t estimate;
-    const hexload_t estimator = run(config, &paper_load, &motion, 1.0, 31, 0, 0, &estimate);
+    const hexload_paper_t estimator = run(config, &paper_load, &motion, 1.0, 31, 0, 0, &estimate);
     *next = perfect_sample(config, &paper_load, &motion, (double)estimator.kinematics.home_height_m, 1001);
     return estimator;
 }
@@ -203,11 +203,11 @@ static void test_velocity_spike_is_gated_and_changes_no_parameter(void) {
     const hexload_config_t config = paper_machine();
     hexload_leg_sample_t sample;
     hexload_estimate_t estimate;
-    hexload_t estimator = converged(&config, &sample);
+    hexload_paper_t estimator = converged(&config, &sample);
     const hexload_paper_filter_t before = estimator.paper_filter;
     // WHEN one velocity reads 0.1 m/s too much
     sample.velocity_m_s[2] += HEXLOAD_REAL(0.1);
-    TEST_ASSERT_EQUAL_INT(HEXLOAD_OK, hexload_tick(&estimator, &config, &sample, &estimate));
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_OK, hexload_paper_tick(&estimator, &config, &sample, &estimate));
     // THEN the tick says so and the parameters are what they were
     TEST_ASSERT_BITS_HIGH(1u << HEXLOAD_HEALTH_MEASUREMENT_GATED, estimator.health.bits);
     TEST_ASSERT_EQUAL_MEMORY(before.param, estimator.paper_filter.param, sizeof before.param);
@@ -218,12 +218,12 @@ static void test_gate_opens_when_the_new_rate_stays(void) {
     const hexload_config_t config = paper_machine();
     hexload_leg_sample_t sample;
     hexload_estimate_t estimate;
-    hexload_t estimator = converged(&config, &sample);
+    hexload_paper_t estimator = converged(&config, &sample);
     // WHEN that goes on for longer than the gate may stay shut
     for (uint32_t n = 0; n <= config.paper.longest_gate_ticks; n++) {
         sample.tick = 1001 + n;
         sample.velocity_m_s[2] = HEXLOAD_REAL(0.5);
-        TEST_ASSERT_EQUAL_INT(HEXLOAD_OK, hexload_tick(&estimator, &config, &sample, &estimate));
+        TEST_ASSERT_EQUAL_INT(HEXLOAD_OK, hexload_paper_tick(&estimator, &config, &sample, &estimate));
     }
     // THEN the rates restart from the sensors
     TEST_ASSERT_EQUAL_UINT32(1, estimator.health.count[HEXLOAD_HEALTH_RATE_RESEEDED]);
@@ -234,7 +234,7 @@ static void test_covariance_stays_positive_definite(void) {
     const hexload_config_t config = paper_machine();
     const motion_t motion = random_motion(16, 0.03, 0.05);
     hexload_estimate_t estimate;
-    const hexload_t estimator = run(&config, &paper_load, &motion, 5.0, 41, 0, 0, &estimate);
+    const hexload_paper_t estimator = run(&config, &paper_load, &motion, 5.0, 41, 0, 0, &estimate);
     const hexload_paper_filter_t* filter = &estimator.paper_filter;
     for (int i = 0; i < HEXLOAD_PAPER_DIM; i++) {
         TEST_ASSERT_TRUE((double)filter->param_cov[i][i] > 0.0);

@@ -83,7 +83,7 @@ static void measured_noise(const fixture_t* x, double noise[3][3]) {
     const double sigma = (double)x->config.sensors.velocity_sigma_m_s;
     hexload_real_t columns[HEXLOAD_LEGS][6];
     memset(noise, 0, 9 * sizeof(double));
-    leg_blocks_invert(&x->jacobian, columns);
+    hexload_leg_blocks_invert(&x->jacobian, columns);
     for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
         hexload_real_t column[3];
         hexload_motion_to_platform(&x->motion, &columns[leg][3], column);

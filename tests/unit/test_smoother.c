@@ -73,7 +73,7 @@ static void test_slope_of_a_polynomial_of_degree_six_is_exact(void) {
                                       (double)past.sample.force_n[leg]);
         }
     }
-    TEST_ASSERT_EQUAL_INT(300 - 60 - HEXLOAD_RINGING_TICKS, taken);
+    TEST_ASSERT_EQUAL_INT(300 - 60 - HEXLOAD_TRANSIENT_TICKS, taken);
 }
 
 /// Mean square of the slopes' errors over that of a line through 141 points with noise of 20 um, 12 sigma^2 /
@@ -294,7 +294,7 @@ static void test_missing_ticks_are_bridged_and_told(void) {
     hexload_smoother_t smoother;
     hexload_smooth_sample_t past;
     hexload_smoother_init(&smoother, &config);
-    uint32_t last_put = 0, next = HEXLOAD_RINGING_TICKS, taken = 0, put = 0;
+    uint32_t last_put = 0, next = HEXLOAD_TRANSIENT_TICKS, taken = 0, put = 0;
     for (uint32_t tick = 0; tick < 260; tick++) {
         if (tick == 100 || tick == 101 || tick == 150) {
             continue;
@@ -316,7 +316,7 @@ static void test_missing_ticks_are_bridged_and_told(void) {
                                       (double)past.smooth_velocity_m_s[3]);
         }
     }
-    TEST_ASSERT_EQUAL_UINT32(put - 30 - HEXLOAD_RINGING_TICKS, taken); // real ones only, again
+    TEST_ASSERT_EQUAL_UINT32(put - 30 - HEXLOAD_TRANSIENT_TICKS, taken); // real ones only, again
 }
 
 static void test_too_long_a_gap_begins_anew(void) {
@@ -334,13 +334,13 @@ static void test_too_long_a_gap_begins_anew(void) {
     const uint32_t after = 39 + config.momentum.longest_gap_ticks + 1;
     const hexload_leg_sample_t sample = sample_of(after);
     TEST_ASSERT_FALSE(hexload_smoother_put(&smoother, &config, &sample, after - 39));
-    for (uint32_t tick = after + 1; tick <= after + 15 + HEXLOAD_RINGING_TICKS; tick++) {
+    for (uint32_t tick = after + 1; tick <= after + 15 + HEXLOAD_TRANSIENT_TICKS; tick++) {
         const hexload_leg_sample_t next = sample_of(tick);
         TEST_ASSERT_EQUAL(false, hexload_smoother_take(&smoother, &config.sensors, &past));
         TEST_ASSERT_TRUE(hexload_smoother_put(&smoother, &config, &next, 1));
     }
     TEST_ASSERT_TRUE(hexload_smoother_take(&smoother, &config.sensors, &past));
-    TEST_ASSERT_EQUAL_UINT32(after + HEXLOAD_RINGING_TICKS, past.sample.tick);
+    TEST_ASSERT_EQUAL_UINT32(after + HEXLOAD_TRANSIENT_TICKS, past.sample.tick);
     TEST_ASSERT_EQUAL_UINT32(0, past.gap_ticks);
 }
 

@@ -124,7 +124,7 @@ def read_platform(path: Path) -> Platform:
     )
 
 
-def momentum_regressor(trajectory: Trajectory) -> Array:
+def hexload_momentum_regressor(trajectory: Trajectory) -> Array:
     """Y, (n, 6, 10): momentum about the home point per unit of each parameter."""
     p, rotation = trajectory.p_m, trajectory.rotation
     v, w = trajectory.velocity_m_s, trajectory.angular_velocity_rad_s
@@ -164,7 +164,7 @@ def momentum_matrix(theta_total: Array, trajectory: Trajectory) -> Array:
     for axis in range(6):
         unit = np.broadcast_to(np.eye(6)[axis], (len(zero), 6))
         motion = Trajectory(trajectory.p_m, trajectory.rotation, unit[:, :3], unit[:, 3:])
-        columns.append(momentum_regressor(motion) @ theta_total)
+        columns.append(hexload_momentum_regressor(motion) @ theta_total)
     return np.stack(columns, axis=2)
 
 
@@ -211,7 +211,7 @@ def crlb(
         raise ValueError(f"prior_sigma: found shape {prior_sigma.shape}, expected ({unknowns},)")
 
     jacobian = leg_jacobian(platform, truth)
-    y = momentum_regressor(truth) @ to_theta
+    y = hexload_momentum_regressor(truth) @ to_theta
     rate = gravity_regressor(platform, truth) @ to_theta
     damping = np.zeros_like(jacobian)
     wrench_map = _about_home(np.swapaxes(jacobian, 1, 2), truth.p_m)

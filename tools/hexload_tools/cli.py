@@ -18,7 +18,7 @@ app = typer.Typer(
     context_settings={"help_option_names": ["-h", "--help"]},
 )
 
-Estimator = Literal["paper", "momentum", "momentum_machine"]
+Estimator = Literal["paper", "momentum", "momentum_effects"]
 Prior = Literal["safe", "printed"]
 Profile = Literal["fd", "classic"]
 

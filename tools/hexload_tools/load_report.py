@@ -54,7 +54,7 @@ class LoadEstimate:
     effects: list[EffectRow]
     body: list[BodyNumber]
     true_body: list[float] | None
-    is_possible: bool
+    is_consistent: bool
     possible: str  # whether a body can have the estimate, in words
     known_mass_kg: float | None  # what the filter was told
     told_wrong: list[dict]  # of the run's loads in meta.json, those that weigh something else
@@ -105,8 +105,8 @@ def _estimate(result: dict, known_mass_kg: float | None, run: Run | None) -> Loa
         effects=_effect_rows(numbers[TEN:], run),
         body=load_summary.body_numbers(result["body"]),
         true_body=None if load is None else [load["mass_kg"], *load["com_m"], *load["inertia_com_kg_m2"]],
-        is_possible=result["body"]["is_possible"],
-        possible=load_summary.possible_in_words(result["body"]),
+        is_consistent=result["body"]["is_consistent"],
+        possible=load_summary.consistent_in_words(result["body"]),
         known_mass_kg=known_mass_kg,
         told_wrong=[] if run is None or known_mass_kg is None else _told_wrong(run, known_mass_kg),
         changes_s=load_summary.load_changes_s(result),

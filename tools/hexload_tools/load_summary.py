@@ -92,8 +92,8 @@ def _known(number: float) -> float | None:
     return None if math.isnan(number) else float(number)
 
 
-def possible_in_words(body: dict) -> str:
-    if body["is_possible"]:
+def consistent_in_words(body: dict) -> str:
+    if body["is_consistent"]:
         return "possible: a body can have these parameters"
     if math.isnan(body["distance_sigmas"]):
         return "impossible: no body can have these parameters, nor any near them"

@@ -66,7 +66,7 @@ def _write_page(
     page: Path, result: dict, samples: LegLog, title: str, description: str, known_mass_kg: float | None
 ) -> None:
     if "body" not in result:
-        raise InputError("--report: found the estimator paper, expected momentum or momentum_machine")
+        raise InputError("--report: found the estimator paper, expected momentum or momentum_effects")
     from hexload_tools.report import render_replay  # draws; a replay without a page needs none of it
 
     page.write_text(render_replay(result, samples, title, description, known_mass_kg), encoding="utf-8")
@@ -83,7 +83,7 @@ def print_summary(result: dict, out: Path, bodies: Path | None = None, report: P
     Console().print(table)
     if "body" in result:
         Console().print(_body_table(result["body"]))
-        print(f"body:      {load_summary.possible_in_words(result['body'])}")
+        print(f"body:      {load_summary.consistent_in_words(result['body'])}")
     print(f"verdict:   {result['verdict'][-1]} after {len(result['t'])} ticks")
     print(f"health:    {load_summary.health_in_words(result['health_counts']) or 'no remark'}")
     if times_s := load_summary.load_changes_s(result):
@@ -104,7 +104,7 @@ def _body_table(body: dict) -> Table:
     table = Table()
     table.add_column("load as a body")
     headings = {"value": "estimate", "sigma": "sigma"}
-    if not body["is_possible"]:
+    if not body["is_consistent"]:
         headings["nearest"] = "nearest possible"
     for heading in headings.values():
         table.add_column(heading, justify="right")

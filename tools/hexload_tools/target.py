@@ -63,7 +63,7 @@ BODY_ANSWER = np.dtype(
         *((name, "<f4") for name in ("mass_kg", "mass_sigma_kg")),
         *((name, "<f4", 3) for name in ("com_m", "com_sigma_m")),
         *((name, "<f4", 6) for name in ("inertia_kg_m2", "inertia_sigma_kg_m2")),
-        *((name, "<u4") for name in ("has_com", "has_inertia", "is_possible")),
+        *((name, "<u4") for name in ("has_com", "has_inertia", "is_consistent")),
         ("nearest", "<f4", 10),
         ("distance_sigmas", "<f4"),
         ("is_found", "<u4"),

@@ -32,12 +32,12 @@ EstimatorSettings override_settings(EstimatorSettings settings, const std::optio
     }
     if (estimator) {
         const std::array kinds = {EstimatorKind::paper, EstimatorKind::momentum,
-                                  EstimatorKind::momentum_machine};
+                                  EstimatorKind::momentum_effects};
         const auto* const kind =
             std::ranges::find(kinds, *estimator, [](EstimatorKind k) { return name_of(k); });
         if (kind == kinds.end()) {
             throw InputError("estimator: found " + *estimator +
-                             ", expected paper, momentum or momentum_machine");
+                             ", expected paper, momentum or momentum_effects");
         }
         settings.kind = *kind;
     }
@@ -98,7 +98,7 @@ nb::dict body_dict(const LoadBody& body) {
     result["names"] = names;
     result["value"] = vector(body.value);
     result["sigma"] = vector(body.sigma);
-    result["is_possible"] = body.is_possible;
+    result["is_consistent"] = body.is_consistent;
     result["distance_sigmas"] = body.distance_sigmas;
     result["nearest"] = vector(body.nearest);
     return result;
@@ -144,7 +144,7 @@ class Answer {
         result["parameter_verdict"] =
             last_verdicts(std::min(names.size(), last_row_.parameter_verdict.size()));
         nb::dict hidden;
-        for (const HiddenParameter& parameter : link.hidden_parameters()) {
+        for (const ConfoundedParameter& parameter : link.confounded_parameters()) {
             hidden[nb::str(parameter.name.data(), parameter.name.size())] = parameter.reason;
         }
         result["hidden"] = hidden;
@@ -259,7 +259,7 @@ nb::dict describe_body(const Theta& theta, const Covariance& covariance) {
     result["inertia_sigma_kg_m2"] = nb::cast(as_vector(body.inertia_sigma_kg_m2));
     result["has_com"] = body.has_com;
     result["has_inertia"] = body.has_inertia;
-    result["is_possible"] = body.is_possible;
+    result["is_consistent"] = body.is_consistent;
     return result;
 }
 

@@ -4,7 +4,7 @@
 ///
 ///     hexload_momentum_filter_covariance(&estimator.filter, covariance);
 ///     hexload_body_describe(estimate.value, covariance, &body);
-///     if (!body.is_possible && hexload_body_nearest(estimate.value, covariance, nearest, &distance)) ...
+///     if (!body.is_consistent && hexload_body_nearest(estimate.value, covariance, nearest, &distance)) ...
 ///
 /// No part of the tick: call it when you need the answer, between two ticks, or at leisure on a copy of value
 /// and covariance. Pure functions, reentrant, of bounded time.
@@ -25,9 +25,9 @@ typedef struct hexload_body {
     /// Tensor about the centre of mass, platform axes, in the order of enum hexload_inertia, and its signs.
     hexload_real_t inertia_kg_m2[HEXLOAD_I_DIM];
     hexload_real_t inertia_sigma_kg_m2[HEXLOAD_I_DIM];
-    bool has_com;     ///< false: centre of mass and tensor are unknown, and zero with their sigmas
-    bool has_inertia; ///< false: the tensor is unknown, and zero with its sigmas
-    bool is_possible; ///< some body has these parameters: the pseudo-inertia is positive definite
+    bool has_com;       ///< false: centre of mass and tensor are unknown, and zero with their sigmas
+    bool has_inertia;   ///< false: the tensor is unknown, and zero with its sigmas
+    bool is_consistent; ///< some body has these parameters: the pseudo-inertia is positive definite
 } hexload_body_t;
 
 /// Mass, centre of mass and central tensor, each with its sigma by first order from the whole covariance.

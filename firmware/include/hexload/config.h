@@ -84,13 +84,13 @@ typedef struct hexload_momentum_config {
     hexload_real_t excitation_time_constant_s; ///< how far back the motion counts; tick_s..1e3
 } hexload_momentum_config_t;
 
-/// What hexload_machine_t knows beforehand of the machine's effects. Sigma 0: that effect is none.
-typedef struct hexload_machine_config {
+/// What hexload_momentum_effects_t knows beforehand of the machine's effects. Sigma 0: that effect is none.
+typedef struct hexload_actuator_effects_config {
     hexload_real_t prior_bias_sigma_n;        ///< of each force sensor's offset; 0..1e6
     hexload_real_t prior_coulomb_sigma_n;     ///< of each leg's Coulomb friction; 0..1e6
     hexload_real_t prior_viscous_sigma_n_s_m; ///< of each leg's viscous friction; 0..1e8
     hexload_real_t friction_speed_m_s;        ///< v0 of v / sqrt(v^2 + v0^2): 71 % of Coulomb's; 1e-6..10
-} hexload_machine_config_t;
+} hexload_actuator_effects_config_t;
 
 typedef struct hexload_config {
     hexload_real_t tick_s;       ///< sampling period; 1e-4..5e-3
@@ -100,7 +100,7 @@ typedef struct hexload_config {
     hexload_sensors_t sensors;
     hexload_paper_config_t paper;
     hexload_momentum_config_t momentum;
-    hexload_machine_config_t machine;
+    hexload_actuator_effects_config_t actuator_effects;
 } hexload_config_t;
 
 /// Start covariance of the paper's filter.
@@ -120,14 +120,14 @@ void hexload_config_default(hexload_config_t* config);
 void hexload_config_set_prior(hexload_config_t* config, hexload_prior_t prior);
 
 /// Sets lag_ticks and the prior sigmas of config->momentum for its sensors, tick, platform and hinges, and
-/// the prior sigmas of config->machine for the platform's mass: 1 m/s^2 of it for a bias, 2 m/s^2 for Coulomb
-/// friction, 10 1/s for viscous friction. A leg carries a sixth of platform and load: 11 m/s^2 of the
-/// paper's.
+/// the prior sigmas of config->actuator_effects for the platform's mass: 1 m/s^2 of it for a bias, 2 m/s^2
+/// for Coulomb friction, 10 1/s for viscous friction. A leg carries a sixth of platform and load: 11 m/s^2 of
+/// the paper's.
 ///
 /// The prior spans loads of a few times the platform's own mass within the hinge circle; nothing is known
 /// about their place. The lag is the shortest at which the smooth twist's noise,
 /// (sigma_d / tick_s) sqrt(12 / (2 lag + 1)^3), is below a thirty-second of the velocity sensor's, from
-/// HEXLOAD_RINGING_TICKS to HEXLOAD_LAG_TICKS_MAX; the default sensors would need 85.
+/// HEXLOAD_TRANSIENT_TICKS to HEXLOAD_LAG_TICKS_MAX; the default sensors would need 85.
 void hexload_config_set_momentum(hexload_config_t* config);
 
 /// The load's mass is known: the paper's filter takes it as given, the momentum filter as its prior with a

@@ -26,7 +26,7 @@ void hexload_leg_sample_init(hexload_leg_gate_t* self);
 
 /// Checks a sample: finite and in range, every leg longer than nothing, later than the last, and no leg
 /// farther from there than its range of speed allows: a spike, which would mislead for as long as a window
-/// holds it. A source that starts its tick counter anew needs hexload_init().
+/// holds it. A source that starts its tick counter anew needs hexload_paper_init().
 /// @param[out] gap_ticks periods since the last accepted sample: 1 when none is missing, 0 for the first
 /// sample.
 /// @param[in,out] health sets LEG_OUT_OF_STROKE, SAMPLE_MISSING.

@@ -5,24 +5,24 @@
 ///     status = hexload_momentum_init(&estimator, &config);                     // once
 ///     status = hexload_momentum_tick(&estimator, &config, &sample, &estimate); // every sampling period
 ///
-/// As for hexload_t: all lasting memory is in the caller's struct, instances are independent.
+/// As for hexload_paper_t: all lasting memory is in the caller's struct, instances are independent.
 #ifndef HEXLOAD_MOMENTUM_H
 #define HEXLOAD_MOMENTUM_H
 
-#include "hexload/load_supervisor.h"
-#include "hexload/noise_meter.h"
+#include "hexload/momentum_supervisor.h"
+#include "hexload/noise_estimator.h"
 
 HEXLOAD_DECLS_BEGIN
 
 typedef struct hexload_momentum {
     hexload_leg_gate_t leg_gate;
     hexload_kinematics_t kinematics; ///< at the present tick
-    hexload_noise_meter_t noise_meter;
+    hexload_noise_estimator_t noise_estimator;
     hexload_load_monitor_t monitor;
     hexload_smoother_t smoother;
     hexload_kinematics_t past_kinematics; ///< lag_ticks ago, or more after a gap
     hexload_momentum_filter_t filter;
-    hexload_load_supervisor_t supervisor;
+    hexload_momentum_supervisor_t supervisor;
     hexload_health_t health;
     uint32_t change_tick; ///< of the first sample with the new load
     bool is_changing;     ///< the filter has not reached change_tick yet
@@ -30,15 +30,15 @@ typedef struct hexload_momentum {
 } hexload_momentum_t;
 
 /// Starts an estimator from nothing.
-/// @return as hexload_init().
+/// @return as hexload_paper_init().
 HEXLOAD_MUST_USE hexload_status_t hexload_momentum_init(hexload_momentum_t* self,
                                                         const hexload_config_t* config);
 
 /// One sampling period: leg sample -> motion -> is it still the same load? -> smooth twist of lag_ticks ago
 /// -> motion there -> filter -> verdict. The estimate is one for the present, as the load does not move. In
-/// the first lag_ticks + HEXLOAD_RINGING_TICKS, and after a restart of the filter, no change of the load is
+/// the first lag_ticks + HEXLOAD_TRANSIENT_TICKS, and after a restart of the filter, no change of the load is
 /// told.
-/// @return as hexload_tick().
+/// @return as hexload_paper_tick().
 HEXLOAD_MUST_USE hexload_status_t hexload_momentum_tick(hexload_momentum_t* self,
                                                         const hexload_config_t* config,
                                                         const hexload_leg_sample_t* sample,

@@ -27,7 +27,7 @@ enum hexload_paper_parameter {
     HEXLOAD_PAPER_DIM
 };
 
-/// Ticks of leg forces that the noise meter looks at.
+/// Ticks of leg forces that the noise estimator looks at.
 enum { HEXLOAD_FORCE_HISTORY = 3 };
 
 /// What the filter needs of the machine, from the configuration.

@@ -13,7 +13,7 @@
 /// then has speed zero, and its noise does not count as motion.
 ///
 /// A step of speed or a servo that rings is faster than that window. What the velocity sensors of the ticks
-/// around it, its own left out, show far beyond noise is added (ringing.h); until the window is full, that
+/// around it, its own left out, show far beyond noise is added (transient.h); until the window is full, that
 /// is all there is, and speeds stay as they are until they change as clearly.
 ///
 /// The sums run along in integers, so they cost the same for every lag and never drift.
@@ -32,10 +32,10 @@ HEXLOAD_DECLS_BEGIN
 #endif
 enum {
     HEXLOAD_MISSING_TICKS_MAX = 10,
-    HEXLOAD_RINGING_TICKS = 12, ///< on each side of a tick that tell what is too fast for the window
+    HEXLOAD_TRANSIENT_TICKS = 12, ///< on each side of a tick that tell what is too fast for the window
     HEXLOAD_SMOOTHER_ORDERS = 6,
     HEXLOAD_WINDOW_CAPACITY = 2 * HEXLOAD_LAG_TICKS_MAX + 1 + HEXLOAD_MISSING_TICKS_MAX,
-    HEXLOAD_DELAY_CAPACITY = HEXLOAD_LAG_TICKS_MAX + 1 + HEXLOAD_RINGING_TICKS + HEXLOAD_MISSING_TICKS_MAX,
+    HEXLOAD_DELAY_CAPACITY = HEXLOAD_LAG_TICKS_MAX + 1 + HEXLOAD_TRANSIENT_TICKS + HEXLOAD_MISSING_TICKS_MAX,
 };
 
 /// What the lag makes of the polynomials.
@@ -89,8 +89,8 @@ bool hexload_smoother_put(hexload_smoother_t* self, const hexload_config_t* conf
 /// Takes the sample of lag ticks back out, or of more while gaps are under way. At most one is taken for each
 /// that is put in.
 /// @param sensors their sigmas as they are, for what counts as noise.
-/// @return false when there is none: in the first lag + HEXLOAD_RINGING_TICKS ticks, and where one is missing
-/// or has a speed that is wrong once.
+/// @return false when there is none: in the first lag + HEXLOAD_TRANSIENT_TICKS ticks, and where one is
+/// missing or has a speed that is wrong once.
 bool hexload_smoother_take(hexload_smoother_t* self, const hexload_sensors_t* sensors,
                            hexload_smooth_sample_t* out);
 

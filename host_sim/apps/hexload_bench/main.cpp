@@ -1,5 +1,5 @@
-// hexload_bench SCENARIO.toml: wall time of the plant alone and of the closed loop with the firmware, on one thread
-// and without files. Prints one JSON object; `hexload bench` reads it.
+// hexload_bench SCENARIO.toml: wall time of the plant alone and of the closed loop with the firmware, on one
+// thread and without files. Prints one JSON object; `hexload bench` reads it.
 #include <hexload_sim/inproc_link.hpp>
 #include <hexload_sim/platform_file.hpp>
 #include <hexload_sim/scenario.hpp>

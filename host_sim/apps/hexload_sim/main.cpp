@@ -155,7 +155,7 @@ void print_summary(const sim::Scenario& scenario, const sim::PlatformFile& platf
     for (std::size_t i = 0; last && i < names.size(); ++i) {
         fmt::print("  {:<8} {:10.4f} +- {:.2g}\n", names[i], last->value[i], last->sigma[i]);
     }
-    for (const sim::HiddenParameter& hidden : link.hidden_parameters()) {
+    for (const sim::ConfoundedParameter& hidden : link.confounded_parameters()) {
         fmt::print("  {}: {}\n", hidden.name, hidden.reason);
     }
     if (last) {

@@ -31,7 +31,7 @@ template <typename Enum> std::map<std::string, Enum> by_name(std::initializer_li
 
 void declare_experiment(CLI::App& app, Options& options) {
     const auto estimators = by_name(
-        {sim::EstimatorKind::paper, sim::EstimatorKind::momentum, sim::EstimatorKind::momentum_machine});
+        {sim::EstimatorKind::paper, sim::EstimatorKind::momentum, sim::EstimatorKind::momentum_effects});
     const auto priors = by_name({sim::PaperPrior::safe, sim::PaperPrior::printed});
     app.add_option("scenario", options.scenario, "scenario file (TOML)")->required();
     app.add_option("--out", options.out, "run directory to write")->required();
@@ -42,7 +42,7 @@ void declare_experiment(CLI::App& app, Options& options) {
     app.add_option("--substeps", options.substeps, "RK4 steps per 1 ms tick")
         ->check(CLI::Range(std::int64_t{1}, sim::substeps_max));
     app.add_option("--estimator", options.estimator,
-                   "estimator: paper, momentum, momentum_machine (default: the platform file's)")
+                   "estimator: paper, momentum, momentum_effects (default: the platform file's)")
         ->transform(CLI::CheckedTransformer(estimators));
     app.add_option("--prior", options.prior, "start covariance of the paper's filter: safe or printed")
         ->transform(CLI::CheckedTransformer(priors));

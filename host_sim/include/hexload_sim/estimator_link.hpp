@@ -42,7 +42,7 @@ struct HealthCount {
 };
 
 // A load parameter that cannot be told from the machine's own effects.
-struct HiddenParameter {
+struct ConfoundedParameter {
     std::string_view name;
     std::string reason;
 };
@@ -130,7 +130,7 @@ class EstimatorLink {
     }
 
     // Parameters that have not converged because the machine hides them, after the last sample.
-    virtual std::vector<HiddenParameter> hidden_parameters() const {
+    virtual std::vector<ConfoundedParameter> confounded_parameters() const {
         return {};
     }
 

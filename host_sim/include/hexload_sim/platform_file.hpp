@@ -19,7 +19,7 @@ struct SensorSigma {
 
 enum class EstimatorKind {
     momentum,         // all ten parameters, any motion
-    momentum_machine, // and the force sensors' biases and the legs' friction
+    momentum_effects, // and the force sensors' biases and the legs' friction
     paper,            // the paper's filter: dz, Ixx, Iyy, Izz at known mass
 };
 

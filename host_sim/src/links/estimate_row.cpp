@@ -14,13 +14,13 @@ std::span<const std::string_view> parameter_names(EstimatorKind kind) {
         "Ixy",      "Ixz",      "Iyz",      "bias1",    "bias2",    "bias3",    "bias4",
         "bias5",    "bias6",    "coulomb1", "coulomb2", "coulomb3", "coulomb4", "coulomb5",
         "coulomb6", "viscous1", "viscous2", "viscous3", "viscous4", "viscous5", "viscous6"};
-    static_assert(all.size() == std::size_t{HEXLOAD_LOAD_DIM} + std::size_t{HEXLOAD_MACHINE_DIM});
+    static_assert(all.size() == std::size_t{HEXLOAD_LOAD_DIM} + std::size_t{HEXLOAD_EFFECTS_DIM});
     switch (kind) {
     case EstimatorKind::paper:
         return paper;
     case EstimatorKind::momentum:
         return std::span(all).first<HEXLOAD_LOAD_DIM>();
-    case EstimatorKind::momentum_machine:
+    case EstimatorKind::momentum_effects:
         break;
     }
     return all;
@@ -39,21 +39,21 @@ EstimateRow estimate_row(const hexload_estimate_t& estimate, double t_s, std::ui
     return row;
 }
 
-void add_machine(EstimateRow& row, const hexload_machine_answer_t& machine) {
+void add_machine(EstimateRow& row, const hexload_effects_estimate_t& machine) {
     std::copy(std::begin(machine.value), std::end(machine.value), row.value.begin() + HEXLOAD_LOAD_DIM);
     std::copy(std::begin(machine.sigma), std::end(machine.sigma), row.sigma.begin() + HEXLOAD_LOAD_DIM);
 }
 
-std::vector<HiddenParameter> hidden_parameters(const hexload_machine_answer_t& machine) {
+std::vector<ConfoundedParameter> confounded_parameters(const hexload_effects_estimate_t& machine) {
     const auto names = parameter_names(EstimatorKind::momentum);
-    std::vector<HiddenParameter> hidden;
+    std::vector<ConfoundedParameter> hidden;
     for (std::size_t k = 0; k < names.size(); k++) {
-        if ((machine.hidden_by_friction >> k & 1U) != 0) {
+        if ((machine.confounded_with_friction >> k & 1U) != 0) {
             hidden.push_back(
                 {names[k], fmt::format("friction and load cannot be separated: no leg faster than "
                                        "{:.2g} m/s of late, or not in enough directions",
                                        machine.fastest_leg_m_s)});
-        } else if ((machine.hidden_by_bias >> k & 1U) != 0) {
+        } else if ((machine.confounded_with_bias >> k & 1U) != 0) {
             hidden.push_back({names[k],
                               "the force sensors' bias and load cannot be separated: too little tilt "
                               "and acceleration of late"});

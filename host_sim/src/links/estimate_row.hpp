@@ -14,9 +14,9 @@ std::span<const std::string_view> parameter_names(EstimatorKind kind);
 EstimateRow estimate_row(const hexload_estimate_t& estimate, double t_s, std::uint32_t health_bits);
 
 // Puts the machine's effects behind the load's parameters.
-void add_machine(EstimateRow& row, const hexload_machine_answer_t& machine);
+void add_machine(EstimateRow& row, const hexload_effects_estimate_t& machine);
 
-std::vector<HiddenParameter> hidden_parameters(const hexload_machine_answer_t& machine);
+std::vector<ConfoundedParameter> confounded_parameters(const hexload_effects_estimate_t& machine);
 
 std::vector<HealthCount> named_health_counts(const std::uint32_t (&count)[HEXLOAD_HEALTH_BITS]);
 

@@ -69,10 +69,10 @@ hexload_config_t firmware_config(const PlatformFile& platform, const EstimatorSe
     const auto override_with = [](const std::optional<double>& value, hexload_real_t& field) {
         field = value ? real(*value) : field;
     };
-    override_with(settings.bias_sigma_n, config.machine.prior_bias_sigma_n);
-    override_with(settings.coulomb_sigma_n, config.machine.prior_coulomb_sigma_n);
-    override_with(settings.viscous_sigma_n_s_m, config.machine.prior_viscous_sigma_n_s_m);
-    override_with(settings.friction_speed_m_s, config.machine.friction_speed_m_s);
+    override_with(settings.bias_sigma_n, config.actuator_effects.prior_bias_sigma_n);
+    override_with(settings.coulomb_sigma_n, config.actuator_effects.prior_coulomb_sigma_n);
+    override_with(settings.viscous_sigma_n_s_m, config.actuator_effects.prior_viscous_sigma_n_s_m);
+    override_with(settings.friction_speed_m_s, config.actuator_effects.friction_speed_m_s);
     return config;
 }
 

@@ -11,40 +11,41 @@ namespace hexload::sim {
 namespace {
 
 // The firmware's estimators by one name each.
-hexload_status_t init(hexload_t& self, const hexload_config_t& config) {
-    return hexload_init(&self, &config);
+hexload_status_t init(hexload_paper_t& self, const hexload_config_t& config) {
+    return hexload_paper_init(&self, &config);
 }
 hexload_status_t init(hexload_momentum_t& self, const hexload_config_t& config) {
     return hexload_momentum_init(&self, &config);
 }
-hexload_status_t init(hexload_machine_t& self, const hexload_config_t& config) {
-    return hexload_machine_init(&self, &config);
+hexload_status_t init(hexload_momentum_effects_t& self, const hexload_config_t& config) {
+    return hexload_momentum_effects_init(&self, &config);
 }
-hexload_status_t tick(hexload_t& self, const hexload_config_t& config, const hexload_leg_sample_t& sample,
-                      hexload_estimate_t& estimate) {
-    return hexload_tick(&self, &config, &sample, &estimate);
+hexload_status_t tick(hexload_paper_t& self, const hexload_config_t& config,
+                      const hexload_leg_sample_t& sample, hexload_estimate_t& estimate) {
+    return hexload_paper_tick(&self, &config, &sample, &estimate);
 }
 hexload_status_t tick(hexload_momentum_t& self, const hexload_config_t& config,
                       const hexload_leg_sample_t& sample, hexload_estimate_t& estimate) {
     return hexload_momentum_tick(&self, &config, &sample, &estimate);
 }
-hexload_status_t tick(hexload_machine_t& self, const hexload_config_t& config,
+hexload_status_t tick(hexload_momentum_effects_t& self, const hexload_config_t& config,
                       const hexload_leg_sample_t& sample, hexload_estimate_t& estimate) {
-    return hexload_machine_tick(&self, &config, &sample, &estimate);
+    return hexload_momentum_effects_tick(&self, &config, &sample, &estimate);
 }
-const hexload_health_t& health_of(const hexload_t& self) {
+const hexload_health_t& health_of(const hexload_paper_t& self) {
     return self.health;
 }
 const hexload_health_t& health_of(const hexload_momentum_t& self) {
     return self.health;
 }
-const hexload_health_t& health_of(const hexload_machine_t& self) {
+const hexload_health_t& health_of(const hexload_momentum_effects_t& self) {
     return self.momentum.health;
 }
 
-hexload_machine_answer_t machine_of(const hexload_machine_t& self, const hexload_estimate_t& estimate) {
-    hexload_machine_answer_t machine{};
-    hexload_machine_read(&self, &estimate, &machine);
+hexload_effects_estimate_t machine_of(const hexload_momentum_effects_t& self,
+                                      const hexload_estimate_t& estimate) {
+    hexload_effects_estimate_t machine{};
+    hexload_momentum_effects_read(&self, &estimate, &machine);
     return machine;
 }
 
@@ -75,7 +76,7 @@ void add_tare_sigma(EstimateRow& row, const Vector10& tare_sigma, const hexload_
     add(HEXLOAD_PAPER_IZZ, tare_sigma[HEXLOAD_LOAD_IZZ]);
 }
 
-std::vector<double> covariance_of(const hexload_t&) {
+std::vector<double> covariance_of(const hexload_paper_t&) {
     return {};
 }
 
@@ -104,11 +105,11 @@ std::vector<double> covariance_of(const hexload_momentum_t& self) {
 
 // The rows of the machine's effects go on where a lower triangle by rows of the load's parameters and the
 // momentum ends.
-std::vector<double> covariance_of(const hexload_machine_t& self) {
+std::vector<double> covariance_of(const hexload_momentum_effects_t& self) {
     constexpr std::size_t load = HEXLOAD_LOAD_DIM;
     constexpr std::size_t states = HEXLOAD_MOMENTUM_STATES;
     const auto state_of = [](std::size_t k) { return k < load ? k : k - load + states; };
-    return symmetric(load + HEXLOAD_MACHINE_DIM, [&](std::size_t row, std::size_t column) {
+    return symmetric(load + HEXLOAD_EFFECTS_DIM, [&](std::size_t row, std::size_t column) {
         const std::size_t entry = triangle(state_of(row)) + state_of(column);
         return row < load ? self.momentum.filter.load_cov[row][column]
                           : self.filter.covariance[entry - triangle(states)];
@@ -143,7 +144,7 @@ template <class Estimator, EstimatorKind kind> class InprocLink final : public E
         if ((health_of(estimator_).bits >> HEXLOAD_HEALTH_LOAD_CHANGED & 1U) != 0) {
             load_changes_s_.push_back(sample.t_s);
         }
-        if constexpr (kind == EstimatorKind::momentum_machine) {
+        if constexpr (kind == EstimatorKind::momentum_effects) {
             add_machine(row_, machine_of(estimator_, estimate_));
         }
         if (tare_) {
@@ -172,9 +173,9 @@ template <class Estimator, EstimatorKind kind> class InprocLink final : public E
         return covariance_of(estimator_);
     }
 
-    std::vector<HiddenParameter> hidden_parameters() const override {
-        if constexpr (kind == EstimatorKind::momentum_machine) {
-            return sim::hidden_parameters(machine_of(estimator_, estimate_));
+    std::vector<ConfoundedParameter> confounded_parameters() const override {
+        if constexpr (kind == EstimatorKind::momentum_effects) {
+            return sim::confounded_parameters(machine_of(estimator_, estimate_));
         }
         return {};
     }
@@ -197,10 +198,11 @@ std::unique_ptr<EstimatorLink> make_inproc_link(const PlatformFile& platform,
     using Kind = EstimatorKind;
     switch (settings.kind) {
     case Kind::paper:
-        return std::make_unique<InprocLink<hexload_t, Kind::paper>>(platform, settings, sampling_s, tare);
-    case Kind::momentum_machine:
-        return std::make_unique<InprocLink<hexload_machine_t, Kind::momentum_machine>>(platform, settings,
-                                                                                       sampling_s, tare);
+        return std::make_unique<InprocLink<hexload_paper_t, Kind::paper>>(platform, settings, sampling_s,
+                                                                          tare);
+    case Kind::momentum_effects:
+        return std::make_unique<InprocLink<hexload_momentum_effects_t, Kind::momentum_effects>>(
+            platform, settings, sampling_s, tare);
     case Kind::momentum:
         break;
     }

@@ -72,7 +72,7 @@ LoadBody load_body(const EstimateRow& row, std::span<const double> covariance) {
     result.sigma[0] = static_cast<double>(body.mass_sigma_kg);
     copy_known(body.com_sigma_m, body.has_com, 1, result.sigma);
     copy_known(body.inertia_sigma_kg_m2, body.has_inertia, 4, result.sigma);
-    result.is_possible = body.is_possible;
+    result.is_consistent = body.is_consistent;
     const bool is_found = hexload_body_nearest(theta.data(), packed.data(), nearest.data(), &distance_sigmas);
     result.distance_sigmas =
         is_found ? static_cast<double>(distance_sigmas) : std::numeric_limits<double>::quiet_NaN();
@@ -97,7 +97,7 @@ void BodyFile::write(double t_s, const LoadBody& body) {
     fmt::format_to(std::back_inserter(line), "{:.9g}", t_s);
     append(line, body.value);
     append(line, body.sigma);
-    fmt::format_to(std::back_inserter(line), ",{:d}", body.is_possible ? 1 : 0);
+    fmt::format_to(std::back_inserter(line), ",{:d}", body.is_consistent ? 1 : 0);
     append(line, body.distance_sigmas);
     append(line, body.nearest);
     fmt::format_to(std::back_inserter(line), "\n");

@@ -15,7 +15,7 @@ struct LoadBody {
                                                                "Iyy", "Izz", "Ixy", "Ixz", "Iyz"};
     std::array<double, 10> value{};
     std::array<double, 10> sigma{};
-    bool is_possible = false;
+    bool is_consistent = false;
     double distance_sigmas = 0.0;     // to the nearest possible body; NaN: none was found
     std::array<double, 10> nearest{}; // as value; value itself when that is possible
 };

@@ -2,7 +2,7 @@
 
 #include <stdio.h>
 
-static hexload_t estimator; // all memory there is: no heap, no hidden statics
+static hexload_paper_t estimator; // all memory there is: no heap, no hidden statics
 
 int main(void) {
     hexload_config_t config;
@@ -13,7 +13,7 @@ int main(void) {
         printf("check %s\n", bad_field);
         return 1;
     }
-    if (hexload_init(&estimator, &config) != HEXLOAD_OK) {
+    if (hexload_paper_init(&estimator, &config) != HEXLOAD_OK) {
         return 1;
     }
     for (uint32_t tick = 0; tick < 100; tick++) { // your 1 ms task
@@ -22,7 +22,7 @@ int main(void) {
                                              .velocity_m_s = {0},
                                              .force_n = {1074, 1074, 1074, 1074, 1074, 1074}};
         hexload_estimate_t estimate;
-        if (hexload_tick(&estimator, &config, &sample, &estimate) == HEXLOAD_OK && tick == 99) {
+        if (hexload_paper_tick(&estimator, &config, &sample, &estimate) == HEXLOAD_OK && tick == 99) {
             printf("dz %.3f m, verdict %s\n", (double)estimate.value[HEXLOAD_PAPER_DZ],
                    hexload_verdict_name(estimate.verdict));
         }

@@ -22,7 +22,7 @@ typedef struct {
     float body[BODY_NUMBERS];
     uint32_t has_com;
     uint32_t has_inertia;
-    uint32_t is_possible;
+    uint32_t is_consistent;
     float nearest[HEXLOAD_LOAD_DIM];
     float distance_sigmas;
     uint32_t is_found;
@@ -51,7 +51,7 @@ static void answer_question(const question_t* question, answer_t* answer) {
     memcpy(answer->body, &body, sizeof answer->body);
     answer->has_com = body.has_com;
     answer->has_inertia = body.has_inertia;
-    answer->is_possible = body.is_possible;
+    answer->is_consistent = body.is_consistent;
 }
 
 int main(void) {

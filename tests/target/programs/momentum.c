@@ -1,7 +1,7 @@
 /// Replays a log inside the controller with the momentum estimator, or as the program `machine` with that
 /// which finds bias and friction too: arguments LOG OUT, files of the host in the format of
 /// tools/hexload_tools/target.py.
-#include "hexload/machine.h"
+#include "hexload/momentum_effects.h"
 
 #include "arguments.h"
 #include "instruction_counter.h"
@@ -31,15 +31,15 @@ typedef struct {
 } answer_t;
 
 #ifdef WITH_MACHINE
-typedef hexload_machine_t estimator_t;
+typedef hexload_momentum_effects_t estimator_t;
 
 static hexload_status_t init(estimator_t* self, const hexload_config_t* config) {
-    return hexload_machine_init(self, config);
+    return hexload_momentum_effects_init(self, config);
 }
 
 static hexload_status_t tick(estimator_t* self, const hexload_config_t* config,
                              const hexload_leg_sample_t* sample, hexload_estimate_t* estimate) {
-    return hexload_machine_tick(self, config, sample, estimate);
+    return hexload_momentum_effects_tick(self, config, sample, estimate);
 }
 
 static const hexload_health_t* health_of(const estimator_t* self) {

@@ -1,6 +1,7 @@
 /// Replays a log inside the controller: arguments LOG OUT, files of the host in the format of
 /// tools/hexload_tools/target.py. Every tick runs twice, stage by stage with marks in between on a copy, and
-/// as hexload_tick(); both must end in the same state, so the stages' instructions are those of the tick.
+/// as hexload_paper_tick(); both must end in the same state, so the stages' instructions are those of the
+/// tick.
 #include "hexload/hexload.h"
 
 #include "arguments.h"
@@ -44,9 +45,10 @@ static uint32_t count_nops(void) {
     return instruction_counter_since(mark);
 }
 
-/// hexload_tick() without its bookkeeping, with marks. After a refusal the later stages have no instructions.
-static void run_stages(hexload_t* self, const hexload_config_t* config, const hexload_leg_sample_t* sample,
-                       uint32_t instructions[STAGES]) {
+/// hexload_paper_tick() without its bookkeeping, with marks. After a refusal the later stages have no
+/// instructions.
+static void run_stages(hexload_paper_t* self, const hexload_config_t* config,
+                       const hexload_leg_sample_t* sample, uint32_t instructions[STAGES]) {
     uint32_t health = 0;
     uint32_t gap_ticks = 0;
     hexload_estimate_t estimate;
@@ -73,16 +75,16 @@ static void run_stages(hexload_t* self, const hexload_config_t* config, const he
                               &wrench, gap_ticks, &health);
     instructions[FILTER] = instruction_counter_since(mark);
     mark = instruction_counter_mark();
-    hexload_supervisor_judge(&self->supervisor, config, &self->paper_filter, &estimate, &health);
+    hexload_paper_supervisor_judge(&self->supervisor, config, &self->paper_filter, &estimate, &health);
     instructions[SUPERVISOR] = instruction_counter_since(mark);
 }
 
-static void run_tick(hexload_t* self, const hexload_config_t* config, const hexload_leg_sample_t* sample,
-                     answer_t* answer) {
+static void run_tick(hexload_paper_t* self, const hexload_config_t* config,
+                     const hexload_leg_sample_t* sample, answer_t* answer) {
     hexload_estimate_t estimate = {0};
     const uint32_t* stack = paint_stack();
     const uint32_t mark = instruction_counter_mark();
-    answer->status = hexload_tick(self, config, sample, &estimate);
+    answer->status = hexload_paper_tick(self, config, sample, &estimate);
     answer->tick_instructions = instruction_counter_since(mark);
     answer->tick_stack_bytes = used_stack_bytes(stack);
     answer->health = self->health.bits;
@@ -97,15 +99,16 @@ static void run_tick(hexload_t* self, const hexload_config_t* config, const hexl
 }
 
 static enum exit_status replay(int32_t log, int32_t out) {
-    static hexload_t estimator;
-    static hexload_t staged;
+    static hexload_paper_t estimator;
+    static hexload_paper_t staged;
     static hexload_config_t config;
     const header_t header = {.config_bytes = sizeof config,
                              .estimator_bytes = sizeof estimator,
                              .filter_bytes = sizeof estimator.paper_filter,
                              .nop_instructions = count_nops()};
     hexload_leg_sample_t sample;
-    if (!semihosting_read(log, &config, sizeof config) || hexload_init(&estimator, &config) != HEXLOAD_OK) {
+    if (!semihosting_read(log, &config, sizeof config) ||
+        hexload_paper_init(&estimator, &config) != HEXLOAD_OK) {
         return BAD_CONFIG;
     }
     if (!semihosting_write(out, &header, sizeof header)) {
@@ -116,7 +119,7 @@ static enum exit_status replay(int32_t log, int32_t out) {
         staged = estimator;
         run_stages(&staged, &config, &sample, answer.stage_instructions);
         run_tick(&estimator, &config, &sample, &answer);
-        if (memcmp(&staged, &estimator, offsetof(hexload_t, health)) != 0) {
+        if (memcmp(&staged, &estimator, offsetof(hexload_paper_t, health)) != 0) {
             return STAGES_DIFFER;
         }
         if (!semihosting_write(out, &answer, sizeof answer)) {

@@ -24,7 +24,7 @@ TEMPLATE = "campaign_report.html.jinja"
 UNITS = ("kg", "kg m", "kg m", "kg m", *(6 * ["kg m²"]))
 METHODS = {
     "momentum": "momentum filter",
-    "momentum_machine": "momentum filter with bias and friction",
+    "momentum_effects": "momentum filter with bias and friction",
     TARED: "momentum filter with tare",
     "paper": "paper's filter, told the mass",
     "ls_raw": "least squares, raw differences",

@@ -71,9 +71,9 @@ CLASSES: dict[str, CaseClass] = {
     "work_machines": CaseClass("work motion on machines of other geometry", "work", own_machine=True),
     "multisine_leg_mass": CaseClass("multisine, legs with mass, and a tare", "multisine", legs=True),
     "work_leg_mass": CaseClass("work motion, legs with mass, and a tare", "work", legs=True),
-    "multisine_machine_effects": CaseClass("multisine, biased force sensors and friction", "multisine", effects=True),
-    "paper_machine_effects": CaseClass("the paper's motion, biased force sensors and friction", "paper", effects=True),
-    "work_machine_effects": CaseClass("work motion, biased force sensors and friction", "work", effects=True),
+    "multisine_actuator_effects": CaseClass("multisine, biased force sensors and friction", "multisine", effects=True),
+    "paper_actuator_effects": CaseClass("the paper's motion, biased force sensors and friction", "paper", effects=True),
+    "work_actuator_effects": CaseClass("work motion, biased force sensors and friction", "work", effects=True),
 }
 DEFAULT_CLASSES = ("multisine", "paper", "paper_rest", "work")
 
@@ -128,7 +128,7 @@ class Setup:
     def filters(self) -> tuple[str, ...]:
         """The firmware's estimators of all ten parameters for this case; the first is the controller's."""
         if self.effects is not None:
-            return ("momentum_machine", "momentum")
+            return ("momentum_effects", "momentum")
         return ("momentum",) if self.tare_scenario is None else (TARED, "momentum")
 
     @property

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from scipy.signal import butter, sosfilt, sosfilt_zi, sosfiltfilt
 from scipy.spatial.transform import Rotation
 
-from hexload_tools.bound import Platform, Trajectory, gravity_regressor, leg_jacobian, momentum_regressor
+from hexload_tools.bound import Platform, Trajectory, gravity_regressor, leg_jacobian, hexload_momentum_regressor
 from hexload_tools.log_file import LegLog
 
 Array = NDArray[np.float64]
@@ -53,7 +53,7 @@ def regression(log: LegLog, platform: Platform, smoothing: Smoothing, speeds: Sp
 
 def leg_equations(platform: Platform, motion: Trajectory, dt_s: float) -> Array:
     """A, (n, 6, 10), of a motion with dt_s from row to row."""
-    rate = np.gradient(momentum_regressor(motion), dt_s, axis=0)
+    rate = np.gradient(hexload_momentum_regressor(motion), dt_s, axis=0)
     jacobian = leg_jacobian(platform, motion)
     wrench_map = np.swapaxes(jacobian, 1, 2).copy()
     wrench_map[:, 3:] += np.cross(motion.p_m[:, :, None], wrench_map[:, :3], axis=1)

@@ -1,7 +1,7 @@
-/// @file ringing.h
+/// @file transient.h
 /// What is too fast for the smoother of displacements, from the speed sensors around a tick. Internal.
-#ifndef HEXLOAD_RINGING_H
-#define HEXLOAD_RINGING_H
+#ifndef HEXLOAD_TRANSIENT_H
+#define HEXLOAD_TRANSIENT_H
 
 #include "hexload/smoother.h"
 
@@ -13,7 +13,7 @@
 /// the 24 is missing or odd nothing is added.
 /// @param place of the tick in the rings of `smoother`, which hold 12 ticks before and after it.
 /// @param[in,out] velocity_m_s of the legs. Reentrant, constant time.
-void ringing_follow(const hexload_smoother_t* smoother, uint32_t place, hexload_real_t sigma_m_s,
-                    hexload_real_t velocity_m_s[HEXLOAD_LEGS]);
+void hexload_transient_follow(const hexload_smoother_t* smoother, uint32_t place, hexload_real_t sigma_m_s,
+                              hexload_real_t velocity_m_s[HEXLOAD_LEGS]);
 
 #endif

@@ -1,6 +1,6 @@
-#include "hexload/machine.h"
+#include "hexload/momentum_effects.h"
 #include "leg_blocks.h"
-#include "machine_model.h"
+#include "actuator_effects_model.h"
 #include "momentum_model.h"
 #include "momentum_update.h"
 #include "motion.h"
@@ -11,7 +11,7 @@
 void setUp(void) {}
 void tearDown(void) {}
 
-enum { LOAD = HEXLOAD_LOAD_DIM, MU = LOAD, KNOWN = LOAD + 6, DIM = HEXLOAD_MACHINE_DIM, ALL = KNOWN + DIM };
+enum { LOAD = HEXLOAD_LOAD_DIM, MU = LOAD, KNOWN = LOAD + 6, DIM = HEXLOAD_EFFECTS_DIM, ALL = KNOWN + DIM };
 
 static const body_t eccentric = {312.0, {-0.09, 0.13, 0.27}, {17.0, 21.0, 12.0, 2.0, -1.0, 1.5}};
 static const body_t heavier = {431.0, {0.02, 0.05, 0.33}, {24.0, 23.0, 18.0, -1.0, 0.5, -0.5}};
@@ -48,9 +48,9 @@ static void add_effects(const effects_t* effects, hexload_leg_sample_t* sample) 
 /// An estimator at work.
 typedef struct bench {
     hexload_config_t config;
-    hexload_machine_t estimator;
+    hexload_momentum_effects_t estimator;
     hexload_estimate_t estimate;
-    hexload_machine_answer_t answer;
+    hexload_effects_estimate_t answer;
     motion_t motion;
     effects_t effects;
     uint64_t seed;
@@ -66,7 +66,7 @@ static void begin(bench_t* bench, hexload_config_t config, motion_t motion, cons
     bench->motion = motion;
     bench->effects = *effects;
     bench->seed = seed;
-    TEST_ASSERT_EQUAL_INT(HEXLOAD_OK, hexload_machine_init(&bench->estimator, &bench->config));
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_OK, hexload_momentum_effects_init(&bench->estimator, &bench->config));
 }
 
 static hexload_leg_sample_t next_sample(bench_t* bench, const body_t* load) {
@@ -81,19 +81,19 @@ static hexload_leg_sample_t next_sample(bench_t* bench, const body_t* load) {
 static void run(bench_t* bench, const body_t* load, uint32_t ticks) {
     for (uint32_t n = 0; n < ticks; n++) {
         const hexload_leg_sample_t sample = next_sample(bench, load);
-        TEST_ASSERT_EQUAL_INT(
-            HEXLOAD_OK, hexload_machine_tick(&bench->estimator, &bench->config, &sample, &bench->estimate));
+        TEST_ASSERT_EQUAL_INT(HEXLOAD_OK, hexload_momentum_effects_tick(&bench->estimator, &bench->config,
+                                                                        &sample, &bench->estimate));
         if ((bench->estimator.momentum.health.bits >> HEXLOAD_HEALTH_LOAD_CHANGED & 1u) != 0) {
             bench->alarms++;
             bench->last_alarm = bench->tick;
         }
         bench->tick++;
     }
-    hexload_machine_read(&bench->estimator, &bench->estimate, &bench->answer);
+    hexload_momentum_effects_read(&bench->estimator, &bench->estimate, &bench->answer);
 }
 
 /// Covariance of two states: theta, mu, effects.
-static double covariance_of(const hexload_machine_t* estimator, int i, int j) {
+static double covariance_of(const hexload_momentum_effects_t* estimator, int i, int j) {
     const int row = i > j ? i : j, column = i > j ? j : i;
     const hexload_momentum_filter_t* load = &estimator->momentum.filter;
     return row < LOAD      ? (double)load->load_cov[row][column]
@@ -134,7 +134,7 @@ static motion_t at_rest(void) {
 typedef struct step {
     hexload_config_t config;
     hexload_momentum_filter_t load;
-    hexload_machine_filter_t machine;
+    hexload_actuator_effects_t machine;
     hexload_smoother_t smoother;
     hexload_kinematics_t kinematics;
     hexload_motion_t motion;
@@ -147,7 +147,7 @@ static void begin_step(step_t* step) {
     TEST_ASSERT_EQUAL_INT(HEXLOAD_OK, hexload_kinematics_init(&step->kinematics, &step->config));
     hexload_smoother_init(&step->smoother, &step->config);
     hexload_momentum_filter_init(&step->load, &step->config);
-    hexload_machine_filter_init(&step->machine, &step->config);
+    hexload_actuator_effects_init(&step->machine, &step->config);
 }
 
 /// A sample whose smooth speed is off the measured one by left_m_s in some direction.
@@ -167,7 +167,7 @@ static void next_step(step_t* step, const motion_t* motion, const effects_t* eff
 }
 
 static void take_step(step_t* step) {
-    const bool is_done = hexload_machine_filter_step(
+    const bool is_done = hexload_actuator_effects_step(
         &step->machine, &step->load, &step->config, &step->config.sensors, &step->smoother.constants,
         &step->sample, &step->motion, &step->kinematics.jacobian);
     TEST_ASSERT_TRUE(is_done);
@@ -219,7 +219,7 @@ typedef struct dense {
 } dense_t;
 
 static void read_dense(const step_t* step, dense_t* dense) {
-    hexload_machine_t all;
+    hexload_momentum_effects_t all;
     all.momentum.filter = step->load;
     all.filter = step->machine;
     for (int i = 0; i < ALL; i++) {
@@ -262,8 +262,8 @@ static void dense_transition(const step_t* step, dense_t* dense, double A[6][DIM
     hexload_momentum_input_t input;
     hexload_real_t G[PULLED][LIFTED];
     const double dt_s = (double)step->config.tick_s;
-    momentum_read_input(&step->motion, step->sample.sample.force_n, &input);
-    momentum_pull(&step->load.last_input, &input, step->config.tick_s * step->config.gravity_m_s2, G);
+    hexload_momentum_read_input(&step->motion, step->sample.sample.force_n, &input);
+    hexload_momentum_pull(&step->load.last_input, &input, step->config.tick_s * step->config.gravity_m_s2, G);
     memset(F, 0, sizeof(double[ALL][ALL]));
     for (int i = 0; i < ALL; i++) {
         F[i][i] = 1.0;
@@ -317,7 +317,7 @@ static void dense_predict(const step_t* step, dense_t* dense) {
         const double c = (double)step->machine.effect[6 + leg];
         const double slope = 5e-3 * 5e-3 / pow(hypot(v, 5e-3), 3.0);
         const double sigma_n = (double)step->config.sensors.force_sigma_n;
-        const double square = c * c + (double)machine_covariance(&step->machine, 6 + leg, 6 + leg);
+        const double square = c * c + (double)effects_covariance(&step->machine, 6 + leg, 6 + leg);
         const double variance = sigma_n * sigma_n + (double)step->config.momentum.lag_ticks * speed_variance *
                                                         square * slope * slope;
         for (int a = 0; a < 6; a++) {
@@ -333,9 +333,9 @@ static void dense_update(const step_t* step, dense_t* dense, hexload_real_t Y[6]
                          hexload_real_t L[6][6]) {
     double body[LOAD], e[6], HP[6][ALL], K[6], momentum[6] = {0};
     hexload_real_t Y_measured[6][LOAD];
-    momentum_regressor(&step->motion, step->motion.twist, Y_measured);
+    hexload_momentum_regressor(&step->motion, step->motion.twist, Y_measured);
     for (int i = 0; i < ALL; i++) {
-        dense->P[i][i] *= i < LOAD || i >= KNOWN ? (double)MOMENTUM_COVER : 1.0;
+        dense->P[i][i] *= i < LOAD || i >= KNOWN ? (double)COVARIANCE_INFLATION : 1.0;
     }
     for (int k = 0; k < LOAD; k++) {
         body[k] = dense->x[k] + (double)step->load.platform[k];
@@ -418,8 +418,9 @@ static void test_step_is_that_of_a_dense_filter(void) {
     before.config.sensors.force_sigma_n = HEXLOAD_REAL(0.0);
     before.load.last_input = (hexload_momentum_input_t){0};
     memset(before.sample.sample.force_n, 0, sizeof before.sample.sample.force_n);
-    momentum_filter_update(&before.load, &before.config, &before.config.sensors, &before.smoother.constants,
-                           &before.sample, &before.motion, &before.kinematics.jacobian, &left);
+    hexload_momentum_filter_update(&before.load, &before.config, &before.config.sensors,
+                                   &before.smoother.constants, &before.sample, &before.motion,
+                                   &before.kinematics.jacobian, &left);
     dense_update(&before, &dense, left.Y, left.L);
     // THEN both know the same: states to a thousandth of a sigma, covariances to 1e-3 of sigma times sigma
     static dense_t found;
@@ -437,9 +438,9 @@ static void test_step_is_that_of_a_dense_filter(void) {
 static void test_effects_of_sigma_zero_are_none(void) {
     // GIVEN the same samples for an estimator without effects and for one whose effects have no sigma
     hexload_config_t config = paper_machine();
-    config.machine.prior_bias_sigma_n = HEXLOAD_REAL(0.0);
-    config.machine.prior_coulomb_sigma_n = HEXLOAD_REAL(0.0);
-    config.machine.prior_viscous_sigma_n_s_m = HEXLOAD_REAL(0.0);
+    config.actuator_effects.prior_bias_sigma_n = HEXLOAD_REAL(0.0);
+    config.actuator_effects.prior_coulomb_sigma_n = HEXLOAD_REAL(0.0);
+    config.actuator_effects.prior_viscous_sigma_n_s_m = HEXLOAD_REAL(0.0);
     static bench_t bench;
     static hexload_momentum_t plain;
     hexload_estimate_t estimate;
@@ -448,19 +449,19 @@ static void test_effects_of_sigma_zero_are_none(void) {
     for (uint32_t n = 0; n < 1000; n++) {
         const hexload_leg_sample_t sample = next_sample(&bench, &eccentric);
         TEST_ASSERT_EQUAL_INT(HEXLOAD_OK, hexload_momentum_tick(&plain, &config, &sample, &estimate));
-        TEST_ASSERT_EQUAL_INT(HEXLOAD_OK,
-                              hexload_machine_tick(&bench.estimator, &config, &sample, &bench.estimate));
+        TEST_ASSERT_EQUAL_INT(
+            HEXLOAD_OK, hexload_momentum_effects_tick(&bench.estimator, &config, &sample, &bench.estimate));
         bench.tick++;
     }
     // WHEN they have run THEN their estimates are the same to the bit, and the effects are zero
     TEST_ASSERT_EQUAL_MEMORY(estimate.value, bench.estimate.value, sizeof estimate.value);
     TEST_ASSERT_EQUAL_MEMORY(estimate.sigma, bench.estimate.sigma, sizeof estimate.sigma);
-    hexload_machine_read(&bench.estimator, &bench.estimate, &bench.answer);
+    hexload_momentum_effects_read(&bench.estimator, &bench.estimate, &bench.answer);
     for (int i = 0; i < DIM; i++) {
         TEST_ASSERT_TRUE(bench.answer.value[i] == HEXLOAD_REAL(0.0));
         TEST_ASSERT_TRUE(bench.answer.sigma[i] == HEXLOAD_REAL(0.0));
     }
-    TEST_ASSERT_EQUAL_UINT32(0, bench.answer.hidden_by_bias | bench.answer.hidden_by_friction);
+    TEST_ASSERT_EQUAL_UINT32(0, bench.answer.confounded_with_bias | bench.answer.confounded_with_friction);
 }
 
 static void test_errors_are_as_large_as_the_filter_says(void) {
@@ -479,7 +480,8 @@ static void test_errors_are_as_large_as_the_filter_says(void) {
         TEST_ASSERT_TRUE_MESSAGE(nees_of(&bench, body, LOAD) < 53.0, "NEES of a run");
         TEST_ASSERT_EQUAL_INT(HEXLOAD_VERDICT_CONVERGED, bench.estimate.verdict);
         TEST_ASSERT_EQUAL_UINT32(0, bench.alarms);
-        TEST_ASSERT_EQUAL_UINT32(0, bench.answer.hidden_by_bias | bench.answer.hidden_by_friction);
+        TEST_ASSERT_EQUAL_UINT32(0,
+                                 bench.answer.confounded_with_bias | bench.answer.confounded_with_friction);
         load += nees_of(&bench, body, LOAD);
         all += nees_of(&bench, body, LOAD + DIM);
     }
@@ -537,8 +539,8 @@ static void test_standstill_says_that_bias_and_load_are_one(void) {
     run(&bench, &eccentric, 2000);
     // THEN mass and the horizontal place of its centre are hidden by the biases, and that is said
     const uint32_t m_hx_hy = 1u << HEXLOAD_LOAD_M | 1u << HEXLOAD_LOAD_HX | 1u << HEXLOAD_LOAD_HY;
-    TEST_ASSERT_EQUAL_HEX32(m_hx_hy, bench.answer.hidden_by_bias);
-    TEST_ASSERT_EQUAL_HEX32(0, bench.answer.hidden_by_friction);
+    TEST_ASSERT_EQUAL_HEX32(m_hx_hy, bench.answer.confounded_with_bias);
+    TEST_ASSERT_EQUAL_HEX32(0, bench.answer.confounded_with_friction);
     TEST_ASSERT_EQUAL_INT(HEXLOAD_VERDICT_NOT_EXCITED, bench.estimate.parameter_verdict[HEXLOAD_LOAD_M]);
     TEST_ASSERT_EQUAL_INT(HEXLOAD_VERDICT_NOT_EXCITED, bench.estimate.verdict);
     TEST_ASSERT_TRUE(bench.estimator.momentum.health.bits >> HEXLOAD_HEALTH_NOT_EXCITED & 1u);
@@ -559,7 +561,7 @@ static void test_standstill_says_that_bias_and_load_are_one(void) {
     TEST_ASSERT_EQUAL_UINT32(0, bench.alarms);
 }
 
-static void test_separation_is_the_conditional_variance(void) {
+static void test_identifiability_is_the_conditional_variance(void) {
     // GIVEN the covariance of an estimator in the midst of its work
     const effects_t effects = random_effects(79);
     static bench_t bench;
@@ -573,12 +575,12 @@ static void test_separation_is_the_conditional_variance(void) {
         }
     }
     // WHEN a round of elimination is made of it
-    hexload_separation_t separation;
+    hexload_identifiability_t identifiability;
     const hexload_smooth_sample_t still = {.gap_ticks = 1};
-    hexload_separation_init(&separation);
+    hexload_identifiability_init(&identifiability);
     for (int n = 0; n <= DIM; n++) {
-        hexload_separation_step(&separation, &bench.config, &bench.estimator.momentum.filter,
-                                &bench.estimator.filter, &still);
+        hexload_identifiability_step(&identifiability, &bench.config, &bench.estimator.momentum.filter,
+                                     &bench.estimator.filter, &still);
     }
     // THEN what is left of the variances is what Gauss leaves in double precision
     for (int at = 0; at < DIM; at++) {
@@ -591,7 +593,7 @@ static void test_separation_is_the_conditional_variance(void) {
     }
     for (int k = 0; k < LOAD; k++) {
         const double before = (double)bench.estimator.momentum.filter.load_cov[k][k];
-        TEST_ASSERT_DOUBLE_WITHIN(1e-3 * before, P[DIM + k][DIM + k], (double)separation.variance[k]);
+        TEST_ASSERT_DOUBLE_WITHIN(1e-3 * before, P[DIM + k][DIM + k], (double)identifiability.variance[k]);
     }
 }
 
@@ -601,8 +603,8 @@ static void test_forgetting_the_load_keeps_the_machine(void) {
     static bench_t bench;
     begin(&bench, paper_machine(), random_motion(63, 0.05, 0.1), &effects, 11);
     run(&bench, &eccentric, 500);
-    hexload_machine_filter_t forgetful = bench.estimator.filter;
-    hexload_machine_filter_forget(&forgetful);
+    hexload_actuator_effects_t forgetful = bench.estimator.filter;
+    hexload_actuator_effects_forget(&forgetful);
     // THEN the effects and their covariance stay, and what they had in common with the load is gone
     for (int i = 0; i < DIM; i++) {
         TEST_ASSERT_TRUE(forgetful.effect[i] == bench.estimator.filter.effect[i]);
@@ -610,20 +612,20 @@ static void test_forgetting_the_load_keeps_the_machine(void) {
             TEST_ASSERT_TRUE(forgetful.covariance[EFFECT_ROW(i) + k] == HEXLOAD_REAL(0.0));
         }
         for (int j = 0; j < DIM; j++) {
-            TEST_ASSERT_TRUE(machine_covariance(&forgetful, i, j) ==
-                             machine_covariance(&bench.estimator.filter, i, j));
+            TEST_ASSERT_TRUE(effects_covariance(&forgetful, i, j) ==
+                             effects_covariance(&bench.estimator.filter, i, j));
         }
     }
     // AND a number that is not finite is noticed
-    TEST_ASSERT_TRUE(hexload_machine_filter_is_finite(&forgetful));
+    TEST_ASSERT_TRUE(hexload_actuator_effects_is_finite(&forgetful));
     forgetful.effect[17] = (hexload_real_t)NAN;
-    TEST_ASSERT_FALSE(hexload_machine_filter_is_finite(&forgetful));
+    TEST_ASSERT_FALSE(hexload_actuator_effects_is_finite(&forgetful));
 }
 
 static void test_refused_sample_changes_nothing_but_the_counter(void) {
     const effects_t effects = random_effects(80);
     static bench_t bench;
-    static hexload_machine_t before;
+    static hexload_momentum_effects_t before;
     begin(&bench, paper_machine(), random_motion(44, 0.05, 0.1), &effects, 9);
     run(&bench, &eccentric, 300);
     memcpy(&before, &bench.estimator, sizeof before);
@@ -631,8 +633,8 @@ static void test_refused_sample_changes_nothing_but_the_counter(void) {
     hexload_leg_sample_t broken[2] = {{.tick = 300}, {.tick = 299}};
     broken[0].force_n[3] = (hexload_real_t)NAN;
     for (int n = 0; n < 2; n++) {
-        TEST_ASSERT_NOT_EQUAL(
-            HEXLOAD_OK, hexload_machine_tick(&bench.estimator, &bench.config, &broken[n], &bench.estimate));
+        TEST_ASSERT_NOT_EQUAL(HEXLOAD_OK, hexload_momentum_effects_tick(&bench.estimator, &bench.config,
+                                                                        &broken[n], &bench.estimate));
     }
     TEST_ASSERT_EQUAL_UINT32(before.momentum.health.refused + 2, bench.estimator.momentum.health.refused);
     bench.estimator.momentum.health.refused = before.momentum.health.refused;
@@ -650,7 +652,7 @@ static void test_broken_covariance_begins_anew(void) {
     run(&bench, &eccentric, 1);
     // THEN load and effects begin anew, that is said, and they are found again
     TEST_ASSERT_TRUE(bench.estimator.momentum.health.bits >> HEXLOAD_HEALTH_FILTER_RESTARTED & 1u);
-    TEST_ASSERT_TRUE(bench.answer.sigma[7] == bench.config.machine.prior_coulomb_sigma_n);
+    TEST_ASSERT_TRUE(bench.answer.sigma[7] == bench.config.actuator_effects.prior_coulomb_sigma_n);
     run(&bench, &eccentric, 3000);
     TEST_ASSERT_TRUE(nees_of(&bench, &eccentric, LOAD) < 53.0);
 }
@@ -664,7 +666,7 @@ int main(void) {
     RUN_TEST(test_a_new_load_leaves_the_machine_known);
     RUN_TEST(test_a_mass_that_was_told_wrong_comes_out);
     RUN_TEST(test_standstill_says_that_bias_and_load_are_one);
-    RUN_TEST(test_separation_is_the_conditional_variance);
+    RUN_TEST(test_identifiability_is_the_conditional_variance);
     RUN_TEST(test_forgetting_the_load_keeps_the_machine);
     RUN_TEST(test_refused_sample_changes_nothing_but_the_counter);
     RUN_TEST(test_broken_covariance_begins_anew);

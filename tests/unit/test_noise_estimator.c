@@ -1,4 +1,4 @@
-#include "hexload/noise_meter.h"
+#include "hexload/noise_estimator.h"
 #include "motion.h"
 
 void setUp(void) {}
@@ -11,23 +11,23 @@ static hexload_sensors_t measured(double scale, uint32_t ticks, uint32_t shock_e
     const motion_t motion = random_motion(5, 0.05, 0.1);
     hexload_config_t config = paper_machine();
     hexload_config_t noisy = config;
-    hexload_noise_meter_t meter;
+    hexload_noise_estimator_t meter;
     hexload_sensors_t sensors;
     uint64_t seed = 11;
     noisy.sensors.displacement_sigma_m *= (hexload_real_t)scale;
     noisy.sensors.velocity_sigma_m_s *= (hexload_real_t)scale;
     noisy.sensors.force_sigma_n *= (hexload_real_t)scale;
-    hexload_noise_meter_init(&meter);
+    hexload_noise_estimator_init(&meter);
     for (uint32_t tick = 0; tick < ticks; tick++) {
         hexload_leg_sample_t sample = perfect_sample(&config, &load, &motion, 0.7982755, tick);
         add_noise(&noisy, &seed, &sample);
         if (shock_every > 0 && tick / shock_every % 2 == 1) {
             sample.force_n[2] += HEXLOAD_REAL(3000.0);
         }
-        hexload_noise_meter_step(&meter, &config, &sample, tick > 0);
+        hexload_noise_estimator_step(&meter, &config, &sample, tick > 0);
     }
     *health = 0;
-    hexload_noise_meter_read(&meter, &config.sensors, &sensors, health);
+    hexload_noise_estimator_read(&meter, &config.sensors, &sensors, health);
     return sensors;
 }
 

@@ -1,8 +1,8 @@
-#include "hexload/machine_filter.h"
+#include "hexload/actuator_effects.h"
 
 #include "chi_square.h"
 #include "linalg.h"
-#include "machine_model.h"
+#include "actuator_effects_model.h"
 #include "momentum_model.h"
 #include "momentum_update.h"
 
@@ -11,31 +11,31 @@
 enum {
     LOAD = HEXLOAD_LOAD_DIM,
     KNOWN = HEXLOAD_MOMENTUM_STATES, ///< states of the momentum filter: theta, mu
-    DIM = HEXLOAD_MACHINE_DIM,
-    COULOMB = HEXLOAD_MACHINE_COULOMB * HEXLOAD_LEGS,
-    VISCOUS = HEXLOAD_MACHINE_VISCOUS * HEXLOAD_LEGS,
+    DIM = HEXLOAD_EFFECTS_DIM,
+    COULOMB = HEXLOAD_EFFECT_COULOMB * HEXLOAD_LEGS,
+    VISCOUS = HEXLOAD_EFFECT_VISCOUS * HEXLOAD_LEGS,
 };
 
-/// How far back the smoother's residue counts.
-#define RESIDUE_S HEXLOAD_REAL(2.0)
+/// How far back the smoother's residual counts.
+#define RESIDUAL_S HEXLOAD_REAL(2.0)
 
 /// A platform at rest has told all it can by then.
 #define LONGEST_REST_S HEXLOAD_REAL(2.0)
 
-_Static_assert(DIM == (int)HEXLOAD_MACHINE_EFFECTS * HEXLOAD_LEGS, "each leg has each effect");
+_Static_assert(DIM == (int)HEXLOAD_EFFECT_KINDS * HEXLOAD_LEGS, "each leg has each effect");
 
-void hexload_machine_filter_init(hexload_machine_filter_t* self, const hexload_config_t* config) {
-    const hexload_machine_config_t* machine = &config->machine;
-    const hexload_real_t sigma[HEXLOAD_MACHINE_EFFECTS] = {
+void hexload_actuator_effects_init(hexload_actuator_effects_t* self, const hexload_config_t* config) {
+    const hexload_actuator_effects_config_t* machine = &config->actuator_effects;
+    const hexload_real_t sigma[HEXLOAD_EFFECT_KINDS] = {
         machine->prior_bias_sigma_n, machine->prior_coulomb_sigma_n, machine->prior_viscous_sigma_n_s_m};
-    *self = (hexload_machine_filter_t){.effect = {HEXLOAD_REAL(0.0)}};
+    *self = (hexload_actuator_effects_t){.effect = {HEXLOAD_REAL(0.0)}};
     for (int i = 0; i < DIM; i++) {
         self->covariance[EFFECT_ROW(i) + KNOWN + i] = sigma[i / HEXLOAD_LEGS] * sigma[i / HEXLOAD_LEGS];
     }
 }
 
 /// Speeds of so many ticks are in a smoother's speed that follows ringing.
-#define RINGING_WINDOW_TICKS (2u * HEXLOAD_RINGING_TICKS + 1u)
+#define TRANSIENT_WINDOW_TICKS (2u * HEXLOAD_TRANSIENT_TICKS + 1u)
 
 /// How the legs push and what their friction goes with, at one sample or on the mean over a period.
 typedef struct rub {
@@ -63,8 +63,8 @@ static void find_rub(const hexload_config_t* config, const hexload_sensors_t* se
     for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
         const hexload_real_t speed_m_s = sample->smooth_velocity_m_s[leg];
         square += speed_m_s * speed_m_s;
-        const machine_sign_t sign = machine_sign_of(speed_m_s, config->machine.friction_speed_m_s);
-        momentum_of_push(motion, leg, rub->push[leg]);
+        const friction_sign_t sign = friction_sign_of(speed_m_s, config->actuator_effects.friction_speed_m_s);
+        hexload_momentum_of_push(motion, leg, rub->push[leg]);
         rub->sign[leg] = sign.value;
         rub->slope_s_m[leg] = sign.slope_s_m;
         rub->speed_m_s[leg] = speed_m_s;
@@ -72,7 +72,7 @@ static void find_rub(const hexload_config_t* config, const hexload_sensors_t* se
     rub->is_at_rest = !(square > CHI_SQUARE_6_95 * speed_variance(smoother, sensors));
 }
 
-static void remember(hexload_machine_filter_t* self, rub_t* rub) {
+static void remember(hexload_actuator_effects_t* self, rub_t* rub) {
     memcpy(self->last_push, rub->push, sizeof self->last_push);
     memcpy(self->last_sign, rub->sign, sizeof self->last_sign);
     memcpy(self->last_speed_m_s, rub->speed_m_s, sizeof self->last_speed_m_s);
@@ -80,7 +80,7 @@ static void remember(hexload_machine_filter_t* self, rub_t* rub) {
 
 /// The impulse that the effects take: Jw [E, S, V] times minus the period, each on its mean over the period.
 /// The product of the means is off the mean of the products by a quarter of both changes' product.
-static void make_impulse(const hexload_machine_filter_t* self, const rub_t* now, hexload_real_t dt_s,
+static void make_impulse(const hexload_actuator_effects_t* self, const rub_t* now, hexload_real_t dt_s,
                          rub_t* impulse) {
     const hexload_real_t half = HEXLOAD_REAL(0.5);
     for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
@@ -118,15 +118,15 @@ static inline void add_impulse(const rub_t* impulse, const hexload_real_t x[DIM]
     add_push(impulse, force, out);
 }
 
-static void read_column(const hexload_machine_filter_t* self, int j, hexload_real_t column[DIM]) {
+static void read_column(const hexload_actuator_effects_t* self, int j, hexload_real_t column[DIM]) {
     for (int i = 0; i < DIM; i++) {
-        column[i] = machine_covariance(self, i, j);
+        column[i] = effects_covariance(self, i, j);
     }
 }
 
 /// mu+ = mu + A effect with A = Jw [E, S, V]. With C the mean of P_me before and after, P_mm grows by
 /// A C^T + C A^T.
-static void take_impulse(hexload_machine_filter_t* self, hexload_momentum_filter_t* load,
+static void take_impulse(hexload_actuator_effects_t* self, hexload_momentum_filter_t* load,
                          const rub_t* impulse) {
     hexload_real_t column[DIM];
     hexload_real_t mean[6][DIM];
@@ -162,13 +162,13 @@ static void take_impulse(hexload_machine_filter_t* self, hexload_momentum_filter
 }
 
 /// P_me for mu+ = mu + Gbar theta.
-static void pull_covariance(hexload_machine_filter_t* self, const hexload_momentum_filter_t* load,
+static void pull_covariance(hexload_actuator_effects_t* self, const hexload_momentum_filter_t* load,
                             const hexload_config_t* config, const hexload_motion_t* motion,
                             const hexload_smooth_sample_t* sample, hexload_real_t dt_s) {
     hexload_real_t G[PULLED][LIFTED];
     hexload_momentum_input_t input;
-    momentum_read_input(motion, sample->sample.force_n, &input);
-    momentum_pull(&load->last_input, &input, dt_s * config->gravity_m_s2, G);
+    hexload_momentum_read_input(motion, sample->sample.force_n, &input);
+    hexload_momentum_pull(&load->last_input, &input, dt_s * config->gravity_m_s2, G);
     for (int i = 0; i < DIM; i++) {
         hexload_real_t* row = &self->covariance[EFFECT_ROW(i)];
         for (int a = 0; a < PULLED; a++) {
@@ -180,8 +180,8 @@ static void pull_covariance(hexload_machine_filter_t* self, const hexload_moment
 }
 
 /// How much faster than the smoother the legs move.
-static void watch_residue(hexload_machine_filter_t* self, const hexload_config_t* config,
-                          const hexload_sensors_t* sensors, const hexload_smooth_sample_t* sample) {
+static void watch_residual(hexload_actuator_effects_t* self, const hexload_config_t* config,
+                           const hexload_sensors_t* sensors, const hexload_smooth_sample_t* sample) {
     const hexload_real_t sigma_m_s = sensors->velocity_sigma_m_s;
     hexload_real_t sum = HEXLOAD_REAL(0.0);
     for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
@@ -189,14 +189,14 @@ static void watch_residue(hexload_machine_filter_t* self, const hexload_config_t
         sum += left_m_s * left_m_s;
     }
     const hexload_real_t beyond = sum / (hexload_real_t)HEXLOAD_LEGS - sigma_m_s * sigma_m_s;
-    self->ticks += (hexload_real_t)self->ticks * config->tick_s < RESIDUE_S ? 1 : 0;
+    self->ticks += (hexload_real_t)self->ticks * config->tick_s < RESIDUAL_S ? 1 : 0;
     self->left_m2_s2 += (beyond - self->left_m2_s2) / (hexload_real_t)self->ticks;
 }
 
 /// Near speed zero the smooth speed's error turns the sign: its noise, and what is too quick for the
 /// smoother, such as the jerk when friction turns. Both last for about the lag; noise of this strength adds
 /// up to the same variance.
-static void add_sign_noise(const hexload_machine_filter_t* self, hexload_momentum_filter_t* load,
+static void add_sign_noise(const hexload_actuator_effects_t* self, hexload_momentum_filter_t* load,
                            const hexload_sensors_t* sensors, const hexload_smoother_constants_t* smoother,
                            rub_t* now, hexload_real_t dt_s) {
     hexload_real_t variance[HEXLOAD_LEGS];
@@ -205,22 +205,22 @@ static void add_sign_noise(const hexload_machine_filter_t* self, hexload_momentu
     for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
         const hexload_real_t coulomb_n = self->effect[COULOMB + leg];
         const hexload_real_t square =
-            coulomb_n * coulomb_n + machine_covariance(self, COULOMB + leg, COULOMB + leg);
+            coulomb_n * coulomb_n + effects_covariance(self, COULOMB + leg, COULOMB + leg);
         const hexload_real_t slope_s = dt_s * now->slope_s_m[leg];
         variance[leg] = (hexload_real_t)smoother->lag_ticks * error * square * slope_s * slope_s;
     }
-    momentum_add_noise(now->push, variance, load->momentum_cov);
+    hexload_momentum_add_noise(now->push, variance, load->momentum_cov);
 }
 
 /// As the momentum filter does for its parameters.
-static void cover_rounding(hexload_machine_filter_t* self) {
+static void inflate_covariance(hexload_actuator_effects_t* self) {
     for (int i = 0; i < DIM; i++) {
-        self->covariance[EFFECT_ROW(i) + KNOWN + i] *= MOMENTUM_COVER;
+        self->covariance[EFFECT_ROW(i) + KNOWN + i] *= COVARIANCE_INFLATION;
     }
 }
 
 /// Rows of the effects: what the momentum filter's update of theta and mu tells about them.
-static void correct(hexload_machine_filter_t* self, momentum_update_t* left) {
+static void correct(hexload_actuator_effects_t* self, momentum_update_t* left) {
     hexload_real_t(*L)[6] = left->L;
     const hexload_real_t* e = left->innovation;
     hexload_real_t u[DIM][6];
@@ -236,8 +236,8 @@ static void correct(hexload_machine_filter_t* self, momentum_update_t* left) {
             correction += u[i][a] * e[a];
         }
         self->effect[i] += correction;
-        take_off6(row, u[i], &left->U.load[0][0], LOAD, LOAD);
-        take_off6(&row[LOAD], u[i], &left->U.momentum[0][0], 6, 6);
+        downdate6(row, u[i], &left->U.load[0][0], LOAD, LOAD);
+        downdate6(&row[LOAD], u[i], &left->U.momentum[0][0], 6, 6);
         for (int j = 0; j <= i; j++) {
             row[KNOWN + j] -= dot6(u[i], u[j]);
         }
@@ -245,10 +245,10 @@ static void correct(hexload_machine_filter_t* self, momentum_update_t* left) {
 }
 
 /// P_me of a momentum that has just been set to Y theta.
-static void seed_covariance(hexload_machine_filter_t* self, const hexload_momentum_filter_t* load,
+static void seed_covariance(hexload_actuator_effects_t* self, const hexload_momentum_filter_t* load,
                             const hexload_motion_t* motion) {
     hexload_real_t Y[6][LOAD];
-    momentum_regressor(motion, load->smooth_twist, Y);
+    hexload_momentum_regressor(motion, load->smooth_twist, Y);
     for (int i = 0; i < DIM; i++) {
         hexload_real_t* row = &self->covariance[EFFECT_ROW(i)];
         for (int a = 0; a < 6; a++) {
@@ -257,11 +257,11 @@ static void seed_covariance(hexload_machine_filter_t* self, const hexload_moment
     }
 }
 
-bool hexload_machine_filter_step(hexload_machine_filter_t* self, hexload_momentum_filter_t* load,
-                                 const hexload_config_t* config, const hexload_sensors_t* sensors,
-                                 const hexload_smoother_constants_t* smoother,
-                                 const hexload_smooth_sample_t* sample, const hexload_motion_t* motion,
-                                 const hexload_leg_blocks_t* jacobian) {
+bool hexload_actuator_effects_step(hexload_actuator_effects_t* self, hexload_momentum_filter_t* load,
+                                   const hexload_config_t* config, const hexload_sensors_t* sensors,
+                                   const hexload_smoother_constants_t* smoother,
+                                   const hexload_smooth_sample_t* sample, const hexload_motion_t* motion,
+                                   const hexload_leg_blocks_t* jacobian) {
     const hexload_real_t dt_s = config->tick_s * (hexload_real_t)sample->gap_ticks;
     momentum_update_t left;
     rub_t now = {.is_at_rest = false};
@@ -270,69 +270,70 @@ bool hexload_machine_filter_step(hexload_machine_filter_t* self, hexload_momentu
     if (now.is_at_rest) {
         self->rest_ticks++;
     } else { // one tick of noise that is followed is seen by its neighbours
-        self->rest_ticks -= self->rest_ticks < RINGING_WINDOW_TICKS ? self->rest_ticks : RINGING_WINDOW_TICKS;
+        self->rest_ticks -=
+            self->rest_ticks < TRANSIENT_WINDOW_TICKS ? self->rest_ticks : TRANSIENT_WINDOW_TICKS;
     }
     if ((hexload_real_t)self->rest_ticks * config->tick_s > LONGEST_REST_S) {
         self->rest_ticks--; // so that it does not wrap
         return false;
     }
-    watch_residue(self, config, sensors, sample);
+    watch_residual(self, config, sensors, sample);
     if (sample->gap_ticks == 0) {
-        momentum_filter_update(load, config, sensors, smoother, sample, motion, jacobian, &left);
+        hexload_momentum_filter_update(load, config, sensors, smoother, sample, motion, jacobian, &left);
         seed_covariance(self, load, motion);
     } else {
         make_impulse(self, &now, dt_s, &impulse);
         take_impulse(self, load, &impulse);
         pull_covariance(self, load, config, motion, sample, dt_s);
         add_sign_noise(self, load, sensors, smoother, &now, dt_s);
-        cover_rounding(self);
-        momentum_filter_update(load, config, sensors, smoother, sample, motion, jacobian, &left);
+        inflate_covariance(self);
+        hexload_momentum_filter_update(load, config, sensors, smoother, sample, motion, jacobian, &left);
         correct(self, &left);
     }
     remember(self, &now);
     return true;
 }
 
-void hexload_machine_filter_forget(hexload_machine_filter_t* self) {
+void hexload_actuator_effects_forget(hexload_actuator_effects_t* self) {
     for (int i = 0; i < DIM; i++) {
         memset(&self->covariance[EFFECT_ROW(i)], 0, KNOWN * sizeof self->covariance[0]);
     }
 }
 
-bool hexload_machine_filter_is_finite(const hexload_machine_filter_t* self) {
+bool hexload_actuator_effects_is_finite(const hexload_actuator_effects_t* self) {
     hexload_real_t sum = HEXLOAD_REAL(0.0); // a variance below zero becomes NaN here
     for (int i = 0; i < DIM; i++) {
-        sum += self->effect[i] + hexload_sqrt(machine_covariance(self, i, i));
+        sum += self->effect[i] + hexload_sqrt(effects_covariance(self, i, i));
     }
     return isfinite(sum);
 }
 
-void hexload_machine_filter_read(const hexload_machine_filter_t* self, hexload_real_t value[DIM],
-                                 hexload_real_t sigma[DIM]) {
+void hexload_actuator_effects_read(const hexload_actuator_effects_t* self, hexload_real_t value[DIM],
+                                   hexload_real_t sigma[DIM]) {
     for (int i = 0; i < DIM; i++) {
         value[i] = self->effect[i];
-        sigma[i] = hexload_sqrt(machine_covariance(self, i, i));
+        sigma[i] = hexload_sqrt(effects_covariance(self, i, i));
     }
 }
 
-void hexload_machine_filter_clean(const hexload_machine_filter_t* self, const hexload_config_t* config,
-                                  hexload_real_t memory_s, hexload_leg_sample_t* sample,
-                                  hexload_sensors_t* sensors) {
+void hexload_actuator_effects_clean(const hexload_actuator_effects_t* self, const hexload_config_t* config,
+                                    hexload_real_t memory_s, hexload_leg_sample_t* sample,
+                                    hexload_sensors_t* sensors) {
     const hexload_real_t memory_ticks = memory_s / config->tick_s;
     hexload_real_t most = HEXLOAD_REAL(0.0);
     for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
         const hexload_real_t speed_m_s = sample->velocity_m_s[leg];
-        const machine_sign_t sign = machine_sign_of(speed_m_s, config->machine.friction_speed_m_s);
-        const hexload_real_t weight[HEXLOAD_MACHINE_EFFECTS] = {HEXLOAD_REAL(1.0), sign.value, speed_m_s};
+        const friction_sign_t sign = friction_sign_of(speed_m_s, config->actuator_effects.friction_speed_m_s);
+        const hexload_real_t weight[HEXLOAD_EFFECT_KINDS] = {HEXLOAD_REAL(1.0), sign.value, speed_m_s};
         const hexload_real_t slope_n_s_m =
             self->effect[COULOMB + leg] * sign.slope_s_m + self->effect[VISCOUS + leg];
         const hexload_real_t turning_n = slope_n_s_m * sensors->velocity_sigma_m_s;
         hexload_real_t lasting = HEXLOAD_REAL(0.0);
-        for (int i = 0; i < HEXLOAD_MACHINE_EFFECTS; i++) {
+        for (int i = 0; i < HEXLOAD_EFFECT_KINDS; i++) {
             sample->force_n[leg] -= weight[i] * self->effect[i * HEXLOAD_LEGS + leg];
-            for (int j = 0; j < HEXLOAD_MACHINE_EFFECTS; j++) {
+            for (int j = 0; j < HEXLOAD_EFFECT_KINDS; j++) {
                 lasting += weight[i] * weight[j] *
-                           machine_covariance(self, i * HEXLOAD_LEGS + leg, j * HEXLOAD_LEGS + leg);
+                           effects_covariance(self, i * HEXLOAD_LEGS + leg, j * HEXLOAD_LEGS + leg);
             }
         }
         most = hexload_max(most, turning_n * turning_n + memory_ticks * lasting);

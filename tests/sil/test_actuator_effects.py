@@ -22,7 +22,7 @@ from hexload_tools.toml_document import read_toml, to_toml
 SIMULATOR = Path(os.environ["HEXLOAD_BUILD_DIR"]) / "host_sim" / "hexload_sim"
 SCENARIOS = Path(os.environ["HEXLOAD_SOURCE_DIR"]) / "host_sim" / "scenarios"
 PLATFORM = SCENARIOS / "platforms" / "paper.toml"
-CASES = [Case("multisine_machine_effects", seed, 10.0) for seed in range(301, 325)]
+CASES = [Case("multisine_actuator_effects", seed, 10.0) for seed in range(301, 325)]
 HEAVY_KG = 200.0
 BIAS_N = np.array([40.0, -25.0, 60.0, -70.0, 15.0, 30.0])
 CHANNELS = ("t_s", "displacement_m", "velocity_m_s", "force_n")
@@ -54,7 +54,7 @@ def rubbing(folder: Path, text: str, bias_n: np.ndarray) -> tuple[Path, np.ndarr
     scenario, friction = folder / "scenario.toml", read_toml(FRICTION)["hydraulics"]
     more = to_toml({"hydraulics": friction, "sensors": {"force_bias_n": bias_n.tolist()}})
     scenario.write_text(text.replace("platforms/paper.toml", str(PLATFORM)) + more)
-    command = [SIMULATOR, scenario, "--out", folder / "run", "--estimator", "momentum_machine", "--quiet"]
+    command = [SIMULATOR, scenario, "--out", folder / "run", "--estimator", "momentum_effects", "--quiet"]
     finished = subprocess.run(command, capture_output=True, text=True)
     assert finished.returncode == 0, finished.stderr
     rub = [np.full(6, friction[key]) for key in ("coulomb_friction_n", "viscous_friction_n_s_m")]
@@ -62,7 +62,7 @@ def rubbing(folder: Path, text: str, bias_n: np.ndarray) -> tuple[Path, np.ndarr
 
 
 def replayed(
-    directory: Path, effects: np.ndarray, estimator: str = "momentum_machine", keys: str = "", from_tick: int = 0
+    directory: Path, effects: np.ndarray, estimator: str = "momentum_effects", keys: str = "", from_tick: int = 0
 ) -> Run:
     """The estimator in the module over the run's log, of which the load's mass is not told. `keys`: of [estimator]."""
     text = PLATFORM.read_text().replace("[load]\nknown_mass_kg = 500.0\n", "")

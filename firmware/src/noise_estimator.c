@@ -1,4 +1,4 @@
-#include "hexload/noise_meter.h"
+#include "hexload/noise_estimator.h"
 
 #include <stdbool.h>
 #include <string.h>
@@ -20,12 +20,12 @@ enum { FEWEST_TICKS = 100 };
 
 enum { DISPLACEMENT, VELOCITY, FORCE };
 
-void hexload_noise_meter_init(hexload_noise_meter_t* self) {
-    *self = (hexload_noise_meter_t){.ratio = {HEXLOAD_REAL(1.0), HEXLOAD_REAL(1.0), HEXLOAD_REAL(1.0)}};
+void hexload_noise_estimator_init(hexload_noise_estimator_t* self) {
+    *self = (hexload_noise_estimator_t){.ratio = {HEXLOAD_REAL(1.0), HEXLOAD_REAL(1.0), HEXLOAD_REAL(1.0)}};
 }
 
 /// Mean square over the legs of the third difference, in stated variances.
-static hexload_real_t mean_square(const hexload_noise_meter_t* self, uint32_t kind,
+static hexload_real_t mean_square(const hexload_noise_estimator_t* self, uint32_t kind,
                                   const hexload_real_t now[HEXLOAD_LEGS], hexload_real_t sigma) {
     const uint32_t oldest = self->oldest;
     const hexload_real_t* third = self->last[kind][oldest];
@@ -42,7 +42,7 @@ static hexload_real_t mean_square(const hexload_noise_meter_t* self, uint32_t ki
     return sum / (hexload_real_t)HEXLOAD_LEGS;
 }
 
-static void measure(hexload_noise_meter_t* self, const hexload_config_t* config,
+static void measure(hexload_noise_estimator_t* self, const hexload_config_t* config,
                     const hexload_real_t* const now[HEXLOAD_NOISE_KINDS]) {
     const hexload_sensors_t* stated = &config->sensors;
     const hexload_real_t sigma[HEXLOAD_NOISE_KINDS] = {stated->displacement_sigma_m,
@@ -56,8 +56,8 @@ static void measure(hexload_noise_meter_t* self, const hexload_config_t* config,
     self->turn = kind == FORCE ? DISPLACEMENT : kind + 1;
 }
 
-void hexload_noise_meter_step(hexload_noise_meter_t* self, const hexload_config_t* config,
-                              const hexload_leg_sample_t* sample, uint32_t gap_ticks) {
+void hexload_noise_estimator_step(hexload_noise_estimator_t* self, const hexload_config_t* config,
+                                  const hexload_leg_sample_t* sample, uint32_t gap_ticks) {
     const hexload_real_t* const now[HEXLOAD_NOISE_KINDS] = {sample->displacement_m, sample->velocity_m_s,
                                                             sample->force_n};
     if (gap_ticks != 1) {
@@ -74,8 +74,8 @@ void hexload_noise_meter_step(hexload_noise_meter_t* self, const hexload_config_
     self->oldest = self->oldest == HEXLOAD_NOISE_HISTORY - 1 ? 0 : self->oldest + 1;
 }
 
-static hexload_real_t believed(const hexload_noise_meter_t* self, hexload_real_t sigma, hexload_real_t ratio,
-                               uint32_t* health) {
+static hexload_real_t believed(const hexload_noise_estimator_t* self, hexload_real_t sigma,
+                               hexload_real_t ratio, uint32_t* health) {
     const bool is_near = ratio <= BELIEVED_RATIO && ratio * BELIEVED_RATIO >= HEXLOAD_REAL(1.0);
     if (self->ticks < FEWEST_TICKS || is_near) {
         return sigma;
@@ -84,8 +84,8 @@ static hexload_real_t believed(const hexload_noise_meter_t* self, hexload_real_t
     return sigma * hexload_sqrt(hexload_min(hexload_max(ratio, LEAST_RATIO), MOST_RATIO));
 }
 
-void hexload_noise_meter_read(const hexload_noise_meter_t* self, const hexload_sensors_t* stated,
-                              hexload_sensors_t* sensors, uint32_t* health) {
+void hexload_noise_estimator_read(const hexload_noise_estimator_t* self, const hexload_sensors_t* stated,
+                                  hexload_sensors_t* sensors, uint32_t* health) {
     *sensors = *stated;
     sensors->displacement_sigma_m =
         believed(self, stated->displacement_sigma_m, self->ratio[DISPLACEMENT], health);

@@ -1,25 +1,25 @@
-#include "hexload/separation.h"
+#include "hexload/identifiability.h"
 
 #include "linalg.h"
-#include "machine_model.h"
+#include "actuator_effects_model.h"
 #include "momentum_model.h"
 
 #include <string.h>
 
-enum { LOAD = HEXLOAD_LOAD_DIM, DIM = HEXLOAD_MACHINE_DIM };
+enum { LOAD = HEXLOAD_LOAD_DIM, DIM = HEXLOAD_EFFECTS_DIM };
 
 /// Variance over conditional variance, and prior over conditional, from which a parameter counts as hidden.
-#define HIDDEN_RATIO HEXLOAD_REAL(4.0)
+#define CONFOUNDED_RATIO HEXLOAD_REAL(4.0)
 
 /// Share of an effect's variance below which the rest, after an elimination, is rounding.
 #define ROUNDING_SHARE (HEXLOAD_REAL(64.0) * (hexload_real_t)HEXLOAD_REAL_EPSILON)
 
-void hexload_separation_init(hexload_separation_t* self) {
-    *self = (hexload_separation_t){.next = DIM};
+void hexload_identifiability_init(hexload_identifiability_t* self) {
+    *self = (hexload_identifiability_t){.next = DIM};
 }
 
-static void copy_covariance(hexload_separation_t* self, const hexload_momentum_filter_t* load,
-                            const hexload_machine_filter_t* machine) {
+static void copy_covariance(hexload_identifiability_t* self, const hexload_momentum_filter_t* load,
+                            const hexload_actuator_effects_t* machine) {
     for (int i = 0; i < DIM; i++) {
         const hexload_real_t* row = &machine->covariance[EFFECT_ROW(i)];
         memcpy(&self->effects[ROW(i)], &row[HEXLOAD_MOMENTUM_STATES],
@@ -36,7 +36,7 @@ static void copy_covariance(hexload_separation_t* self, const hexload_momentum_f
 }
 
 /// Of effect `at`; those before it are gone.
-static void eliminate(hexload_separation_t* self, uint32_t at) {
+static void eliminate(hexload_identifiability_t* self, uint32_t at) {
     const hexload_real_t pivot = self->effects[ROW(at) + at];
     if (!(pivot > self->least_pivot[at])) {
         return;
@@ -65,14 +65,14 @@ static hexload_real_t prior_sigma(const hexload_momentum_config_t* momentum, int
 }
 
 /// Who hides a parameter: the effects whose elimination has lowered its variance by the larger factor.
-static void conclude(hexload_separation_t* self, const hexload_momentum_config_t* momentum) {
+static void conclude(hexload_identifiability_t* self, const hexload_momentum_config_t* momentum) {
     self->bias_mask = 0;
     self->friction_mask = 0;
     for (int k = 0; k < LOAD; k++) {
         const hexload_real_t sigma = prior_sigma(momentum, k);
         const hexload_real_t alone = hexload_max(self->variance[k], HEXLOAD_REAL(0.0));
         const uint32_t bit = (uint32_t)1 << k;
-        if (self->before[k] > HIDDEN_RATIO * alone && sigma * sigma > HIDDEN_RATIO * alone) {
+        if (self->before[k] > CONFOUNDED_RATIO * alone && sigma * sigma > CONFOUNDED_RATIO * alone) {
             const bool is_bias = self->before[k] * alone > self->given_bias[k] * self->given_bias[k];
             self->bias_mask |= is_bias ? bit : 0;
             self->friction_mask |= is_bias ? 0 : bit;
@@ -80,9 +80,10 @@ static void conclude(hexload_separation_t* self, const hexload_momentum_config_t
     }
 }
 
-void hexload_separation_step(hexload_separation_t* self, const hexload_config_t* config,
-                             const hexload_momentum_filter_t* load, const hexload_machine_filter_t* machine,
-                             const hexload_smooth_sample_t* sample) {
+void hexload_identifiability_step(hexload_identifiability_t* self, const hexload_config_t* config,
+                                  const hexload_momentum_filter_t* load,
+                                  const hexload_actuator_effects_t* machine,
+                                  const hexload_smooth_sample_t* sample) {
     const hexload_real_t fade = config->tick_s / config->momentum.excitation_time_constant_s;
     self->fastest_leg_m_s -= fade * self->fastest_leg_m_s;
     for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
@@ -96,18 +97,18 @@ void hexload_separation_step(hexload_separation_t* self, const hexload_config_t*
     }
     eliminate(self, self->next);
     self->next++;
-    if (self->next == HEXLOAD_MACHINE_COULOMB * HEXLOAD_LEGS) {
+    if (self->next == HEXLOAD_EFFECT_COULOMB * HEXLOAD_LEGS) {
         memcpy(self->given_bias, self->variance, sizeof self->given_bias);
     } else if (self->next == DIM) {
         conclude(self, &config->momentum);
     }
 }
 
-void hexload_separation_judge(const hexload_separation_t* self, hexload_estimate_t* estimate,
-                              uint32_t* health) {
+void hexload_identifiability_judge(const hexload_identifiability_t* self, hexload_estimate_t* estimate,
+                                   uint32_t* health) {
     for (int k = 0; k < LOAD; k++) {
-        const bool is_hidden = ((self->bias_mask | self->friction_mask) >> k & 1u) != 0;
-        if (!is_hidden || estimate->parameter_verdict[k] != HEXLOAD_VERDICT_CONVERGING) {
+        const bool is_confounded = ((self->bias_mask | self->friction_mask) >> k & 1u) != 0;
+        if (!is_confounded || estimate->parameter_verdict[k] != HEXLOAD_VERDICT_CONVERGING) {
             continue;
         }
         estimate->parameter_verdict[k] = HEXLOAD_VERDICT_NOT_EXCITED;

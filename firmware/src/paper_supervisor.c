@@ -1,8 +1,8 @@
-#include "hexload/supervisor.h"
+#include "hexload/paper_supervisor.h"
 
 #include <stdbool.h>
 
-void hexload_supervisor_init(hexload_supervisor_t* self) {
+void hexload_paper_supervisor_init(hexload_paper_supervisor_t* self) {
     self->nis_mean = HEXLOAD_REAL(3.0);
 }
 
@@ -13,7 +13,7 @@ static hexload_real_t prior_sigma(const hexload_paper_config_t* paper, int param
 }
 
 /// No principal inertia of a body exceeds the sum of the others; three sigma are granted.
-static bool is_inertia_possible(const hexload_estimate_t* estimate, int parameter) {
+static bool is_inertia_consistent(const hexload_estimate_t* estimate, int parameter) {
     const hexload_real_t* I = estimate->value;
     const hexload_real_t sum =
         I[HEXLOAD_PAPER_IXX] + I[HEXLOAD_PAPER_IYY] + I[HEXLOAD_PAPER_IZZ] - HEXLOAD_REAL(2.0) * I[parameter];
@@ -22,12 +22,12 @@ static bool is_inertia_possible(const hexload_estimate_t* estimate, int paramete
     return sum + HEXLOAD_REAL(3.0) * spread > HEXLOAD_REAL(0.0);
 }
 
-static hexload_verdict_t judge_parameter(const hexload_supervisor_t* self,
+static hexload_verdict_t judge_parameter(const hexload_paper_supervisor_t* self,
                                          const hexload_paper_config_t* paper,
                                          const hexload_estimate_t* estimate, int parameter) {
     const hexload_real_t sigma = estimate->sigma[parameter];
     if (self->nis_mean > paper->inconsistent_nis ||
-        (parameter != HEXLOAD_PAPER_DZ && !is_inertia_possible(estimate, parameter))) {
+        (parameter != HEXLOAD_PAPER_DZ && !is_inertia_consistent(estimate, parameter))) {
         return HEXLOAD_VERDICT_INCONSISTENT;
     }
     const hexload_real_t prior = prior_sigma(paper, parameter);
@@ -38,9 +38,9 @@ static hexload_verdict_t judge_parameter(const hexload_supervisor_t* self,
     return sigma <= HEXLOAD_REAL(0.5) * prior ? HEXLOAD_VERDICT_CONVERGING : HEXLOAD_VERDICT_NOT_EXCITED;
 }
 
-void hexload_supervisor_judge(hexload_supervisor_t* self, const hexload_config_t* config,
-                              const hexload_paper_filter_t* filter, hexload_estimate_t* estimate,
-                              uint32_t* health) {
+void hexload_paper_supervisor_judge(hexload_paper_supervisor_t* self, const hexload_config_t* config,
+                                    const hexload_paper_filter_t* filter, hexload_estimate_t* estimate,
+                                    uint32_t* health) {
     const hexload_paper_config_t* paper = &config->paper;
     for (int k = HEXLOAD_PAPER_DIM; k < HEXLOAD_PARAMETERS_MAX; k++) {
         estimate->value[k] = HEXLOAD_REAL(0.0);

@@ -1,4 +1,4 @@
-#include "hexload/load_supervisor.h"
+#include "hexload/momentum_supervisor.h"
 
 #include "chi_square.h"
 #include "linalg.h"
@@ -7,11 +7,11 @@
 
 enum { DIM = HEXLOAD_LOAD_DIM };
 
-void hexload_load_supervisor_init(hexload_load_supervisor_t* self) {
-    *self = (hexload_load_supervisor_t){.nis_mean = CHI_SQUARE_6_MEAN};
+void hexload_momentum_supervisor_init(hexload_momentum_supervisor_t* self) {
+    *self = (hexload_momentum_supervisor_t){.nis_mean = CHI_SQUARE_6_MEAN};
 }
 
-void hexload_load_supervisor_forget(hexload_load_supervisor_t* self) {
+void hexload_momentum_supervisor_forget(hexload_momentum_supervisor_t* self) {
     self->nis_mean = CHI_SQUARE_6_MEAN;
 }
 
@@ -32,7 +32,8 @@ typedef struct body_motion {
 } body_motion_t;
 
 /// The acceleration, base axes, over the ticks since the last call.
-HEXLOAD_RARE static void find_acceleration(hexload_load_supervisor_t* self, const hexload_config_t* config,
+HEXLOAD_RARE static void find_acceleration(hexload_momentum_supervisor_t* self,
+                                           const hexload_config_t* config,
                                            const hexload_momentum_filter_t* filter) {
     const hexload_real_t elapsed_s = config->tick_s * (hexload_real_t)self->elapsed_ticks;
     const hexload_real_t noise_m_s2 = acceleration_noise_m_s2(config);
@@ -48,7 +49,7 @@ HEXLOAD_RARE static void find_acceleration(hexload_load_supervisor_t* self, cons
     self->elapsed_ticks = 0;
 }
 
-static body_motion_t motion_of_body(const hexload_load_supervisor_t* self, const hexload_config_t* config,
+static body_motion_t motion_of_body(const hexload_momentum_supervisor_t* self, const hexload_config_t* config,
                                     const hexload_momentum_filter_t* filter, const hexload_motion_t* motion) {
     const hexload_real_t specific_m_s2[3] = {self->acceleration[0], self->acceleration[1],
                                              self->acceleration[2] + config->gravity_m_s2};
@@ -108,14 +109,14 @@ static hexload_real_t information_of_tick(const hexload_config_t* config, const 
     return sum;
 }
 
-void hexload_load_supervisor_hear(hexload_load_supervisor_t* self, const hexload_config_t* config,
-                                  const hexload_load_monitor_t* monitor) {
+void hexload_momentum_supervisor_hear(hexload_momentum_supervisor_t* self, const hexload_config_t* config,
+                                      const hexload_load_monitor_t* monitor) {
     self->nis_mean += config->tick_s / config->momentum.nis_time_constant_s * (monitor->nis - self->nis_mean);
 }
 
-void hexload_load_supervisor_watch(hexload_load_supervisor_t* self, const hexload_config_t* config,
-                                   const hexload_momentum_filter_t* filter, const hexload_motion_t* motion,
-                                   uint32_t gap_ticks) {
+void hexload_momentum_supervisor_watch(hexload_momentum_supervisor_t* self, const hexload_config_t* config,
+                                       const hexload_momentum_filter_t* filter,
+                                       const hexload_motion_t* motion, uint32_t gap_ticks) {
     const hexload_momentum_config_t* momentum = &config->momentum;
     self->elapsed_ticks += gap_ticks;
     if (gap_ticks == 0) { // the twist of before is another motion's
@@ -159,7 +160,7 @@ static void find_scales(const hexload_momentum_filter_t* filter, hexload_real_t 
 
 /// Whether some body has these parameters, three sigma granted: the pseudo-inertia, second moments of mass
 /// with h and m, must be positive definite.
-static bool is_possible(const hexload_estimate_t* estimate) {
+static bool is_consistent(const hexload_estimate_t* estimate) {
     const hexload_real_t* value = estimate->value;
     const hexload_real_t* sigma = estimate->sigma;
     const hexload_real_t half = HEXLOAD_REAL(0.5);
@@ -185,7 +186,7 @@ static bool is_possible(const hexload_estimate_t* estimate) {
     return cholesky3(A, L);
 }
 
-static hexload_verdict_t judge_parameter(const hexload_load_supervisor_t* self,
+static hexload_verdict_t judge_parameter(const hexload_momentum_supervisor_t* self,
                                          const hexload_config_t* config, hexload_real_t scale,
                                          hexload_real_t sigma, int parameter) {
     const hexload_momentum_config_t* momentum = &config->momentum;
@@ -198,18 +199,18 @@ static hexload_verdict_t judge_parameter(const hexload_load_supervisor_t* self,
                                      : HEXLOAD_VERDICT_NOT_EXCITED;
 }
 
-void hexload_load_supervisor_judge(hexload_load_supervisor_t* self, const hexload_config_t* config,
-                                   const hexload_momentum_filter_t* filter, hexload_estimate_t* estimate,
-                                   uint32_t* health) {
+void hexload_momentum_supervisor_judge(hexload_momentum_supervisor_t* self, const hexload_config_t* config,
+                                       const hexload_momentum_filter_t* filter, hexload_estimate_t* estimate,
+                                       uint32_t* health) {
     hexload_real_t scale[DIM];
     hexload_momentum_filter_read(filter, estimate->value, estimate->sigma);
     estimate->nis = filter->nis;
     estimate->nis_mean = self->nis_mean;
     estimate->verdict = HEXLOAD_VERDICT_CONVERGED;
     find_scales(filter, scale);
-    const bool is_consistent = self->nis_mean <= config->momentum.inconsistent_nis && is_possible(estimate);
+    const bool fits_model = self->nis_mean <= config->momentum.inconsistent_nis && is_consistent(estimate);
     for (int k = 0; k < DIM; k++) {
-        const hexload_verdict_t verdict = is_consistent
+        const hexload_verdict_t verdict = fits_model
                                               ? judge_parameter(self, config, scale[k], estimate->sigma[k], k)
                                               : HEXLOAD_VERDICT_INCONSISTENT;
         estimate->parameter_verdict[k] = verdict;
@@ -220,7 +221,7 @@ void hexload_load_supervisor_judge(hexload_load_supervisor_t* self, const hexloa
             hexload_health_set(health, HEXLOAD_HEALTH_NOT_EXCITED);
         }
     }
-    if (!is_consistent) {
+    if (!fits_model) {
         hexload_health_set(health, HEXLOAD_HEALTH_INCONSISTENT);
     }
 }

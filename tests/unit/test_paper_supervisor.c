@@ -23,12 +23,12 @@ static hexload_paper_filter_t good_filter(const hexload_config_t* config) {
 
 static hexload_estimate_t judge(const hexload_config_t* config, const hexload_paper_filter_t* filter,
                                 int ticks, uint32_t* health) {
-    hexload_supervisor_t supervisor;
+    hexload_paper_supervisor_t supervisor;
     hexload_estimate_t estimate;
-    hexload_supervisor_init(&supervisor);
+    hexload_paper_supervisor_init(&supervisor);
     for (int n = 0; n < ticks; n++) {
         *health = 0;
-        hexload_supervisor_judge(&supervisor, config, filter, &estimate, health);
+        hexload_paper_supervisor_judge(&supervisor, config, filter, &estimate, health);
     }
     return estimate;
 }

@@ -1,4 +1,4 @@
-/// @file noise_meter.h
+/// @file noise_estimator.h
 /// White noise of the legs' sensors, measured beside the motion.
 ///
 /// The third difference x(k) - 3 x(k-1) + 3 x(k-2) - x(k-3) of a sampled motion is next to nothing: at 1 kHz
@@ -6,8 +6,8 @@
 /// the six legs tells the sensors' sigma within a few per cent, whatever the load. Where that is far from the
 /// stated sigma, the filters use what was measured. At 5 ms a tick a motion of 4 Hz and 50 mm passes for
 /// displacement noise of 20 um.
-#ifndef HEXLOAD_NOISE_METER_H
-#define HEXLOAD_NOISE_METER_H
+#ifndef HEXLOAD_NOISE_ESTIMATOR_H
+#define HEXLOAD_NOISE_ESTIMATOR_H
 
 #include "hexload/leg_sample.h"
 
@@ -19,7 +19,7 @@ enum {
     HEXLOAD_NOISE_HISTORY = 3,
 };
 
-typedef struct hexload_noise_meter {
+typedef struct hexload_noise_estimator {
     hexload_real_t last[HEXLOAD_NOISE_KINDS][HEXLOAD_NOISE_HISTORY][HEXLOAD_LEGS];
     uint32_t oldest;  ///< row of the last three ticks, which go round
     uint32_t history; ///< consecutive ticks in them
@@ -27,18 +27,18 @@ typedef struct hexload_noise_meter {
     uint32_t ticks;   ///< measured so far, up to the time constant
     /// (measured / stated sigma)^2; 1 before anything was measured
     hexload_real_t ratio[HEXLOAD_NOISE_KINDS];
-} hexload_noise_meter_t;
+} hexload_noise_estimator_t;
 
-void hexload_noise_meter_init(hexload_noise_meter_t* self);
+void hexload_noise_estimator_init(hexload_noise_estimator_t* self);
 
 /// One sample. @param gap_ticks periods since the last. Reentrant, constant time.
-void hexload_noise_meter_step(hexload_noise_meter_t* self, const hexload_config_t* config,
-                              const hexload_leg_sample_t* sample, uint32_t gap_ticks);
+void hexload_noise_estimator_step(hexload_noise_estimator_t* self, const hexload_config_t* config,
+                                  const hexload_leg_sample_t* sample, uint32_t gap_ticks);
 
 /// The sensors as the filters should take them.
 /// @param[in,out] health sets NOISE_MISSTATED where a measured sigma is used.
-void hexload_noise_meter_read(const hexload_noise_meter_t* self, const hexload_sensors_t* stated,
-                              hexload_sensors_t* sensors, uint32_t* health);
+void hexload_noise_estimator_read(const hexload_noise_estimator_t* self, const hexload_sensors_t* stated,
+                                  hexload_sensors_t* sensors, uint32_t* health);
 
 HEXLOAD_DECLS_END
 

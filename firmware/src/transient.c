@@ -1,4 +1,4 @@
-#include "ringing.h"
+#include "transient.h"
 
 #include "chi_square.h"
 
@@ -27,20 +27,20 @@ static void keep_significant(const hexload_real_t seen_m_s[HEXLOAD_LEGS], hexloa
     }
 }
 
-void ringing_follow(const hexload_smoother_t* smoother, uint32_t place, hexload_real_t sigma_m_s,
-                    hexload_real_t velocity_m_s[HEXLOAD_LEGS]) {
-    static const hexload_real_t wide[HEXLOAD_RINGING_TICKS] = {WIDE(1.0), WIDE(2.0),  WIDE(3.0),  WIDE(4.0),
-                                                               WIDE(5.0), WIDE(6.0),  WIDE(7.0),  WIDE(8.0),
-                                                               WIDE(9.0), WIDE(10.0), WIDE(11.0), WIDE(12.0)};
-    static const hexload_real_t narrow[HEXLOAD_RINGING_TICKS] = {NARROW(1.0), NARROW(2.0), NARROW(3.0),
-                                                                 NARROW(4.0), NARROW(5.0), NARROW(6.0)};
+void hexload_transient_follow(const hexload_smoother_t* smoother, uint32_t place, hexload_real_t sigma_m_s,
+                              hexload_real_t velocity_m_s[HEXLOAD_LEGS]) {
+    static const hexload_real_t wide[HEXLOAD_TRANSIENT_TICKS] = {
+        WIDE(1.0), WIDE(2.0), WIDE(3.0), WIDE(4.0),  WIDE(5.0),  WIDE(6.0),
+        WIDE(7.0), WIDE(8.0), WIDE(9.0), WIDE(10.0), WIDE(11.0), WIDE(12.0)};
+    static const hexload_real_t narrow[HEXLOAD_TRANSIENT_TICKS] = {NARROW(1.0), NARROW(2.0), NARROW(3.0),
+                                                                   NARROW(4.0), NARROW(5.0), NARROW(6.0)};
     const hexload_real_t variance = sigma_m_s * sigma_m_s;
     hexload_real_t by_wide_m_s[HEXLOAD_LEGS] = {0};
     hexload_real_t by_narrow_m_s[HEXLOAD_LEGS] = {0};
     bool is_whole = true;
     uint32_t before = place;
     uint32_t after = place;
-    for (int j = 0; j < HEXLOAD_RINGING_TICKS; j++) {
+    for (int j = 0; j < HEXLOAD_TRANSIENT_TICKS; j++) {
         before = (before == 0 ? HEXLOAD_DELAY_CAPACITY : before) - 1;
         after = after + 1 == HEXLOAD_DELAY_CAPACITY ? 0 : after + 1;
         const hexload_real_t* before_m_s = smoother->velocity_m_s[before];
