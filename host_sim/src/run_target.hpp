@@ -8,7 +8,8 @@ namespace hexload::sim {
 // "run/" names the same folder as "run".
 std::filesystem::path without_slash(const std::filesystem::path& target);
 
-// Throws InputError unless there is nothing at `target`, or an empty folder, or, with `replace`, a run directory.
+// Throws InputError unless there is nothing at `target`, or an empty folder, or, with `replace`, a run
+// directory.
 void check_target(const std::filesystem::path& target, bool replace);
 
 // A new folder beside `target` that no other run has; makes the folders above it. Throws InputError.

@@ -132,7 +132,9 @@ SCENARIO("a run directory takes the place of a run directory and of nothing else
         WHEN("there is a file in it that no run writes") {
             scratch.write("run/notes.txt", "mine");
             THEN("it is refused with the file's name") {
-                CHECK(refusal_of(run).find(run.string() + ": found notes.txt in it, expected a run directory") == 0);
+                const std::string message =
+                    run.string() + ": found notes.txt in it, expected a run directory";
+                CHECK(refusal_of(run).find(message) == 0);
                 CHECK(read_text(run / "notes.txt") == "mine");
             }
         }
