@@ -203,7 +203,7 @@ static void measure(const hexload_momentum_filter_t* self, const hexload_motion_
     }
 }
 
-/// -H P = [E, -Y] P, and S = H P H^T + R.
+/// H P with H = [-Y, E], and S = H P H^T + R.
 static void project_covariance(const hexload_momentum_filter_t* self, measurement_t* measured,
                                hexload_momentum_projection_t* U) {
     for (int a = 0; a < 6; a++) {
