@@ -37,8 +37,8 @@ static void add_platform(const hexload_momentum_filter_t* self, hexload_real_t b
     }
 }
 
-/// The body of the gains: bounded to what is possible, and one sigma heavier than it seems, so that an early
-/// gain does not claim information that its wrong linearisation point does not have.
+/// The body of the gains: held within what a body can have, and one sigma heavier than it seems, so that an
+/// early gain does not claim information that its wrong linearisation point does not have.
 static void make_cautious(const hexload_momentum_filter_t* self, hexload_real_t body[DIM]) {
     add_platform(self, body);
     body[HEXLOAD_LOAD_M] = self->platform[HEXLOAD_LOAD_M] +
