@@ -59,8 +59,7 @@ HEXLOAD_MUST_USE hexload_status_t hexload_momentum_trace(hexload_momentum_t* sel
 /// are found together with the load. Four times the work.
 typedef struct hexload_momentum_effects {
     hexload_momentum_t momentum; ///< its filter holds theta, mu and their covariance
-    hexload_actuator_effects_t effects;
-    hexload_identifiability_t identifiability;
+    hexload_effects_stage_t effects;
 } hexload_momentum_effects_t;
 
 /// As hexload_momentum_init().
