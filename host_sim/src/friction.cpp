@@ -12,6 +12,16 @@ Legs bristle_relief(const Legs& relaxation_1_s, double step_s) {
     return (1.0 + (0.5 * step_s * relaxation_1_s).square().square()).sqrt().sqrt().inverse();
 }
 
+// exp(-r^2), by which a leg that slides fast is spared: below 1e-17 it is less than the rounding of 1.
+Legs breakaway_share(const Legs& relative_speed) {
+    constexpr double negligible = 40.0;
+    Legs share = relative_speed.square();
+    for (int leg = 0; leg < 6; ++leg) {
+        share(leg) = share(leg) < negligible ? std::exp(-share(leg)) : 0.0;
+    }
+    return share;
+}
+
 } // namespace
 
 double Friction::coldness(double t_s) const {
@@ -37,8 +47,7 @@ FrictionForce Friction::at(const Legs& velocity_m_s, const Legs& leg_force_n, co
 Legs Friction::dry_level_n(const Legs& velocity_m_s, const Legs& leg_force_n, double coldness) const {
     Legs level_n = settings_.coulomb_n;
     if (settings_.law != FrictionLaw::coulomb) {
-        level_n += (settings_.static_n - settings_.coulomb_n) *
-                   (-(velocity_m_s / settings_.stribeck_speed_m_s).square()).exp();
+        level_n += (settings_.static_n - settings_.coulomb_n) * breakaway_share(velocity_m_s / settings_.stribeck_speed_m_s);
     }
     if (settings_.force_share > 0.0) {
         level_n += settings_.force_share * leg_force_n.abs();
