@@ -10,7 +10,8 @@ BarDynamics::BarDynamics(const Geometry& geometry, const SixLegBars& bars)
     : have_mass_(bars.have_mass()), rod_kg_(bars.rod_mass_kg), rod_centre_m_(bars.rod_length_m / 2.0),
       fixed_kg_m2_(bars.cylinder_mass_kg * bars.cylinder_length_m.square() / 3.0 +
                    bars.rod_mass_kg * bars.rod_length_m.square() / 12.0),
-      turning_kg_m_((bars.cylinder_mass_kg * bars.cylinder_length_m - bars.rod_mass_kg * bars.rod_length_m) / 2.0) {
+      turning_kg_m_((bars.cylinder_mass_kg * bars.cylinder_length_m - bars.rod_mass_kg * bars.rod_length_m) /
+                    2.0) {
     for (int leg = 0; leg < 6; ++leg) {
         const Vector3& arm_m = geometry.platform_hinges_m[static_cast<std::size_t>(leg)];
         const Matrix3 square_m2 = arm_m.squaredNorm() * Matrix3::Identity() - arm_m * arm_m.transpose();
@@ -50,9 +51,10 @@ void BarDynamics::add(const LegRows& legs, const PlatformMotion& motion, RigidBl
     const Legs across_square = u_x.square() + u_y.square() + u_z.square() - rate.square();
     const Legs turning_n = turning_kg_m_ * inverse_length;
     const Legs extra_kg = rod_kg_ - mu;
-    const Legs along_n = extra_kg * (legs.e_x * s_x + legs.e_y * s_y + legs.e_z * s_z + across_square * inverse_length) -
-                         slope * (0.5 * across_square + rate.square()) -
-                         turning_n * (up.x() * legs.e_x + up.y() * legs.e_y + up.z() * legs.e_z);
+    const Legs along_n =
+        extra_kg * (legs.e_x * s_x + legs.e_y * s_y + legs.e_z * s_z + across_square * inverse_length) -
+        slope * (0.5 * across_square + rate.square()) -
+        turning_n * (up.x() * legs.e_x + up.y() * legs.e_y + up.z() * legs.e_z);
     const Legs slope_n = slope * rate;
     const Legs weight_kg = rod_kg_ + turning_n;
     const Legs f_x = along_n * legs.e_x + slope_n * u_x + mu * s_x + up.x() * weight_kg;
@@ -79,7 +81,8 @@ void BarDynamics::add_mass(const LegRows& legs, const Legs& across_kg, RigidBloc
                       xy, kg + sum(y, legs.e_y), yz,              //
                       xz, yz, kg + sum(z, legs.e_z))
                          .finished();
-    const Vector3 moment_kg_m(sum(across_kg, arm_m_[0]), sum(across_kg, arm_m_[1]), sum(across_kg, arm_m_[2]));
+    const Vector3 moment_kg_m(sum(across_kg, arm_m_[0]), sum(across_kg, arm_m_[1]),
+                              sum(across_kg, arm_m_[2]));
     blocks.coupling += (Matrix3() << sum(x, legs.m_x), sum(x, legs.m_y), sum(x, legs.m_z), //
                         sum(y, legs.m_x), sum(y, legs.m_y), sum(y, legs.m_z),              //
                         sum(z, legs.m_x), sum(z, legs.m_y), sum(z, legs.m_z))

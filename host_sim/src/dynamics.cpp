@@ -51,8 +51,8 @@ Vector6 leg_forces(const Geometry& geometry, const MassProperties& body, const G
     return jacobian(geometry, pose).transpose().partialPivLu().solve(wrench);
 }
 
-JointSpaceModel joint_space_model(const Geometry& geometry, const MassProperties& body, const Gravity& gravity,
-                                  const Pose& pose, const Twist& twist) {
+JointSpaceModel joint_space_model(const Geometry& geometry, const MassProperties& body,
+                                  const Gravity& gravity, const Pose& pose, const Twist& twist) {
     const LegVectors legs = leg_vectors(geometry, pose);
     const Matrix6 J_inverse = jacobian(legs).partialPivLu().inverse();
     const Matrix6 M = mass_matrix(body, pose.R);

@@ -5,9 +5,10 @@
 namespace hexload::sim {
 namespace {
 
-// Bristles relax at a = stiffness |v| / g, which a rod in full slide makes faster than an explicit step h follows.
-// a / (1 + (a h / 2)^4)^(1/4) differs from a by less than the error of a fourth-order step, keeps a h below the 2
-// at which Runge-Kutta's contracts, and leaves the state in which the bristles end, g / stiffness, as it is.
+// Bristles relax at a = stiffness |v| / g, which a rod in full slide makes faster than an explicit step h
+// follows. a / (1 + (a h / 2)^4)^(1/4) differs from a by less than the error of a fourth-order step, keeps a
+// h below the 2 at which Runge-Kutta's contracts, and leaves the state in which the bristles end, g /
+// stiffness, as it is.
 Legs bristle_relief(const Legs& relaxation_1_s, double step_s) {
     return (1.0 + (0.5 * step_s * relaxation_1_s).square().square()).sqrt().sqrt().inverse();
 }
@@ -47,7 +48,8 @@ FrictionForce Friction::at(const Legs& velocity_m_s, const Legs& leg_force_n, co
 Legs Friction::dry_level_n(const Legs& velocity_m_s, const Legs& leg_force_n, double coldness) const {
     Legs level_n = settings_.coulomb_n;
     if (settings_.law != FrictionLaw::coulomb) {
-        level_n += (settings_.static_n - settings_.coulomb_n) * breakaway_share(velocity_m_s / settings_.stribeck_speed_m_s);
+        level_n += (settings_.static_n - settings_.coulomb_n) *
+                   breakaway_share(velocity_m_s / settings_.stribeck_speed_m_s);
     }
     if (settings_.force_share > 0.0) {
         level_n += settings_.force_share * leg_force_n.abs();
@@ -55,15 +57,16 @@ Legs Friction::dry_level_n(const Legs& velocity_m_s, const Legs& leg_force_n, do
     return coldness * level_n;
 }
 
-FrictionForce Friction::of_bristles(const Legs& velocity_m_s, const Legs& level_n, const Legs& bristle_m) const {
+FrictionForce Friction::of_bristles(const Legs& velocity_m_s, const Legs& level_n,
+                                    const Legs& bristle_m) const {
     // A leg without dry friction has bristles that do not bend.
     const Legs floor_n = level_n.max(1e-9);
     const Legs relaxation_1_s = settings_.bristle_stiffness_n_m * velocity_m_s.abs() / floor_n;
     FrictionForce friction;
     friction.bristle_rate_m_s =
         (velocity_m_s - relaxation_1_s * bristle_m) * bristle_relief(relaxation_1_s, step_s_);
-    friction.force_n =
-        settings_.bristle_stiffness_n_m * bristle_m + settings_.bristle_damping_n_s_m * friction.bristle_rate_m_s;
+    friction.force_n = settings_.bristle_stiffness_n_m * bristle_m +
+                       settings_.bristle_damping_n_s_m * friction.bristle_rate_m_s;
     return friction;
 }
 

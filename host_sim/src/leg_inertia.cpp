@@ -53,8 +53,8 @@ HingeLoad hinge_load(const LegBars& bars, const Gravity& gravity, const Vector3&
             bars.rod_mass_kg * up + turning_kg_m / length_m * (up - e.dot(up) * e)};
 }
 
-LegWrench leg_wrench(const Geometry& geometry, const SixLegBars& bars, const Gravity& gravity, const Pose& pose,
-                     const Twist& twist) {
+LegWrench leg_wrench(const Geometry& geometry, const SixLegBars& bars, const Gravity& gravity,
+                     const Pose& pose, const Twist& twist) {
     const LegVectors legs = leg_vectors(geometry, pose);
     const Vector3& w = twist.w_rad_s;
     LegWrench sum;
@@ -92,7 +92,9 @@ double leg_potential_energy_j(const Geometry& geometry, const SixLegBars& bars, 
     const LegVectors legs = leg_vectors(geometry, pose);
     const Legs rise_m_s2 = legs.direction.transpose() * gravity.up_m_s2; // of a metre along the leg, times g
     const Legs rod_centre_m = legs.length_m.array() - bars.rod_length_m / 2.0;
-    return ((bars.rod_mass_kg * rod_centre_m + bars.cylinder_mass_kg * bars.cylinder_length_m / 2.0) * rise_m_s2).sum();
+    return ((bars.rod_mass_kg * rod_centre_m + bars.cylinder_mass_kg * bars.cylinder_length_m / 2.0) *
+            rise_m_s2)
+        .sum();
 }
 
 } // namespace hexload::sim

@@ -11,7 +11,8 @@
 namespace hexload::sim {
 
 Gravity::Gravity(double magnitude_m_s2, double tilt_x_rad, double tilt_y_rad)
-    : up_m_s2(magnitude_m_s2 * Vector3(0.0 - std::sin(tilt_y_rad), std::cos(tilt_y_rad) * std::sin(tilt_x_rad),
+    : up_m_s2(magnitude_m_s2 * Vector3(0.0 - std::sin(tilt_y_rad),
+                                       std::cos(tilt_y_rad) * std::sin(tilt_x_rad),
                                        std::cos(tilt_y_rad) * std::cos(tilt_x_rad))) {}
 
 MachineSettings::MachineSettings() {
@@ -44,7 +45,8 @@ Machine true_machine(const PlatformFile& platform, const MachineSettings& settin
     misplace(machine.geometry.base_hinges_m, settings.base_hinge_errors_m);
     misplace(machine.geometry.platform_hinges_m, settings.platform_hinge_errors_m);
     if (const auto fault = find_geometry_fault(machine.geometry)) {
-        throw InputError(fmt::format("machine: found {} with its hinge errors, expected {}", fault->found, fault->expected));
+        throw InputError(fmt::format("machine: found {} with its hinge errors, expected {}", fault->found,
+                                     fault->expected));
     }
     return machine;
 }

@@ -72,8 +72,8 @@ void refuse_fast(const char* key, double bandwidth_hz, int substeps) {
 
 } // namespace
 
-Plant::Plant(const Geometry& geometry, const Gravity& gravity, const HydraulicSettings& hydraulics, int substeps,
-             const SixLegBars& leg_bars, const LowPasses& low_passes)
+Plant::Plant(const Geometry& geometry, const Gravity& gravity, const HydraulicSettings& hydraulics,
+             int substeps, const SixLegBars& leg_bars, const LowPasses& low_passes)
     : geometry_(geometry), gravity_(gravity), leg_bars_(leg_bars), bar_dynamics_(geometry, leg_bars),
       hydraulics_(hydraulics, geometry.stroke_min_m, geometry.stroke_max_m),
       friction_(hydraulics.friction, tick_s / substeps), low_passes_(low_passes),
@@ -166,9 +166,8 @@ LegState Plant::glimpse(const PlantState& start, const Stages& stages, double h_
     const double b2 = h_s * (share * share - share_3);
     const double b4 = h_s * (share_3 - 0.5 * share * share);
     PlantState state;
-    const auto move = [&](auto& y, const auto& y0, const auto& r1, const auto& r2, const auto& r3, const auto& r4) {
-        y = y0 + b1 * r1 + b2 * (r2 + r3) + b4 * r4;
-    };
+    const auto move = [&](auto& y, const auto& y0, const auto& r1, const auto& r2, const auto& r3,
+                          const auto& r4) { y = y0 + b1 * r1 + b2 * (r2 + r3) + b4 * r4; };
     for_each_field(move, state, start, stages.k1, stages.k2, stages.k3, stages.k4);
     if (has_rig_state_) {
         for_each_rig_field(move, state, start, stages.k1, stages.k2, stages.k3, stages.k4);
@@ -207,7 +206,8 @@ void Plant::differentiate(const PlantState& state, const Legs& spool_command, Pl
     rate.work.body_j = (body_n * legs.velocity_m_s).sum();
     if (has_rig_state_) {
         sim::differentiate(state.rig.force_n, low_passes_.force_hz, hydraulic_n, rate.rig.force_n);
-        sim::differentiate(state.rig.velocity_m_s, low_passes_.velocity_hz, legs.velocity_m_s, rate.rig.velocity_m_s);
+        sim::differentiate(state.rig.velocity_m_s, low_passes_.velocity_hz, legs.velocity_m_s,
+                           rate.rig.velocity_m_s);
     }
 }
 
@@ -289,7 +289,8 @@ LegState Plant::legs(const PlantState& state) const {
 }
 
 LegState Plant::transducers(const PlantState& state, const LegState& legs) const {
-    return {legs.displacement_m, low_passes_.velocity_hz > 0.0 ? state.rig.velocity_m_s.value : legs.velocity_m_s,
+    return {legs.displacement_m,
+            low_passes_.velocity_hz > 0.0 ? state.rig.velocity_m_s.value : legs.velocity_m_s,
             low_passes_.force_hz > 0.0 ? state.rig.force_n.value : legs.force_n};
 }
 

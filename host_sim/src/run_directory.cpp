@@ -26,7 +26,8 @@ std::string leg_columns(const char* name) {
 }
 
 std::string log_header(bool velocity_sensor) {
-    return fmt::format("t{}{}{}", leg_columns("dl"), velocity_sensor ? leg_columns("vl") : "", leg_columns("f"));
+    return fmt::format("t{}{}{}", leg_columns("dl"), velocity_sensor ? leg_columns("vl") : "",
+                       leg_columns("f"));
 }
 
 std::string truth_header() {

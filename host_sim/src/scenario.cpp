@@ -93,8 +93,9 @@ void check_friction(const TomlReader& hydraulics, const FrictionSettings& fricti
         const double static_n = friction.static_n(leg);
         if (is_coulomb ? static_n != 0.0 : static_n < friction.coulomb_n(leg)) {
             hydraulics.fail("static_friction_n", fmt::format("{} in leg {}", static_n, leg + 1),
-                            is_coulomb ? "0 where friction_law = \"coulomb\""
-                                       : fmt::format("at least coulomb_friction_n = {}", friction.coulomb_n(leg)));
+                            is_coulomb
+                                ? "0 where friction_law = \"coulomb\""
+                                : fmt::format("at least coulomb_friction_n = {}", friction.coulomb_n(leg)));
         }
     }
 }

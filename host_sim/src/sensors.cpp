@@ -40,22 +40,24 @@ Sensors::Sensors(const SensorSettings& settings, const SensorSigma& sigma, std::
                                   settings.noise_scale * sigma.force_sigma_n},
       displacement_noise_(seed, RandomPurpose::displacement_noise),
       velocity_noise_(seed, RandomPurpose::velocity_noise), force_noise_(seed, RandomPurpose::force_noise),
-      dropout_(seed, RandomPurpose::dropout), velocity_ticks_(static_cast<std::uint32_t>(settings.delay_ticks + delay_of(settings.velocity_delay_s).ticks)),
+      dropout_(seed, RandomPurpose::dropout),
+      velocity_ticks_(
+          static_cast<std::uint32_t>(settings.delay_ticks + delay_of(settings.velocity_delay_s).ticks)),
       force_ticks_(static_cast<std::uint32_t>(settings.delay_ticks + delay_of(settings.force_delay_s).ticks)),
       history_(std::max(velocity_ticks_, force_ticks_) + 1) {}
 
 std::optional<LegSample> Sensors::sample(std::uint32_t tick, const LegState& transducers) {
     const LegState seen = delayed(tick, transducers);
     // Noise is drawn for lost samples too, so that the others do not depend on the losses.
-    LegSample sample{
-        tick,
-        static_cast<double>(tick) / 1000.0, // nearest double of the decimal, prints short
-        transduced(seen.displacement_m, settings_.displacement_bias_m, sigma_.displacement_sigma_m,
-                   settings_.displacement_step_m, displacement_noise_),
-        transduced(seen.velocity_m_s, settings_.velocity_bias_m_s, sigma_.velocity_sigma_m_s,
-                   settings_.velocity_step_m_s, velocity_noise_),
-        transduced(settings_.force_gain * seen.force_n, settings_.force_bias_n, sigma_.force_sigma_n, settings_.force_step_n,
-                   force_noise_)};
+    LegSample sample{tick,
+                     static_cast<double>(tick) / 1000.0, // nearest double of the decimal, prints short
+                     transduced(seen.displacement_m, settings_.displacement_bias_m,
+                                sigma_.displacement_sigma_m, settings_.displacement_step_m,
+                                displacement_noise_),
+                     transduced(seen.velocity_m_s, settings_.velocity_bias_m_s, sigma_.velocity_sigma_m_s,
+                                settings_.velocity_step_m_s, velocity_noise_),
+                     transduced(settings_.force_gain * seen.force_n, settings_.force_bias_n,
+                                sigma_.force_sigma_n, settings_.force_step_n, force_noise_)};
     read(sample);
     if (!settings_.velocity_sensor) {
         sample.velocity_m_s.setConstant(std::numeric_limits<double>::quiet_NaN());
@@ -83,8 +85,8 @@ LegState Sensors::delayed(std::uint32_t tick, const LegState& transducers) {
     const auto ago = [&](std::uint32_t ticks) -> const LegState& {
         return history_[(tick % size + size - ticks) % size];
     };
-    return {ago(static_cast<std::uint32_t>(settings_.delay_ticks)).displacement_m, ago(velocity_ticks_).velocity_m_s,
-            ago(force_ticks_).force_n};
+    return {ago(static_cast<std::uint32_t>(settings_.delay_ticks)).displacement_m,
+            ago(velocity_ticks_).velocity_m_s, ago(force_ticks_).force_n};
 }
 
 } // namespace hexload::sim

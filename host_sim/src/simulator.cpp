@@ -60,8 +60,9 @@ Pose Simulator::start_pose() const {
     const auto found =
         forward_kinematics(machine_.geometry, leg_displacement(platform_.geometry, wanted), wanted);
     if (!found) {
-        throw InputError("machine: found hinge errors with which the legs do not meet the first pose, expected "
-                         "smaller ones");
+        throw InputError(
+            "machine: found hinge errors with which the legs do not meet the first pose, expected "
+            "smaller ones");
     }
     return *found;
 }

@@ -62,7 +62,7 @@ class TomlReader {
     void vector3(std::string_view key, Vector3& value);
     void vector6(std::string_view key, Vector6& value);
     void legs(std::string_view key, Legs& value, const Range& range); // one number for all, or six
-    void tensor(std::string_view key, Matrix3& value); // [Ixx, Iyy, Izz, Ixy, Ixz, Iyz]
+    void tensor(std::string_view key, Matrix3& value);                // [Ixx, Iyy, Izz, Ixy, Ixz, Iyz]
     void points(std::string_view key, std::array<Vector3, 6>& value);
 
     template <typename Enum, std::size_t n>

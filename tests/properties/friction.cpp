@@ -119,7 +119,8 @@ SCENARIO("Stribeck friction falls from its breakaway level to Coulomb's") {
             const Legs friction_n = steady_n(dry(FrictionLaw::stribeck));
             THEN("friction is the curve's level, smoothed as Coulomb's, plus the viscous part") {
                 CHECK(friction_n(2) == 0.0);
-                CHECK(std::abs(friction_n(3) - (stribeck_n(0.005, 100.0, 150.0) / std::sqrt(2.0) + 1.0)) < 1e-9);
+                CHECK(std::abs(friction_n(3) - (stribeck_n(0.005, 100.0, 150.0) / std::sqrt(2.0) + 1.0)) <
+                      1e-9);
                 CHECK(std::abs(friction_n(1) + friction_n(3)) < 1e-9);
                 CHECK(std::abs(friction_n(5) - 300.0) < 100.0 * 0.5 * 0.005 * 0.005 * 1.01);
             }
@@ -172,7 +173,8 @@ SCENARIO("a rod on bristles gives way like a spring before it slides") {
             const double share = 2e6 * 1e-6 / stribeck_n(1e-5, 100.0, 150.0);
             THEN("friction is stiffness times way, less what the bristles slipped") {
                 const double spring_n = 2.0 * (1.0 - share / 2.0);
-                CHECK(std::abs(rod.at(1e-5, rod.bristle_m).force_n(0) - spring_n) < 2.0 * share * share / 6.0 * 1.01);
+                CHECK(std::abs(rod.at(1e-5, rod.bristle_m).force_n(0) - spring_n) <
+                      2.0 * share * share / 6.0 * 1.01);
             }
         }
     }
@@ -197,13 +199,15 @@ SCENARIO("a rod that slides has the friction of the Stribeck curve, however fast
 SCENARIO("a rod on bristles takes energy in every cycle and gives none") {
     GIVEN("a rod that is moved to and fro at 2 Hz, without viscous friction") {
         WHEN("its work is compared with the energy of the bristles, step by step") {
-            THEN("never more was stored than done, but for the trapezoids of the work; friction keeps its level") {
+            THEN("never more was stored than done, but for the trapezoids of the work; friction keeps its "
+                 "level") {
                 for (const double amplitude_m : {2e-6, 50e-6, 2e-3}) {
                     CAPTURE(amplitude_m);
                     const Cycle cycle = cycle_of(amplitude_m);
                     const double speed_m_s = cycle_rad_s * amplitude_m;
                     // (w h)^2 / 12 of force times way, 4 amplitudes in each of two cycles.
-                    const double step_error_j = std::pow(cycle_rad_s * step_s, 2) / 12.0 * 150.0 * 8.0 * amplitude_m;
+                    const double step_error_j =
+                        std::pow(cycle_rad_s * step_s, 2) / 12.0 * 150.0 * 8.0 * amplitude_m;
                     CHECK(cycle.least_lost_j > -step_error_j);
                     CHECK(cycle.work_j > cycle.stored_j);
                     CHECK(cycle.largest_n < 150.0 + FrictionSettings{}.bristle_damping_n_s_m * speed_m_s);

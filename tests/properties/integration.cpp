@@ -106,7 +106,8 @@ RateError worst_rate_error(const PlatformFile& platform) {
 
         const Vector6 velocity_m_s = leg_velocity(geometry, pose, twist);
         const Vector6 force_n = hydraulics.force_n(state.hydraulics).matrix();
-        const Vector6 net_n = force_n - friction.at(velocity_m_s.array(), force_n.array(), Legs::Zero(), 1.0).force_n.matrix();
+        const Vector6 net_n =
+            force_n - friction.at(velocity_m_s.array(), force_n.array(), Legs::Zero(), 1.0).force_n.matrix();
         const Vector6 expected = acceleration(geometry, body, platform.gravity_m_s2, pose, twist, net_n);
         Vector6 found;
         found << rate.body.v_m_s, pose.R * rate.body.w_platform_rad_s;

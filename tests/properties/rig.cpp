@@ -33,7 +33,8 @@ std::vector<Tick> run_of(const Scenario& scenario) {
 }
 
 // The signal a while before tick k, from six ticks around it (Lagrange).
-template <typename Signal> Vector6 interpolated(const std::vector<Tick>& ticks, std::size_t k, double ago_s, Signal signal) {
+template <typename Signal>
+Vector6 interpolated(const std::vector<Tick>& ticks, std::size_t k, double ago_s, Signal signal) {
     const double at = static_cast<double>(k) - ago_s / tick_s;
     const auto first = static_cast<std::size_t>(std::floor(at)) - 2;
     Vector6 sum = Vector6::Zero();
@@ -65,7 +66,9 @@ struct Lateness {
 
 Lateness lateness_of(const std::vector<Tick>& ticks, const SensorSettings& sensors) {
     Lateness late;
-    const auto widen = [](double& largest, const Vector6& difference) { largest = std::max(largest, difference.norm()); };
+    const auto widen = [](double& largest, const Vector6& difference) {
+        largest = std::max(largest, difference.norm());
+    };
     for (std::size_t k = 20; k + 20 < ticks.size(); ++k) {
         const LegSample& seen = *ticks[k].sample;
         const LegState& truth = ticks[k].legs;
@@ -80,9 +83,9 @@ Lateness lateness_of(const std::vector<Tick>& ticks, const SensorSettings& senso
     return late;
 }
 
-// Leg 2 of a plant whose valves are moved to and fro, and what its low-passes make of it, in one number each: the
-// component of that frequency, over 100 periods behind 100 periods of settling, Hann window
-// squared, so that the platform's slow drift does not show.
+// Leg 2 of a plant whose valves are moved to and fro, and what its low-passes make of it, in one number each:
+// the component of that frequency, over 100 periods behind 100 periods of settling, Hann window squared, so
+// that the platform's slow drift does not show.
 struct Response {
     std::complex<double> force, force_seen, velocity, velocity_seen;
 };
@@ -142,7 +145,8 @@ SCENARIO("a tilted base is a level machine leaned over") {
         WHEN("its leg forces are found, and those of the machine with all hinges turned in the world") {
             const Matrix3 turn = rotation_from_rpy({0.02, -0.015, 0.0});
             Matrix6 J = jacobian(platform.geometry, Pose{});
-            const Vector6 tilted = leg_forces(platform.geometry, body, gravity, Pose{}, Twist{}, Vector6::Zero());
+            const Vector6 tilted =
+                leg_forces(platform.geometry, body, gravity, Pose{}, Twist{}, Vector6::Zero());
             J.leftCols<3>() *= turn.transpose();
             J.rightCols<3>() *= turn.transpose();
             const Vector6 turned = J.transpose().inverse() * gravity_wrench(body, turn, 9.81);
@@ -164,11 +168,12 @@ SCENARIO("hinge errors belong to the machine, and the servo does not know them")
         WHEN("the machine is looked at") {
             double squares_m2 = 0.0;
             for (std::size_t leg = 0; leg < 6; ++leg) {
-                const Vector3 base_m = machine.geometry.base_hinges_m[leg] - platform.geometry.base_hinges_m[leg] -
+                const Vector3 base_m = machine.geometry.base_hinges_m[leg] -
+                                       platform.geometry.base_hinges_m[leg] -
                                        scenario.machine.base_hinge_errors_m[leg];
-                squares_m2 += base_m.squaredNorm() +
-                              (machine.geometry.platform_hinges_m[leg] - platform.geometry.platform_hinges_m[leg])
-                                  .squaredNorm();
+                squares_m2 += base_m.squaredNorm() + (machine.geometry.platform_hinges_m[leg] -
+                                                      platform.geometry.platform_hinges_m[leg])
+                                                         .squaredNorm();
             }
             THEN("36 errors have the standard deviation, within four standard errors of it, 1 / sqrt(72)") {
                 CHECK(std::abs(std::sqrt(squares_m2 / 36.0) / 0.3e-3 - 1.0) < 4.0 / std::sqrt(72.0));
@@ -194,7 +199,8 @@ SCENARIO("hinge errors belong to the machine, and the servo does not know them")
             MachineSettings other = scenario.machine;
             other.hinge_error_seed = 8;
             THEN("only the latter gives other hinges") {
-                CHECK(true_machine(platform, scenario.machine).geometry.base_hinges_m == machine.geometry.base_hinges_m);
+                CHECK(true_machine(platform, scenario.machine).geometry.base_hinges_m ==
+                      machine.geometry.base_hinges_m);
                 CHECK(true_machine(platform, other).geometry.base_hinges_m != machine.geometry.base_hinges_m);
             }
         }
@@ -208,8 +214,8 @@ SCENARIO("hinge errors belong to the machine, and the servo does not know them")
         }
         WHEN("the machine is built") {
             THEN("it is refused") {
-                CHECK_THROWS_WITH_AS(true_machine(platform, settings), doctest::Contains("six hinges on one line"),
-                                     std::runtime_error);
+                CHECK_THROWS_WITH_AS(true_machine(platform, settings),
+                                     doctest::Contains("six hinges on one line"), std::runtime_error);
             }
         }
     }
@@ -227,8 +233,8 @@ SCENARIO("a heavier platform than weighed has its mass and inertia in proportion
             const MassProperties nominal = mass_properties(platform.platform) + mass_properties(load);
             THEN("2 % of the platform are added") {
                 CHECK(std::abs(extra.mass_kg - nominal.mass_kg - 0.02 * platform.platform.mass_kg) < 1e-10);
-                CHECK((extra.inertia_kg_m2 - nominal.inertia_kg_m2 - 0.02 * platform.platform.inertia_kg_m2).norm() <
-                      1e-10);
+                CHECK((extra.inertia_kg_m2 - nominal.inertia_kg_m2 - 0.02 * platform.platform.inertia_kg_m2)
+                          .norm() < 1e-10);
             }
         }
     }
@@ -238,8 +244,9 @@ SCENARIO("low-passes have the response of a second-order Butterworth filter") {
     GIVEN("20 Hz in front of the force and 60 Hz in front of the velocity") {
         const LowPasses low_passes{20.0, 60.0};
         WHEN("valves move at 10, 20 and 40 Hz") {
-            // Valves hold their command for a tick: they also move at 1000 Hz less f, by f / (1000 - f) and by what
-            // their 60 Hz let through of it. Sampling shows that as f, in the truth but not behind the low-pass.
+            // Valves hold their command for a tick: they also move at 1000 Hz less f, by f / (1000 - f) and
+            // by what their 60 Hz let through of it. Sampling shows that as f, in the truth but not behind
+            // the low-pass.
             THEN("amplitude and phase are those of the formula") {
                 for (const double frequency_hz : {10.0, 20.0, 40.0}) {
                     CAPTURE(frequency_hz);
@@ -247,7 +254,8 @@ SCENARIO("low-passes have the response of a second-order Butterworth filter") {
                     const double image = frequency_hz / image_hz * std::pow(60.0 / image_hz, 2);
                     const Response r = response_at(frequency_hz, low_passes);
                     CHECK(std::abs(r.force_seen / r.force - butterworth(frequency_hz, 20.0)) < 1.5 * image);
-                    CHECK(std::abs(r.velocity_seen / r.velocity - butterworth(frequency_hz, 60.0)) < 1.5 * image);
+                    CHECK(std::abs(r.velocity_seen / r.velocity - butterworth(frequency_hz, 60.0)) <
+                          1.5 * image);
                 }
             }
         }
@@ -257,9 +265,10 @@ SCENARIO("low-passes have the response of a second-order Butterworth filter") {
         scenario.sensors.low_passes.force_hz = 700.0;
         WHEN("the run has four and five substeps") {
             THEN("the first is refused with what it would need") {
-                CHECK_THROWS_WITH_AS(Simulator(paper_platform(), scenario),
-                                     "sensors.force_bandwidth_hz: found 700, expected at most 150 x simulation.substeps = 600",
-                                     std::runtime_error);
+                CHECK_THROWS_WITH_AS(
+                    Simulator(paper_platform(), scenario),
+                    "sensors.force_bandwidth_hz: found 700, expected at most 150 x simulation.substeps = 600",
+                    std::runtime_error);
                 scenario.substeps = 5;
                 CHECK_NOTHROW(Simulator(paper_platform(), scenario));
             }
@@ -275,8 +284,8 @@ SCENARIO("channels are late by any fraction of a tick") {
         const std::vector<Tick> ticks = run_of(scenario);
         WHEN("they are compared with the truth, interpolated between ticks") {
             const Lateness late = lateness_of(ticks, scenario.sensors);
-            // The valves' command steps at every tick, so force has a kinked second derivative, which no polynomial
-            // follows; that is some per cent of what 0.15 ms change.
+            // The valves' command steps at every tick, so force has a kinked second derivative, which no
+            // polynomial follows; that is some per cent of what 0.15 ms change.
             THEN("they are the truth of that instant, displacement that of the tick") {
                 CHECK(late.force_n < 0.05 * late.force_change_n);
                 CHECK(late.velocity_m_s < 1e-3 * late.velocity_change_m_s);
@@ -291,8 +300,8 @@ SCENARIO("channels are late by any fraction of a tick") {
             double plant_n = 0.0;
             for (std::size_t k = 0; k < ticks.size(); ++k) {
                 force_n = std::max(force_n, (ticks[k].sample->force_n - fine[k].sample->force_n).norm());
-                velocity_m_s =
-                    std::max(velocity_m_s, (ticks[k].sample->velocity_m_s - fine[k].sample->velocity_m_s).norm());
+                velocity_m_s = std::max(
+                    velocity_m_s, (ticks[k].sample->velocity_m_s - fine[k].sample->velocity_m_s).norm());
                 plant_n = std::max(plant_n, (ticks[k].legs.force_n - fine[k].legs.force_n).matrix().norm());
             }
             // Rounding of float32: 1.2e-4 N below 4 kN and 3e-8 m/s below 1 m/s, in six legs of two runs.
@@ -330,7 +339,8 @@ SCENARIO("channels are late by any fraction of a tick") {
                 worst_n = std::max(worst_n, (late[k].sample->force_n - expected_n).norm());
                 change_n = std::max(change_n, (filtered[k].sample->force_n - expected_n).norm());
             }
-            // What the steps of the valves' command leave behind the low-pass is smoother by (50 Hz x tick)^2.
+            // What the steps of the valves' command leave behind the low-pass is smoother by (50 Hz x
+            // tick)^2.
             THEN("the delay comes behind the low-pass") {
                 CHECK(worst_n < 2e-3 * change_n);
             }
@@ -429,7 +439,8 @@ SCENARIO("a servo on the estimator's sensors moves with their errors") {
             scenario.controller.reads_sensors = true;
             other.controller.reads_sensors = true;
             THEN("they differ, by less than the noise of the encoders") {
-                const double apart_m = (run_of(scenario).back().pose.p_m - run_of(other).back().pose.p_m).norm();
+                const double apart_m =
+                    (run_of(scenario).back().pose.p_m - run_of(other).back().pose.p_m).norm();
                 CHECK(apart_m > 0.0);
                 CHECK(apart_m < 20e-6);
             }

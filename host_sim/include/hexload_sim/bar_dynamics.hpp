@@ -1,5 +1,5 @@
-// The legs' mass of leg_inertia.hpp for the plant's right-hand side: six legs at once, in platform axes, where the
-// hinges stand still. tests/properties compares the two.
+// The legs' mass of leg_inertia.hpp for the plant's right-hand side: six legs at once, in platform axes,
+// where the hinges stand still. tests/properties compares the two.
 #pragma once
 
 #include <hexload_sim/leg_inertia.hpp>

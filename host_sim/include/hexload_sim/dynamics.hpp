@@ -36,8 +36,8 @@ struct JointSpaceModel {
     Vector6 bias_n;    // J^-T (M d(J^-1)/dt l' + H V)
     Vector6 gravity_n; // J^-T G
 };
-JointSpaceModel joint_space_model(const Geometry& geometry, const MassProperties& body, const Gravity& gravity,
-                                  const Pose& pose, const Twist& twist);
+JointSpaceModel joint_space_model(const Geometry& geometry, const MassProperties& body,
+                                  const Gravity& gravity, const Pose& pose, const Twist& twist);
 
 // 1/2 V^T M V.
 double kinetic_energy_j(const MassProperties& body, const Matrix3& R, const Twist& twist);

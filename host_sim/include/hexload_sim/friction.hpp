@@ -33,7 +33,8 @@ struct FrictionSettings {
     double warm_up_s = 60.0;
 
     bool exists() const {
-        return (coulomb_n > 0.0).any() || (static_n > 0.0).any() || (viscous_n_s_m > 0.0).any() || force_share > 0.0;
+        return (coulomb_n > 0.0).any() || (static_n > 0.0).any() || (viscous_n_s_m > 0.0).any() ||
+               force_share > 0.0;
     }
 };
 
@@ -59,7 +60,8 @@ class Friction {
     // What multiplies friction this long after the start.
     double coldness(double t_s) const;
 
-    FrictionForce at(const Legs& velocity_m_s, const Legs& leg_force_n, const Legs& bristle_m, double coldness) const;
+    FrictionForce at(const Legs& velocity_m_s, const Legs& leg_force_n, const Legs& bristle_m,
+                     double coldness) const;
 
     // Energy in the bristles.
     double stored_j(const Legs& bristle_m) const {

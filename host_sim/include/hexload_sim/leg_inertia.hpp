@@ -58,8 +58,8 @@ struct LegWrench {
     Vector6 bias = Vector6::Zero();
 };
 
-LegWrench leg_wrench(const Geometry& geometry, const SixLegBars& bars, const Gravity& gravity, const Pose& pose,
-                     const Twist& twist);
+LegWrench leg_wrench(const Geometry& geometry, const SixLegBars& bars, const Gravity& gravity,
+                     const Pose& pose, const Twist& twist);
 
 // The leg forces in which platform, load and legs stand still.
 Vector6 standing_leg_forces(const Geometry& geometry, const MassProperties& body, const SixLegBars& bars,

@@ -25,7 +25,8 @@ struct LowPassState {
     Legs rate_1_s = Legs::Zero();
 };
 
-inline void differentiate(const LowPassState& state, double bandwidth_hz, const Legs& input, LowPassState& rate) {
+inline void differentiate(const LowPassState& state, double bandwidth_hz, const Legs& input,
+                          LowPassState& rate) {
     const double w = 2.0 * std::numbers::pi * bandwidth_hz;
     rate.value = state.rate_1_s;
     rate.rate_1_s = w * (w * (input - state.value) - std::numbers::sqrt2 * state.rate_1_s);

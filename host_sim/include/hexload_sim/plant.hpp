@@ -98,8 +98,8 @@ class Plant {
     LegState legs(const PlantState& state) const;
     void leg_kinematics(const BodyState& body, const Matrix3& R, LegRows& legs) const;
     void differentiate(const PlantState& state, const Legs& spool_command, PlantState& rate) const;
-    void differentiate_body(const BodyState& body, const Matrix3& R, const LegRows& legs,
-                            const Legs& force_n, BodyState& rate) const;
+    void differentiate_body(const BodyState& body, const Matrix3& R, const LegRows& legs, const Legs& force_n,
+                            BodyState& rate) const;
 
     void differentiate_with_legs(const BodyState& body, const Matrix3& R, const LegRows& legs,
                                  const Legs& force_n, BodyState& rate) const;

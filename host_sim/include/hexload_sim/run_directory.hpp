@@ -59,7 +59,8 @@ class RunDirectory {
     // scenario.toml with all defaults, platform.toml verbatim, and the trajectory file if there is one.
     void write_inputs(const Scenario& scenario);
 
-    // A row of log.csv, without vl1 ... vl6 where the machine has no velocity sensor (unless the sample is lost) and of truth.csv.
+    // A row of log.csv, without vl1 ... vl6 where the machine has no velocity sensor (unless the sample is
+    // lost) and of truth.csv.
     void write(const Tick& tick);
 
     // meta.json, then the final name.

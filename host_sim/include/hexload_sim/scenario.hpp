@@ -53,7 +53,8 @@ inline constexpr std::int64_t substeps_max = 1000;
 
 // Reads and checks a scenario file; paths in it are relative to it. Does not read the platform file. Throws
 // InputError: file missing, TOML syntax, unknown or missing key, wrong type or length, value out of range, a
-// load that cannot exist, load times not increasing, unknown trajectory kind, static friction below Coulomb's.
+// load that cannot exist, load times not increasing, unknown trajectory kind, static friction below
+// Coulomb's.
 Scenario load_scenario(const std::filesystem::path& path);
 
 // The scenario as a TOML document with every default filled in; load_scenario reads it back.

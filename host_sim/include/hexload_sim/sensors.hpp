@@ -1,5 +1,5 @@
-// From what the legs do to what the estimator sees: delay, gain, bias, noise, quantisation, float32, dropout. The
-// low-passes come first and are part of the plant.
+// From what the legs do to what the estimator sees: delay, gain, bias, noise, quantisation, float32, dropout.
+// The low-passes come first and are part of the plant.
 #pragma once
 
 #include <hexload_sim/estimator_link.hpp>
@@ -19,14 +19,14 @@ struct SensorSettings {
     Vector6 displacement_bias_m = Vector6::Zero();
     Vector6 velocity_bias_m_s = Vector6::Zero();
     Vector6 force_bias_n = Vector6::Zero();
-    Legs force_gain = Legs::Ones();   // reading over force, before the bias
+    Legs force_gain = Legs::Ones(); // reading over force, before the bias
     LowPasses low_passes;
-    bool velocity_sensor = true;      // false: the log has no vl1 ... vl6, the sample's velocity is not a number
+    bool velocity_sensor = true; // false: the log has no vl1 ... vl6, the sample's velocity is not a number
     double displacement_step_m = 0.0; // quantisation; 0 = none
     double velocity_step_m_s = 0.0;
     double force_step_n = 0.0;
-    std::int64_t delay_ticks = 0;     // values are this old; before that, those of the first tick
-    double force_delay_s = 0.0;       // of this channel, besides delay_ticks: any fraction of a tick
+    std::int64_t delay_ticks = 0; // values are this old; before that, those of the first tick
+    double force_delay_s = 0.0;   // of this channel, besides delay_ticks: any fraction of a tick
     double velocity_delay_s = 0.0;
     double dropout_probability = 0.0; // chance that a whole sample is missing
 };
@@ -42,12 +42,12 @@ class Sensors {
   public:
     Sensors(const SensorSettings& settings, const SensorSigma& sigma, std::uint64_t seed);
 
-    // Once per tick, with what the transducers say now; of the channels with a delay, what they said the share of a
-    // tick before. Nothing: the sample was lost.
+    // Once per tick, with what the transducers say now; of the channels with a delay, what they said the
+    // share of a tick before. Nothing: the sample was lost.
     std::optional<LegSample> sample(std::uint32_t tick, const LegState& transducers);
 
-    // The last sample, also if it was lost, as a servo reads it. Without a velocity sensor it takes the difference
-    // of displacement.
+    // The last sample, also if it was lost, as a servo reads it. Without a velocity sensor it takes the
+    // difference of displacement.
     const LegState& reading() const {
         return reading_;
     }
