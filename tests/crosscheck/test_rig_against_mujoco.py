@@ -38,7 +38,7 @@ def difference(values: np.ndarray, weights: np.ndarray) -> np.ndarray:
 def run_rig(folder: Path, changes: dict) -> tuple[np.ndarray, dict]:
     """Truth by column name and meta.json of one second of the rig with some keys changed."""
     scenario = read_toml(project.SCENARIOS / "rig.toml")
-    scenario["platform"] = str(project.SCENARIOS / "platforms" / "paper.toml")
+    scenario["platform"] = str(project.SCENARIOS / "platforms" / "rig.toml")
     scenario["simulation"]["duration_s"] = 1.0
     # A slow valve: its commands step every millisecond, which differences of the truth follow the less well, the
     # faster the oil is.
@@ -125,7 +125,7 @@ def body_wrenches(plant: MujocoPlant, p: np.ndarray, R: np.ndarray, V: np.ndarra
 def needed_forces(truth: np.ndarray, meta: dict) -> np.ndarray:
     """(n, 6) leg forces on the platform, by MuJoCo."""
     rig = meta["rig"]
-    nominal = read_platform(project.SCENARIOS / "platforms" / "paper.toml")
+    nominal = read_platform(project.SCENARIOS / "platforms" / "rig.toml")
     base, upper = np.array(rig["base_hinges_m"]), np.array(rig["platform_hinges_m"])
     home = np.array([0.0, 0.0, nominal.home_height_m])
     machine = Machine(base, upper, np.full(LEGS, 0.8741), platform_of(np.array(rig["platform_theta"])), 0.0)

@@ -3,6 +3,7 @@
 #include <hexload_sim/plant.hpp>
 #include <hexload_sim/simulator.hpp>
 
+#include <Eigen/Cholesky>
 #include <Eigen/Geometry>
 
 #include <algorithm>
@@ -206,6 +207,39 @@ double unexplained_by_points(const SixLegBars& bars, const Gravity& gravity) {
 }
 
 } // namespace
+
+SCENARIO("the legs' masses, six at once, are those of each leg's formula") {
+    GIVEN("unlike legs on a tilted base, random poses, twists and pressures") {
+        const PlatformFile platform = paper_platform();
+        const Geometry& geometry = platform.geometry;
+        const Gravity gravity(9.81, -0.08, 0.05);
+        const SixLegBars bars = unlike_legs();
+        const Hydraulics hydraulics(HydraulicSettings{}, geometry.stroke_min_m, geometry.stroke_max_m);
+        Plant plant(geometry, gravity, HydraulicSettings{}, 4, bars);
+        const MassProperties body = loaded(platform, eccentric_load(200.0));
+        plant.reset(Pose{}, body);
+        WHEN("the plant is differentiated, and (11) is solved with the sum of the legs' wrenches") {
+            RandomStates random(6);
+            double worst = 0.0;
+            for (int sample = 0; sample < 100; ++sample) {
+                const auto [pose, twist, state] = random_motion(random, geometry, 1e6);
+                const LegWrench legs = leg_wrench(geometry, bars, gravity, pose, twist);
+                const Vector6 net =
+                    jacobian(geometry, pose).transpose() * hydraulics.force_n(state.hydraulics).matrix() -
+                    bias_wrench(body, pose.R, twist.w_rad_s) - gravity_wrench(body, pose.R, gravity) -
+                    legs.bias;
+                const Vector6 expected = (mass_matrix(body, pose.R) + legs.mass).llt().solve(net);
+                const PlantState rate = plant.derivative(state, Legs::Zero());
+                Vector6 found;
+                found << rate.body.v_m_s, pose.R * rate.body.w_platform_rad_s;
+                worst = std::max(worst, (found - expected).norm() / expected.norm());
+            }
+            THEN("accelerations are the same, to five digits lost in solving") {
+                CHECK(worst < 1e-10);
+            }
+        }
+    }
+}
 
 SCENARIO("legs with mass take from the platform what their points take") {
     GIVEN("legs of 23 kg, random poses, twists and pressures") {
