@@ -2,9 +2,28 @@
 
 #include <hexload_sim/rotation.hpp>
 
-#include <Eigen/LU>
+#include <Eigen/Core>
 
 namespace hexload::sim {
+namespace {
+
+// Of a symmetric matrix, by its cofactors.
+Matrix3 inverse_of(const Matrix3& A) {
+    const double xx = A(1, 1) * A(2, 2) - A(1, 2) * A(1, 2);
+    const double xy = A(0, 2) * A(1, 2) - A(0, 1) * A(2, 2);
+    const double xz = A(0, 1) * A(1, 2) - A(0, 2) * A(1, 1);
+    const double yy = A(0, 0) * A(2, 2) - A(0, 2) * A(0, 2);
+    const double yz = A(0, 1) * A(0, 2) - A(0, 0) * A(1, 2);
+    const double zz = A(0, 0) * A(1, 1) - A(0, 1) * A(0, 1);
+    const double scale = 1.0 / (A(0, 0) * xx + A(0, 1) * xy + A(0, 2) * xz);
+    Matrix3 inverse;
+    inverse << scale * xx, scale * xy, scale * xz, //
+        scale * xy, scale * yy, scale * yz,        //
+        scale * xz, scale * yz, scale * zz;
+    return inverse;
+}
+
+} // namespace
 
 BarDynamics::BarDynamics(const Geometry& geometry, const SixLegBars& bars)
     : have_mass_(bars.have_mass()), rod_kg_(bars.rod_mass_kg), rod_centre_m_(bars.rod_length_m / 2.0),
@@ -26,17 +45,20 @@ BarDynamics::BarDynamics(const Geometry& geometry, const SixLegBars& bars)
     }
 }
 
+Legs BarDynamics::across_kg(const LegRows& legs) const {
+    return (fixed_kg_m2_ + rod_kg_ * (legs.length_m - rod_centre_m_).square()) / legs.length_m.square();
+}
+
 // hinge_load of the six legs, sorted by direction: what a hinge takes is
 //
 //     along e + slope l' u + mu w x (w x a) + (m_r + turning / l) up
-void BarDynamics::add(const LegRows& legs, const PlatformMotion& motion, RigidBlocks& blocks) const {
+void BarDynamics::add_bias(const LegRows& legs, const PlatformMotion& motion, RigidBias& bias) const {
     const Vector3& w = motion.w_rad_s;
     const Vector3& up = motion.up_m_s2;
     const auto& [a_x, a_y, a_z] = arm_m_;
     const Legs inverse_length = legs.length_m.inverse();
-    const Legs rod_arm_m = legs.length_m - rod_centre_m_;
-    const Legs mu = (fixed_kg_m2_ + rod_kg_ * rod_arm_m.square()) * inverse_length.square();
-    const Legs slope = 2.0 * (rod_kg_ * rod_arm_m * inverse_length - mu) * inverse_length;
+    const Legs mu = across_kg(legs);
+    const Legs slope = 2.0 * (rod_kg_ * (1.0 - rod_centre_m_ * inverse_length) - mu) * inverse_length;
 
     const Legs u_x = motion.v_m_s.x() + w.y() * a_z - w.z() * a_y;
     const Legs u_y = motion.v_m_s.y() + w.z() * a_x - w.x() * a_z;
@@ -60,15 +82,15 @@ void BarDynamics::add(const LegRows& legs, const PlatformMotion& motion, RigidBl
     const Legs f_x = along_n * legs.e_x + slope_n * u_x + mu * s_x + up.x() * weight_kg;
     const Legs f_y = along_n * legs.e_y + slope_n * u_y + mu * s_y + up.y() * weight_kg;
     const Legs f_z = along_n * legs.e_z + slope_n * u_z + mu * s_z + up.z() * weight_kg;
-    blocks.force_n += Vector3(f_x.sum(), f_y.sum(), f_z.sum());
-    blocks.moment_n_m += Vector3((a_y * f_z - a_z * f_y).sum(), (a_z * f_x - a_x * f_z).sum(), //
-                                 (a_x * f_y - a_y * f_x).sum());
-    add_mass(legs, mu, blocks);
+    bias.force_n += Vector3(f_x.sum(), f_y.sum(), f_z.sum());
+    bias.moment_n_m += Vector3((a_y * f_z - a_z * f_y).sum(), (a_z * f_x - a_x * f_z).sum(), //
+                               (a_x * f_y - a_y * f_x).sum());
 }
 
 // Sum of X^T (mu E + (m_r - mu) e e^T) X over the legs, X = [E, -[a]x]: e^T X is the leg's row of J.
-void BarDynamics::add_mass(const LegRows& legs, const Legs& across_kg, RigidBlocks& blocks) const {
-    const Legs extra_kg = rod_kg_ - across_kg;
+void BarDynamics::add_mass(const LegRows& legs, RigidMass& mass) const {
+    const Legs mu = across_kg(legs);
+    const Legs extra_kg = rod_kg_ - mu;
     const Legs x = extra_kg * legs.e_x;
     const Legs y = extra_kg * legs.e_y;
     const Legs z = extra_kg * legs.e_z;
@@ -76,38 +98,37 @@ void BarDynamics::add_mass(const LegRows& legs, const Legs& across_kg, RigidBloc
     const double xy = sum(x, legs.e_y);
     const double xz = sum(x, legs.e_z);
     const double yz = sum(y, legs.e_z);
-    const double kg = across_kg.sum();
-    blocks.linear += (Matrix3() << kg + sum(x, legs.e_x), xy, xz, //
-                      xy, kg + sum(y, legs.e_y), yz,              //
-                      xz, yz, kg + sum(z, legs.e_z))
-                         .finished();
-    const Vector3 moment_kg_m(sum(across_kg, arm_m_[0]), sum(across_kg, arm_m_[1]),
-                              sum(across_kg, arm_m_[2]));
-    blocks.coupling += (Matrix3() << sum(x, legs.m_x), sum(x, legs.m_y), sum(x, legs.m_z), //
-                        sum(y, legs.m_x), sum(y, legs.m_y), sum(y, legs.m_z),              //
-                        sum(z, legs.m_x), sum(z, legs.m_y), sum(z, legs.m_z))
-                           .finished() -
-                       skew(moment_kg_m);
+    const double kg = mu.sum();
+    mass.linear += (Matrix3() << kg + sum(x, legs.e_x), xy, xz, //
+                    xy, kg + sum(y, legs.e_y), yz,              //
+                    xz, yz, kg + sum(z, legs.e_z))
+                       .finished();
+    const Vector3 moment_kg_m(sum(mu, arm_m_[0]), sum(mu, arm_m_[1]), sum(mu, arm_m_[2]));
+    mass.coupling += (Matrix3() << sum(x, legs.m_x), sum(x, legs.m_y), sum(x, legs.m_z), //
+                      sum(y, legs.m_x), sum(y, legs.m_y), sum(y, legs.m_z),              //
+                      sum(z, legs.m_x), sum(z, legs.m_y), sum(z, legs.m_z))
+                         .finished() -
+                     skew(moment_kg_m);
     const Legs m_x = extra_kg * legs.m_x;
     const Legs m_y = extra_kg * legs.m_y;
-    const double I_xy = sum(m_x, legs.m_y) + sum(across_kg, arm_square_m2_[3]);
-    const double I_xz = sum(m_x, legs.m_z) + sum(across_kg, arm_square_m2_[4]);
-    const double I_yz = sum(m_y, legs.m_z) + sum(across_kg, arm_square_m2_[5]);
-    blocks.angular += (Matrix3() << sum(m_x, legs.m_x) + sum(across_kg, arm_square_m2_[0]), I_xy, I_xz, //
-                       I_xy, sum(m_y, legs.m_y) + sum(across_kg, arm_square_m2_[1]), I_yz,              //
-                       I_xz, I_yz, sum(extra_kg * legs.m_z, legs.m_z) + sum(across_kg, arm_square_m2_[2]))
-                          .finished();
+    const double I_xy = sum(m_x, legs.m_y) + sum(mu, arm_square_m2_[3]);
+    const double I_xz = sum(m_x, legs.m_z) + sum(mu, arm_square_m2_[4]);
+    const double I_yz = sum(m_y, legs.m_z) + sum(mu, arm_square_m2_[5]);
+    mass.angular += (Matrix3() << sum(m_x, legs.m_x) + sum(mu, arm_square_m2_[0]), I_xy, I_xz, //
+                     I_xy, sum(m_y, legs.m_y) + sum(mu, arm_square_m2_[1]), I_yz,              //
+                     I_xz, I_yz, sum(extra_kg * legs.m_z, legs.m_z) + sum(mu, arm_square_m2_[2]))
+                        .finished();
 }
 
-// The linear block is eliminated; both 3 x 3 inverses are of positive definite matrices.
-Vector6 solve(const RigidBlocks& blocks, const Vector3& force_n, const Vector3& moment_n_m) {
-    const Matrix3 linear_inverse = blocks.linear.inverse();
-    const Matrix3 carried = linear_inverse * blocks.coupling;
-    const Matrix3 angular = blocks.angular - blocks.coupling.transpose() * carried;
-    const Vector3 w_rate = angular.inverse() * (moment_n_m - carried.transpose() * force_n);
-    Vector6 twist_rate;
-    twist_rate << linear_inverse * force_n - carried * w_rate, w_rate;
-    return twist_rate;
+InverseMass::InverseMass(const RigidMass& mass)
+    : linear(inverse_of(mass.linear)), carried(linear * mass.coupling),
+      angular(inverse_of(mass.angular - mass.coupling.transpose() * carried)) {}
+
+Vector6 InverseMass::acceleration(const Vector3& force_n, const Vector3& moment_n_m) const {
+    const Vector3 w_rate = angular * (moment_n_m - carried.transpose() * force_n);
+    Vector6 rate;
+    rate << linear * force_n - carried * w_rate, w_rate;
+    return rate;
 }
 
 } // namespace hexload::sim

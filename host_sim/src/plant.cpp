@@ -111,27 +111,27 @@ void Plant::set_body(const MassProperties& body) {
     com_m_ = body.com_m();
     inertia_com_kg_m2_ = body.inertia_com_kg_m2();
     inertia_com_inverse_ = inertia_com_kg_m2_.inverse();
+    inertia_.is_current = false;
 }
 
 void Plant::advance(const Legs& spool_command, std::span<Glimpse> glimpses) {
     const double h_s = tick_s / substeps_;
     coldness_ = friction_.coldness(t_s_);
-    Stages stages;
     for (int step = 0; step < substeps_; ++step) {
-        substep(spool_command, h_s, stages);
+        substep(spool_command, h_s);
         for (Glimpse& each : glimpses) {
             const double passed = each.share * substeps_;
             if (std::min(static_cast<int>(passed), substeps_ - 1) == step) {
-                each.transducers = glimpse(state_, stages, h_s, passed - step);
+                each.transducers = glimpse(h_s, passed - step);
             }
         }
-        finish_substep(h_s, stages);
+        finish_substep(h_s);
     }
     t_s_ += tick_s;
 }
 
-void Plant::substep(const Legs& spool_command, double h_s, Stages& stages) {
-    PlantState& stage = stages.at;
+void Plant::substep(const Legs& spool_command, double h_s) {
+    PlantState& stage = stages_.at;
     const auto set_stage = [&](const PlantState& k, double step) {
         const auto move = [step](auto& y, const auto& y0, const auto& rate) { y = y0 + step * rate; };
         for_each_field(move, stage, state_, k);
@@ -139,28 +139,30 @@ void Plant::substep(const Legs& spool_command, double h_s, Stages& stages) {
             for_each_rig_field(move, stage, state_, k);
         }
     };
-    differentiate(state_, spool_command, stages.k1);
-    set_stage(stages.k1, h_s / 2.0);
-    differentiate(stage, spool_command, stages.k2);
-    set_stage(stages.k2, h_s / 2.0);
-    differentiate(stage, spool_command, stages.k3);
-    set_stage(stages.k3, h_s);
-    differentiate(stage, spool_command, stages.k4);
+    differentiate(state_, spool_command, inertia_, stages_.k1);
+    set_stage(stages_.k1, h_s / 2.0);
+    inertia_.is_current = false;
+    differentiate(stage, spool_command, inertia_, stages_.k2);
+    set_stage(stages_.k2, h_s / 2.0);
+    differentiate(stage, spool_command, inertia_, stages_.k3);
+    set_stage(stages_.k3, h_s);
+    inertia_.is_current = false;
+    differentiate(stage, spool_command, inertia_, stages_.k4);
 }
 
-void Plant::finish_substep(double h_s, const Stages& stages) {
+void Plant::finish_substep(double h_s) {
     const auto move = [h_s](auto& y, const auto& r1, const auto& r2, const auto& r3, const auto& r4) {
         y += h_s / 6.0 * (r1 + r4 + 2.0 * (r2 + r3));
     };
-    for_each_field(move, state_, stages.k1, stages.k2, stages.k3, stages.k4);
+    for_each_field(move, state_, stages_.k1, stages_.k2, stages_.k3, stages_.k4);
     if (has_rig_state_) {
-        for_each_rig_field(move, state_, stages.k1, stages.k2, stages.k3, stages.k4);
+        for_each_rig_field(move, state_, stages_.k1, stages_.k2, stages_.k3, stages_.k4);
     }
     state_.body.q.normalize();
 }
 
 // Hairer, Norsett, Wanner, Solving Ordinary Differential Equations I, II.6: the continuous extension of RK4.
-LegState Plant::glimpse(const PlantState& start, const Stages& stages, double h_s, double share) const {
+LegState Plant::glimpse(double h_s, double share) const {
     const double share_3 = 2.0 / 3.0 * share * share * share;
     const double b1 = h_s * (share - 1.5 * share * share + share_3);
     const double b2 = h_s * (share * share - share_3);
@@ -168,20 +170,22 @@ LegState Plant::glimpse(const PlantState& start, const Stages& stages, double h_
     PlantState state;
     const auto move = [&](auto& y, const auto& y0, const auto& r1, const auto& r2, const auto& r3,
                           const auto& r4) { y = y0 + b1 * r1 + b2 * (r2 + r3) + b4 * r4; };
-    for_each_field(move, state, start, stages.k1, stages.k2, stages.k3, stages.k4);
+    for_each_field(move, state, state_, stages_.k1, stages_.k2, stages_.k3, stages_.k4);
     if (has_rig_state_) {
-        for_each_rig_field(move, state, start, stages.k1, stages.k2, stages.k3, stages.k4);
+        for_each_rig_field(move, state, state_, stages_.k1, stages_.k2, stages_.k3, stages_.k4);
     }
     return transducers(state, legs(state));
 }
 
 PlantState Plant::derivative(const PlantState& state, const Legs& spool_command) const {
     PlantState rate;
-    differentiate(state, spool_command, rate);
+    Inertia inertia;
+    differentiate(state, spool_command, inertia, rate);
     return rate;
 }
 
-void Plant::differentiate(const PlantState& state, const Legs& spool_command, PlantState& rate) const {
+void Plant::differentiate(const PlantState& state, const Legs& spool_command, Inertia& inertia,
+                          PlantState& rate) const {
     const Matrix3 R = rotation_of(state.body.q);
     LegRows legs;
     leg_kinematics(state.body, R, legs);
@@ -198,7 +202,7 @@ void Plant::differentiate(const PlantState& state, const Legs& spool_command, Pl
     hydraulics_.differentiate(state.hydraulics, spool_command, legs.displacement_m, legs.velocity_m_s,
                               rate.hydraulics);
     if (bar_dynamics_.have_mass()) {
-        differentiate_with_legs(state.body, R, legs, body_n, rate.body);
+        differentiate_with_legs(state.body, R, legs, body_n, inertia, rate.body);
     } else {
         differentiate_body(state.body, R, legs, body_n, rate.body);
     }
@@ -253,17 +257,21 @@ void Plant::differentiate_body(const BodyState& body, const Matrix3& R, const Le
 
 // (11) about O_A in platform axes, with the legs' masses at their hinges.
 void Plant::differentiate_with_legs(const BodyState& body, const Matrix3& R, const LegRows& legs,
-                                    const Legs& force_n, BodyState& rate) const {
+                                    const Legs& force_n, Inertia& inertia, BodyState& rate) const {
     const Vector3& w = body.w_platform_rad_s;
     const Vector3& h = body_.first_moment_kg_m;
     const PlatformMotion motion{R.transpose() * body.v_m_s, w, R.transpose() * gravity_.up_m_s2};
-    RigidBlocks blocks{body_.mass_kg * Matrix3::Identity(), -skew(h), body_.inertia_kg_m2,
-                       w.cross(w.cross(h)) + body_.mass_kg * motion.up_m_s2,
-                       w.cross(body_.inertia_kg_m2 * w) + h.cross(motion.up_m_s2)};
-    bar_dynamics_.add(legs, motion, blocks);
+    if (!inertia.is_current) {
+        RigidMass mass{body_.mass_kg * Matrix3::Identity(), -skew(h), body_.inertia_kg_m2};
+        bar_dynamics_.add_mass(legs, mass);
+        inertia = {InverseMass(mass), true};
+    }
+    RigidBias bias{w.cross(w.cross(h)) + body_.mass_kg * motion.up_m_s2,
+                   w.cross(body_.inertia_kg_m2 * w) + h.cross(motion.up_m_s2)};
+    bar_dynamics_.add_bias(legs, motion, bias);
     const Vector3 force((force_n * legs.e_x).sum(), (force_n * legs.e_y).sum(), (force_n * legs.e_z).sum());
     const Vector3 moment((force_n * legs.m_x).sum(), (force_n * legs.m_y).sum(), (force_n * legs.m_z).sum());
-    const Vector6 twist_rate = solve(blocks, force - blocks.force_n, moment - blocks.moment_n_m);
+    const Vector6 twist_rate = inertia.inverse.acceleration(force - bias.force_n, moment - bias.moment_n_m);
     rate.p_m = body.v_m_s;
     rate.q = quaternion_rate(body.q, w);
     rate.v_m_s = R * twist_rate.head<3>();

@@ -23,13 +23,30 @@ struct PlatformMotion {
     Vector3 up_m_s2; // gravity, as Gravity::up_m_s2
 };
 
-// mass x [linear; angular acceleration] + bias: blocks about O_A, platform axes.
-struct RigidBlocks {
+// mass x [linear; angular acceleration], about O_A, platform axes: a force and a moment.
+struct RigidMass {
     Matrix3 linear;   // force by linear acceleration
     Matrix3 coupling; // force by angular acceleration; its transpose is moment by linear acceleration
     Matrix3 angular;
-    Vector3 force_n; // bias
+};
+
+// What moves without acceleration needs: velocity terms and gravity.
+struct RigidBias {
+    Vector3 force_n;
     Vector3 moment_n_m;
+};
+
+// A mass as it is solved with: the linear block is eliminated.
+struct InverseMass {
+    InverseMass() = default;
+    explicit InverseMass(const RigidMass& mass);
+
+    // [linear; angular acceleration] under a force and a moment.
+    Vector6 acceleration(const Vector3& force_n, const Vector3& moment_n_m) const;
+
+    Matrix3 linear = Matrix3::Zero();  // inverse of that block
+    Matrix3 carried = Matrix3::Zero(); // linear acceleration by angular acceleration, negative
+    Matrix3 angular = Matrix3::Zero(); // inverse of what is left
 };
 
 class BarDynamics {
@@ -40,10 +57,12 @@ class BarDynamics {
         return have_mass_;
     }
 
-    void add(const LegRows& legs, const PlatformMotion& motion, RigidBlocks& blocks) const;
+    void add_mass(const LegRows& legs, RigidMass& mass) const;
+    void add_bias(const LegRows& legs, const PlatformMotion& motion, RigidBias& bias) const;
 
   private:
-    void add_mass(const LegRows& legs, const Legs& across_kg, RigidBlocks& blocks) const;
+    // mu of leg_inertia.hpp.
+    Legs across_kg(const LegRows& legs) const;
 
     bool have_mass_;
     Legs rod_kg_;
@@ -53,8 +72,5 @@ class BarDynamics {
     std::array<Legs, 3> arm_m_;
     std::array<Legs, 6> arm_square_m2_; // xx, yy, zz, xy, xz, yz of |a|^2 E - a a^T
 };
-
-// [linear; angular acceleration] x with mass x = [force; moment].
-Vector6 solve(const RigidBlocks& blocks, const Vector3& force_n, const Vector3& moment_n_m);
 
 } // namespace hexload::sim

@@ -88,21 +88,29 @@ class Plant {
     double potential_energy_j() const;
 
   private:
+    // Of platform, load and legs with mass. A substep takes it at its middle and at its end: the first stage
+    // of a substep is where the last of the one before was, the third where the second was, but for (h / 2)^2
+    // x acceleration, 0.2 um.
+    struct Inertia {
+        InverseMass inverse;
+        bool is_current = false;
+    };
     struct Stages {
         PlantState k1, k2, k3, k4, at; // rates, and the state they are taken at
     };
-    void substep(const Legs& spool_command, double h_s, Stages& stages);
-    void finish_substep(double h_s, const Stages& stages);
-    LegState glimpse(const PlantState& start, const Stages& stages, double h_s, double share) const;
+    void substep(const Legs& spool_command, double h_s);
+    void finish_substep(double h_s);
+    LegState glimpse(double h_s, double share) const;
     LegState transducers(const PlantState& state, const LegState& legs) const;
     LegState legs(const PlantState& state) const;
     void leg_kinematics(const BodyState& body, const Matrix3& R, LegRows& legs) const;
-    void differentiate(const PlantState& state, const Legs& spool_command, PlantState& rate) const;
+    void differentiate(const PlantState& state, const Legs& spool_command, Inertia& inertia,
+                       PlantState& rate) const;
     void differentiate_body(const BodyState& body, const Matrix3& R, const LegRows& legs, const Legs& force_n,
                             BodyState& rate) const;
 
     void differentiate_with_legs(const BodyState& body, const Matrix3& R, const LegRows& legs,
-                                 const Legs& force_n, BodyState& rate) const;
+                                 const Legs& force_n, Inertia& inertia, BodyState& rate) const;
 
     Geometry geometry_;
     Gravity gravity_;
@@ -126,6 +134,8 @@ class Plant {
     double t_s_ = 0.0;      // since the reset
     double coldness_ = 1.0; // of the friction, during this tick
     PlantState state_;
+    Inertia inertia_;
+    Stages stages_; // of the last substep
 };
 
 } // namespace hexload::sim
