@@ -6,6 +6,7 @@ Those with the mark vcan run on this kernel when it has vcan0, else in one run o
 the status is that of a skip, or of a failure when HEXLOAD_REQUIRE_VCAN=1 or CI=true. Words after the place go to pytest.
 """
 
+import fcntl
 import os
 import shutil
 import subprocess
@@ -55,7 +56,9 @@ def run_on_vcan(options: list[str], artefacts: Path, cpus: int) -> int:
     # The other files are not even imported: in the guest that takes many times as long.
     files = [path for path in sorted(FOLDER.glob("test_*.py")) if "pytest.mark.vcan" in path.read_text()]
     if vcan.ready():
-        return run_here(options, artefacts, files)
+        with (artefacts.parent / f"{vcan.INTERFACE}.lock").open("w") as lock:
+            fcntl.flock(lock, fcntl.LOCK_EX)  # of this kernel there is one, of virtual machines one for each run
+            return run_here(options, artefacts, files)
     missing = vm.missing_pieces()
     if not missing:
         guest = vm.Machine(out=artefacts, memory_mib=2048, timeout_s=3000, cpus=cpus)
