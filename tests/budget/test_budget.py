@@ -25,7 +25,7 @@ PRESETS = (*target.CORTEX_M7.values(), "target-cortex-m4f", "target-cortex-r5f")
 TICK_S = 1e-3
 MOMENTUM_TICKS = 1500  # of the motion, with the momentum filter on a bus; momentum_runs have all of it
 
-MOMENTUM_PROGRAMS = ("momentum", "machine")
+MOMENTUM_PROGRAMS = ("momentum", "momentum_effects")
 
 # What the issue of the controller targets allows, whatever stands in budget.toml.
 MOST_BYTES = {
@@ -47,7 +47,7 @@ BODY_SOURCES = ("body.c", "nearest_body.c")  # what only those link who ask for 
 LEFT_OUT = {
     "core": (*MOMENTUM_SOURCES, *EFFECTS_SOURCES, *BODY_SOURCES),
     "momentum": (*PAPER_SOURCES, *EFFECTS_SOURCES, *BODY_SOURCES),
-    "machine": (*PAPER_SOURCES, *BODY_SOURCES),
+    "momentum_effects": (*PAPER_SOURCES, *BODY_SOURCES),
 }
 
 

@@ -75,7 +75,7 @@ template <typename Load> std::string message_of(Load load, const std::filesystem
     return "accepted";
 }
 
-const std::array<Refusal, 20> platform_refusals{{
+const std::array<Refusal, 21> platform_refusals{{
     {"kind = \"paper\"", "kind = \"papre\"",
      R"(19: estimator.kind: found "papre", expected one of "momentum", "momentum_effects", "paper")"},
     {"kind = \"paper\"", "prior = \"wide\"",
@@ -84,8 +84,10 @@ const std::array<Refusal, 20> platform_refusals{{
      "19: estimator.kindd: found an unknown key, expected one of bias_sigma_n, coulomb_sigma_n, "
      "friction_speed_m_s, kind, prior, viscous_sigma_n_s_m"},
     {"[estimator]", "[estimater]",
-     "18: estimater: found an unknown key, expected one of environment, estimator, geometry, load, platform, "
+     "18: estimater: found an unknown key, expected one of actuators, environment, estimator, geometry, load, platform, "
      "sensors"},
+    {"[load]", "[actuators]\nleg_force_n = 0\n[load]",
+     "17: actuators.leg_force_n: found 0, expected a number > 0"},
     {"mass_kg = 100.0", "mass_kg = \"100\"", R"(7: platform.mass_kg: found "100", expected a number > 0)"},
     {"mass_kg = 100.0", "mass_kg = -100.0", "7: platform.mass_kg: found -100.0, expected a number > 0"},
     {"mass_kg = 100.0", "mass_kg = nan", "7: platform.mass_kg: found nan, expected a number > 0"},

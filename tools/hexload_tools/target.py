@@ -127,7 +127,7 @@ def replay(preset: str, config: bytes, samples: NDArray, folder: Path) -> Replay
 
 
 def replay_momentum(
-    preset: str, config: bytes, samples: NDArray, folder: Path, program: Literal["momentum", "machine"] = "momentum"
+    preset: str, config: bytes, samples: NDArray, folder: Path, program: Literal["momentum", "momentum_effects"] = "momentum"
 ) -> tuple[int, NDArray]:
     """Runs the program: bytes of its estimator, and answers of MOMENTUM_ANSWER, one for each sample."""
     (folder / "log").write_bytes(config + samples.tobytes())

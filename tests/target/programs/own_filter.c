@@ -1,6 +1,6 @@
 #include "rivals.h"
 
-#include "paper_filter.c" // its two steps are static
+#include "paper/paper_filter.c" // its two steps are static
 
 static hexload_config_t config;
 static hexload_paper_filter_t filter; // all of it
@@ -37,13 +37,19 @@ void own_filter_prepare(const rival_input_t* input) {
     }
 }
 
+static rate_measurement_t measurement_of(const rival_input_t* input) {
+    rate_measurement_t measured;
+    memcpy(measured.rate_rad_s, input->measured, sizeof measured.rate_rad_s);
+    memcpy(measured.noise, input->R, sizeof measured.noise);
+    return measured;
+}
+
 void kalman_filter_step(rival_input_t* input) {
-    hexload_real_t S[3][3];
-    hexload_real_t L[3][3];
-    hexload_real_t whitened[3];
+    const rate_measurement_t measured = measurement_of(input);
+    rate_innovation_t innovation;
     predict(&kalman, &model);
-    if (innovate(&kalman, input->measured, input->R, S, L, whitened)) {
-        correct(&kalman, L, whitened);
+    if (innovate(&kalman, &measured, &innovation)) {
+        correct(&kalman, innovation.L, innovation.whitened);
     }
 }
 
@@ -51,7 +57,8 @@ void own_filter_step(rival_input_t* input) {
     uint32_t health = 0;
     predict(&filter, &model);
     add_jacobian_noise(&filter.jacobian_noise, &model.jacobian_noise);
-    update(&filter, &config, model.noise_lever_kg_m2, input->measured, input->R, &health);
+    const rate_measurement_t measured = measurement_of(input);
+    update(&filter, &config, model.noise_lever_kg_m2, &measured, &health, NULL);
 }
 
 void kalman_filter_read(float parameters[PARAMETERS]) {
