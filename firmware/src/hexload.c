@@ -154,7 +154,7 @@ uint32_t hexload_covariance(const hexload_t* self, hexload_real_t covariance[HEX
         }
     }
     if (self->kind == HEXLOAD_KIND_MOMENTUM_EFFECTS) {
-        written += write_effects(&self->as.momentum_effects.effects, &covariance[written]);
+        written += write_effects(&self->as.momentum_effects.effects.filter, &covariance[written]);
     }
     return written;
 }

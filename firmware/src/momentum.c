@@ -32,6 +32,5 @@ HEXLOAD_RARE hexload_status_t hexload_momentum_init(hexload_momentum_t* self,
 
 hexload_status_t hexload_momentum_tick(hexload_momentum_t* self, const hexload_config_t* config,
                                        const hexload_leg_sample_t* sample, hexload_estimate_t* estimate) {
-    const hexload_effects_stage_t none = {.filter = NULL};
-    return hexload_momentum_run(self, config, &none, sample, estimate, NULL);
+    return hexload_momentum_run(self, config, NULL, sample, estimate, NULL);
 }

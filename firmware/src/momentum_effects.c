@@ -12,8 +12,8 @@ hexload_status_t hexload_momentum_effects_init(hexload_momentum_effects_t* self,
                                                const hexload_config_t* config) {
     const hexload_status_t status = hexload_momentum_init(&self->momentum, config);
     if (status == HEXLOAD_OK) {
-        hexload_actuator_effects_init(&self->effects, config);
-        hexload_identifiability_init(&self->identifiability);
+        hexload_actuator_effects_init(&self->effects.filter, config);
+        hexload_identifiability_init(&self->effects.identifiability);
     }
     return status;
 }
@@ -22,10 +22,8 @@ hexload_status_t hexload_momentum_effects_tick(hexload_momentum_effects_t* self,
                                                const hexload_config_t* config,
                                                const hexload_leg_sample_t* sample,
                                                hexload_estimate_t* estimate) {
-    const hexload_effects_stage_t stage = {.filter = &self->effects,
-                                           .identifiability = &self->identifiability};
     hexload_momentum_update_t update;
-    return hexload_momentum_run(&self->momentum, config, &stage, sample, estimate, &update);
+    return hexload_momentum_run(&self->momentum, config, &self->effects, sample, estimate, &update);
 }
 
 void hexload_momentum_effects_read(const hexload_momentum_effects_t* self, const hexload_estimate_t* estimate,
@@ -34,8 +32,8 @@ void hexload_momentum_effects_read(const hexload_momentum_effects_t* self, const
     for (int k = 0; k < HEXLOAD_LOAD_DIM; k++) {
         open |= estimate->parameter_verdict[k] != HEXLOAD_VERDICT_CONVERGED ? (uint32_t)1 << k : 0;
     }
-    hexload_actuator_effects_read(&self->effects, effects->value, effects->sigma);
-    effects->confounded_with_bias = self->identifiability.bias_mask & open;
-    effects->confounded_with_friction = self->identifiability.friction_mask & open;
-    effects->fastest_leg_m_s = self->identifiability.fastest_leg_m_s;
+    hexload_actuator_effects_read(&self->effects.filter, effects->value, effects->sigma);
+    effects->confounded_with_bias = self->effects.identifiability.bias_mask & open;
+    effects->confounded_with_friction = self->effects.identifiability.friction_mask & open;
+    effects->fastest_leg_m_s = self->effects.identifiability.fastest_leg_m_s;
 }

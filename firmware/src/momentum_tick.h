@@ -4,7 +4,7 @@
 ///     pose -> load monitor -> smooth motion of lag_ticks ago -> filter -> verdict
 ///
 /// Inline, so that an estimator without a stage for actuator effects, or a tick without a trace, holds and
-/// links nothing of either: they are NULL there at compile time.
+/// links nothing of either: `effects` and `update` are NULL there at compile time.
 #ifndef HEXLOAD_MOMENTUM_TICK_H
 #define HEXLOAD_MOMENTUM_TICK_H
 
@@ -20,12 +20,6 @@
 #include "momentum/smoother.h"
 
 #include <stddef.h>
-
-/// The stage for actuator effects: both NULL, or both set.
-typedef struct hexload_effects_stage {
-    hexload_actuator_effects_t* filter;
-    hexload_identifiability_t* identifiability;
-} hexload_effects_stage_t;
 
 /// Ticks before the alarm at which the load may have changed already: the filter forgets then.
 enum { HEXLOAD_ALARM_DELAY_TICKS = 6 };
@@ -51,17 +45,17 @@ static inline hexload_status_t read_present(hexload_momentum_t* self, const hexl
 
 /// Is it still the same load? Reported at once; the filter forgets when it reaches the change.
 static inline void watch_load(hexload_momentum_t* self, const hexload_config_t* config,
-                              const hexload_effects_stage_t* effects, const hexload_present_tick_t* now,
+                              hexload_effects_stage_t* effects, const hexload_present_tick_t* now,
                               uint32_t* health) {
     hexload_present_tick_t seen = *now;
     hexload_leg_sample_t without_effects;
     if (!hexload_momentum_filter_has_begun(&self->filter)) {
         return;
     }
-    if (effects->filter != NULL) {
+    if (effects != NULL) {
         without_effects = *now->sample;
         seen.sample = &without_effects;
-        hexload_actuator_effects_clean(effects->filter, config, HEXLOAD_LOAD_MONITOR_MEMORY_S,
+        hexload_actuator_effects_clean(&effects->filter, config, HEXLOAD_LOAD_MONITOR_MEMORY_S,
                                        &without_effects, &seen.sensors);
     }
     if (hexload_load_monitor_step(&self->monitor, config, &self->filter, &seen) && !self->is_changing) {
@@ -75,14 +69,14 @@ static inline void watch_load(hexload_momentum_t* self, const hexload_config_t* 
 /// The first sample after a load change reaches the filter. The actuators stay as they are known; but their
 /// biases have taken what a wrong known mass weighs too much, and a first change may be just that coming out.
 static inline void forget_load(hexload_momentum_t* self, const hexload_config_t* config,
-                               const hexload_effects_stage_t* effects) {
+                               hexload_effects_stage_t* effects) {
     hexload_load_monitor_init(&self->monitor);
     hexload_momentum_supervisor_forget(&self->supervisor);
     hexload_momentum_filter_forget(&self->filter, config);
-    if (effects->filter != NULL && self->is_mass_known) {
-        hexload_actuator_effects_init(effects->filter, config);
-    } else if (effects->filter != NULL) {
-        hexload_actuator_effects_forget(effects->filter);
+    if (effects != NULL && self->is_mass_known) {
+        hexload_actuator_effects_init(&effects->filter, config);
+    } else if (effects != NULL) {
+        hexload_actuator_effects_forget(&effects->filter);
     }
     self->is_mass_known = false;
     self->is_changing = false;
@@ -112,7 +106,7 @@ static inline bool take_delayed(hexload_momentum_t* self, const hexload_config_t
 /// Whether the sample is the first after a load change, or of a motion of which mu knows nothing: then mu
 /// begins anew.
 static inline void join(hexload_momentum_t* self, const hexload_config_t* config,
-                        const hexload_effects_stage_t* effects, hexload_smooth_sample_t* smooth) {
+                        hexload_effects_stage_t* effects, hexload_smooth_sample_t* smooth) {
     const bool is_new_load = self->is_changing && smooth->sample.tick - self->change_tick < UINT32_MAX / 2;
     if (is_new_load) {
         forget_load(self, config, effects);
@@ -124,30 +118,30 @@ static inline void join(hexload_momentum_t* self, const hexload_config_t* config
 }
 
 static inline void filter(hexload_momentum_t* self, const hexload_config_t* config,
-                          const hexload_effects_stage_t* effects, hexload_delayed_tick_t* past,
+                          hexload_effects_stage_t* effects, hexload_delayed_tick_t* past,
                           hexload_momentum_update_t* update) {
-    if (effects->filter == NULL) {
+    if (effects == NULL) {
         hexload_momentum_filter_step(&self->filter, config, past, update);
-    } else if (!hexload_actuator_effects_step(effects->filter, &self->filter, config, past, update)) {
+    } else if (!hexload_actuator_effects_step(&effects->filter, &self->filter, config, past, update)) {
         self->is_interrupted = true;
         past->smooth.gap_ticks = 1; // at rest, time goes on
     }
     hexload_momentum_supervisor_watch(&self->supervisor, config, &self->filter, past);
-    if (effects->filter != NULL) {
-        hexload_identifiability_step(effects->identifiability, config, &self->filter, effects->filter,
+    if (effects != NULL) {
+        hexload_identifiability_step(&effects->identifiability, config, &self->filter, &effects->filter,
                                      &past->smooth);
     }
 }
 
 /// A number that is not finite: everything begins from nothing.
 static inline void restart(hexload_momentum_t* self, const hexload_config_t* config,
-                           const hexload_effects_stage_t* effects, uint32_t* health) {
+                           hexload_effects_stage_t* effects, uint32_t* health) {
     hexload_momentum_filter_init(&self->filter, config);
     hexload_load_monitor_init(&self->monitor);
     hexload_momentum_supervisor_forget(&self->supervisor);
-    if (effects->filter != NULL) {
-        hexload_actuator_effects_init(effects->filter, config);
-        hexload_identifiability_init(effects->identifiability);
+    if (effects != NULL) {
+        hexload_actuator_effects_init(&effects->filter, config);
+        hexload_identifiability_init(&effects->identifiability);
     }
     self->is_interrupted = true;
     hexload_health_set(health, HEXLOAD_HEALTH_FILTER_RESTARTED);
@@ -155,7 +149,7 @@ static inline void restart(hexload_momentum_t* self, const hexload_config_t* con
 
 /// @param[out] update of the filter. NULL: not wanted; with effects it is needed.
 static inline hexload_status_t hexload_momentum_run(hexload_momentum_t* self, const hexload_config_t* config,
-                                                    const hexload_effects_stage_t* effects,
+                                                    hexload_effects_stage_t* effects,
                                                     const hexload_leg_sample_t* sample,
                                                     hexload_estimate_t* estimate,
                                                     hexload_momentum_update_t* update) {
@@ -173,12 +167,12 @@ static inline hexload_status_t hexload_momentum_run(hexload_momentum_t* self, co
         filter(self, config, effects, &past, update);
     }
     if (!hexload_momentum_filter_is_finite(&self->filter) ||
-        (effects->filter != NULL && !hexload_actuator_effects_is_finite(effects->filter))) {
+        (effects != NULL && !hexload_actuator_effects_is_finite(&effects->filter))) {
         restart(self, config, effects, &health);
     }
     hexload_momentum_supervisor_judge(&self->supervisor, config, &self->filter, estimate, &health);
-    if (effects->filter != NULL) {
-        hexload_identifiability_judge(effects->identifiability, estimate, &health);
+    if (effects != NULL) {
+        hexload_identifiability_judge(&effects->identifiability, estimate, &health);
     }
     estimate->tick = sample->tick;
     hexload_health_count(&self->health, health);

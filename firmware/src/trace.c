@@ -1,6 +1,6 @@
-/// Ticks of the momentum estimators that hand out their measurement update. In a file of their own: who wants
-/// no trace links none.
+/// Ticks that hand out their measurement update. In a file of their own: who wants no trace links none.
 #include "momentum_tick.h"
+#include "paper_tick.h"
 
 /// With S = L L^T the innovation is L times the whitened one, and its variances are the rows of L squared.
 static void write_trace(const hexload_momentum_t* self, const hexload_momentum_update_t* update,
@@ -22,7 +22,7 @@ static void write_trace(const hexload_momentum_t* self, const hexload_momentum_u
 
 /// A diagonal that the filter has not written says that there was no measurement.
 static hexload_status_t run(hexload_momentum_t* self, const hexload_config_t* config,
-                            const hexload_effects_stage_t* effects, const hexload_leg_sample_t* sample,
+                            hexload_effects_stage_t* effects, const hexload_leg_sample_t* sample,
                             hexload_estimate_t* estimate, hexload_trace_t* trace) {
     hexload_momentum_update_t update;
     update.L[0][0] = HEXLOAD_REAL(0.0);
@@ -40,15 +40,27 @@ static hexload_status_t run(hexload_momentum_t* self, const hexload_config_t* co
 hexload_status_t hexload_momentum_trace(hexload_momentum_t* self, const hexload_config_t* config,
                                         const hexload_leg_sample_t* sample, hexload_estimate_t* estimate,
                                         hexload_trace_t* trace) {
-    const hexload_effects_stage_t none = {.filter = NULL};
-    return run(self, config, &none, sample, estimate, trace);
+    return run(self, config, NULL, sample, estimate, trace);
 }
 
 hexload_status_t hexload_momentum_effects_trace(hexload_momentum_effects_t* self,
                                                 const hexload_config_t* config,
                                                 const hexload_leg_sample_t* sample,
                                                 hexload_estimate_t* estimate, hexload_trace_t* trace) {
-    const hexload_effects_stage_t stage = {.filter = &self->effects,
-                                           .identifiability = &self->identifiability};
-    return run(&self->momentum, config, &stage, sample, estimate, trace);
+    return run(&self->momentum, config, &self->effects, sample, estimate, trace);
+}
+
+hexload_status_t hexload_paper_trace(hexload_paper_t* self, const hexload_config_t* config,
+                                     const hexload_leg_sample_t* sample, hexload_estimate_t* estimate,
+                                     hexload_trace_t* trace) {
+    const uint32_t gated = (uint32_t)1 << HEXLOAD_HEALTH_MEASUREMENT_GATED;
+    hexload_trace_t written = {.tick = sample->tick, .dimension = 3};
+    const hexload_status_t status = hexload_paper_run(self, config, sample, estimate, &written);
+    if (status != HEXLOAD_OK) {
+        return status;
+    }
+    written.nis = self->filter.nis;
+    written.gate = (self->health.bits & gated) != 0 ? HEXLOAD_GATE_REJECTED : written.gate;
+    *trace = written;
+    return HEXLOAD_OK;
 }

@@ -26,8 +26,9 @@ std::string leg_columns(const char* name) {
     return columns;
 }
 
-std::string log_header() {
-    return fmt::format("t{}{}{}", leg_columns("dl"), leg_columns("vl"), leg_columns("f"));
+std::string log_header(bool velocity_sensor) {
+    return fmt::format("t{}{}{}", leg_columns("dl"), velocity_sensor ? leg_columns("vl") : "",
+                       leg_columns("f"));
 }
 
 std::string truth_header() {
@@ -124,7 +125,8 @@ void RunDirectory::write_inputs(const Scenario& scenario) {
         motion->path = "trajectory.csv";
     }
     write_text(file("scenario.toml"), to_toml(resolved));
-    log_ = std::make_unique<CsvFile>(file("log.csv"), log_header());
+    has_velocity_ = scenario.sensors.velocity_sensor;
+    log_ = std::make_unique<CsvFile>(file("log.csv"), log_header(has_velocity_));
     truth_ = std::make_unique<CsvFile>(file("truth.csv"), truth_header());
 }
 
@@ -132,7 +134,9 @@ void RunDirectory::write(const Tick& tick) {
     if (tick.sample) {
         log_->add(tick.sample->t_s);
         add_all<float>(*log_, tick.sample->displacement_m); // exact: the sensors deliver float32
-        add_all<float>(*log_, tick.sample->velocity_m_s);
+        if (has_velocity_) {
+            add_all<float>(*log_, tick.sample->velocity_m_s);
+        }
         add_all<float>(*log_, tick.sample->force_n);
         log_->end_row();
     }

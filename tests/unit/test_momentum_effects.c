@@ -99,7 +99,7 @@ static double covariance_of(const hexload_momentum_effects_t* estimator, int i, 
     const int row = i > j ? i : j, column = i > j ? j : i;
     const hexload_momentum_filter_t* load = &estimator->momentum.filter;
     return row < LOAD      ? (double)load->load_cov[row][column]
-           : row >= KNOWN  ? (double)estimator->effects.covariance[ROW(row) - ROW(KNOWN) + column]
+           : row >= KNOWN  ? (double)estimator->effects.filter.covariance[ROW(row) - ROW(KNOWN) + column]
            : column < LOAD ? (double)load->cross_cov[row - LOAD][column]
                            : (double)load->momentum_cov[row - LOAD][column - LOAD];
 }
@@ -230,7 +230,7 @@ typedef struct dense {
 static void read_dense(const step_t* step, dense_t* dense) {
     hexload_momentum_effects_t all;
     all.momentum.filter = step->load;
-    all.effects = step->effects;
+    all.effects.filter = step->effects;
     for (int i = 0; i < ALL; i++) {
         dense->x[i] = (double)(i < LOAD    ? step->load.theta[i]
                                : i < KNOWN ? step->load.momentum[i - LOAD]
@@ -588,7 +588,7 @@ static void test_identifiability_is_the_conditional_variance(void) {
     hexload_identifiability_init(&identifiability);
     for (int n = 0; n <= DIM; n++) {
         hexload_identifiability_step(&identifiability, &bench.config, &bench.estimator.momentum.filter,
-                                     &bench.estimator.effects, &still);
+                                     &bench.estimator.effects.filter, &still);
     }
     // THEN what is left of the variances is what Gauss leaves in double precision
     for (int at = 0; at < DIM; at++) {
@@ -611,17 +611,17 @@ static void test_forgetting_the_load_keeps_the_actuator_effects(void) {
     static bench_t bench;
     begin(&bench, paper_machine(), random_motion(63, 0.05, 0.1), &effects, 11);
     run(&bench, &eccentric, 500);
-    hexload_actuator_effects_t forgetful = bench.estimator.effects;
+    hexload_actuator_effects_t forgetful = bench.estimator.effects.filter;
     hexload_actuator_effects_forget(&forgetful);
     // THEN the effects and their covariance stay, and what they had in common with the load is gone
     for (int i = 0; i < DIM; i++) {
-        TEST_ASSERT_TRUE(forgetful.effect[i] == bench.estimator.effects.effect[i]);
+        TEST_ASSERT_TRUE(forgetful.effect[i] == bench.estimator.effects.filter.effect[i]);
         for (int k = 0; k < KNOWN; k++) {
             TEST_ASSERT_TRUE(forgetful.covariance[EFFECT_ROW(i) + k] == HEXLOAD_REAL(0.0));
         }
         for (int j = 0; j < DIM; j++) {
             TEST_ASSERT_TRUE(effects_covariance(&forgetful, i, j) ==
-                             effects_covariance(&bench.estimator.effects, i, j));
+                             effects_covariance(&bench.estimator.effects.filter, i, j));
         }
     }
     // AND a number that is not finite is detected
@@ -656,7 +656,7 @@ static void test_broken_covariance_begins_anew(void) {
     run(&bench, &eccentric, 1000);
     // GIVEN a variance of an effect that rounding, or a fault of memory, has spoilt WHEN the next sample
     // comes
-    bench.estimator.effects.covariance[EFFECT_ROW(7) + KNOWN + 7] = HEXLOAD_REAL(-1e9);
+    bench.estimator.effects.filter.covariance[EFFECT_ROW(7) + KNOWN + 7] = HEXLOAD_REAL(-1e9);
     run(&bench, &eccentric, 1);
     // THEN load and effects begin anew, that is said, and they are found again
     TEST_ASSERT_TRUE(bench.estimator.momentum.health.bits >> HEXLOAD_HEALTH_FILTER_RESTARTED & 1u);

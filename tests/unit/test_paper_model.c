@@ -72,7 +72,7 @@ static uint32_t step(fixture_t* x, uint32_t gap_ticks) {
     x->filter.last_wrench = wrench;
     x->motion.jacobian = &x->jacobian; // the fixture may have been copied
     const hexload_present_tick_t now = present(x, gap_ticks);
-    hexload_paper_filter_step(&x->filter, &x->config, &now, &wrench, &health, NULL);
+    hexload_paper_filter_step(&x->filter, &x->config, &now, &wrench, &health);
     return health;
 }
 

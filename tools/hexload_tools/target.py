@@ -202,7 +202,7 @@ def objects(preset: str, *sources: str) -> list[Path]:
 
 
 def library(preset: str) -> Path:
-    return directory(preset) / "firmware" / "libfirmware.a"
+    return directory(preset) / "firmware" / "libhexload.a"
 
 
 def node_libraries(preset: str) -> list[Path]:

@@ -58,9 +58,8 @@ HEXLOAD_MUST_USE hexload_status_t hexload_momentum_trace(hexload_momentum_t* sel
 /// The momentum estimator with a stage for actuator effects: the force sensors' biases and the legs' friction
 /// are found together with the load. Four times the work.
 typedef struct hexload_momentum_effects {
-    hexload_momentum_t momentum;               ///< its filter holds theta, mu and their covariance
-    hexload_actuator_effects_t effects;        ///< biases and friction, N, N s/m
-    hexload_identifiability_t identifiability; ///< what is confounded with them
+    hexload_momentum_t momentum;     ///< its filter holds theta, mu and their covariance
+    hexload_effects_stage_t effects; ///< biases and friction, N, N s/m, and what is confounded with them
 } hexload_momentum_effects_t;
 
 /// As hexload_momentum_init().

@@ -224,6 +224,12 @@ typedef struct hexload_identifiability {
     hexload_real_t fastest_leg_m_s; ///< fades over excitation_time_constant_s
 } hexload_identifiability_t;
 
+/// The stage for actuator effects.
+typedef struct hexload_effects_stage {
+    hexload_actuator_effects_t filter;         ///< biases and friction
+    hexload_identifiability_t identifiability; ///< which load parameters are confounded with them
+} hexload_effects_stage_t;
+
 HEXLOAD_DECLS_END
 
 #endif

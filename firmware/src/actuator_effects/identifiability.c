@@ -2,7 +2,6 @@
 
 #include "algebra/linalg.h"
 #include "actuator_effects/actuator_effects_model.h"
-#include "configuration/momentum_prior.h"
 
 #include <string.h>
 

@@ -1,15 +1,6 @@
 #include "configuration/momentum_prior.h"
 #include "hexload/state.h"
 
-void hexload_momentum_prior_sigma(const hexload_momentum_config_t* momentum,
-                                  hexload_real_t sigma[HEXLOAD_LOAD_DIM]) {
-    for (int k = 0; k < HEXLOAD_LOAD_DIM; k++) {
-        sigma[k] =
-            k < HEXLOAD_LOAD_IXX ? momentum->prior_moment_sigma_kg_m : momentum->prior_inertia_sigma_kg_m2;
-    }
-    sigma[HEXLOAD_LOAD_M] = momentum->prior_mass_sigma_kg;
-}
-
 /// Mean distance of the platform's hinges from O_A.
 static hexload_real_t hinge_radius_m(const hexload_geometry_t* geometry) {
     hexload_real_t sum_m = HEXLOAD_REAL(0.0);

@@ -3,15 +3,11 @@
 #ifndef HEXLOAD_MOMENTUM_PRIOR_H
 #define HEXLOAD_MOMENTUM_PRIOR_H
 
-#include "hexload/estimate.h"
+#include "hexload/config.h"
 
 /// A few times the platform's own mass.
 static inline hexload_real_t hexload_momentum_open_mass_sigma_kg(const hexload_config_t* config) {
     return HEXLOAD_REAL(3.0) * config->platform.mass_kg;
 }
-
-/// The configured prior sigma of each parameter.
-void hexload_momentum_prior_sigma(const hexload_momentum_config_t* momentum,
-                                  hexload_real_t sigma[HEXLOAD_LOAD_DIM]);
 
 #endif

@@ -11,6 +11,15 @@
 
 enum { DIM = HEXLOAD_LOAD_DIM };
 
+HEXLOAD_RARE void hexload_momentum_prior_sigma(const hexload_momentum_config_t* momentum,
+                                               hexload_real_t sigma[HEXLOAD_LOAD_DIM]) {
+    for (int k = 0; k < HEXLOAD_LOAD_DIM; k++) {
+        sigma[k] =
+            k < HEXLOAD_LOAD_IXX ? momentum->prior_moment_sigma_kg_m : momentum->prior_inertia_sigma_kg_m2;
+    }
+    sigma[HEXLOAD_LOAD_M] = momentum->prior_mass_sigma_kg;
+}
+
 HEXLOAD_RARE void hexload_momentum_filter_init(hexload_momentum_filter_t* self,
                                                const hexload_config_t* config) {
     const hexload_platform_t* platform = &config->platform;

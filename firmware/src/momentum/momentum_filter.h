@@ -36,6 +36,10 @@ typedef struct hexload_momentum_update {
     hexload_momentum_projection_t U; ///< -L^-1 H P
 } hexload_momentum_update_t;
 
+/// The configured prior sigma of each parameter.
+void hexload_momentum_prior_sigma(const hexload_momentum_config_t* momentum,
+                                  hexload_real_t sigma[HEXLOAD_LOAD_DIM]);
+
 /// Theta of the configuration's prior. mu comes with the first sample.
 void hexload_momentum_filter_init(hexload_momentum_filter_t* self, const hexload_config_t* config);
 

@@ -93,12 +93,7 @@ static void predict(hexload_paper_filter_t* self, const hexload_paper_model_t* m
 }
 
 /// Omega (29), platform axes, from the leg velocities, and its noise.
-typedef struct rate_measurement {
-    hexload_real_t rate_rad_s[3];
-    hexload_real_t noise[3][3]; ///< lower triangle
-} rate_measurement_t;
-
-static void measure_rate(const hexload_present_tick_t* now, rate_measurement_t* measured) {
+static void measure_rate(const hexload_present_tick_t* now, hexload_paper_step_t* measured) {
     const hexload_motion_t* motion = now->motion;
     const hexload_real_t sigma_m_s = now->sensors.velocity_sigma_m_s;
     hexload_real_t to_platform[3][3]; // for legs with errors of sigma_m_s
@@ -236,7 +231,7 @@ static void bound_inertia(hexload_paper_filter_t* self, uint32_t* health) {
 
 /// Takes the rates from the sensors and keeps the parameters: at the start, after a gap too long to integrate
 /// over, and when the predicted rate no longer fits.
-static void seed_rate(hexload_paper_filter_t* self, const rate_measurement_t* measured) {
+static void seed_rate(hexload_paper_filter_t* self, const hexload_paper_step_t* measured) {
     memcpy(self->rate_rad_s, measured->rate_rad_s, sizeof self->rate_rad_s);
     for (int i = 0; i < 3; i++) {
         for (int j = 0; j <= i; j++) {
@@ -249,61 +244,43 @@ static void seed_rate(hexload_paper_filter_t* self, const rate_measurement_t* me
     self->nis = IDEAL_NIS; // no innovation: a mean of NIS stands still
 }
 
-typedef struct rate_innovation {
-    hexload_real_t rate_rad_s[3]; ///< measured minus predicted
-    hexload_real_t S[3][3];       ///< its covariance; lower triangle
-    hexload_real_t L[3][3];       ///< S = L L^T, diagonal inverted
-    hexload_real_t whitened[3];   ///< L^-1 times the innovation
-} rate_innovation_t;
-
-/// Innovation of the measured rates, S and its factor (29)-(31).
+/// Innovation of the measured rates, whitened, S and its factor (29)-(31).
 /// @return false when rounding has cost P its definiteness.
-static inline bool innovate(hexload_paper_filter_t* self, const rate_measurement_t* measured,
-                            rate_innovation_t* innovation) {
+static inline bool innovate(hexload_paper_filter_t* self, const hexload_paper_step_t* step,
+                            hexload_real_t S[3][3], hexload_real_t L[3][3], hexload_real_t whitened[3]) {
+    hexload_real_t innovation[3];
     HEXLOAD_UNROLL
     for (int i = 0; i < 3; i++) {
-        innovation->rate_rad_s[i] = measured->rate_rad_s[i] - self->rate_rad_s[i];
+        innovation[i] = step->rate_rad_s[i] - self->rate_rad_s[i];
         HEXLOAD_UNROLL
         for (int j = 0; j <= i; j++) {
-            innovation->S[i][j] = self->rate_cov[i][j] + measured->noise[i][j];
+            S[i][j] = self->rate_cov[i][j] + step->noise[i][j];
         }
     }
-    if (!cholesky3(innovation->S, innovation->L)) {
+    if (!cholesky3(S, L)) {
         return false;
     }
-    forward_substitute3(innovation->L, innovation->rate_rad_s, innovation->whitened);
-    self->nis = dot3(innovation->whitened, innovation->whitened);
+    forward_substitute3(L, innovation, whitened);
+    self->nis = dot3(whitened, whitened);
     return true;
-}
-
-HEXLOAD_RARE static void write_trace(const hexload_paper_filter_t* self, const hexload_config_t* config,
-                                     const rate_innovation_t* innovation, hexload_trace_t* trace) {
-    trace->gate = self->nis <= config->paper.gate_nis ? HEXLOAD_GATE_ACCEPTED : HEXLOAD_GATE_REJECTED;
-    trace->nis = self->nis;
-    for (int i = 0; i < 3; i++) {
-        trace->innovation[i] = innovation->rate_rad_s[i];
-        trace->variance[i] = innovation->S[i][i];
-    }
 }
 
 /// (29)-(31), (36), and what keeps an estimate honest.
 static void update(hexload_paper_filter_t* self, const hexload_config_t* config,
-                   const hexload_real_t lever_kg_m2[3], const rate_measurement_t* measured, uint32_t* health,
-                   hexload_trace_t* trace) {
-    rate_innovation_t innovation;
-    if (!innovate(self, measured, &innovation)) {
-        seed_rate(self, measured);
+                   const hexload_paper_step_t* step, uint32_t* health) {
+    hexload_real_t S[3][3];
+    hexload_real_t L[3][3];
+    hexload_real_t whitened[3];
+    if (!innovate(self, step, S, L, whitened)) {
+        seed_rate(self, step);
         hexload_health_set(health, HEXLOAD_HEALTH_RATE_RESEEDED);
         return;
-    }
-    if (trace != NULL) {
-        write_trace(self, config, &innovation, trace);
     }
     if (!(self->nis <= config->paper.gate_nis)) { // also NaN
         hexload_health_set(health, HEXLOAD_HEALTH_MEASUREMENT_GATED);
         self->gated++;
         if (self->gated > config->paper.longest_gate_ticks) {
-            seed_rate(self, measured);
+            seed_rate(self, step);
             hexload_health_set(health, HEXLOAD_HEALTH_RATE_RESEEDED);
         }
         return;
@@ -311,8 +288,8 @@ static void update(hexload_paper_filter_t* self, const hexload_config_t* config,
     const hexload_real_t prior_variance[3] = {self->rate_cov[0][0], self->rate_cov[1][1],
                                               self->rate_cov[2][2]};
     self->gated = 0;
-    correct(self, innovation.L, innovation.whitened);
-    remove_noise_effects(self, lever_kg_m2, innovation.S, prior_variance, health);
+    correct(self, L, whitened);
+    remove_noise_effects(self, step->noise_lever_kg_m2, S, prior_variance, health);
     bound_covariance(self, health);
     bound_inertia(self, health);
 }
@@ -341,30 +318,38 @@ static void remember(hexload_paper_filter_t* self, const hexload_leg_sample_t* s
     }
 }
 
-void hexload_paper_filter_step(hexload_paper_filter_t* self, const hexload_config_t* config,
-                               const hexload_present_tick_t* now, const hexload_wrench_t* wrench,
-                               uint32_t* health, hexload_trace_t* trace) {
-    rate_measurement_t measured;
-    measure_rate(now, &measured);
+void hexload_paper_filter_predict(hexload_paper_filter_t* self, const hexload_config_t* config,
+                                  const hexload_present_tick_t* now, const hexload_wrench_t* wrench,
+                                  hexload_paper_step_t* step, uint32_t* health) {
+    measure_rate(now, step);
+    step->is_predicted = now->gap_ticks > 0 && now->gap_ticks <= config->paper.longest_gap_ticks;
     if (now->gap_ticks != 1) {
         self->history = 0; // differences over a gap are motion
     }
-    if (now->gap_ticks == 0) {
-        seed_rate(self, &measured);
-    } else if (now->gap_ticks > config->paper.longest_gap_ticks) {
-        seed_rate(self, &measured);
-        hexload_health_set(health, HEXLOAD_HEALTH_RATE_RESEEDED);
-    } else {
+    if (step->is_predicted) {
         hexload_paper_model_t model;
         hexload_paper_model_linearise(self, config, now, wrench,
                                       config->tick_s * (hexload_real_t)now->gap_ticks, &model);
         predict(self, &model);
         add_jacobian_noise(&self->jacobian_noise, &model.jacobian_noise);
-        update(self, config, model.noise_lever_kg_m2, &measured, health, trace);
+        memcpy(step->noise_lever_kg_m2, model.noise_lever_kg_m2, sizeof step->noise_lever_kg_m2);
+        return;
+    }
+    seed_rate(self, step);
+    if (now->gap_ticks > 0) {
+        hexload_health_set(health, HEXLOAD_HEALTH_RATE_RESEEDED);
+    }
+}
+
+void hexload_paper_filter_correct(hexload_paper_filter_t* self, const hexload_config_t* config,
+                                  const hexload_present_tick_t* now, const hexload_wrench_t* wrench,
+                                  const hexload_paper_step_t* step, uint32_t* health) {
+    if (step->is_predicted) {
+        update(self, config, step, health);
     }
     if (!is_finite(self)) {
         hexload_paper_filter_init(self, config);
-        seed_rate(self, &measured);
+        seed_rate(self, step);
         hexload_health_set(health, HEXLOAD_HEALTH_FILTER_RESTARTED);
     }
     remember(self, now->sample, wrench);

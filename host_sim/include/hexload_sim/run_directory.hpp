@@ -64,7 +64,8 @@ class RunDirectory {
     // scenario.toml with all defaults, platform.toml verbatim, and the trajectory file if there is one.
     void write_inputs(const Scenario& scenario);
 
-    // A row of log.csv (unless the sample is lost) and of truth.csv.
+    // A row of log.csv, without vl1 ... vl6 where the machine has no velocity sensor (unless the sample is
+    // lost) and of truth.csv.
     void write(const Tick& tick);
 
     // meta.json, then the final name. Throws InputError if target has become what may not be replaced; of
@@ -79,6 +80,7 @@ class RunDirectory {
     bool replace_;
     std::filesystem::path partial_;
     bool finished_ = false;
+    bool has_velocity_ = true;
     std::unique_ptr<CsvFile> log_;
     std::unique_ptr<CsvFile> truth_;
 };

@@ -77,7 +77,7 @@ static void run_stages(hexload_paper_t* self, const hexload_config_t* config,
     hexload_wrench_compute(&motion, sample, &wrench);
     instructions[WRENCH] = instruction_counter_since(mark);
     mark = instruction_counter_mark();
-    hexload_paper_filter_step(&self->filter, config, &now, &wrench, &health, NULL);
+    hexload_paper_filter_step(&self->filter, config, &now, &wrench, &health);
     instructions[FILTER] = instruction_counter_since(mark);
     mark = instruction_counter_mark();
     hexload_paper_supervisor_judge(&self->supervisor, config, &self->filter, &estimate, &health);
@@ -109,7 +109,7 @@ static enum exit_status replay(int32_t log, int32_t out) {
     static hexload_config_t config;
     const header_t header = {.config_bytes = sizeof config,
                              .estimator_bytes = sizeof estimator,
-                             .filter_bytes = sizeof estimator.paper_filter,
+                             .filter_bytes = sizeof estimator.filter,
                              .nop_instructions = count_nops()};
     hexload_leg_sample_t sample;
     if (!semihosting_read(log, &config, sizeof config) ||

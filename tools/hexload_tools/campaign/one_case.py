@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hexload_tools import bound, leg_mass, log_file, project, tare
-from hexload_tools.campaign import baselines, cases, leg_regression
+from hexload_tools.campaign import baselines, cases, leg_regression, rigs
 from hexload_tools.campaign.baselines import Answer
 from hexload_tools.campaign.cases import MOTION_FILE, TARED, Case, Setup
 from hexload_tools.errors import InputError, ToolFailed
@@ -37,7 +37,9 @@ TEN = len(bound.THETA_NAMES)
 @functools.cache
 def code_version() -> str:
     """Digest of what decides the numbers of a case: programs, modules, the platform and the friction of the cases."""
-    modules = [Path(module.__file__) for module in (cases, leg_regression, baselines, bound, log_file, tare, leg_mass)]
+    modules = [
+        Path(module.__file__) for module in (cases, rigs, leg_regression, baselines, bound, log_file, tare, leg_mass)
+    ]
     native = Path(project.native_module().__file__)
     platform = project.SCENARIOS / "platforms" / "paper.toml"
     digest = hashlib.sha256()
