@@ -4,7 +4,7 @@
 /// A port calls hexload_node_receive() for each received frame and hexload_node_period() every millisecond,
 /// from one thread, frames first. A sample is processed when its last frame arrives: the answer does not wait
 /// for the next period. A change of the load is sent as an event, before the answer to the sample at which it
-/// was noticed, and stays in the status. Frames that the node sent itself must not come back.
+/// was detected, and stays in the status. Frames that the node sent itself must not come back.
 ///
 /// A node that hears another controller while it listens stays silent until it is started anew: it neither
 /// answers nor carries out commands. One that is active and hears another goes on answering and sending its

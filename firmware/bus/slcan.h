@@ -21,7 +21,7 @@ enum {
 typedef struct hexload_slcan {
     uint32_t passed_over; ///< lines without a frame of ours: commands, acknowledges, extended, remote, FD
     uint32_t dropped;     ///< lines that are none of the format
-    uint32_t refusals;    ///< bells: the adapter could not do what it was told
+    uint32_t refusals;    ///< bells: the adapter could not do what it was asked
     uint8_t length;       ///< of the line so far; beyond HEXLOAD_SLCAN_LINE_BYTES only that it is too long
     char line[HEXLOAD_SLCAN_LINE_BYTES];
 } hexload_slcan_t;

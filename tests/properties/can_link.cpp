@@ -24,7 +24,7 @@ struct Controller {
     std::uint8_t state = HEXLOAD_APP_ESTIMATING; // as reported in answers
     std::uint8_t fault = HEXLOAD_FAULT_NONE;
     std::uint8_t filter = HEXLOAD_FILTER_PAPER;
-    std::set<std::uint32_t> changes; // ticks at which it notices another load
+    std::set<std::uint32_t> changes; // ticks at which it detects a load change
     int lost_events = 0;             // that it counts and that do not arrive
     int deaf_to = 0;                 // commands that it does not hear
     bool doubles_acknowledges = false;

@@ -39,7 +39,7 @@ static uint32_t stack_margin_bytes(void* context) {
     return painted_stack_margin_bytes();
 }
 
-// Frames first: a sample that has arrived is answered before time passes. A serial line does not tell that
+// Frames first: a sample that has arrived is answered before time passes. A serial line does not show that
 // nobody is at its other end, so the bus is always up.
 static void step(hexload_node_t* node, hexload_slcan_t* slcan) {
     hexload_bus_frame_t frame;
