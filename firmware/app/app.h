@@ -52,7 +52,7 @@ typedef struct hexload_app {
     uint32_t refused_in_a_row;
     uint32_t samples_missing; ///< ticks without a sample since START, saturating
     uint32_t last_tick;       ///< of the last accepted sample
-    uint32_t change_tick;     ///< of the sample at which the load was last noticed to have changed
+    uint32_t change_tick;     ///< of the sample at which a load change was last detected
 } hexload_app_t;
 
 /// 100 ms, 10 s, 100 samples.
@@ -67,8 +67,8 @@ HEXLOAD_MUST_USE hexload_status_t hexload_app_init(hexload_app_t* self, const he
 /// Carries out a command. START: from IDLE only; begins with a fresh estimator. STOP: to IDLE from anywhere
 /// but FAULT; the last estimate stays readable. RESET: to IDLE from anywhere, fresh estimator. SELECT_FILTER,
 /// SET_KNOWN_MASS: in IDLE only. Another filter is a fresh one, and the last estimate is forgotten; the one
-/// that is selected already goes on as it is. The mass is told to both filters
-/// (hexload_config_set_known_mass()), to the momentum filter's until it notices another load; one that
+/// that is selected already goes on as it is. The mass is set for every estimator
+/// (hexload_config_set_known_mass()), for the momentum estimators until they detect a load change; one that
 /// hexload_config_check() refuses changes nothing. The safe prior goes with a new mass; a prior of the
 /// paper's filter that was configured otherwise stays.
 /// @param[out] acknowledge all but profile, which node.h knows.

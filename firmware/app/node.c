@@ -67,7 +67,7 @@ static APART void carry_out(hexload_node_t* self, const hexload_bus_command_t* c
     (void)send(self, &frame);
 }
 
-/// Classic: the next page of the answer that is being sent; page 0 begins with this one, and tells the health
+/// Classic: the next page of the answer that is being sent; page 0 begins with this one, and has the health
 /// bits of all samples since the one before. A change of fault does not wait for the round to end.
 static int page_answer(hexload_node_t* self, const hexload_bus_answer_t* answer, hexload_bus_frame_t* frame) {
     if (answer->status == HEXLOAD_OK) {
@@ -82,7 +82,7 @@ static int page_answer(hexload_node_t* self, const hexload_bus_answer_t* answer,
         self->answer_page = 0;
         self->health_seen = 0;
     }
-    self->answer.tick = answer->tick; // each page tells the sample just processed
+    self->answer.tick = answer->tick; // each page has the tick of the sample just processed
     const int count = hexload_bus_encode_answer(HEXLOAD_BUS_CLASSIC, &self->answer, self->answer_page, frame);
     self->answer_page = (uint8_t)((self->answer_page + 1) % hexload_bus_answer_pages(self->answer.filter));
     return count;

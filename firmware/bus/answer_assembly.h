@@ -3,7 +3,7 @@
 ///
 /// FD: an answer begins with its estimate, or with the first frame of a later tick; it is whole when sigma
 /// and health of the same tick and filter have come too, and ends with health, which is sent last. Classic:
-/// it begins with page 0, which tells the filter, and is whole when all hexload_bus_answer_pages() of it have
+/// it begins with page 0, which names the filter, and is whole when all hexload_bus_answer_pages() of it have
 /// come one after the other, without so long a gap that a whole round may be missing; all describe the tick
 /// of page 0, and so an answer is two ticks old for each page when it is whole: 24 (paper) or 50 (momentum).
 #ifndef HEXLOAD_BUS_ANSWER_ASSEMBLY_H

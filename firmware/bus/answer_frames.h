@@ -21,7 +21,7 @@ enum {
 HEXLOAD_MUST_USE hexload_bus_status_t hexload_answer_decode_fd(const hexload_bus_frame_t* frame, int* part,
                                                                hexload_bus_answer_t* answer);
 
-/// Puts one classic page into answer, but not its tick. Page 0 tells the filter.
+/// Puts one classic page into answer, but not its tick. Page 0 names the filter.
 /// @param[out] page its place in a round of answer->filter; -1: such rounds have no such page.
 /// @param[out] tick_low low 16 bits of the tick of the sample that the controller had just processed.
 HEXLOAD_MUST_USE hexload_bus_status_t hexload_answer_decode_page(const hexload_bus_frame_t* frame, int* page,

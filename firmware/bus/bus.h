@@ -115,10 +115,10 @@ typedef struct hexload_bus_answer {
     hexload_estimate_t estimate; ///< the last one; its tick is not sent and reads 0
 } hexload_bus_answer_t;
 
-/// Event: another load is on the platform.
+/// Event: load change.
 typedef struct hexload_bus_load_change {
-    uint32_t tick;         ///< of the sample at which it was noticed
-    uint16_t load_changes; ///< noticed since START, this one included, saturating
+    uint32_t tick;         ///< of the sample at which it was detected
+    uint16_t load_changes; ///< detected since START, this one included, saturating
 } hexload_bus_load_change_t;
 
 /// Slow status of the controller: one page per frame, 20 frames/s. Counters saturate.
@@ -134,7 +134,7 @@ typedef struct hexload_bus_controller_status {
     uint32_t samples_missing;    ///< ticks without an accepted sample since START
     uint32_t frames_refused;     ///< frames with a wrong length, checksum, tick or value
     uint32_t samples_refused;
-    uint16_t load_changes; ///< changes of the load noticed since START
+    uint16_t load_changes; ///< load changes detected since START
 } hexload_bus_controller_status_t;
 
 /// Writes the frames of a sample.

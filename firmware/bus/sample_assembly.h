@@ -34,8 +34,8 @@ HEXLOAD_MUST_USE hexload_bus_status_t hexload_sample_assembly_add(hexload_sample
                                                                   const hexload_bus_frame_t* frame,
                                                                   hexload_leg_sample_t* sample);
 
-/// A new run begins: legs that were missing before it are no longer told, nor those of the tick that is being
-/// assembled, should it stay incomplete.
+/// A new run begins: legs that were missing before it are no longer reported, nor those of the tick that is
+/// being assembled, should it stay incomplete.
 void hexload_sample_assembly_forgive(hexload_sample_assembly_t* self);
 
 /// Classic: after a silence in which the four-bit tick may have gone round, wait for the next whole tick.

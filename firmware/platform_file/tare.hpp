@@ -1,4 +1,4 @@
-// The empty platform's own parameters, as a run of it tells them: legs and modelling errors act on the
+// The empty platform's own parameters, as a run of it shows them: legs and modelling errors act on the
 // estimator as a constant offset of theta.
 #pragma once
 

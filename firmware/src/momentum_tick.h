@@ -21,7 +21,7 @@
 
 #include <stddef.h>
 
-/// Ticks before the alarm at which the new load may have been there already: the filter forgets then.
+/// Ticks before the alarm at which the load may have changed already: the filter forgets then.
 enum { HEXLOAD_ALARM_DELAY_TICKS = 6 };
 
 /// Checks the sample, finds pose and twist and the effective sigmas.
@@ -66,8 +66,8 @@ static inline void watch_load(hexload_momentum_t* self, const hexload_config_t* 
     hexload_momentum_supervisor_hear(&self->supervisor, config, &self->monitor);
 }
 
-/// The first sample of a new load reaches the filter. The actuators stay as they are known; but their biases
-/// have taken what a wrong known mass weighs too much, and a first change may be just that coming out.
+/// The first sample after a load change reaches the filter. The actuators stay as they are known; but their
+/// biases have taken what a wrong known mass weighs too much, and a first change may be just that coming out.
 static inline void forget_load(hexload_momentum_t* self, const hexload_config_t* config,
                                hexload_effects_stage_t* effects) {
     hexload_load_monitor_init(&self->monitor);
@@ -103,8 +103,8 @@ static inline bool take_delayed(hexload_momentum_t* self, const hexload_config_t
     return true;
 }
 
-/// Whether the sample is the first of a new load, or of a motion of which mu knows nothing: then mu begins
-/// anew.
+/// Whether the sample is the first after a load change, or of a motion of which mu knows nothing: then mu
+/// begins anew.
 static inline void join(hexload_momentum_t* self, const hexload_config_t* config,
                         hexload_effects_stage_t* effects, hexload_smooth_sample_t* smooth) {
     const bool is_new_load = self->is_changing && smooth->sample.tick - self->change_tick < UINT32_MAX / 2;

@@ -88,7 +88,7 @@ bool bind_to_interface(int socket, int index) {
     return bind(socket, reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0;
 }
 
-// Tells when any interface changes; an invalid one when the system has none to give.
+// Reports when any interface changes; an invalid one when the system has none to give.
 Descriptor open_link_monitor() {
     Descriptor monitor(::socket(AF_NETLINK, SOCK_RAW | SOCK_CLOEXEC | SOCK_NONBLOCK, NETLINK_ROUTE));
     sockaddr_nl address{};

@@ -13,7 +13,7 @@
 namespace hexload::sim {
 
 struct LinkSettings {
-    // Which one the controller is told to run.
+    // Which one the controller is to run.
     EstimatorKind estimator = EstimatorKind::paper;
     // Silence of the controller after which lockstep gives up and real time speaks up.
     std::chrono::milliseconds answer_timeout{2000};
@@ -30,7 +30,7 @@ std::unique_ptr<EstimatorLink> make_lockstep_link(std::unique_ptr<ControllerWire
                                                   const LinkSettings& settings);
 
 // Sends at every tick and takes the answers that are there. Missing and late answers are counted; outages of
-// the bus and restarts of the controller are survived, told and counted.
+// the bus and restarts of the controller are survived, reported and counted.
 std::unique_ptr<EstimatorLink> make_real_time_link(std::unique_ptr<ControllerWire> wire,
                                                    const LinkSettings& settings);
 

@@ -30,7 +30,7 @@ class ControllerSession {
     // this profile would not send.
     std::optional<BusNews> read(std::chrono::microseconds timeout);
 
-    // Whether an answer is of the estimator that the controller was told to run.
+    // Whether an answer is of the estimator that the controller is to run.
     bool is_of_estimator(const hexload_bus_answer_t& answer) const;
 
     // Throws LinkError for faults that a new start does not mend, and for all when `any` is set.
@@ -61,7 +61,7 @@ class ControllerSession {
     [[noreturn]] void fail(LinkFailure failure, const std::string& message) const;
     void tell(const std::string& message) const;
 
-    // When the controller noticed another load, as its events tell.
+    // When the controller detected a load change, by its events.
     const std::vector<double>& load_changes_s() const {
         return load_changes_s_;
     }

@@ -1,4 +1,4 @@
-// The run as it happens, for those who watch on LCM: leg samples and, from the plant, what no sensor tells.
+// The run as it happens, for those who watch on LCM: leg samples and, from the plant, what no sensor shows.
 #pragma once
 
 #include <hexload/leg_sample_t.hpp>

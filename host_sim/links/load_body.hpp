@@ -16,8 +16,8 @@ struct LoadBody {
     std::array<double, 10> value{};
     std::array<double, 10> sigma{};
     bool is_consistent = false;
-    double distance_sigmas = 0.0;     // to the nearest possible body; NaN: none was found
-    std::array<double, 10> nearest{}; // as value; value itself when that is possible
+    double distance_sigmas = 0.0;     // to the nearest consistent body; NaN: none was found
+    std::array<double, 10> nearest{}; // as value; value itself when that is consistent
 };
 
 // Of an estimate of all ten parameters: with its covariance, a square row by row that begins with theirs, but

@@ -198,7 +198,7 @@ void RealTimeLink::take(const AnswerPart& part) {
 
 void RealTimeLink::take(const hexload_bus_acknowledge_t& acknowledge) {
     if (acknowledge.result != HEXLOAD_RESULT_DONE) {
-        return; // overtaken by an earlier one; the state that it tells counts
+        return; // overtaken by an earlier one; the state that it reports counts
     }
     if (acknowledge.kind == HEXLOAD_COMMAND_START && wanted_ == HEXLOAD_COMMAND_START) {
         ++rejoins_;

@@ -214,7 +214,7 @@ std::unique_ptr<Trajectory> make_multisine(const MultisineMotion& settings, cons
         "limits or a lower frequency");
 }
 
-// A move is a straight line in q with the speed profile of smooth_step, so a single-move trajectory tells.
+// A move is a straight line in q with the speed profile of smooth_step, so a single-move trajectory shows it.
 bool move_keeps_limits(const WorkMotion& settings, const Vector6& from, const Vector6& to,
                        const Geometry& geometry, const MotionLimits& limits) {
     const WorkTrajectory move(settings, {from, to});

@@ -132,7 +132,7 @@ SCENARIO("frames survive python-can's wire format") {
     }
 }
 
-SCENARIO("datagrams that are not frames of the bus are told apart") {
+SCENARIO("datagrams that are not frames of the bus are recognised") {
     GIVEN("the datagram of a good frame") {
         const auto good = packed(frame_of(0x123, true, 64));
         WHEN("it says that it is an extended, a remote or an error frame") {

@@ -21,7 +21,7 @@ using Clock = std::chrono::steady_clock;
 // The controller's side of the bus, with everything that can be wrong with it.
 struct Controller {
     hexload_bus_profile_t profile = HEXLOAD_BUS_FD;
-    std::uint8_t state = HEXLOAD_APP_ESTIMATING; // as told in answers
+    std::uint8_t state = HEXLOAD_APP_ESTIMATING; // as reported in answers
     std::uint8_t fault = HEXLOAD_FAULT_NONE;
     std::uint8_t filter = HEXLOAD_FILTER_PAPER;
     std::set<std::uint32_t> changes; // ticks at which it notices another load
@@ -159,7 +159,7 @@ class ScriptedChannel final : public hexload::transport::CanChannel {
     std::deque<hexload_bus_frame_t> coming_;
 };
 
-// A link, what it told, and the controls of the other side.
+// A link, what it reported, and the controls of the other side.
 class Bench {
   public:
     explicit Bench(bool real_time, hexload_bus_profile_t profile = HEXLOAD_BUS_FD) {
@@ -272,7 +272,7 @@ SCENARIO("in lockstep each tick has the answer of its own sample") {
     }
 }
 
-SCENARIO("the controller is told which estimator to run, and its answers have that one's parameters") {
+SCENARIO("the controller is given the estimator to run, and its answers have that one's parameters") {
     GIVEN("a simulator that wants the momentum filter, in either profile and pacing") {
         for (const bool real_time : {false, true}) {
             for (const auto profile : {HEXLOAD_BUS_FD, HEXLOAD_BUS_CLASSIC}) {
@@ -314,7 +314,7 @@ SCENARIO("the controller is told which estimator to run, and its answers have th
         bench.controller.filter = HEXLOAD_FILTER_PAPER;
         WHEN("it answers") {
             const auto rows = bench.steps(10, 300);
-            THEN("it is told again, and rows go on") {
+            THEN("it is given again, and rows go on") {
                 CHECK(bench.controller.filter == HEXLOAD_FILTER_MOMENTUM);
                 CHECK(bench.counts().rejoins == 1);
                 CHECK(rows.size() >= 280);
@@ -351,7 +351,7 @@ SCENARIO("a changed load is an event of its tick, also where no answer is due") 
         WHEN("40 ticks are run") {
             bench.link().start();
             bench.steps(0, 39);
-            THEN("the third tells that they are missing") {
+            THEN("the third reports that they are missing") {
                 CHECK(bench.link().load_changes_s() == std::vector<double>{0.030});
                 CHECK(bench.counts().events_missing == 2);
             }
@@ -432,7 +432,7 @@ SCENARIO("a controller of the wrong profile is diagnosed at the start") {
     }
 }
 
-SCENARIO("a second controller on the bus is noticed") {
+SCENARIO("a second controller on the bus is detected") {
     GIVEN("two acknowledges of each command") {
         Bench bench(false);
         bench.controller.doubles_acknowledges = true;
@@ -584,7 +584,7 @@ SCENARIO("in real time a controller that was restarted is started again") {
             bench.controller.state = HEXLOAD_APP_IDLE;
             const auto while_idle = bench.step(10);
             const auto rows = bench.steps(11, 300);
-            THEN("it gets START, rows go on, and the rejoin is told and counted") {
+            THEN("it gets START, rows go on, and the rejoin is reported and counted") {
                 CHECK(while_idle.empty());
                 CHECK(bench.controller.state == HEXLOAD_APP_ESTIMATING);
                 CHECK(rows.size() >= 289);
@@ -613,7 +613,7 @@ SCENARIO("in real time a controller that was restarted is started again") {
     }
 }
 
-SCENARIO("in real time outages are survived, told once each way and counted") {
+SCENARIO("in real time outages are survived, reported once each way and counted") {
     GIVEN("a run of 10 ticks") {
         Bench bench(true);
         bench.link().start();
@@ -641,7 +641,7 @@ SCENARIO("in real time outages are survived, told once each way and counted") {
             bench.controller.silent_from = 10;
             bench.steps(10, 4000);
             bench.link().finish();
-            THEN("that is told once, and the run ends as silent with every tick counted") {
+            THEN("that is reported once, and the run ends as silent with every tick counted") {
                 REQUIRE(bench.told.size() == 1);
                 CHECK(contains(bench.told[0], "the controller is silent since tick 10"));
                 CHECK(bench.counts().ends_silent);

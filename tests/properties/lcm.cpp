@@ -125,10 +125,10 @@ TEST_CASE("an answer of either filter is the same after its two messages") {
     }
 }
 
-TEST_CASE("health is told in words") {
+TEST_CASE("health is reported in words") {
     const hexload_bus_answer_t answer = some_answer(HEXLOAD_FILTER_PAPER);
     CHECK(transport::health_message(answer, 7).samples_missing == 7);
-    // and its health bits 0, 2, 5, 7 and 8 are told in words
+    // and its health bits 0, 2, 5, 7 and 8 are reported in words
     CHECK(transport::health_message(answer, 7).health ==
           std::string(hexload_health_name(HEXLOAD_HEALTH_LEG_OUT_OF_STROKE)) + ", " +
               hexload_health_name(HEXLOAD_HEALTH_RATE_RESEEDED) + ", " +

@@ -33,7 +33,7 @@ class Final:
 @dataclass(frozen=True)
 class Campaign:
     runs: list[Final]
-    bound: np.ndarray  # of the first seed; the others' trajectories differ by the servo's answer to noise, some um
+    bound: np.ndarray  # of the one trajectory that all seeds share: the servo reads noise-free sensors
 
     @property
     def errors(self) -> np.ndarray:

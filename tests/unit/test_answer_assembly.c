@@ -226,7 +226,7 @@ static void test_a_page_0_begins_anew_at_any_time(void) {
     TEST_ASSERT_EQUAL_UINT32(1, bench.assembly.incomplete);
 }
 
-static void test_each_flipped_bit_of_an_answer_is_noticed(void) {
+static void test_each_flipped_bit_of_an_answer_is_detected(void) {
     bench_t fd = started(HEXLOAD_BUS_FD), classic = started(HEXLOAD_BUS_CLASSIC);
     fd_t frames = fd_frames(3);
     for (int part = ESTIMATE; part <= HEALTH; part++) {
@@ -290,7 +290,7 @@ static void test_unknown_codes_and_numbers_that_are_not_finite_are_refused(void)
     TEST_ASSERT_EQUAL_HEX32(0, fd.assembly.parts | classic.assembly.parts);
 }
 
-static void test_answers_of_the_other_profile_are_told_from_strange_frames(void) {
+static void test_answers_of_the_other_profile_are_distinguished_from_strange_frames(void) {
     bench_t fd = started(HEXLOAD_BUS_FD), classic = started(HEXLOAD_BUS_CLASSIC);
     fd_t frames = fd_frames(3);
     hexload_bus_frame_t page = page_frame(0, 3);
@@ -403,9 +403,9 @@ int main(void) {
         RUN_TEST(test_a_whole_lost_round_does_not_join_two_answers);
         RUN_TEST(test_late_and_doubled_pages_are_refused);
         RUN_TEST(test_a_page_0_begins_anew_at_any_time);
-        RUN_TEST(test_each_flipped_bit_of_an_answer_is_noticed);
+        RUN_TEST(test_each_flipped_bit_of_an_answer_is_detected);
         RUN_TEST(test_unknown_codes_and_numbers_that_are_not_finite_are_refused);
-        RUN_TEST(test_answers_of_the_other_profile_are_told_from_strange_frames);
+        RUN_TEST(test_answers_of_the_other_profile_are_distinguished_from_strange_frames);
         RUN_TEST(test_among_losses_and_garbage_no_answer_mixes_ticks);
         RUN_TEST(test_frames_of_two_filters_make_no_answer);
         RUN_TEST(test_a_page_of_the_other_filters_round_ends_the_answer);

@@ -259,7 +259,7 @@ static void test_another_filter_forgets_the_estimate_and_the_same_one_keeps_it(v
     // WHEN the same filter is selected THEN the estimate stays
     TEST_ASSERT_EQUAL_INT(HEXLOAD_RESULT_DONE, command(&app, HEXLOAD_COMMAND_SELECT_FILTER, 0.0f));
     TEST_ASSERT_EQUAL_MEMORY(last.value, app.estimate.value, sizeof last.value);
-    // WHEN the other one is THEN answers tell its prior, of all ten
+    // WHEN the other one is THEN answers have its prior, of all ten
     TEST_ASSERT_EQUAL_INT(HEXLOAD_RESULT_DONE, command(&app, HEXLOAD_COMMAND_SELECT_FILTER, 1.0f));
     const hexload_bus_answer_t answer = give(&app, 3);
     TEST_ASSERT_EQUAL_UINT8(HEXLOAD_FILTER_MOMENTUM, answer.filter);
@@ -286,7 +286,7 @@ static hexload_app_t momentum_app(void) {
 }
 
 static void test_the_application_estimates_what_the_momentum_estimator_alone_does(void) {
-    // GIVEN an application configured for it, and one that was told on the bus
+    // GIVEN an application configured for it, and one that was selected on the bus
     hexload_app_t configured = momentum_app(), told = idle_app();
     TEST_ASSERT_EQUAL_INT(HEXLOAD_RESULT_DONE, command(&told, HEXLOAD_COMMAND_SELECT_FILTER, 1.0f));
     TEST_ASSERT_EQUAL_INT(HEXLOAD_RESULT_DONE, command(&told, HEXLOAD_COMMAND_START, 1.0f));
@@ -327,7 +327,7 @@ static void test_the_tick_of_a_changed_load_is_kept(void) {
             perfect_sample(&app.config, &heavier, &motion, home_height_m(&app), tick++);
         hexload_app_sample(&app, &sample, &answer);
     }
-    // THEN that is noticed within ten ticks, told in the health of that tick, and remembered
+    // THEN that is detected within ten ticks, reported in the health of that tick, and remembered
     TEST_ASSERT_LESS_OR_EQUAL_UINT32(1010, tick);
     TEST_ASSERT_EQUAL_UINT32(answer.tick, app.change_tick);
     TEST_ASSERT_EQUAL_UINT32(1, hexload_app_health(&app)->count[HEXLOAD_HEALTH_LOAD_CHANGED]);
@@ -437,7 +437,7 @@ static void test_as_many_refused_samples_in_a_row_as_allowed_end_in_fault(void) 
     TEST_ASSERT_EQUAL_UINT32(199, last.refused);
 }
 
-static void test_missing_ticks_are_counted_and_told_by_the_health_of_the_sample_after(void) {
+static void test_missing_ticks_are_counted_and_reported_by_the_health_of_the_sample_after(void) {
     const uint16_t missing = 1u << HEXLOAD_HEALTH_SAMPLE_MISSING;
     hexload_app_t app = app_in(HEXLOAD_APP_ARMED);
     TEST_ASSERT_EQUAL_HEX16(0, give(&app, 40).health & missing); // the first has none before it
@@ -505,7 +505,7 @@ int main(void) {
     RUN_TEST(test_a_silent_source_ends_in_fault_after_the_limit_of_the_pacing);
     RUN_TEST(test_a_converged_application_times_out_too_the_others_wait);
     RUN_TEST(test_as_many_refused_samples_in_a_row_as_allowed_end_in_fault);
-    RUN_TEST(test_missing_ticks_are_counted_and_told_by_the_health_of_the_sample_after);
+    RUN_TEST(test_missing_ticks_are_counted_and_reported_by_the_health_of_the_sample_after);
     RUN_TEST(test_the_first_fault_stays_until_reset_and_samples_are_answered_with_it);
     RUN_TEST(test_every_state_and_fault_has_a_name_of_its_own);
     return UNITY_END();

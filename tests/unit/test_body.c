@@ -37,7 +37,7 @@ static void derive(const double theta[DIM], double derived[DIM]) {
     }
 }
 
-/// A body of twenty point masses: whatever they are, their parameters are possible.
+/// A body of twenty point masses: whatever they are, their parameters are consistent.
 static void random_body(uint64_t* seed, double theta[DIM]) {
     memset(theta, 0, DIM * sizeof theta[0]);
     for (int n = 0; n < 20; n++) {
@@ -248,10 +248,10 @@ static void test_tensor_is_unknown_while_first_order_leaves_out_half_a_sigma(voi
     }
 }
 
-static void test_bodies_of_point_masses_are_possible_and_their_own_nearest(void) {
+static void test_bodies_of_point_masses_are_consistent_and_their_own_nearest(void) {
     uint64_t seed = 6;
     for (int n = 0; n < 500; n++) {
-        // GIVEN any body WHEN it is described THEN it is possible
+        // GIVEN any body WHEN it is described THEN it is consistent
         double theta[DIM], L[DIM][DIM];
         hexload_real_t value[DIM], nearest[DIM], covariance[COVARIANCES], distance = 1;
         hexload_body_t body;
@@ -260,14 +260,14 @@ static void test_bodies_of_point_masses_are_possible_and_their_own_nearest(void)
         random_covariance(&seed, USUAL_SIZE, L, covariance);
         hexload_body_describe(value, covariance, &body);
         TEST_ASSERT_TRUE(body.is_consistent);
-        // AND the nearest possible parameters are its own, to the bit
+        // AND the nearest consistent parameters are its own, to the bit
         TEST_ASSERT_TRUE(hexload_body_nearest(value, covariance, nearest, &distance));
         TEST_ASSERT_EQUAL_MEMORY(value, nearest, sizeof value);
         TEST_ASSERT_TRUE(distance == 0);
     }
 }
 
-static void test_what_no_body_has_is_impossible(void) {
+static void test_what_no_body_has_is_inconsistent(void) {
     static const double com_m[3] = {0.1, -0.2, 0.4};
     static const double central[][6] = {
         {12.0, 5.0, 6.0, 0.0, 0.0, 0.0},    // Ixx > Iyy + Izz
@@ -280,7 +280,7 @@ static void test_what_no_body_has_is_impossible(void) {
     hexload_body_t body;
     double theta[DIM];
     // GIVEN tensors against the triangle inequality, in these axes or others, WHEN they are described THEN
-    // they are impossible
+    // they are inconsistent
     for (size_t n = 0; n < sizeof central / sizeof central[0]; n++) {
         theta_of(100.0, com_m, central[n], theta);
         describe(theta, &body);
@@ -390,7 +390,7 @@ static void test_where_all_entries_are_as_uncertain_the_nearest_has_its_negative
     }
 }
 
-static void test_nearest_is_possible_and_nearer_to_every_body(void) {
+static void test_nearest_is_consistent_and_nearer_to_every_body(void) {
     uint64_t seed = 8;
     int impossible = 0;
     for (int n = 0; n < 400; n++) {
@@ -438,7 +438,7 @@ static void test_nearest_is_possible_and_nearer_to_every_body(void) {
                              moved * moved + after * after);
         }
     }
-    printf("%d of 400 were impossible\n", impossible);
+    printf("%d of 400 were inconsistent\n", impossible);
     TEST_ASSERT_GREATER_THAN_INT(100, impossible);
 }
 
@@ -475,10 +475,10 @@ int main(void) {
     RUN_TEST(test_sigmas_are_those_of_finite_differences);
     RUN_TEST(test_unknown_mass_gives_no_centre_of_mass_and_no_number_that_is_none);
     RUN_TEST(test_tensor_is_unknown_while_first_order_leaves_out_half_a_sigma);
-    RUN_TEST(test_bodies_of_point_masses_are_possible_and_their_own_nearest);
-    RUN_TEST(test_what_no_body_has_is_impossible);
+    RUN_TEST(test_bodies_of_point_masses_are_consistent_and_their_own_nearest);
+    RUN_TEST(test_what_no_body_has_is_inconsistent);
     RUN_TEST(test_where_all_entries_are_as_uncertain_the_nearest_has_its_negative_eigenvalues_cut);
-    RUN_TEST(test_nearest_is_possible_and_nearer_to_every_body);
+    RUN_TEST(test_nearest_is_consistent_and_nearer_to_every_body);
     RUN_TEST(test_numbers_that_are_none_are_given_back);
     return UNITY_END();
 }

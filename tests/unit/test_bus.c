@@ -414,7 +414,7 @@ static void sealed_frames(hexload_bus_frame_t frames[SLOW_FRAMES]) {
     hexload_bus_encode_load_change(&some_change, &frames[3]);
 }
 
-static void test_each_flipped_bit_is_noticed(void) {
+static void test_each_flipped_bit_is_detected(void) {
     hexload_bus_frame_t frames[SLOW_FRAMES];
     sealed_frames(frames);
     for (int n = 0; n < SLOW_FRAMES; n++) {
@@ -509,7 +509,7 @@ int main(void) {
     RUN_TEST(test_a_status_page_changes_its_own_fields_only);
     RUN_TEST(test_a_status_with_an_unknown_code_is_refused);
     RUN_TEST(test_a_load_change_comes_back);
-    RUN_TEST(test_each_flipped_bit_is_noticed);
+    RUN_TEST(test_each_flipped_bit_is_detected);
     RUN_TEST(test_another_length_or_format_is_refused);
     RUN_TEST(test_decoders_pass_over_every_other_identifier);
     RUN_TEST(test_only_a_controllers_identifiers_are_a_controllers);

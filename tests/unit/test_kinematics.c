@@ -131,7 +131,7 @@ static void test_twist_put_back_gives_the_leg_velocities(void) {
 }
 
 static void test_kinematics_needs_one_newton_step_from_tick_to_tick(void) {
-    // GIVEN a motion of 0.6 m/s and 2 m/s^2 at 1 kHz, whose velocities are told
+    // GIVEN a motion of 0.6 m/s and 2 m/s^2 at 1 kHz, whose velocities are given
     const hexload_config_t config = paper_machine();
     hexload_kinematics_t kinematics = start_at_home(&config);
     hexload_motion_t motion;

@@ -110,7 +110,7 @@ static void test_errors_are_as_large_as_the_filter_says(void) {
     TEST_ASSERT_DOUBLE_WITHIN(3.3 * sqrt(0.2), 10.0, sum / RUNS);
 }
 
-static void test_a_new_load_is_told_within_milliseconds_and_identified_again(void) {
+static void test_a_load_change_is_reported_within_milliseconds_and_the_new_load_identified(void) {
     static const body_t* const next[] = {&heavier, &nothing, &shifted};
     for (int n = 0; n < 3; n++) {
         // GIVEN a load that has been identified
@@ -118,7 +118,8 @@ static void test_a_new_load_is_told_within_milliseconds_and_identified_again(voi
         begin(&bench, paper_machine(), random_motion(31, 0.05, 0.1), 5);
         run(&bench, &eccentric, 3000);
         TEST_ASSERT_EQUAL_UINT32(0, bench.alarms);
-        // WHEN another one, or none, takes its place, or it slides aside THEN that is told within 5 ms, once
+        // WHEN another one, or none, takes its place, or it slides aside THEN that is reported within 5 ms,
+        // once
         run(&bench, next[n], 200);
         TEST_ASSERT_EQUAL_UINT32(1, bench.alarms);
         TEST_ASSERT_LESS_OR_EQUAL_UINT32(3005, bench.last_alarm);
@@ -141,7 +142,7 @@ static void test_a_load_that_changes_twice_at_once_is_found(void) {
     run(&bench, &heavier, 60);
     TEST_ASSERT_EQUAL_UINT32(1, bench.alarms);
     run(&bench, &nothing, 3000);
-    // THEN that is told too, as soon as the monitor counts again: a lag after the first change, when the
+    // THEN that is reported too, as soon as the monitor counts again: a lag after the first change, when the
     // filter reaches it, and 1.25 of the largest lag after that, and within 5 ms then
     TEST_ASSERT_EQUAL_UINT32(2, bench.alarms);
     TEST_ASSERT_LESS_OR_EQUAL_UINT32(
@@ -151,7 +152,7 @@ static void test_a_load_that_changes_twice_at_once_is_found(void) {
     TEST_ASSERT_EQUAL_INT(HEXLOAD_VERDICT_CONVERGED, bench.estimate.verdict);
 }
 
-static void test_standstill_tells_the_mass_and_says_that_it_tells_no_inertia(void) {
+static void test_standstill_gives_the_mass_and_says_that_it_excites_no_inertia(void) {
     // GIVEN a platform that stands WHEN 2 s have passed
     bench_t bench;
     begin(&bench, paper_machine(), at_rest(), 3);
@@ -161,7 +162,7 @@ static void test_standstill_tells_the_mass_and_says_that_it_tells_no_inertia(voi
         TEST_ASSERT_EQUAL_INT(HEXLOAD_VERDICT_CONVERGED, bench.estimate.parameter_verdict[k]);
     }
     TEST_ASSERT_DOUBLE_WITHIN(5 * (double)bench.estimate.sigma[0], 312.0, (double)bench.estimate.value[0]);
-    // AND of the rest it says that the motion tells nothing
+    // AND of the rest it says that the motion gives no information
     for (int k = HEXLOAD_LOAD_HZ; k <= HEXLOAD_LOAD_IYZ; k++) {
         TEST_ASSERT_EQUAL_INT(HEXLOAD_VERDICT_NOT_EXCITED, bench.estimate.parameter_verdict[k]);
     }
@@ -179,15 +180,15 @@ static void test_standstill_tells_the_mass_and_says_that_it_tells_no_inertia(voi
     TEST_ASSERT_EQUAL_UINT32(0, bench.alarms);
 }
 
-static void test_understated_noise_is_noticed_and_used(void) {
+static void test_understated_noise_is_detected_and_used(void) {
     // GIVEN sensors with twice the stated noise
     double sum = 0.0;
     for (uint64_t n = 0; n < 8; n++) {
         bench_t bench;
         begin(&bench, paper_machine(), random_motion(300 + n, 0.05, 0.12), 400 + n);
         bench.noise = 2.0;
-        // WHEN 2 s have passed THEN it is said, nothing is taken for a new load, and the sigmas are right all
-        // the same
+        // WHEN 2 s have passed THEN it is said, nothing is taken for a load change, and the sigmas are right
+        // all the same
         run(&bench, &eccentric, 2000);
         TEST_ASSERT_TRUE(bench.estimator.health.bits >> HEXLOAD_HEALTH_NOISE_MISSTATED & 1u);
         TEST_ASSERT_EQUAL_UINT32(0, bench.alarms);
@@ -197,7 +198,7 @@ static void test_understated_noise_is_noticed_and_used(void) {
     TEST_ASSERT_DOUBLE_WITHIN(6.3, 10.0, sum / 8);
 }
 
-static void test_a_speed_that_is_wrong_now_and_then_is_no_new_load(void) {
+static void test_a_speed_that_is_wrong_now_and_then_is_no_load_change(void) {
     static const double wrong_m_s[] = {0.1, 1.0};
     for (int n = 0; n < 2; n++) {
         // GIVEN a slow motion in which one leg's speed is wrong in every 250th tick
@@ -236,8 +237,8 @@ static void test_long_gap_restarts_the_momentum_and_keeps_the_load(void) {
     begin(&bench, paper_machine(), random_motion(42, 0.05, 0.1), 7);
     run(&bench, &eccentric, 2000);
     const double sigma_kg = (double)bench.estimate.sigma[0];
-    // GIVEN half a second without samples WHEN they come again THEN that is told, and what was known is still
-    // known
+    // GIVEN half a second without samples WHEN they come again THEN that is reported, and what was known is
+    // still known
     bench.tick += 500;
     run(&bench, &eccentric, 1000);
     TEST_ASSERT_EQUAL_UINT32(1, bench.estimator.health.count[HEXLOAD_HEALTH_RATE_RESEEDED]);
@@ -297,7 +298,7 @@ static void test_broken_covariance_begins_anew(void) {
     TEST_ASSERT_TRUE(nees_of(&bench, &eccentric) < 53.0);
 }
 
-static void test_an_estimate_that_no_body_has_is_told_and_kept(void) {
+static void test_an_inconsistent_estimate_is_reported_and_kept(void) {
     bench_t bench;
     begin(&bench, paper_machine(), random_motion(46, 0.05, 0.1), 12);
     run(&bench, &eccentric, 1000);
@@ -313,16 +314,16 @@ static void test_an_estimate_that_no_body_has_is_told_and_kept(void) {
 int main(void) {
     UNITY_BEGIN();
     RUN_TEST(test_errors_are_as_large_as_the_filter_says);
-    RUN_TEST(test_a_new_load_is_told_within_milliseconds_and_identified_again);
+    RUN_TEST(test_a_load_change_is_reported_within_milliseconds_and_the_new_load_identified);
     RUN_TEST(test_a_load_that_changes_twice_at_once_is_found);
-    RUN_TEST(test_standstill_tells_the_mass_and_says_that_it_tells_no_inertia);
-    RUN_TEST(test_understated_noise_is_noticed_and_used);
-    RUN_TEST(test_a_speed_that_is_wrong_now_and_then_is_no_new_load);
+    RUN_TEST(test_standstill_gives_the_mass_and_says_that_it_excites_no_inertia);
+    RUN_TEST(test_understated_noise_is_detected_and_used);
+    RUN_TEST(test_a_speed_that_is_wrong_now_and_then_is_no_load_change);
     RUN_TEST(test_missing_samples_cost_little);
     RUN_TEST(test_long_gap_restarts_the_momentum_and_keeps_the_load);
     RUN_TEST(test_known_mass_stays);
     RUN_TEST(test_refused_sample_changes_nothing_but_the_counter);
     RUN_TEST(test_broken_covariance_begins_anew);
-    RUN_TEST(test_an_estimate_that_no_body_has_is_told_and_kept);
+    RUN_TEST(test_an_inconsistent_estimate_is_reported_and_kept);
     return UNITY_END();
 }

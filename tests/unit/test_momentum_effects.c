@@ -499,15 +499,15 @@ static void test_errors_are_as_large_as_the_filter_says(void) {
     TEST_ASSERT_DOUBLE_WITHIN(5.5, 28.0, all / RUNS);
 }
 
-static void test_a_new_load_leaves_the_machine_known(void) {
-    // GIVEN a load and a machine that have been identified
+static void test_a_load_change_leaves_the_actuator_effects_known(void) {
+    // GIVEN a load and actuator effects that have been identified
     const effects_t effects = random_effects(77);
     static bench_t bench;
     begin(&bench, paper_machine(), random_motion(31, 0.05, 0.1), &effects, 5);
     run(&bench, &eccentric, 3000);
     TEST_ASSERT_EQUAL_UINT32(0, bench.alarms);
-    // WHEN another load takes its place THEN that is told within 10 ms, once, as the friction of the present
-    // is known less well than its force sensors' noise
+    // WHEN another load takes its place THEN that is reported within 10 ms, once, as the friction of the
+    // present is known less well than its force sensors' noise
     run(&bench, &heavier, 200);
     TEST_ASSERT_EQUAL_UINT32(1, bench.alarms);
     TEST_ASSERT_LESS_OR_EQUAL_UINT32(3010, bench.last_alarm);
@@ -523,15 +523,15 @@ static void test_a_new_load_leaves_the_machine_known(void) {
     TEST_ASSERT_EQUAL_INT(HEXLOAD_VERDICT_CONVERGED, bench.estimate.verdict);
 }
 
-static void test_a_mass_that_was_told_wrong_comes_out(void) {
-    // GIVEN a load that is said to weigh half as much again, and a machine of which nothing is known
+static void test_a_known_mass_that_is_wrong_comes_out(void) {
+    // GIVEN a load that is said to weigh half as much again, and actuators of which nothing is known
     const effects_t effects = random_effects(79);
     static bench_t bench;
     hexload_config_t config = paper_machine();
     config.momentum.prior_mass_kg = HEXLOAD_REAL(450.0);
     config.momentum.prior_mass_sigma_kg = HEXLOAD_REAL(0.1);
     begin(&bench, config, random_motion(33, 0.05, 0.1), &effects, 6);
-    // WHEN 4 s have passed THEN that was noticed, and load and machine are as they are
+    // WHEN 4 s have passed THEN that was detected, and load and actuator effects are as they are
     run(&bench, &eccentric, 4000);
     TEST_ASSERT_TRUE(bench.alarms >= 1);
     TEST_ASSERT_TRUE(bench.last_alarm < 1000);
@@ -539,13 +539,13 @@ static void test_a_mass_that_was_told_wrong_comes_out(void) {
     TEST_ASSERT_EQUAL_INT(HEXLOAD_VERDICT_CONVERGED, bench.estimate.verdict);
 }
 
-static void test_standstill_says_that_bias_and_load_are_one(void) {
+static void test_standstill_says_that_bias_and_load_are_confounded(void) {
     // GIVEN a platform that stands, whose force sensors may be off by 100 N WHEN 2 s have passed
     const effects_t effects = random_effects(78);
     static bench_t bench;
     begin(&bench, paper_machine(), at_rest(), &effects, 3);
     run(&bench, &eccentric, 2000);
-    // THEN mass and the horizontal place of its centre are hidden by the biases, and that is said
+    // THEN mass and the horizontal place of its centre are confounded with the biases, and that is reported
     const uint32_t m_hx_hy = 1u << HEXLOAD_LOAD_M | 1u << HEXLOAD_LOAD_HX | 1u << HEXLOAD_LOAD_HY;
     TEST_ASSERT_EQUAL_HEX32(m_hx_hy, bench.answer.confounded_with_bias);
     TEST_ASSERT_EQUAL_HEX32(0, bench.answer.confounded_with_friction);
@@ -556,7 +556,7 @@ static void test_standstill_says_that_bias_and_load_are_one(void) {
     // AND the sigma covers the error: of six biases of 100 N, the part along gravity
     TEST_ASSERT_TRUE((double)bench.estimate.sigma[0] > 15.0);
     TEST_ASSERT_DOUBLE_WITHIN(4.0 * (double)bench.estimate.sigma[0], 312.0, (double)bench.estimate.value[0]);
-    // AND a motion that begins then is no change of load, and tells all
+    // AND a motion that begins then is no load change, and identifies all
     bench.motion = random_motion(8, 0.04, 0.08);
     for (int k = 0; k < 6; k++) { // from rest at home, smoothly: by phases of zero speed
         bench.motion.phase_rad[k][0] = 0.0;
@@ -605,7 +605,7 @@ static void test_identifiability_is_the_conditional_variance(void) {
     }
 }
 
-static void test_forgetting_the_load_keeps_the_machine(void) {
+static void test_forgetting_the_load_keeps_the_actuator_effects(void) {
     // GIVEN a filter at work WHEN the load is forgotten
     const effects_t effects = random_effects(82);
     static bench_t bench;
@@ -624,7 +624,7 @@ static void test_forgetting_the_load_keeps_the_machine(void) {
                              effects_covariance(&bench.estimator.effects.filter, i, j));
         }
     }
-    // AND a number that is not finite is noticed
+    // AND a number that is not finite is detected
     TEST_ASSERT_TRUE(hexload_actuator_effects_is_finite(&forgetful));
     forgetful.effect[17] = (hexload_real_t)NAN;
     TEST_ASSERT_FALSE(hexload_actuator_effects_is_finite(&forgetful));
@@ -671,11 +671,11 @@ int main(void) {
     RUN_TEST(test_step_is_that_of_a_dense_filter);
     RUN_TEST(test_effects_of_sigma_zero_are_none);
     RUN_TEST(test_errors_are_as_large_as_the_filter_says);
-    RUN_TEST(test_a_new_load_leaves_the_machine_known);
-    RUN_TEST(test_a_mass_that_was_told_wrong_comes_out);
-    RUN_TEST(test_standstill_says_that_bias_and_load_are_one);
+    RUN_TEST(test_a_load_change_leaves_the_actuator_effects_known);
+    RUN_TEST(test_a_known_mass_that_is_wrong_comes_out);
+    RUN_TEST(test_standstill_says_that_bias_and_load_are_confounded);
     RUN_TEST(test_identifiability_is_the_conditional_variance);
-    RUN_TEST(test_forgetting_the_load_keeps_the_machine);
+    RUN_TEST(test_forgetting_the_load_keeps_the_actuator_effects);
     RUN_TEST(test_refused_sample_changes_nothing_but_the_counter);
     RUN_TEST(test_broken_covariance_begins_anew);
     return UNITY_END();

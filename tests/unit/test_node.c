@@ -202,7 +202,7 @@ static void test_an_active_node_that_hears_another_controller_says_so(void) {
     give(HEXLOAD_BUS_FD, 0);
     const hexload_bus_frame_t others = {.id = ID_HEALTH_FD, .is_fd = true, .length = 32};
     hexload_node_receive(&node, &others);
-    // THEN samples are answered with the fault, and the status tells it
+    // THEN samples are answered with the fault, and the status reports it
     hexload_bus_answer_t answer;
     machine.count = 0;
     give(HEXLOAD_BUS_FD, 1);
@@ -368,7 +368,7 @@ static void test_a_changed_load_is_an_event_before_the_answer_and_stays_in_the_s
             give(own, tick);
             found = machine.count > 0 ? hexload_bus_decode_load_change(&machine.sent[0], &change) : found;
         }
-        // THEN the first frame that is sent then is the event, once, and the status goes on to tell it
+        // THEN the first frame that is sent then is the event, once, and the status goes on to report it
         TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_OK, found);
         TEST_ASSERT_EQUAL_UINT32(tick - 1, change.tick);
         TEST_ASSERT_EQUAL_UINT16(1, change.load_changes);
@@ -385,7 +385,7 @@ static void test_a_changed_load_is_an_event_before_the_answer_and_stays_in_the_s
     }
 }
 
-static void test_a_round_of_pages_tells_the_health_of_all_samples_since_the_one_before(void) {
+static void test_a_round_of_pages_reports_the_health_of_all_samples_since_the_one_before(void) {
     // GIVEN classic runs of either filter, in which one tick is missing, wherever in the round it is
     const uint32_t missing_bit = 1u << HEXLOAD_HEALTH_SAMPLE_MISSING;
     for (uint8_t filter = HEXLOAD_FILTER_PAPER; filter <= HEXLOAD_FILTER_MOMENTUM; filter++) {
@@ -400,7 +400,7 @@ static void test_a_round_of_pages_tells_the_health_of_all_samples_since_the_one_
                     give(HEXLOAD_BUS_CLASSIC, tick);
                 }
             }
-            // WHEN its answers are read THEN one of them tells it
+            // WHEN its answers are read THEN one of them reports it
             hexload_answer_assembly_t assembly;
             int told = 0;
             hexload_answer_assembly_init(&assembly, HEXLOAD_BUS_CLASSIC);
@@ -517,7 +517,7 @@ static void test_status_pages_go_out_one_by_one_every_fifty_milliseconds(void) {
     }
 }
 
-static void test_the_status_tells_version_tick_and_counters(void) {
+static void test_the_status_reports_version_tick_and_counters(void) {
     begin_run(HEXLOAD_BUS_FD, HEXLOAD_PACING_LOCKSTEP);
     give(HEXLOAD_BUS_FD, 100);
     give(HEXLOAD_BUS_FD, 104);
@@ -552,7 +552,7 @@ static void test_counters_stay_at_their_largest_value(void) {
     TEST_ASSERT_TRUE(hexload_node_is_active(&node)); // the age, too
 }
 
-static void test_the_time_margin_is_the_least_since_it_was_last_told(void) {
+static void test_the_time_margin_is_the_least_since_it_was_last_reported(void) {
     begin_run(HEXLOAD_BUS_FD, HEXLOAD_PACING_LOCKSTEP);
     machine.step_us = 300;
     give(HEXLOAD_BUS_FD, 0);
@@ -619,7 +619,7 @@ static void test_in_lockstep_silence_does_not_lose_the_tick(void) {
     TEST_ASSERT_EQUAL_UINT32(17, node.app.last_tick);
 }
 
-static void test_a_silent_source_is_a_fault_that_the_status_tells(void) {
+static void test_a_silent_source_is_a_fault_that_the_status_reports(void) {
     begin_run(HEXLOAD_BUS_FD, HEXLOAD_PACING_REAL_TIME);
     give(HEXLOAD_BUS_FD, 0);
     pass(99);
@@ -692,7 +692,7 @@ int main(void) {
     RUN_TEST(test_the_momentum_filter_answers_each_fd_sample_with_all_ten);
     RUN_TEST(test_the_momentum_filter_answers_classic_samples_with_rounds_of_26_pages);
     RUN_TEST(test_a_changed_load_is_an_event_before_the_answer_and_stays_in_the_status);
-    RUN_TEST(test_a_round_of_pages_tells_the_health_of_all_samples_since_the_one_before);
+    RUN_TEST(test_a_round_of_pages_reports_the_health_of_all_samples_since_the_one_before);
     RUN_TEST(test_idle_and_fault_answer_samples_too);
     RUN_TEST(test_start_among_flowing_classic_samples_estimates_from_the_next_tick);
     RUN_TEST(test_a_lost_leg_frame_shows_in_answer_health_and_status);
@@ -700,14 +700,14 @@ int main(void) {
     RUN_TEST(test_a_change_of_fault_does_not_wait_for_the_round_of_pages_to_end);
     RUN_TEST(test_samples_of_the_other_profile_are_a_fault_at_once);
     RUN_TEST(test_status_pages_go_out_one_by_one_every_fifty_milliseconds);
-    RUN_TEST(test_the_status_tells_version_tick_and_counters);
+    RUN_TEST(test_the_status_reports_version_tick_and_counters);
     RUN_TEST(test_counters_stay_at_their_largest_value);
-    RUN_TEST(test_the_time_margin_is_the_least_since_it_was_last_told);
+    RUN_TEST(test_the_time_margin_is_the_least_since_it_was_last_reported);
     RUN_TEST(test_a_port_without_clock_and_stack_measure_will_do);
     RUN_TEST(test_frames_that_cannot_be_queued_are_counted_and_work_goes_on);
     RUN_TEST(test_after_eight_silent_milliseconds_classic_waits_for_the_whole_tick);
     RUN_TEST(test_in_lockstep_silence_does_not_lose_the_tick);
-    RUN_TEST(test_a_silent_source_is_a_fault_that_the_status_tells);
+    RUN_TEST(test_a_silent_source_is_a_fault_that_the_status_reports);
     RUN_TEST(test_a_bus_that_goes_down_and_up_leads_over_fault_to_idle);
     RUN_TEST(test_a_bus_that_comes_up_clears_no_other_fault);
     RUN_TEST(test_random_frames_do_no_harm);

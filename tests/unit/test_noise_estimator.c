@@ -4,7 +4,7 @@
 void setUp(void) {}
 void tearDown(void) {}
 
-/// Sensors as the meter takes them after `ticks` of violent motion with noise of `scale` times the stated
+/// Sensors as the estimator takes them after `ticks` of violent motion with noise of `scale` times the stated
 /// sigmas.
 static hexload_sensors_t measured(double scale, uint32_t ticks, uint32_t shock_every, uint32_t* health) {
     static const body_t load = {500.0, {0.05, -0.03, 0.3}, {25.0, 30.0, 20.0, 1.0, -2.0, 0.5}};

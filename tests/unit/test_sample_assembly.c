@@ -145,7 +145,7 @@ static void test_a_missing_frame_costs_its_sample_only(void) {
                 TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_PARTIAL, add(&bench, &frames.legs[leg]));
             }
         }
-        // WHEN the next tick comes THEN it is whole, and the loss is told
+        // WHEN the next tick comes THEN it is whole, and the loss is reported
         TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_OK, add_tick(&bench, 18));
         assert_sample(&bench, 18);
         TEST_ASSERT_EQUAL_UINT32(1, bench.assembly.incomplete);
@@ -282,7 +282,7 @@ static void test_classic_frames_with_a_wrong_length_format_or_number_are_refused
     TEST_ASSERT_EQUAL_HEX8(0, bench.assembly.legs);
 }
 
-static void test_samples_of_the_other_profile_are_told_from_strange_frames(void) {
+static void test_samples_of_the_other_profile_are_distinguished_from_strange_frames(void) {
     const hexload_leg_sample_t sample = numbered_sample(16);
     hexload_bus_frame_t frames[HEXLOAD_BUS_SAMPLE_FRAMES];
     bench_t fd = started(HEXLOAD_BUS_FD), classic = started(HEXLOAD_BUS_CLASSIC);
@@ -307,7 +307,7 @@ static void test_samples_of_the_other_profile_are_told_from_strange_frames(void)
     }
 }
 
-/// Whether a frame could be a source's leg frame. Those carry no checksum: nobody could tell.
+/// Whether a frame could be a source's leg frame. Those carry no checksum: nothing could show it.
 static bool is_leg_like(const hexload_bus_frame_t* frame) {
     return frame->id >= ID_SAMPLE_TICK && frame->id <= 0x086 && frame->id != ID_LEG_SAMPLE_FD &&
            !frame->is_fd && (frame->length == 4 || frame->length == 8);
@@ -375,7 +375,7 @@ int main(void) {
     RUN_TEST(test_a_source_may_restart_at_any_tick_without_mixing);
     RUN_TEST(test_a_whole_tick_with_no_leg_after_it_counts_as_lost);
     RUN_TEST(test_classic_frames_with_a_wrong_length_format_or_number_are_refused);
-    RUN_TEST(test_samples_of_the_other_profile_are_told_from_strange_frames);
+    RUN_TEST(test_samples_of_the_other_profile_are_distinguished_from_strange_frames);
     RUN_TEST(test_among_losses_echoes_and_garbage_no_sample_mixes_ticks);
     RUN_TEST(test_random_frames_alone_do_no_harm);
     return UNITY_END();

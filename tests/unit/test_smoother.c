@@ -128,7 +128,7 @@ static void test_noise_at_rest_is_not_taken_for_motion(void) {
     TEST_ASSERT_TRUE(slope_noise(0.0) < 2.0 * 0.005 * (1.0 + 5.0 + 14.0));
 }
 
-/// A leg's speed that rings.
+/// A leg's speed with a transient that oscillates.
 static double ringing_m_s(double frequency_hz, double t_s) {
     return 0.05 * cos(2.0 * 3.14159265358979 * frequency_hz * t_s);
 }
@@ -157,7 +157,7 @@ static double ringing_left(double frequency_hz) {
     return largest_m_s / 0.05;
 }
 
-static void test_ringing_faster_than_the_window_is_followed(void) {
+static void test_a_transient_faster_than_the_window_is_followed(void) {
     // GIVEN legs that ring with 50 mm/s, of which a window of 161 ms leaves nothing WHEN the speeds are asked
     // for THEN of 20 Hz a parabola through 12 ticks on each side leaves out 2.1 % (its weights times
     // cosines), of 50 Hz one through 6 ticks 6.1 %; and where speeds pass zero, what counts as noise: the
@@ -268,7 +268,7 @@ static void test_trapezoids_of_the_forces_are_their_integral(void) {
 static void test_sums_do_not_drift(void) {
     // GIVEN a smoother that has run for 100,000 ticks, more than its counters go without a round
     hexload_config_t config = machine_with_lag(20, 20e-6);
-    config.sensors.velocity_sigma_m_s = HEXLOAD_REAL(1e3); // which tell nothing beside the displacements
+    config.sensors.velocity_sigma_m_s = HEXLOAD_REAL(1e3); // no information beside the displacements
     hexload_smoother_t old, fresh;
     hexload_smooth_sample_t from_old, from_fresh;
     hexload_smoother_init(&old, &config);
@@ -294,7 +294,7 @@ static void test_sums_do_not_drift(void) {
                              sizeof from_old.smooth_velocity_m_s);
 }
 
-static void test_missing_ticks_are_bridged_and_told(void) {
+static void test_missing_ticks_are_bridged_and_reported(void) {
     // GIVEN a motion of which ticks 100, 101 and 150 are missing
     const hexload_config_t config = machine_with_lag(30, 1e-9);
     hexload_smoother_t smoother;
@@ -355,13 +355,13 @@ int main(void) {
     RUN_TEST(test_slope_of_a_polynomial_of_degree_six_is_exact);
     RUN_TEST(test_noise_of_the_slope_in_motion_is_that_of_a_line);
     RUN_TEST(test_noise_at_rest_is_not_taken_for_motion);
-    RUN_TEST(test_ringing_faster_than_the_window_is_followed);
+    RUN_TEST(test_a_transient_faster_than_the_window_is_followed);
     RUN_TEST(test_noise_of_speed_sensors_is_hardly_ever_followed);
     RUN_TEST(test_a_ticks_own_speed_is_not_in_its_smooth_one);
     RUN_TEST(test_a_speed_that_is_wrong_once_is_not_followed);
     RUN_TEST(test_trapezoids_of_the_forces_are_their_integral);
     RUN_TEST(test_sums_do_not_drift);
-    RUN_TEST(test_missing_ticks_are_bridged_and_told);
+    RUN_TEST(test_missing_ticks_are_bridged_and_reported);
     RUN_TEST(test_too_long_a_gap_begins_anew);
     return UNITY_END();
 }

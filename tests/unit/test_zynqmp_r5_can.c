@@ -151,7 +151,7 @@ static void test_extended_frames_without_end_do_not_hold_up_the_program(void) {
     TEST_ASSERT_FALSE(can_receive(&can, &unused));
 }
 
-static void test_an_overflow_is_told_once(void) {
+static void test_an_overflow_is_reported_once(void) {
     registers[ISR] = RX_OVERFLOW;
     TEST_ASSERT_TRUE(can_take_overflow(&can));
     TEST_ASSERT_EQUAL_HEX32(RX_OVERFLOW, registers[ICR]);
@@ -188,7 +188,7 @@ int main(void) {
     RUN_TEST(test_nothing_is_sent_when_the_fifo_is_full_or_the_frame_is_fd);
     RUN_TEST(test_a_received_frame_is_taken_out);
     RUN_TEST(test_extended_frames_without_end_do_not_hold_up_the_program);
-    RUN_TEST(test_an_overflow_is_told_once);
+    RUN_TEST(test_an_overflow_is_reported_once);
     RUN_TEST(test_bus_off_ends_in_a_new_start_after_a_rest);
     return UNITY_END();
 }

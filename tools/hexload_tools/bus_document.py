@@ -267,10 +267,10 @@ sample in one frame and answers it with three. The **classic** profile, for cont
 sample in six frames of 8 bytes and one page of the answer at every second tick. Frames marked *both* are the same in either.
 
 The command *select filter* says which estimator runs from the next start on. The paper's filter answers with four parameters:
-EstimateFd, SigmaFd and HealthFd, or 13 pages. The momentum filter answers with all ten: LoadFd, LoadSigmaFd and HealthFd, or 26
-pages. A round of pages describes one tick, so that a classic answer is {paper_age} ticks (paper) or {momentum_age} ticks (momentum)
-old when its last page comes. A load that has changed is told at once: by LoadChange, before the answer to the sample at which it was
-noticed; by the health bit in that answer, or in the next page 0; and by a count that stays in ControllerStatus.
+EstimateFd, SigmaFd and HealthFd, or 13 pages. The momentum filter, with actuator effects or without, answers with all ten:
+LoadFd, LoadSigmaFd and HealthFd, or 26 pages. A round of pages describes one tick, so that a classic answer is {paper_age} ticks (paper) or {momentum_age} ticks (momentum)
+old when its last page comes. A load change is reported at once: by LoadChange, before the answer to the sample at which it was
+detected; by the health bit in that answer, or in the next page 0; and by a count that stays in ControllerStatus.
 
 A checksum stands in the last bytes of its frame and goes over all bytes before it. Channels beyond a signal's range arrive as
 its end, and are counted; the most negative number of a channel is not used. Numbers that are not finite are not sent, and are

@@ -18,13 +18,13 @@
 HEXLOAD_DECLS_BEGIN
 
 typedef struct hexload_body {
-    hexload_real_t mass_kg;
-    hexload_real_t mass_sigma_kg;
-    hexload_real_t com_m[3]; ///< centre of mass c = h / m, platform axes
-    hexload_real_t com_sigma_m[3];
+    hexload_real_t mass_kg;        ///< m
+    hexload_real_t mass_sigma_kg;  ///< standard deviation, as all sigmas here
+    hexload_real_t com_m[3];       ///< centre of mass c = h / m, platform axes
+    hexload_real_t com_sigma_m[3]; ///< of each coordinate
     /// Tensor about the centre of mass, platform axes, in the order of enum hexload_inertia, and its signs.
     hexload_real_t inertia_kg_m2[HEXLOAD_I_DIM];
-    hexload_real_t inertia_sigma_kg_m2[HEXLOAD_I_DIM];
+    hexload_real_t inertia_sigma_kg_m2[HEXLOAD_I_DIM]; ///< of each entry
     bool has_com;       ///< false: centre of mass and tensor are unknown, and zero with their sigmas
     bool has_inertia;   ///< false: the tensor is unknown, and zero with its sigmas
     bool is_consistent; ///< some body has these parameters: the pseudo-inertia is positive definite
@@ -44,8 +44,8 @@ void hexload_body_describe(const hexload_real_t theta[HEXLOAD_LOAD_DIM],
 /// covariance (Mahalanobis): to 0.01 sigma, or a hundredth of the distance when that is more. Their
 /// pseudo-inertia is at least 1e-5 of the scale that theta and its sigmas have. From there it is never
 /// farther to the truth, which is some body's, than from theta.
-/// @param[out] nearest theta itself, to the bit, when it is possible, and when the result is false.
-/// @param[out] distance_sigmas from theta; 0 when it is possible.
+/// @param[out] nearest theta itself, to the bit, when it is consistent, and when the result is false.
+/// @param[out] distance_sigmas from theta; 0 when it is consistent.
 /// @return false when a number is not finite, or when 40 steps were not enough, which has been seen only of
 /// estimates that are a hundred sigmas off.
 /// On a Cortex-M7 17,000 instructions a step, 700,000 for 40; estimates of a filter that has just begun take

@@ -24,7 +24,7 @@ typedef enum hexload_kind { // codes of the bus, too
     /// The same with the actuators' effects, biases of the force sensors and friction of the legs, as
     /// unknowns.
     HEXLOAD_KIND_MOMENTUM_EFFECTS = 2,
-    HEXLOAD_KINDS
+    HEXLOAD_KINDS ///< how many there are
 } hexload_kind_t;
 
 /// Entries of an inertia tensor, in this order. Products are tensor entries: IXY = -integral of x y dm.
@@ -105,15 +105,15 @@ typedef struct hexload_actuator_effects_config {
 } hexload_actuator_effects_config_t;
 
 typedef struct hexload_config {
-    hexload_kind_t kind;         ///< of the estimator that hexload_init() starts
-    hexload_real_t tick_s;       ///< sampling period; 1e-4..5e-3
-    hexload_real_t gravity_m_s2; ///< downwards; 0..30
-    hexload_geometry_t geometry;
-    hexload_platform_t platform;
-    hexload_sensors_t sensors;
-    hexload_paper_config_t paper;
-    hexload_momentum_config_t momentum;
-    hexload_actuator_effects_config_t actuator_effects;
+    hexload_kind_t kind;                                ///< of the estimator that hexload_init() starts
+    hexload_real_t tick_s;                              ///< sampling period; 1e-4..5e-3
+    hexload_real_t gravity_m_s2;                        ///< downwards; 0..30
+    hexload_geometry_t geometry;                        ///< hinges, leg lengths, stroke
+    hexload_platform_t platform;                        ///< the empty platform
+    hexload_sensors_t sensors;                          ///< sigmas and ranges of the legs' sensors
+    hexload_paper_config_t paper;                       ///< for HEXLOAD_KIND_PAPER alone
+    hexload_momentum_config_t momentum;                 ///< for the two momentum kinds
+    hexload_actuator_effects_config_t actuator_effects; ///< for HEXLOAD_KIND_MOMENTUM_EFFECTS alone
 } hexload_config_t;
 
 /// Start covariance of the paper's filter.
@@ -144,8 +144,8 @@ void hexload_config_set_prior(hexload_config_t* config, hexload_prior_t prior);
 void hexload_config_set_momentum(hexload_config_t* config);
 
 /// The load's mass is known: the paper's filter takes it as given, the momentum filter as its prior with a
-/// sigma of a thousandth until another load is noticed, instead of the one of hexload_config_set_momentum().
-/// hexload_config_set_prior() goes with it.
+/// sigma of a thousandth until a load change is detected, instead of the one of
+/// hexload_config_set_momentum(). hexload_config_set_prior() goes with it.
 void hexload_config_set_known_mass(hexload_config_t* config, hexload_real_t mass_kg);
 
 /// Checks every field's range.

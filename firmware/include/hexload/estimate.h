@@ -17,16 +17,16 @@ typedef struct hexload_leg_sample {
 
 /// theta, in the order of every array of ten: the load alone, platform axes, about O_A.
 enum hexload_load_parameter {
-    HEXLOAD_LOAD_M,  ///< mass, kg
-    HEXLOAD_LOAD_HX, ///< mass times centre of mass, kg m
-    HEXLOAD_LOAD_HY,
-    HEXLOAD_LOAD_HZ,
+    HEXLOAD_LOAD_M,   ///< mass, kg
+    HEXLOAD_LOAD_HX,  ///< mass times centre of mass, kg m
+    HEXLOAD_LOAD_HY,  ///< kg m
+    HEXLOAD_LOAD_HZ,  ///< kg m
     HEXLOAD_LOAD_IXX, ///< entries of the inertia tensor, kg m^2; IXY = -integral of x y dm
-    HEXLOAD_LOAD_IYY,
-    HEXLOAD_LOAD_IZZ,
-    HEXLOAD_LOAD_IXY,
-    HEXLOAD_LOAD_IXZ,
-    HEXLOAD_LOAD_IYZ,
+    HEXLOAD_LOAD_IYY, ///< kg m^2
+    HEXLOAD_LOAD_IZZ, ///< kg m^2
+    HEXLOAD_LOAD_IXY, ///< kg m^2
+    HEXLOAD_LOAD_IXZ, ///< kg m^2
+    HEXLOAD_LOAD_IYZ, ///< kg m^2
     HEXLOAD_LOAD_DIM
 };
 
@@ -36,15 +36,15 @@ enum hexload_actuator_effect {
     HEXLOAD_EFFECT_BIAS,    ///< of the force sensor, N
     HEXLOAD_EFFECT_COULOMB, ///< friction, N; opposes motion when positive
     HEXLOAD_EFFECT_VISCOUS, ///< friction, N s/m
-    HEXLOAD_EFFECT_KINDS
+    HEXLOAD_EFFECT_KINDS    ///< per leg
 };
 
 /// Parameters of the paper's filter, in the order of every array of four.
 enum hexload_paper_parameter {
     HEXLOAD_PAPER_DZ,  ///< height of the load's centre of mass over O_A, m
     HEXLOAD_PAPER_IXX, ///< about the load's own centre of mass, kg m^2
-    HEXLOAD_PAPER_IYY,
-    HEXLOAD_PAPER_IZZ,
+    HEXLOAD_PAPER_IYY, ///< kg m^2
+    HEXLOAD_PAPER_IZZ, ///< kg m^2
     HEXLOAD_PAPER_DIM
 };
 
@@ -70,7 +70,7 @@ typedef struct hexload_estimate {
     /// hexload_paper_parameter. Units as there.
     hexload_real_t value[HEXLOAD_PARAMETERS_MAX];
     hexload_real_t sigma[HEXLOAD_PARAMETERS_MAX]; ///< standard deviation of each, same units
-    hexload_verdict_t parameter_verdict[HEXLOAD_PARAMETERS_MAX];
+    hexload_verdict_t parameter_verdict[HEXLOAD_PARAMETERS_MAX]; ///< of each
     hexload_verdict_t verdict; ///< the worst of them
     hexload_real_t nis;        ///< normalised innovation squared, 1; ideal mean 6, of the paper's estimator 3
     hexload_real_t nis_mean;   ///< over nis_time_constant_s
@@ -98,7 +98,7 @@ typedef enum hexload_gate {
 typedef struct {        // no tag: hexload_trace() has the name
     uint32_t tick;      ///< of the measurement, sampling periods
     uint32_t dimension; ///< of the measurement: 6 or 3; the other entries are 0
-    hexload_gate_t gate;
+    hexload_gate_t gate; ///< what became of it
     hexload_real_t innovation[HEXLOAD_MEASUREMENTS_MAX]; ///< measured minus predicted
     hexload_real_t variance[HEXLOAD_MEASUREMENTS_MAX];   ///< of the innovation as the filter expects it
     hexload_real_t nis;                                  ///< innovation squared over its whole covariance, 1

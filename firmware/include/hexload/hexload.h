@@ -41,7 +41,7 @@ typedef struct hexload_descriptor {
 } hexload_descriptor_t;
 
 typedef struct { // no tag: hexload is a namespace in C++
-    hexload_kind_t kind;
+    hexload_kind_t kind; ///< of the instance; set by hexload_init()
     union {
         hexload_momentum_t momentum;
         hexload_momentum_effects_t momentum_effects;

@@ -15,19 +15,19 @@
 HEXLOAD_DECLS_BEGIN
 
 typedef struct hexload_momentum {
-    hexload_leg_gate_t leg_gate;
-    hexload_kinematics_t kinematics; ///< at the present tick
-    hexload_noise_estimator_t noise_estimator;
-    hexload_load_monitor_t monitor;
-    hexload_smoother_t smoother;
-    hexload_kinematics_t delayed_kinematics; ///< lag_ticks ago, or more after a gap
-    hexload_momentum_filter_t filter;
-    hexload_momentum_supervisor_t supervisor;
-    hexload_health_t health;
-    uint32_t change_tick; ///< of the first sample with the new load
-    bool is_changing;     ///< the filter has not reached change_tick yet
-    bool is_mass_known;   ///< the configured mass is still taken for granted
-    bool is_interrupted;  ///< the filter's momentum must begin anew
+    hexload_leg_gate_t leg_gate;               ///< last accepted sample
+    hexload_kinematics_t kinematics;           ///< at the present tick
+    hexload_noise_estimator_t noise_estimator; ///< effective sigmas of the sensors
+    hexload_load_monitor_t monitor;            ///< detects load changes, at the present tick
+    hexload_smoother_t smoother;               ///< motion of lag_ticks ago
+    hexload_kinematics_t delayed_kinematics;   ///< lag_ticks ago, or more after a gap
+    hexload_momentum_filter_t filter;          ///< theta and mu, of lag_ticks ago
+    hexload_momentum_supervisor_t supervisor;  ///< verdicts
+    hexload_health_t health;                   ///< bits and counters
+    uint32_t change_tick;                      ///< first tick after the last load change
+    bool is_changing;                          ///< the filter has not reached change_tick yet
+    bool is_mass_known;                        ///< the configured mass is still taken for granted
+    bool is_interrupted;                       ///< the filter's momentum must begin anew
 } hexload_momentum_t;
 
 /// Starts an estimator from nothing.
@@ -58,15 +58,15 @@ HEXLOAD_MUST_USE hexload_status_t hexload_momentum_trace(hexload_momentum_t* sel
 /// The momentum estimator with a stage for actuator effects: the force sensors' biases and the legs' friction
 /// are found together with the load. Four times the work.
 typedef struct hexload_momentum_effects {
-    hexload_momentum_t momentum; ///< its filter holds theta, mu and their covariance
-    hexload_effects_stage_t effects;
+    hexload_momentum_t momentum;     ///< its filter holds theta, mu and their covariance
+    hexload_effects_stage_t effects; ///< biases and friction, N, N s/m, and what is confounded with them
 } hexload_momentum_effects_t;
 
 /// As hexload_momentum_init().
 HEXLOAD_MUST_USE hexload_status_t hexload_momentum_effects_init(hexload_momentum_effects_t* self,
                                                                 const hexload_config_t* config);
 
-/// As hexload_momentum_tick(). A new load leaves what is known of the actuators.
+/// As hexload_momentum_tick(). A load change leaves what is known of the actuators.
 HEXLOAD_MUST_USE hexload_status_t hexload_momentum_effects_tick(hexload_momentum_effects_t* self,
                                                                 const hexload_config_t* config,
                                                                 const hexload_leg_sample_t* sample,
@@ -79,7 +79,7 @@ HEXLOAD_MUST_USE hexload_status_t hexload_momentum_effects_trace(hexload_momentu
                                                                  hexload_estimate_t* estimate,
                                                                  hexload_trace_t* trace);
 
-/// Actuator effects, and whether they can be told apart from the load. Reentrant, constant time.
+/// Actuator effects, and with which load parameters they are confounded. Reentrant, constant time.
 /// @param estimate that of the last tick.
 void hexload_momentum_effects_read(const hexload_momentum_effects_t* self, const hexload_estimate_t* estimate,
                                    hexload_effects_estimate_t* effects);

@@ -16,11 +16,11 @@
 HEXLOAD_DECLS_BEGIN
 
 typedef struct hexload_paper {
-    hexload_leg_gate_t leg_gate;
-    hexload_kinematics_t kinematics;
-    hexload_paper_filter_t filter;
-    hexload_paper_supervisor_t supervisor;
-    hexload_health_t health;
+    hexload_leg_gate_t leg_gate;           ///< last accepted sample
+    hexload_kinematics_t kinematics;       ///< at the present tick
+    hexload_paper_filter_t filter;         ///< rates and four parameters
+    hexload_paper_supervisor_t supervisor; ///< verdicts
+    hexload_health_t health;               ///< bits and counters
 } hexload_paper_t;
 
 /// As hexload_momentum_init() (momentum.h).

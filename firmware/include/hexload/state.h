@@ -16,19 +16,19 @@ HEXLOAD_DECLS_BEGIN
 /// Last accepted sample.
 typedef struct hexload_leg_gate {
     hexload_real_t last_displacement_m[HEXLOAD_LEGS];
-    uint32_t last_tick;
-    uint32_t accepted; ///< samples so far, saturating; 0: the others mean nothing
+    uint32_t last_tick; ///< sampling periods
+    uint32_t accepted;  ///< samples so far, saturating; 0: the others mean nothing
 } hexload_leg_gate_t;
 
 /// A leg Jacobian taken apart, to solve J x = y. E are its left columns, M its right ones. Three legs, the
 /// carriers (1), give the velocity once the rotation is known, and the other three (2) the rotation:
 ///     omega = S^-1 (y2 - K y1),  v = E1^-1 (y1 - M1 omega)  with  K = E2 E1^-1,  S = M2 - K M1
 typedef struct hexload_leg_blocks {
-    uint8_t leg[HEXLOAD_LEGS]; ///< the carriers, then the others
-    hexload_real_t E1_inverse[3][3];
-    hexload_real_t M1[3][3];
-    hexload_real_t K[3][3];
-    hexload_real_t S_inverse[3][3];
+    uint8_t leg[HEXLOAD_LEGS];       ///< the carriers, then the others
+    hexload_real_t E1_inverse[3][3]; ///< 1
+    hexload_real_t M1[3][3];         ///< m
+    hexload_real_t K[3][3];          ///< 1
+    hexload_real_t S_inverse[3][3];  ///< 1/m
 } hexload_leg_blocks_t;
 
 /// Constants of the geometry and the last pose, from which the next search starts.
@@ -36,8 +36,8 @@ typedef struct hexload_kinematics {
     hexload_real_t home_leg_m[HEXLOAD_LEGS][3];  ///< p0 + a_i - b_i
     hexload_real_t home_defect_m2[HEXLOAD_LEGS]; ///< its square minus L0_i^2: 0 on a symmetric machine
     hexload_real_t home_height_m;                ///< h0: with R = E the mean leg length is the mean L0_i
-    hexload_real_t p_m[3];
-    hexload_real_t quaternion[4];
+    hexload_real_t p_m[3];                       ///< of that pose, base axes
+    hexload_real_t quaternion[4];                ///< of that pose, platform to base axes; real part first
     hexload_real_t displacement_m[HEXLOAD_LEGS]; ///< the legs of that pose
     hexload_leg_blocks_t jacobian;               ///< there
     bool is_lost;                                ///< no search starts from that pose any more
@@ -52,11 +52,11 @@ typedef struct hexload_wrench {
 enum {
     /// Displacement, velocity, force: one in each tick, as its neighbours add little.
     HEXLOAD_NOISE_KINDS = 3,
-    HEXLOAD_NOISE_HISTORY = 3,
+    HEXLOAD_NOISE_HISTORY = 3, ///< ticks before the present one
 };
 
 typedef struct hexload_noise_estimator {
-    hexload_real_t last[HEXLOAD_NOISE_KINDS][HEXLOAD_NOISE_HISTORY][HEXLOAD_LEGS];
+    hexload_real_t last[HEXLOAD_NOISE_KINDS][HEXLOAD_NOISE_HISTORY][HEXLOAD_LEGS]; ///< m, m/s, N
     uint32_t oldest;  ///< row of the last three ticks, which go round
     uint32_t history; ///< consecutive ticks in them
     uint32_t turn;    ///< kind that is measured next
@@ -70,23 +70,23 @@ enum { HEXLOAD_FORCE_HISTORY = 3 };
 
 /// What the filter needs of the machine, from the configuration.
 typedef struct hexload_paper_constants {
-    hexload_real_t mass_share;       ///< m_l / m
-    hexload_real_t reduced_mass_kg;  ///< m_a m_l / m
-    hexload_real_t com_offset_m[3];  ///< m_a c_a / m: centre of mass of all when dz = 0
-    hexload_real_t inertia_kg_m2[3]; ///< share of D that is known: the platform's
-    hexload_real_t prior_variance[HEXLOAD_PAPER_DIM];
+    hexload_real_t mass_share;                        ///< m_l / m
+    hexload_real_t reduced_mass_kg;                   ///< m_a m_l / m
+    hexload_real_t com_offset_m[3];                   ///< m_a c_a / m: centre of mass of all when dz = 0
+    hexload_real_t inertia_kg_m2[3];                  ///< share of D that is known: the platform's
+    hexload_real_t prior_variance[HEXLOAD_PAPER_DIM]; ///< m^2; kg^2 m^4
 } hexload_paper_constants_t;
 
 /// Variances of the noise in the Jacobian N that comes from the force sensors: of the derivatives by dz (rows
 /// 0, 1), by the row's own inertia, and their covariance.
 typedef struct hexload_jacobian_noise {
-    hexload_real_t dz[2];
-    hexload_real_t mixed[2];
-    hexload_real_t inertia[3];
+    hexload_real_t dz[2];      ///< 1/(m s)^2
+    hexload_real_t mixed[2];   ///< 1/(kg m^3 s^2)
+    hexload_real_t inertia[3]; ///< 1/(kg m^2 s)^2
 } hexload_jacobian_noise_t;
 
-/// State and covariance P = [rate_cov, cross_cov; cross_cov^T, param_cov]; of both squares the lower triangle
-/// counts.
+/// State and covariance P = [rate_cov, cross_cov; cross_cov^T, param_cov], of rad/s and of the parameters'
+/// units, m and kg m^2; of both squares the lower triangle counts.
 typedef struct hexload_paper_filter {
     hexload_paper_constants_t constants;
     hexload_real_t rate_rad_s[3];            ///< omega, platform axes
@@ -111,14 +111,14 @@ typedef struct hexload_paper_supervisor {
 enum {
     HEXLOAD_MISSING_TICKS_MAX = 10, ///< that may be bridged within a lag
     HEXLOAD_TRANSIENT_TICKS = 12,   ///< on each side of a tick that show what is too fast for the window
-    HEXLOAD_SMOOTHER_ORDERS = 6,
+    HEXLOAD_SMOOTHER_ORDERS = 6,    ///< sums that a window of degree five needs
     HEXLOAD_WINDOW_CAPACITY = 2 * HEXLOAD_LAG_TICKS_MAX + 1 + HEXLOAD_MISSING_TICKS_MAX,
     HEXLOAD_DELAY_CAPACITY = HEXLOAD_LAG_TICKS_MAX + 1 + HEXLOAD_TRANSIENT_TICKS + HEXLOAD_MISSING_TICKS_MAX,
 };
 
 /// What the lag makes of the polynomials.
 typedef struct hexload_smoother_constants {
-    uint32_t lag_ticks;
+    uint32_t lag_ticks;                        ///< from the window's middle to its newest tick
     int32_t entering[HEXLOAD_SMOOTHER_ORDERS]; ///< weights of the window's newest tick in the sums
     int32_t leaving[HEXLOAD_SMOOTHER_ORDERS];  ///< of its oldest
     hexload_real_t project[3];                 ///< of the third on p1; of the fifth on p1 and p3
@@ -128,12 +128,12 @@ typedef struct hexload_smoother_constants {
 } hexload_smoother_constants_t;
 
 typedef struct hexload_smoother {
-    hexload_smoother_constants_t constants;
+    hexload_smoother_constants_t constants; ///< of the configured lag
     /// of weights times steps over the window, modulo 2^64
     uint64_t sum[HEXLOAD_LEGS][HEXLOAD_SMOOTHER_ORDERS];
-    int32_t steps[HEXLOAD_WINDOW_CAPACITY][HEXLOAD_LEGS];
-    hexload_real_t velocity_m_s[HEXLOAD_DELAY_CAPACITY][HEXLOAD_LEGS];
-    hexload_real_t force_n[HEXLOAD_DELAY_CAPACITY][HEXLOAD_LEGS];
+    int32_t steps[HEXLOAD_WINDOW_CAPACITY][HEXLOAD_LEGS];              ///< displacements in whole steps
+    hexload_real_t velocity_m_s[HEXLOAD_DELAY_CAPACITY][HEXLOAD_LEGS]; ///< measured
+    hexload_real_t force_n[HEXLOAD_DELAY_CAPACITY][HEXLOAD_LEGS];      ///< measured
     /// missing, and bridged; or a speed that its neighbours on both sides contradict
     bool is_left_out[HEXLOAD_DELAY_CAPACITY];
     uint32_t stored;      ///< ticks put in since the start; modulo the capacities the next one's place
@@ -155,26 +155,26 @@ typedef struct hexload_momentum_input {
 } hexload_momentum_input_t;
 
 typedef struct hexload_momentum_filter {
-    hexload_real_t platform[HEXLOAD_LOAD_DIM]; ///< theta_platform
-    hexload_real_t theta[HEXLOAD_LOAD_DIM];
+    hexload_real_t platform[HEXLOAD_LOAD_DIM];                   ///< theta_platform; kg, kg m, kg m^2
+    hexload_real_t theta[HEXLOAD_LOAD_DIM];                      ///< of the load; kg, kg m, kg m^2
     hexload_real_t theta_excess[HEXLOAD_LOAD_DIM];               ///< what rounding has added to theta so far
-    hexload_real_t momentum[6];                                  ///< mu
+    hexload_real_t momentum[6];                                  ///< mu, N s and N m s
     hexload_real_t load_cov[HEXLOAD_LOAD_DIM][HEXLOAD_LOAD_DIM]; ///< of theta
     hexload_real_t cross_cov[6][HEXLOAD_LOAD_DIM];               ///< of mu with theta
     hexload_real_t momentum_cov[6][6];                           ///< of mu; the lower triangle counts
     hexload_momentum_input_t last_input;
-    hexload_real_t smooth_twist[6]; ///< of the last sample, base axes
+    hexload_real_t smooth_twist[6]; ///< of the last sample, base axes, m/s, rad/s
     hexload_real_t nis;             ///< of the last sample, 6 degrees of freedom; 6 when there was none
 } hexload_momentum_filter_t;
 
 typedef struct hexload_load_monitor {
-    hexload_real_t momentum[6];
+    hexload_real_t momentum[6];             ///< mu of the present; N s, N m s
     hexload_real_t covariance[6][6];        ///< the lower triangle counts
     hexload_real_t theta[HEXLOAD_LOAD_DIM]; ///< that of the last tick
     hexload_momentum_input_t last_input;
     hexload_real_t last_force_n[2][HEXLOAD_LEGS]; ///< newest first
-    hexload_real_t late_twist[6];                 ///< leaky mean of the last 5 ms
-    hexload_real_t acceleration[6];               ///< of the tick before, less gravity's
+    hexload_real_t late_twist[6];                 ///< leaky mean of the last 5 ms, m/s, rad/s
+    hexload_real_t acceleration[6];               ///< of the tick before, less gravity's, m/s^2, rad/s^2
     hexload_real_t nis;                           ///< of the last sample, bounded; 6 when there was none
     hexload_real_t nis_mean;                      ///< leaky; ideal 6
     hexload_real_t drift[6]; ///< leaky mean of the last 5 ms' innovations in sigmas, by direction
@@ -186,8 +186,8 @@ typedef struct hexload_momentum_supervisor {
     /// Information per tick that the motion gives on each parameter if the others were known, 1 / its unit
     /// squared: leaky mean over excitation_time_constant_s.
     hexload_real_t information[HEXLOAD_LOAD_DIM];
-    hexload_real_t acceleration[6]; ///< base axes, of O_A, over ten ticks
-    hexload_real_t last_twist[6];   ///< at their end
+    hexload_real_t acceleration[6]; ///< base axes, of O_A, over ten ticks, m/s^2, rad/s^2
+    hexload_real_t last_twist[6];   ///< at their end, m/s, rad/s
     uint32_t elapsed_ticks;         ///< since then
     uint32_t next;                  ///< parameter whose information is looked at: one in each tick
 } hexload_momentum_supervisor_t;
@@ -200,11 +200,11 @@ enum {
 
 /// Eighteen states that go with those of a momentum filter.
 typedef struct hexload_actuator_effects {
-    hexload_real_t effect[HEXLOAD_EFFECTS_DIM];
+    hexload_real_t effect[HEXLOAD_EFFECTS_DIM];             ///< x: N, N, N s/m
     hexload_real_t covariance[HEXLOAD_EFFECTS_COVARIANCES]; ///< the momentum filter's covariance goes on here
-    hexload_real_t last_push[HEXLOAD_LEGS][6];              ///< Jw at the last sample, leg by leg
-    hexload_real_t last_sign[HEXLOAD_LEGS];                 ///< s(v)
-    hexload_real_t last_speed_m_s[HEXLOAD_LEGS];
+    hexload_real_t last_push[HEXLOAD_LEGS][6];              ///< Jw at the last sample, leg by leg, 1 and m
+    hexload_real_t last_sign[HEXLOAD_LEGS];                 ///< s(v), 1
+    hexload_real_t last_speed_m_s[HEXLOAD_LEGS];            ///< v, smooth
     /// Residual of the smooth leg speeds beyond the velocity sensors' noise: leaky mean square.
     hexload_real_t residual_m2_s2;
     uint32_t ticks;      ///< that it goes back
@@ -226,8 +226,8 @@ typedef struct hexload_identifiability {
 
 /// The stage for actuator effects.
 typedef struct hexload_effects_stage {
-    hexload_actuator_effects_t filter;
-    hexload_identifiability_t identifiability;
+    hexload_actuator_effects_t filter;         ///< biases and friction
+    hexload_identifiability_t identifiability; ///< which load parameters are confounded with them
 } hexload_effects_stage_t;
 
 HEXLOAD_DECLS_END

@@ -1,5 +1,5 @@
 /// @file status.h
-/// What a call returns (status) and what it has to tell although it ran (health).
+/// What a call returns (status), and what it reports although it ran (health).
 #ifndef HEXLOAD_STATUS_H
 #define HEXLOAD_STATUS_H
 
@@ -17,7 +17,7 @@ HEXLOAD_DECLS_BEGIN
 
 /// Result of a call. Zero: done. Negative: refused, and the caller's state is what it was before the call.
 typedef enum hexload_status {
-    HEXLOAD_OK = 0,
+    HEXLOAD_OK = 0,            ///< done
     HEXLOAD_ERR_CONFIG = -1,   ///< hexload_config_check() names the field
     HEXLOAD_ERR_SAMPLE = -2,   ///< a channel is not finite or beyond its range, or a leg would have no length
     HEXLOAD_ERR_TICK = -3,     ///< the tick is not later than the last accepted one
@@ -33,12 +33,12 @@ typedef enum hexload_health_bit {
     HEXLOAD_HEALTH_MEASUREMENT_GATED = 3,  ///< the innovation is beyond the gate and was not used
     HEXLOAD_HEALTH_INERTIA_BOUNDED = 4,    ///< an inertia below zero was set to zero
     HEXLOAD_HEALTH_COVARIANCE_BOUNDED = 5, ///< a variance was held at its floor or at its prior
-    HEXLOAD_HEALTH_NOT_EXCITED = 6,        ///< the motion has told (nearly) nothing about a parameter
+    HEXLOAD_HEALTH_NOT_EXCITED = 6,        ///< the motion gives (nearly) no information on a parameter
     HEXLOAD_HEALTH_INCONSISTENT = 7, ///< innovations or inertias contradict the model or the stated sigmas
     HEXLOAD_HEALTH_FILTER_RESTARTED = 8, ///< a number was no longer finite: the filter began anew
     HEXLOAD_HEALTH_NOISE_BOUNDED =
         9, ///< removal of the force noise's effects was held: a spike, or sigmas too small
-    HEXLOAD_HEALTH_LOAD_CHANGED = 10, ///< the load is no longer the one before: identification begins anew
+    HEXLOAD_HEALTH_LOAD_CHANGED = 10, ///< load change detected: identification begins anew
     HEXLOAD_HEALTH_NOISE_MISSTATED =
         11, ///< the sensors' noise is not the stated one; measured sigmas are used
     HEXLOAD_HEALTH_BITS = 12

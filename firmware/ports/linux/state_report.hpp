@@ -18,10 +18,10 @@ class StateReport {
         : profile_(profile), faults_only_(faults_only) {}
 
     // The line for a change since the last call. Estimating and converged may alternate with every sample:
-    // they are told once per second at most.
+    // they are reported once per second at most.
     std::optional<std::string> changed(const hexload_app_t& app, Clock::time_point now);
 
-    // The line for another load that has been noticed since the last call.
+    // The line for a load change that has been detected since the last call.
     std::optional<std::string> load_changed(const hexload_app_t& app);
 
   private:

@@ -18,7 +18,7 @@ enum {
 /// How far back the smoother's residual counts.
 #define RESIDUAL_S HEXLOAD_REAL(2.0)
 
-/// A platform at rest has told all it can by then.
+/// A platform at rest gives no more information after that.
 #define LONGEST_REST_S HEXLOAD_REAL(2.0)
 
 _Static_assert(DIM == (int)HEXLOAD_EFFECT_KINDS * HEXLOAD_LEGS, "each leg has each effect");
@@ -33,7 +33,7 @@ void hexload_actuator_effects_init(hexload_actuator_effects_t* self, const hexlo
     }
 }
 
-/// Speeds of so many ticks are in a smoother's speed that follows ringing.
+/// Speeds of so many ticks are in a smoother's speed that follows a transient.
 #define TRANSIENT_WINDOW_TICKS (2u * HEXLOAD_TRANSIENT_TICKS + 1u)
 
 /// How the legs push and what their friction goes with, at one sample or on the mean over a period.
@@ -216,7 +216,7 @@ static void inflate_covariance(hexload_actuator_effects_t* self) {
     }
 }
 
-/// Rows of the effects: what the momentum filter's update of theta and mu tells about them.
+/// Rows of the effects: what the momentum filter's update of theta and mu says of them.
 static void correct(hexload_actuator_effects_t* self, hexload_momentum_update_t* left) {
     hexload_real_t(*L)[6] = left->L;
     const hexload_real_t* e = left->innovation;

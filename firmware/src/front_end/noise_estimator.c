@@ -8,10 +8,10 @@
 /// Before, a ratio may be off by a fifth.
 enum { FEWEST_TICKS = 100 };
 
-/// A stated sigma within a fifth of the measured one is believed.
+/// A stated sigma within a fifth of the measured one is kept.
 #define BELIEVED_RATIO HEXLOAD_REAL(1.44)
 
-/// Measured ones are believed between a quarter and ten times the stated.
+/// Measured ones are used between a quarter and ten times the stated.
 #define LEAST_RATIO HEXLOAD_REAL(0.0625)
 #define MOST_RATIO HEXLOAD_REAL(100.0)
 

@@ -3,8 +3,8 @@
 ///
 /// The third difference x(k) - 3 x(k-1) + 3 x(k-2) - x(k-3) of a sampled motion is next to nothing: at 1 kHz
 /// and 10 Hz it passes 2.5e-4 of the amplitude, and of white noise sqrt(20) sigma. Its leaky mean square over
-/// the six legs tells the sensors' sigma within a few per cent, whatever the load. Where that is far from the
-/// stated sigma, the filters use what was measured. At 5 ms a tick a motion of 4 Hz and 50 mm passes for
+/// the six legs measures the sensors' sigma within a few per cent, whatever the load. Where that is far from
+/// the stated sigma, the filters use what was measured. At 5 ms a tick a motion of 4 Hz and 50 mm passes for
 /// displacement noise of 20 um.
 #ifndef HEXLOAD_NOISE_ESTIMATOR_H
 #define HEXLOAD_NOISE_ESTIMATOR_H

@@ -18,7 +18,7 @@
 #define DRIFT_1_S HEXLOAD_REAL(200.0)
 #define ALARM_DRIFT HEXLOAD_REAL(50.0)
 
-/// Time constant of the twist that an acceleration is told from: at 1 ms the noise of that is
+/// Time constant of the twist that an acceleration is taken from: at 1 ms the noise of that is
 /// sqrt(10) / 3 sigma / 5 ms.
 #define LATE_S HEXLOAD_REAL(0.005)
 
@@ -79,7 +79,7 @@ static void predict(hexload_load_monitor_t* self, const hexload_config_t* config
 }
 
 /// The acceleration, less gravity's, for the next tick: a speed that is wrong once shall not excuse itself.
-/// From the twist, not from the forces, which of another load tell another one.
+/// From the twist, not from the forces, which of another load give another one.
 static void follow_acceleration(hexload_load_monitor_t* self, const hexload_config_t* config,
                                 const hexload_real_t twist[6]) {
     for (int k = 0; k < 6; k++) {

@@ -2,13 +2,13 @@
 /// Whether the load is still the one that the filter knows, at once: the momentum of the present tick, with
 /// the parameters as they are, against the present leg speeds.
 ///
-/// The momentum filter runs lag_ticks behind, so its own innovations would tell of a new load that much too
+/// The momentum filter runs lag_ticks behind, so its own innovations would detect a load change that much too
 /// late. Here mu has six states of its own and no smoothing. What the filter does not know yet counts as
 /// noise: each parameter with its sigma, as far as the present acceleration would show it within the memory
 /// of the test.
 ///
-/// Two tests: the mean of the normalised innovations squared tells jumps, of a load that is picked up or
-/// dropped; the square of the innovations' mean tells ramps, of a centre of mass that has shifted, as the
+/// Two tests: the mean of the normalised innovations squared detects jumps, of a load that is picked up or
+/// dropped; the square of the innovations' mean detects ramps, of a centre of mass that has shifted, as the
 /// wrong wrench then adds up in one direction.
 #ifndef HEXLOAD_LOAD_MONITOR_H
 #define HEXLOAD_LOAD_MONITOR_H

@@ -46,8 +46,8 @@ static void add_platform(const hexload_momentum_filter_t* self, hexload_real_t b
     }
 }
 
-/// The body of the gains: bounded to what is possible, and one sigma heavier than it seems, so that an early
-/// gain does not claim information that its wrong linearisation point does not have.
+/// The body of the gains: held within what a body can have, and one sigma heavier than it seems, so that an
+/// early gain does not claim information that its wrong linearisation point does not have.
 static void make_cautious(const hexload_momentum_filter_t* self, hexload_real_t body[DIM]) {
     add_platform(self, body);
     body[HEXLOAD_LOAD_M] = self->platform[HEXLOAD_LOAD_M] +
@@ -212,7 +212,7 @@ static void measure(const hexload_momentum_filter_t* self, const hexload_motion_
     }
 }
 
-/// -H P = [E, -Y] P, and S = H P H^T + R.
+/// H P with H = [-Y, E], and S = H P H^T + R.
 static void project_covariance(const hexload_momentum_filter_t* self, measurement_t* measured,
                                hexload_momentum_projection_t* U) {
     for (int a = 0; a < 6; a++) {

@@ -18,8 +18,8 @@ _Static_assert((int)HEXLOAD_LAG_TICKS_MAX >= (int)HEXLOAD_TRANSIENT_TICKS, "the 
 #define NEAR (-HEXLOAD_REAL(104.0) / HEXLOAD_REAL(720.0))
 #define FAR (HEXLOAD_REAL(11.0) / HEXLOAD_REAL(720.0))
 
-/// Steps to a speed and back, multiplied, beyond which it is odd: 60 sigma each, more than 0.3 m/s that
-/// ring at 95 Hz.
+/// Steps to a speed and back, multiplied, beyond which it is an outlier: 60 sigma each, more than 0.3 m/s
+/// that ring at 95 Hz.
 #define OUTLIER_SIGMAS_SQUARE HEXLOAD_REAL(3600.0)
 
 enum { THIRD_ON_FIRST, FIFTH_ON_FIRST, FIFTH_ON_THIRD };

@@ -12,9 +12,9 @@
 /// 12.59 the 95 % point of chi-square with 6 degrees of freedom (positive-part shrinkage). A platform at rest
 /// then has speed zero, and its noise does not count as motion.
 ///
-/// A step of speed or a servo that rings is faster than that window. What the velocity sensors of the ticks
-/// around it, its own left out, show far beyond noise is added (transient.h); until the window is full, that
-/// is all there is, and speeds stay as they are until they change as clearly.
+/// A transient, as a step of speed or a servo that oscillates, is faster than that window. What the velocity
+/// sensors of the ticks around it, its own left out, show far beyond noise is added (transient.h); until the
+/// window is full, that is all there is, and speeds stay as they are until they change as clearly.
 ///
 /// The sums run along in integers, so they cost the same for every lag and never drift.
 #ifndef HEXLOAD_SMOOTHER_H
@@ -22,7 +22,7 @@
 
 #include "front_end/present_tick.h"
 
-/// A sample of the past, and the speeds that its neighbours on both sides tell.
+/// A sample of the past, and the speeds that its neighbours on both sides give.
 typedef struct hexload_smooth_sample {
     /// Its forces are such that the trapezoids between ticks are the integral: f - D2 f / 12 + 11 D4 f / 720,
     /// D2 and D4 central differences. At 95 Hz the trapezoid alone loses 3 % of an impulse.

@@ -1,5 +1,5 @@
 /// @file paper_supervisor.h
-/// Fifth stage: whether the estimate can be believed.
+/// Fifth stage: whether the estimate can be trusted.
 #ifndef HEXLOAD_PAPER_SUPERVISOR_H
 #define HEXLOAD_PAPER_SUPERVISOR_H
 

@@ -38,7 +38,7 @@ class BusMonitor {
     std::uint32_t newest_tick() const {
         return newest_tick_;
     }
-    // As far as the controller has told it.
+    // As far as the controller has reported it.
     std::uint32_t samples_missing() const {
         return status_.samples_missing;
     }

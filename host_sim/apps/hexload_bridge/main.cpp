@@ -1,4 +1,4 @@
-// hexload_bridge --bus NAME: listens on a CAN bus, never sends, and tells on LCM what the bus carried.
+// hexload_bridge --bus NAME: listens on a CAN bus, never sends, and publishes on LCM what the bus carried.
 #include "bus_monitor.hpp"
 
 #include "transport/can_channel.hpp"
@@ -160,7 +160,7 @@ ExitStatus status_of(const std::exception& error) {
 } // namespace
 
 int main(int argc, char** argv) {
-    CLI::App app{"Listens on a CAN bus and tells on LCM what it carried.", "hexload_bridge"};
+    CLI::App app{"Listens on a CAN bus and publishes on LCM what it carried.", "hexload_bridge"};
     Options options;
     declare(app, options);
     try {

@@ -123,7 +123,7 @@ void print_pacing(const sim::PacingCounts& pacing) {
                pacing.lateness.quantile_us(0.99), pacing.lateness.longest_us());
 }
 
-// What the estimator was told, and where that is not the load which the scenario has.
+// The mass that the estimator was given, and where that is not the load which the scenario has.
 void print_told(const sim::Scenario& scenario, const platform::PlatformFile& platform) {
     if (!platform.known_mass_kg) {
         return;

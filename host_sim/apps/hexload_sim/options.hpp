@@ -31,7 +31,7 @@ struct Options {
     std::string bus = "inproc";
     hexload_bus_profile_t profile = HEXLOAD_BUS_FD;
     std::string feed;    // lcm or lcm:URL: the controller is there, not on a bus
-    std::string publish; // lcm or lcm:URL: the run is told there
+    std::string publish; // lcm or lcm:URL: the run is published there
     std::optional<double> answer_timeout_s;
     bool lockstep = false;
     bool real_time = false;

@@ -41,7 +41,7 @@ struct HealthCount {
     std::uint32_t ticks = 0;
 };
 
-// A load parameter that cannot be told from the machine's own effects.
+// A load parameter that is confounded with actuator effects.
 struct ConfoundedParameter {
     std::string_view name;
     std::string reason;
@@ -89,7 +89,7 @@ struct BusCounts {
     std::uint64_t send_failures = 0;
     std::uint64_t receive_drops = 0;
     std::uint64_t error_frames = 0;
-    std::uint64_t events_missing = 0; // changes of the load that were counted and not told
+    std::uint64_t events_missing = 0; // load changes that were counted and not reported
 };
 
 class EstimatorLink {
@@ -121,10 +121,10 @@ class EstimatorLink {
     // How often each health bit was set since the start, in the firmware's order.
     virtual std::vector<HealthCount> health_counts() const = 0;
 
-    // When the estimator noticed another load, in s since the start of the run.
+    // When the estimator detected a load change, in s since the start of the run.
     virtual std::vector<double> load_changes_s() const = 0;
 
-    // Covariance of the estimates after the last sample, row by row. Empty: this link does not tell.
+    // Covariance of the estimates after the last sample, row by row. Empty: this link does not have it.
     virtual std::vector<double> covariance() const {
         return {};
     }

@@ -40,7 +40,7 @@ class CsvFile {
 struct RunResult {
     RunCounts counts;
     std::vector<HealthCount> health = {};
-    std::vector<double> load_changes_s = {}; // when the estimator noticed another load
+    std::vector<double> load_changes_s = {}; // when the estimator detected a load change
     std::optional<BusCounts> bus = {};       // nothing: in process
     PacingResult pacing = {};
 };
