@@ -5,15 +5,15 @@ import sys
 
 import pytest
 
-from hexload_tools import table3
-from hexload_tools.report import write_report
-from hexload_tools.run_directory import read_run
+from hexload.io.run_directory import read_run
+from hexload.report import table3
+from hexload.report.page import write_report
 
 DURATION_S = "1.5"
 
 
 def hexload(*arguments):
-    return subprocess.run([sys.executable, "-m", "hexload_tools", *map(str, arguments)], capture_output=True, text=True)
+    return subprocess.run([sys.executable, "-m", "hexload_dev", *map(str, arguments)], capture_output=True, text=True)
 
 
 @pytest.fixture(scope="module", params=["safe", "printed"])

@@ -13,9 +13,10 @@ import pytest
 from scipy.interpolate import CubicHermiteSpline
 from scipy.spatial.transform import Rotation
 
-from hexload_tools import bound, excitation, project
-from hexload_tools.errors import InputError
-from hexload_tools.excite import Wish, design, problem_of, summary_of
+from hexload import project
+from hexload.cli.excite import Wish, design, problem_of, summary_of
+from hexload.errors import InputError
+from hexload.theory import bound, excitation
 
 PLATFORM = project.SCENARIOS / "platforms" / "paper.toml"
 WISH = Wish(
@@ -254,7 +255,7 @@ def test_a_summary_never_overwrites_the_motion(tmp_path):
 def hexload(*arguments):
     environment = os.environ | {"COLUMNS": "200", "TERM": "dumb", "NO_COLOR": "1"}
     return subprocess.run(
-        [sys.executable, "-m", "hexload_tools", *map(str, arguments)], capture_output=True, text=True, env=environment
+        [sys.executable, "-m", "hexload_dev", *map(str, arguments)], capture_output=True, text=True, env=environment
     )
 
 

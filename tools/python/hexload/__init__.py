@@ -1,0 +1,1 @@
+"""Identifies the load of a Gough-Stewart platform."""

@@ -1,0 +1,115 @@
+"""`hexload replay`: runs the firmware's own C over a recorded log."""
+
+from contextlib import AbstractContextManager, nullcontext
+from pathlib import Path
+
+from rich.console import Console
+from rich.table import Table
+
+from hexload.errors import InputError
+from hexload.estimation import load_summary
+from hexload.estimation.firmware_run import load_platform, native_firmware, run_firmware
+from hexload.estimation.tare import tare_for
+from hexload.io.atomic_file import replaced_when_done
+from hexload.io.log_file import LegLog
+from hexload.io.log_formats import read_any_log
+
+
+def replay_log(
+    log: Path,
+    platform_file: Path,
+    estimator: str | None,
+    prior: str | None,
+    out: Path,
+    tare: Path | None = None,
+    bodies: Path | None = None,
+    report: Path | None = None,
+) -> dict:
+    """Writes the estimates CSV to `out`, one row per log row, and returns what hexload_native.replay returns, with the
+    log reader's remarks.
+
+    `estimator` and `prior` override the platform file's [estimator] table. `tare`: file of `hexload tare`, made with
+    the same platform. `bodies`: a CSV for the load as a body, one row per log row. `report`: a page, of all ten
+    parameters.
+    """
+    _refuse_same_files({"--out": out, "--bodies": bodies, "--report": report})
+    samples = read_any_log(log)
+    native = native_firmware()
+    platform = load_platform(native, platform_file)
+    found = None if tare is None else tare_for(tare, native, platform, platform_file)
+    legs, offset = (samples, None) if found is None else (found.taken_off(samples), found.offset)
+    files = f"{log} with {platform_file}" + ("" if tare is None else f" and {tare}")
+    with replaced_when_done(out) as temporary, _replaced(bodies) as body_file, _replaced(report) as page:
+        try:
+            result = run_firmware(native, platform, legs, temporary, estimator, prior, offset, body_file)
+        except ValueError as error:
+            raise InputError(f"{files}: {error}") from None
+        if page is not None:
+            tared = "" if tare is None else f" and the tare {tare.name}"
+            description = f"Replayed with {platform_file.name}{tared}."
+            _write_page(page, result, samples, log.name, description, platform.known_mass_kg)
+    return result | {"remarks": samples.remarks}
+
+
+def _replaced(path: Path | None) -> AbstractContextManager[Path | None]:
+    return nullcontext() if path is None else replaced_when_done(path)
+
+
+def _refuse_same_files(files: dict[str, Path | None]) -> None:
+    named: dict[Path, str] = {}
+    for option, path in files.items():
+        if path is not None and (other := named.setdefault(path.absolute(), option)) != option:
+            raise InputError(f"{path}: found the same file for {other} and {option}, expected two")
+
+
+def _write_page(
+    page: Path, result: dict, samples: LegLog, title: str, description: str, known_mass_kg: float | None
+) -> None:
+    if "body" not in result:
+        raise InputError("--report: found the estimator paper, expected momentum or momentum_effects")
+    from hexload.report.page import render_replay  # draws; a replay without a page needs none of it
+
+    page.write_text(render_replay(result, samples, title, description, known_mass_kg), encoding="utf-8")
+
+
+def print_summary(result: dict, out: Path, bodies: Path | None = None, report: Path | None = None) -> None:
+    """The final estimates on the terminal, and the files that have been written."""
+    table = Table()
+    for heading in ("parameter", "estimate", "sigma", "verdict"):
+        table.add_column(heading, justify="right" if heading in ("estimate", "sigma") else "left")
+    for row in load_summary.parameters(result):
+        numbers = (f"{value:.{row.digits}f}" for value in (row.value, row.sigma))
+        table.add_row(f"{row.symbol}, {row.unit}", *numbers, row.words)
+    Console().print(table)
+    if "body" in result:
+        Console().print(_body_table(result["body"]))
+        print(f"body:      {load_summary.consistent_in_words(result['body'])}")
+    print(f"verdict:   {result['verdict'][-1]} after {len(result['t'])} ticks")
+    print(f"health:    {load_summary.health_in_words(result['health_counts']) or 'no remark'}")
+    if times_s := load_summary.load_changes_s(result):
+        print(f"new load:  noticed {load_summary.moments_in_words(times_s)}")
+    if result["refused"]:
+        print(f"refused:   {result['refused']} samples, the first at {result['first_refusal']}")
+    for remark in result["remarks"]:
+        print(f"log:       {remark}")
+    print(f"estimates: {out}")
+    if bodies is not None:
+        print(f"bodies:    {bodies}")
+    if report is not None:
+        print(f"page:      {report}")
+
+
+def _body_table(body: dict) -> Table:
+    """The load as a body: what is not known is a dash."""
+    table = Table()
+    table.add_column("load as a body")
+    headings = {"value": "estimate", "sigma": "sigma"}
+    if not body["is_consistent"]:
+        headings["nearest"] = "nearest possible"
+    for heading in headings.values():
+        table.add_column(heading, justify="right")
+    for row in load_summary.body_numbers(body):
+        numbers = (getattr(row, key) for key in headings)
+        words = ("-" if number is None else f"{number:.{row.digits}f}" for number in numbers)
+        table.add_row(f"{row.name}, {row.unit}", *words)
+    return table
