@@ -5,6 +5,7 @@ import sys
 
 import pytest
 
+from hexload.estimation import load_summary
 from hexload.io.run_directory import read_run
 from hexload.report import table3
 from hexload.report.page import write_report
@@ -72,5 +73,5 @@ def test_the_report_of_a_real_run_has_its_numbers(run_directory, tmp_path):
     # THEN the table has the last line of the run's estimates, and a bound on each parameter
     page = (tmp_path / "page.html").read_text()
     for row in table3.compare(run):
-        assert f"{row.estimate:.{table3.DIGITS[row.name]}f}" in page
+        assert f"{row.estimate:.{load_summary.DIGITS[row.name]}f}" in page
         assert row.bound is not None and row.bound > 0

@@ -8,9 +8,10 @@ import pytest
 
 from hexload import project
 from hexload.campaign.one_case import scale_of
+from hexload.cli.replay import print_summary
 from hexload.errors import InputError
 from hexload.estimation import load_summary
-from hexload.estimation.replay import print_summary, replay_log
+from hexload.estimation.replay import replay_log
 from hexload.io.run_directory import read_run
 from hexload.report.page import write_report
 

@@ -1,11 +1,14 @@
 """Where things lie: the work tree, the build that the verbs use, scenarios and runs."""
 
 import importlib
+import importlib.util
 import os
 import sys
 from collections.abc import Callable
 from pathlib import Path
 from types import ModuleType
+
+from hexload.errors import ToolFailed
 
 ROOT = Path(__file__).resolve().parents[3]
 BUILD = ROOT / "build"
@@ -39,7 +42,12 @@ def controller() -> Path:
 
 
 def _take_as_built(*targets: str) -> None:
-    """Without the developers' package nothing is built: what is missing is said when it is used."""
+    """Without the developers' package nothing is built. The native module alone is inside an installed package."""
+    if set(targets) - {"hexload_native"} and not build_directory().is_dir():
+        raise ToolFailed(
+            f"{', '.join(targets)}: found no build in {build_directory()}, expected one: this needs a clone and its "
+            "tools/hexload, or HEXLOAD_BUILD_DIR with the folder of a build"
+        )
 
 
 _builder: Callable[..., None] = _take_as_built
@@ -57,8 +65,18 @@ def ensure_built(*targets: str) -> None:
 
 
 def native_module() -> ModuleType:
-    """The extension hexload_native: the firmware's C and the plant's kinematics, called from Python."""
+    """The extension hexload_native, the firmware's C and the plant's kinematics: inside an installed package, else of
+    the clone's build."""
+    inside = f"{__package__}.hexload_native"
+    if importlib.util.find_spec(inside) is not None:
+        return importlib.import_module(inside)
     return _built_module("hexload_native")
+
+
+def bus_contract() -> Path:
+    """hexload.dbc, of the clone or inside an installed package."""
+    installed = Path(__file__).parent / "io" / "hexload.dbc"
+    return installed if installed.is_file() else ROOT / "firmware" / "bus" / "hexload.dbc"
 
 
 def message_type(name: str) -> type:

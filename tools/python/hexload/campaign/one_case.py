@@ -26,6 +26,7 @@ from hexload.io import log_file
 from hexload.io.log_file import LegLog, read_log
 from hexload.io.toml_document import to_toml
 from hexload.theory import bound, leg_regression
+from hexload.theory.bound import scale_of
 
 Array = NDArray[np.float64]
 
@@ -208,18 +209,6 @@ def _score(answer: Answer, theta: Array, t_s: Array) -> dict:
         score |= {name: settled_at(t_s, relative.max(axis=1), share) for name, share in WITHIN.items()}
         score["mass_and_moments_within_2"] = settled_at(t_s, relative[:, :4].max(axis=1), 0.02)
     return score
-
-
-def scale_of(theta: Array) -> Array | None:
-    """What percentages refer to: a parameter's own value for m, hz, Ixx, Iyy, Izz; |h| for hx, hy; the mean moment for
-    products. None for the empty platform, which has none.
-    """
-    if theta[0] == 0.0:
-        return None
-    scale = np.abs(theta)
-    scale[1:3] = np.linalg.norm(theta[1:4])
-    scale[7:] = theta[4:7].mean()
-    return scale
 
 
 def settled_at(t_s: Array, deviation: Array, limit: float) -> float | None:

@@ -142,10 +142,11 @@ def replay(
 
     Example:  hexload replay tests/data/paper_noisy.csv.gz --platform tests/data/paper_load.toml --out estimates.csv
     """
-    from hexload.estimation import replay as verb
+    from hexload.cli.replay import print_summary
+    from hexload.estimation.replay import replay_log
 
-    result = verb.replay_log(log, platform, estimator, prior, out, tare, bodies, report)
-    verb.print_summary(result, out, bodies, report)
+    result = replay_log(log, platform, estimator, prior, out, tare, bodies, report)
+    print_summary(result, out, bodies, report)
 
 
 @app.command()
@@ -171,9 +172,10 @@ def tare(
 
     Example:  hexload tare empty.csv --platform platform.toml --out tare.toml
     """
-    from hexload.estimation import tare as verb
+    from hexload.cli.tare import print_summary
+    from hexload.estimation.tare import make_tare
 
-    verb.print_summary(verb.make_tare(log, platform, out, largest_offset), out)
+    print_summary(make_tare(log, platform, out, largest_offset), out)
 
 
 @app.command()

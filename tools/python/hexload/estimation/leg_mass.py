@@ -19,9 +19,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.stats import chi2
 
 from hexload.io.log_file import LegLog
+from hexload.theory import chi_square
 from hexload.theory.bound import THETA_NAMES, Platform, Trajectory, leg_jacobian
 from hexload.theory.leg_regression import Regression, Speeds, leg_equations, motion_of_legs, regression
 
@@ -32,7 +32,7 @@ PARAMETERS = 3  # B, C, D
 EDGE_TICKS = 100  # of a smoothed log: there the filter still feels the ends of the record
 INNER = slice(EDGE_TICKS, -EDGE_TICKS)
 # A machine whose legs have no mass is taken for one that has some once in a thousand runs.
-NOTICED = float(chi2.ppf(0.999, PARAMETERS))
+NOTICED = chi_square.quantile(0.999, PARAMETERS)
 PACES = (1.0, 0.5)  # of the run itself: motions on which the offset's error is looked at
 MOST_ROWS = 60_000  # of a run that are looked at
 PART_ROWS = 50_000  # of a log at once: some 200 MB

@@ -5,8 +5,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import zip_longest
 
-from hexload.report.table3 import DIGITS, SYMBOLS, UNITS
 from hexload.theory.bound import unit_of
+
+# Of the paper's four parameters.
+SYMBOLS = {"dz": "Δz", "Ixx": "Ixx", "Iyy": "Iyy", "Izz": "Izz"}
+UNITS = {"dz": "m", "Ixx": "kg m²", "Iyy": "kg m²", "Izz": "kg m²"}
+DIGITS = {"dz": 6, "Ixx": 2, "Iyy": 2, "Izz": 2}
 
 EFFECT_WORDS = {"bias": "force bias", "coulomb": "Coulomb friction", "viscous": "viscous friction"}  # of each leg
 EFFECT_UNITS = {"bias": "N", "coulomb": "N", "viscous": "N s/m"}
@@ -42,6 +46,11 @@ def in_words(name: str, verdict: str, hidden: str | None = None) -> str:
     return verdict
 
 
+def unit_of_parameter(name: str) -> str:
+    """Of any parameter of any estimator."""
+    return UNITS.get(name) or EFFECT_UNITS.get(name[:-1]) or unit_of(name)
+
+
 @dataclass(frozen=True)
 class Parameter:
     """One parameter at the end of a replay, in SI units."""
@@ -61,7 +70,7 @@ def parameters(result: dict) -> list[Parameter]:
     rows = []
     columns = (result["names"], result["value"][-1], result["sigma"][-1], result["parameter_verdict"])
     for name, value, sigma, verdict in zip_longest(*columns):
-        unit = UNITS.get(name) or EFFECT_UNITS.get(name[:-1]) or unit_of(name)
+        unit = unit_of_parameter(name)
         words = "" if verdict is None else in_words(name, verdict, result["hidden"].get(name))
         digits = TEN_DIGITS if has_ten else DIGITS[name]
         rows.append(Parameter(name, SYMBOLS.get(name, name), unit, digits, float(value), float(sigma), words))

@@ -9,8 +9,11 @@ a log tells of them, that is found first and taken off its forces, and off those
 tare (leg_mass.py).
 """
 
+from __future__ import annotations
+
 import tempfile
 import tomllib
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -19,16 +22,16 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from rich.console import Console
-from rich.table import Table
 
 from hexload.errors import InputError
+from hexload.estimation.arrays import leg_log
 from hexload.estimation.firmware_run import load_platform, native_firmware, run_firmware
 from hexload.estimation.load_summary import load_changes_s
 from hexload.io.atomic_file import replaced_when_done
 from hexload.io.log_file import LegLog
 from hexload.io.log_formats import read_any_log
-from hexload.theory.bound import LEGS, THETA_NAMES, read_platform, unit_of
+from hexload.platform import Platform as MachineDescription
+from hexload.theory.bound import LEGS, THETA_NAMES, Platform, read_platform, unit_of
 
 Array = NDArray[np.float64]
 
@@ -51,33 +54,74 @@ def make_tare(log: Path, platform_file: Path, out: Path, largest_offset: float) 
     `largest_offset`: share of the platform's own parameters above which an offset is taken for a load. Raises
     InputError.
     """
-    from hexload.estimation.leg_mass import find_leg_mass, without_leg_mass  # scipy, which no other verb waits for
-
     samples = read_any_log(log)
     native = native_firmware()
     platform = load_platform(native, platform_file)
-    machine = read_platform(platform_file)
-    run = partial(_run, native, platform, f"{log} with {platform_file}")
     with replaced_when_done(out) as temporary:
-        legs = find_leg_mass(samples, machine, largest_offset * platform.mass_kg / LEGS)
-        result = run(samples if legs is None else without_leg_mass(samples, machine, legs.value))
-        if legs is not None and load_changes_s(result):
-            legs, result = None, run(samples)  # what was found are no legs, and would shift the time of the change
-        theta = result["value"][-1] - OWN_LOAD_SHARE * platform.theta
-        sigma = np.sqrt(result["sigma"][-1] ** 2 + (0.0 if legs is None else legs.offset_variance))
-        scale = _scales(platform)
-        _refuse_changes(log, result)
-        _refuse_doubt(log, result, scale)
-        _refuse_load(log, theta, sigma, largest_offset * scale)
+        names = (str(log), f"{log} with {platform_file}")
+        found = _find(native, platform, read_platform(platform_file), samples, largest_offset, names)
         table = {
-            "theta": theta.tolist(),
-            "sigma": sigma.tolist(),
+            "theta": found.theta.tolist(),
+            "sigma": found.sigma.tolist(),
             "duration_s": float(samples.t_s[-1] - samples.t_s[0]),
-            "verdict": result["verdict"][-1],
+            "verdict": found.verdict,
         }
-        of_legs = {} if legs is None else dict(zip(LEG_KEYS, legs.value.tolist(), strict=True))
+        of_legs = {} if found.leg_mass is None else dict(zip(LEG_KEYS, found.leg_mass.tolist(), strict=True))
         temporary.write_text(_document(log, platform_file, table, of_legs, _machine(platform)), encoding="utf-8")
     return table | {"legs": of_legs}
+
+
+@dataclass(frozen=True)
+class _Found:
+    theta: Array  # (10,) empty platform less platform file
+    sigma: Array  # (10,)
+    leg_mass: Array | None  # (3,), of LEG_KEYS
+    verdict: str
+
+
+def _find(
+    native: ModuleType, platform, machine: Platform, samples: LegLog, largest_offset: float, names: tuple[str, str]
+) -> _Found:
+    """`names`: of the log, and of the log with its platform, in errors."""
+    from hexload.estimation.leg_mass import find_leg_mass, without_leg_mass  # scipy, which no other verb waits for
+
+    run = partial(_run, native, platform, names[1])
+    legs = find_leg_mass(samples, machine, largest_offset * platform.mass_kg / LEGS)
+    result = run(samples if legs is None else without_leg_mass(samples, machine, legs.value))
+    if legs is not None and load_changes_s(result):
+        legs, result = None, run(samples)  # what was found are no legs, and would shift the time of the change
+    theta = result["value"][-1] - OWN_LOAD_SHARE * platform.theta
+    sigma = np.sqrt(result["sigma"][-1] ** 2 + (0.0 if legs is None else legs.offset_variance))
+    scale = _scales(platform)
+    _refuse_changes(names[0], result)
+    _refuse_doubt(names[0], result, scale)
+    _refuse_load(names[0], theta, sigma, largest_offset * scale)
+    return _Found(theta, sigma, None if legs is None else legs.value, result["verdict"][-1])
+
+
+def tare(
+    t: ArrayLike,
+    dl: ArrayLike,
+    vl: ArrayLike,
+    f: ArrayLike,
+    platform: MachineDescription | Mapping[str, Any] | Path | str,
+    *,
+    largest_offset: float = 0.25,
+) -> MachineTare:
+    """What the empty platform's parameters are beyond those of its platform file, from a log of it in motion.
+
+    t, dl, vl, f    (n,) s and (n, 6) m, m/s, N, as of hexload.replay()
+    largest_offset  0 to 0.45: more than this share of the platform's own parameters is taken for a load
+
+    Raises InputError: an estimate that has not converged or is inconsistent, a load that changes, an offset that is
+    rather a load. Needs scipy: pip install "hexload[excite]". Source: the first lines of hexload.estimation.tare, and
+    of hexload.estimation.leg_mass for legs with mass.
+    """
+    described = MachineDescription.of(platform)
+    native, machine = native_firmware(), described.theory()
+    names = ("log", f"log with {described.source}")
+    found = _find(native, described.native(), machine, leg_log(t, dl, vl, f), largest_offset, names)
+    return MachineTare(native.Tare(found.theta, found.sigma), found.leg_mass, machine)
 
 
 def _run(native: ModuleType, platform, files: str, samples: LegLog) -> dict:
@@ -96,7 +140,7 @@ def _scales(platform) -> Array:
     return np.repeat([platform.mass_kg, platform.mass_kg * radius_m, moment_kg_m2], [1, 3, 6])
 
 
-def _refuse_changes(log: Path, result: dict) -> None:
+def _refuse_changes(log: str, result: dict) -> None:
     if changes_s := load_changes_s(result):
         raise InputError(
             f"{log}: found another load from {changes_s[0]:.3f} s on, expected the empty platform throughout; "
@@ -104,7 +148,7 @@ def _refuse_changes(log: Path, result: dict) -> None:
         )
 
 
-def _refuse_doubt(log: Path, result: dict, scale: Array) -> None:
+def _refuse_doubt(log: str, result: dict, scale: Array) -> None:
     verdicts = np.array(result["verdict"])
     doubtful = np.flatnonzero(verdicts[len(verdicts) // 2 :] == "inconsistent")
     if doubtful.size:
@@ -125,7 +169,7 @@ def _refuse_doubt(log: Path, result: dict, scale: Array) -> None:
         )
 
 
-def _refuse_load(log: Path, theta: Array, sigma: Array, largest: Array) -> None:
+def _refuse_load(log: str, theta: Array, sigma: Array, largest: Array) -> None:
     excess = (np.abs(theta) - GRANTED_SIGMAS * sigma) / largest
     k = int(np.argmax(excess))
     if excess[k] > 1.0:
@@ -169,11 +213,21 @@ def _assignments(table: dict) -> list[str]:
 
 @dataclass(frozen=True)
 class MachineTare:
-    """A tare file, for the machine of a platform file."""
+    """A tare, for the machine of a platform file."""
 
     offset: Any  # hexload_native.Tare
     leg_mass: Array | None  # (3,), of LEG_KEYS; None: the legs have none
-    platform_file: Path
+    machine: Platform  # without its load
+
+    @property
+    def theta(self) -> Array:
+        """(10,), in the order of THETA_NAMES, SI."""
+        return self.offset.theta
+
+    @property
+    def sigma(self) -> Array:
+        """(10,), one standard deviation of each."""
+        return self.offset.sigma
 
     def taken_off(self, log: LegLog) -> LegLog:
         """The log without what the mass of the legs takes beside the offset."""
@@ -181,7 +235,7 @@ class MachineTare:
             return log
         from hexload.estimation.leg_mass import without_leg_mass  # scipy, which other replays need not wait for
 
-        return without_leg_mass(log, read_platform(self.platform_file), self.leg_mass)
+        return without_leg_mass(log, self.machine, self.leg_mass)
 
 
 def tare_for(path: Path, native: ModuleType, platform, platform_file: Path) -> MachineTare:
@@ -200,7 +254,7 @@ def tare_for(path: Path, native: ModuleType, platform, platform_file: Path) -> M
                     f"{path}: {section}.{key}: found {document[section][key]}, expected {value} as in {platform_file}: "
                     "this is another machine's tare"
                 )
-    return MachineTare(native.Tare(theta, sigma), leg_mass, platform_file)
+    return MachineTare(native.Tare(theta, sigma), leg_mass, read_platform(platform_file))
 
 
 def _read(path: Path) -> dict:
@@ -242,17 +296,3 @@ def _is_same(found: object, expected: ArrayLike) -> bool:
     except (TypeError, ValueError):
         return False
     return numbers.shape == np.shape(expected) and np.allclose(numbers, expected, **SAME)
-
-
-def print_summary(tare: dict, out: Path) -> None:
-    """The offsets on the terminal."""
-    table = Table()
-    for heading in ("parameter", "offset", "sigma"):
-        table.add_column(heading, justify="left" if heading == "parameter" else "right")
-    for name, value, sigma in zip(THETA_NAMES, tare["theta"], tare["sigma"]):
-        table.add_row(f"{name}, {unit_of(name)}", f"{value:.4f}", f"{sigma:.4f}")
-    Console().print(table)
-    if tare["legs"]:
-        print("legs:    have mass; what of it is no offset is taken off the forces of a log")
-    print(f"verdict: {tare['verdict']} after {tare['duration_s']:.3f} s")
-    print(f"tare:    {out}")

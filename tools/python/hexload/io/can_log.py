@@ -92,8 +92,7 @@ class _Contract:
 
     def __init__(self):
         self._messages = {
-            message.frame_id: message
-            for message in cantools.database.load_file(project.ROOT / "firmware" / "bus" / "hexload.dbc").messages
+            message.frame_id: message for message in cantools.database.load_file(project.bus_contract()).messages
         }
 
     def message_of(self, frame: can.Message):

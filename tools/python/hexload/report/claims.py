@@ -7,9 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial.transform import Rotation
 
 from hexload.io.run_directory import Run
+from hexload.theory.bound import rotation_from_rpy
 
 PAPER_FREQUENCY_RAD_S = np.pi  # of all three signals of (23)
 PAPER_PRINTED_IXX_VARIANCE = 10.0  # fifth entry of the P0 that the paper prints, (kg m^2)^2
@@ -46,12 +46,12 @@ def excitation(run: Run) -> Excitation:
     truth = {name: values[since] for name, values in run.truth.items()}
     angular_velocity = np.column_stack([truth["wx"], truth["wy"], truth["wz"]])
     acceleration = np.gradient(angular_velocity, truth["t"], axis=0)
-    rotation = Rotation.from_euler("ZYX", np.column_stack([truth["yaw"], truth["pitch"], truth["roll"]]))
+    rotation = rotation_from_rpy(np.column_stack([truth["roll"], truth["pitch"], truth["yaw"]]))
     load_inertia = inertia_about_platform_centre(load)
     inertia = load_inertia + _tensor(run.platform["platform"]["inertia_kg_m2"])
-    inertial = rotation.apply(rotation.inv().apply(acceleration) @ inertia)
+    inertial = np.einsum("nij,jk,nlk,nl->ni", rotation, inertia, rotation, acceleration, optimize=True)
     weight_n = load["mass_kg"] * run.platform["environment"]["gravity_m_s2"]
-    arm = rotation.apply(np.array(load["com_m"]))
+    arm = rotation @ np.array(load["com_m"])
     own = _tensor(load["inertia_com_kg_m2"])
     return Excitation(
         tilt_rms_rad=(rms(truth["roll"]), rms(truth["pitch"])),

@@ -7,9 +7,9 @@ import plotly.graph_objects as go
 from numpy.typing import NDArray
 from plotly.subplots import make_subplots
 
+from hexload.estimation.load_summary import SYMBOLS, UNITS
 from hexload.io.log_file import LegLog
 from hexload.io.run_directory import PAPER_PARAMETERS, POSE, Run
-from hexload.report.table3 import SYMBOLS, UNITS
 from hexload.theory.bound import THETA_NAMES, unit_of
 from hexload.theory.nis import NisSummary
 

@@ -12,7 +12,6 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from hexload.campaign.one_case import scale_of
 from hexload.errors import InputError
 from hexload.estimation import load_summary
 from hexload.estimation.firmware_run import load_platform, native_firmware, run_firmware
@@ -21,7 +20,7 @@ from hexload.io.log_file import LegLog
 from hexload.io.run_directory import Run
 from hexload.report import figures
 from hexload.theory import nis
-from hexload.theory.bound import EFFECTS, LEGS, THETA_NAMES
+from hexload.theory.bound import EFFECTS, LEGS, THETA_NAMES, scale_of
 
 Array = NDArray[np.float64]
 

@@ -96,9 +96,9 @@ def render(sections: list[Section | LoadSection]) -> str:
     return environment.get_template(TEMPLATE).render(
         sections=sections,
         plotly_js=plotly.offline.get_plotlyjs(),
-        symbols=table3.SYMBOLS,
-        units=table3.UNITS,
-        digits=table3.DIGITS,
+        symbols=load_summary.SYMBOLS,
+        units=load_summary.UNITS,
+        digits=load_summary.DIGITS,
         paper_digits=table3.PAPER_DIGITS,
         percent_digits=table3.PERCENT_DIGITS,
         converged_percent=100 * table3.CONVERGED_WITHIN,

@@ -4,15 +4,11 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from rich import box
-from rich.table import Table
 
+from hexload.estimation.load_summary import DIGITS
 from hexload.io.run_directory import PAPER_PARAMETERS, Run
 from hexload.theory.bound import paper_bound
 
-SYMBOLS = {"dz": "Δz", "Ixx": "Ixx", "Iyy": "Iyy", "Izz": "Izz"}
-UNITS = {"dz": "m", "Ixx": "kg m²", "Iyy": "kg m²", "Izz": "kg m²"}
-DIGITS = {"dz": 6, "Ixx": 2, "Iyy": 2, "Izz": 2}
 PAPER_DIGITS = DIGITS | {"dz": 4}
 PERCENT_DIGITS = {"dz": 3, "Ixx": 2, "Iyy": 2, "Izz": 2}
 
@@ -83,23 +79,3 @@ def _converged_at_s(
     outside = np.flatnonzero(~(np.abs(estimate - truth) <= CONVERGED_WITHIN * np.abs(truth)))
     first_inside = outside[-1] + 1 if outside.size else 0
     return float(t_s[first_inside]) if first_inside < len(t_s) else None
-
-
-def terminal_table(run: Run, rows: list[Row]) -> Table:
-    title = f"{run.name}, seed {run.meta['seed']}: Table 3 of the paper beside this run"
-    table = Table(title=title, title_justify="left", box=box.SIMPLE_HEAD, padding=(0, 1, 0, 0))
-    for heading in ("", "true", "paper", "off %", "this run", "off %", "sigma", "bound"):
-        table.add_column(heading, justify="right" if heading else "left", no_wrap=True)
-    for row in rows:
-        digits = DIGITS[row.name]
-        table.add_row(
-            f"{SYMBOLS[row.name]}, {UNITS[row.name]}",
-            f"{row.truth:g}",
-            f"{row.paper[0]:.{PAPER_DIGITS[row.name]}f}" if row.paper else "-",
-            f"{row.paper[1]:.2f}" if row.paper else "-",
-            f"{row.estimate:.{digits}f}",
-            f"{row.error_percent:.{PERCENT_DIGITS[row.name]}f}",
-            f"{row.sigma:.{digits}f}",
-            "-" if row.bound is None else f"{row.bound:.{digits}f}",
-        )
-    return table

@@ -106,10 +106,26 @@ def unit_of(name: str) -> str:
     return {"m": "kg", "h": "kg m", "I": "kg m²"}[name[0]]
 
 
+def scale_of(theta: Array) -> Array | None:
+    """What percentages refer to: a parameter's own value for m, hz, Ixx, Iyy, Izz; |h| for hx, hy; the mean moment for
+    products. None for the empty platform, which has none.
+    """
+    if theta[0] == 0.0:
+        return None
+    scale = np.abs(theta)
+    scale[1:3] = np.linalg.norm(theta[1:4])
+    scale[7:] = theta[4:7].mean()
+    return scale
+
+
 def read_platform(path: Path) -> Platform:
     """The platform of a platform TOML file, which the simulator has already checked."""
     with open(path, "rb") as file:
-        table = tomllib.load(file)
+        return platform_of(tomllib.load(file))
+
+
+def platform_of(table: dict) -> Platform:
+    """Of the tables of a platform file."""
     base = np.array(table["geometry"]["base_hinges_m"], float)
     upper = np.array(table["geometry"]["platform_hinges_m"], float)
     mass = float(table["platform"]["mass_kg"])

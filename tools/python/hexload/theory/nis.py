@@ -9,7 +9,8 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import chi2
+
+from hexload.theory import chi_square
 
 PAPER_MEASUREMENTS = 3  # of the paper's filter: wx, wy, wz
 LOAD_MEASUREMENTS = 6  # of the momentum filters: the leg speeds
@@ -49,8 +50,8 @@ def summarise(t_s: NDArray[np.float64], nis: NDArray[np.float64], measurements: 
 
 
 def _band(ticks: int, measurements: int) -> tuple[float, float]:
-    low, high = chi2.ppf(BAND, measurements * ticks) / ticks
-    return float(low), float(high)
+    low, high = (chi_square.quantile(share, measurements * ticks) / ticks for share in BAND)
+    return low, high
 
 
 def _fraction_inside(values: NDArray[np.float64], band: tuple[float, float]) -> float:
