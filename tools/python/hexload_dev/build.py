@@ -9,6 +9,7 @@ from hexload import project
 from hexload.errors import ToolFailed
 
 LOGS = project.BUILD / "setup"
+UNITY = project.BUILD / "deps" / "unity"
 
 
 def ensure_built(*targets: str) -> None:
@@ -35,9 +36,12 @@ def _configure(preset: str, directory: Path) -> None:
     is_new = generated.exists() and generated.stat().st_mtime > max(
         presets.stat().st_mtime, interpreter.stat().st_mtime
     )
-    if is_new and not _lacks_jdk(directory):
+    if is_new and not _lacks_jdk(directory) and not _lacks_tests(preset, directory):
         return
-    definitions = [f"-DPython_EXECUTABLE={sys.executable}", f"-DUNITY_ROOT={project.BUILD / 'deps' / 'unity'}"]
+    definitions = [f"-DPython_EXECUTABLE={sys.executable}", f"-DUNITY_ROOT={UNITY}"]
+    if preset == project.DEFAULT_PRESET:  # before `hexload test` nothing is set up for tests, and little is changed
+        tests, join = ("ON", "OFF") if UNITY.is_dir() else ("OFF", "ON")
+        definitions += [f"-DHEXLOAD_TESTS={tests}", f"-DHEXLOAD_JOIN_SOURCES={join}"]
     command = ["cmake", "--preset", preset, *definitions]
     _stage(f"configuring {preset}", command, LOGS / f"configure-{preset}.log")
     generated.touch()
@@ -47,6 +51,12 @@ def _lacks_jdk(directory: Path) -> bool:
     """The build was configured before there was a JDK, without lcm-spy's types."""
     cache = (directory / "CMakeCache.txt").read_text()
     return "Java_JAVAC_EXECUTABLE-NOTFOUND" in cache and shutil.which("javac") is not None
+
+
+def _lacks_tests(preset: str, directory: Path) -> bool:
+    """The build was configured for other verbs than `hexload test`, and now there is what the tests need."""
+    cache = (directory / "CMakeCache.txt").read_text()
+    return preset == project.DEFAULT_PRESET and UNITY.is_dir() and "HEXLOAD_TESTS:BOOL=OFF" in cache
 
 
 def _nothing_to_do(directory: Path, targets: tuple[str, ...]) -> bool:

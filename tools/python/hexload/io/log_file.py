@@ -29,8 +29,9 @@ class LegLog:
     remarks: tuple[str, ...] = ()  # what the reader left out, for the user
 
 
-def read_log(path: Path) -> LegLog:
+def read_log(path: Path | str) -> LegLog:
     """Raises InputError when the file is not a log; see the module's first lines."""
+    path = Path(path)
     lines = _read_text(path).splitlines()
     if not lines:
         raise InputError(f"{path}: found an empty file, expected the header {_header()} and at least 2 rows")
