@@ -39,9 +39,10 @@ class Estimator {
             return nb::none();
         }
         const EstimateRow& row = rows.front();
-        const auto count = static_cast<Eigen::Index>(link_->parameter_names().size());
+        const std::size_t parameters = link_->parameter_names().size();
+        const auto count = static_cast<Eigen::Index>(parameters);
         nb::list verdicts;
-        for (std::size_t k = 0; k < std::min(link_->parameter_names().size(), row.parameter_verdict.size()); k++) {
+        for (std::size_t k = 0; k < std::min(parameters, row.parameter_verdict.size()); k++) {
             verdicts.append(word(row.parameter_verdict[k]));
         }
         return nb::make_tuple(Eigen::VectorXd(Eigen::Map<const Eigen::VectorXd>(row.value.data(), count)),
@@ -91,7 +92,8 @@ class Estimator {
 } // namespace
 
 void bind_estimator(nb::module_& module) {
-    nb::class_<Estimator>(module, "Estimator", "The estimator that a platform file chooses, sample by sample.")
+    nb::class_<Estimator>(module, "Estimator",
+                          "The estimator that a platform file chooses, sample by sample.")
         .def(nb::init<const PlatformFile&, double, const std::optional<Tare>&>(), nb::arg("platform"),
              nb::arg("sampling_s"), nb::arg("tare").none() = nb::none())
         .def("step", &Estimator::step, nb::arg("tick"), nb::arg("displacement_m"), nb::arg("velocity_m_s"),
