@@ -41,7 +41,6 @@ void hexload_app_settings_default(hexload_app_settings_t* settings) {
         .sample_timeout_ms = 100,
         .lockstep_timeout_ms = 10000,
         .refused_limit = 100,
-        .filter = HEXLOAD_FILTER_PAPER,
     };
 }
 
@@ -49,54 +48,17 @@ static bool is_in(uint32_t value, uint32_t least, uint32_t most) {
     return value >= least && value <= most;
 }
 
-static bool is_filter(hexload_bus_filter_t filter) {
-    return filter == HEXLOAD_FILTER_PAPER || filter == HEXLOAD_FILTER_MOMENTUM;
-}
-
 const hexload_health_t* hexload_app_health(const hexload_app_t* self) {
-    return self->filter == HEXLOAD_FILTER_MOMENTUM ? &self->estimator.momentum.health
-                                                   : &self->estimator.paper.health;
-}
-
-static hexload_status_t init_estimator(hexload_app_t* self, const hexload_config_t* config,
-                                       hexload_bus_filter_t filter) {
-    return filter == HEXLOAD_FILTER_MOMENTUM ? hexload_momentum_init(&self->estimator.momentum, config)
-                                             : hexload_paper_init(&self->estimator.paper, config);
-}
-
-static hexload_status_t tick_estimator(hexload_app_t* self, const hexload_leg_sample_t* sample) {
-    return self->filter == HEXLOAD_FILTER_MOMENTUM
-               ? hexload_momentum_tick(&self->estimator.momentum, &self->config, sample, &self->estimate)
-               : hexload_paper_tick(&self->estimator.paper, &self->config, sample, &self->estimate);
-}
-
-/// What the estimator would say before its first sample.
-static void forget_estimate(hexload_app_t* self) {
-    hexload_estimate_t* estimate = &self->estimate;
-    *estimate = (hexload_estimate_t){.verdict = HEXLOAD_VERDICT_NOT_EXCITED};
-    for (int k = 0; k < HEXLOAD_PARAMETERS_MAX; k++) {
-        estimate->parameter_verdict[k] = HEXLOAD_VERDICT_NOT_EXCITED;
-    }
-    if (self->filter == HEXLOAD_FILTER_MOMENTUM) {
-        const hexload_momentum_t* momentum = &self->estimator.momentum;
-        estimate->nis = momentum->filter.nis;
-        estimate->nis_mean = momentum->supervisor.nis_mean;
-        hexload_momentum_filter_read(&momentum->filter, estimate->value, estimate->sigma);
-    } else {
-        const hexload_paper_t* paper = &self->estimator.paper;
-        estimate->nis = paper->paper_filter.nis;
-        estimate->nis_mean = paper->supervisor.nis_mean;
-        hexload_paper_filter_read(&paper->paper_filter, estimate->value, estimate->sigma);
-    }
+    return hexload_health(&self->estimator);
 }
 
 /// A fresh estimator and counters that start from 0.
 static hexload_status_t begin_anew(hexload_app_t* self) {
-    const hexload_status_t status = init_estimator(self, &self->config, self->filter);
+    const hexload_status_t status = hexload_init(&self->estimator, &self->config);
     if (status != HEXLOAD_OK) {
         return status;
     }
-    forget_estimate(self);
+    hexload_read(&self->estimator, &self->estimate);
     self->fault = HEXLOAD_FAULT_NONE;
     self->silence_ms = 0;
     self->refused_in_a_row = 0;
@@ -110,16 +72,15 @@ hexload_status_t hexload_app_init(hexload_app_t* self, const hexload_config_t* c
                                   const hexload_app_settings_t* settings) {
     if (!is_in(settings->sample_timeout_ms, SHORTEST_TIMEOUT_MS, LONGEST_TIMEOUT_MS) ||
         !is_in(settings->lockstep_timeout_ms, SHORTEST_TIMEOUT_MS, LONGEST_LOCKSTEP_TIMEOUT_MS) ||
-        settings->refused_limit == 0 || !is_filter(settings->filter)) {
+        settings->refused_limit == 0) {
         return HEXLOAD_ERR_CONFIG;
     }
-    const hexload_status_t status = init_estimator(self, config, settings->filter);
+    const hexload_status_t status = hexload_init(&self->estimator, config);
     if (status != HEXLOAD_OK) {
         return status;
     }
     self->config = *config;
     self->settings = *settings;
-    self->filter = settings->filter;
     self->state = HEXLOAD_APP_IDLE;
     self->pacing = HEXLOAD_PACING_REAL_TIME;
     return begin_anew(self);
@@ -161,15 +122,14 @@ static hexload_bus_result_t select_filter(hexload_app_t* self, float argument) {
     if (self->state != HEXLOAD_APP_IDLE) {
         return HEXLOAD_RESULT_WRONG_STATE;
     }
-    if (argument != (float)HEXLOAD_FILTER_PAPER && argument != (float)HEXLOAD_FILTER_MOMENTUM) {
+    if (!(argument >= 0.0f && argument < (float)HEXLOAD_KINDS) || argument != (float)(uint32_t)argument) {
         return HEXLOAD_RESULT_BAD_ARGUMENT;
     }
-    const hexload_bus_filter_t filter =
-        argument == (float)HEXLOAD_FILTER_MOMENTUM ? HEXLOAD_FILTER_MOMENTUM : HEXLOAD_FILTER_PAPER;
-    if (filter == self->filter) {
+    const hexload_kind_t kind = (hexload_kind_t)(uint32_t)argument;
+    if (kind == self->config.kind) {
         return HEXLOAD_RESULT_DONE;
     }
-    self->filter = filter;
+    self->config.kind = kind;
     return begin_anew(self) == HEXLOAD_OK ? HEXLOAD_RESULT_DONE
                                           : HEXLOAD_RESULT_NOT_AVAILABLE; // not reached, as in start()
 }
@@ -234,14 +194,19 @@ static bool is_running(const hexload_app_t* self) {
            self->state == HEXLOAD_APP_CONVERGED;
 }
 
+bool hexload_app_has_load_changed(const hexload_app_t* self, uint32_t tick) {
+    return is_running(self) && self->last_tick == tick &&
+           (hexload_app_health(self)->bits >> HEXLOAD_HEALTH_LOAD_CHANGED & 1u) != 0;
+}
+
 static void take_estimate(hexload_app_t* self, uint32_t tick) {
     if (self->state != HEXLOAD_APP_ARMED) { // the first sample has none before it
         hexload_count(&self->samples_missing, tick - self->last_tick - 1);
     }
-    if ((hexload_app_health(self)->bits >> HEXLOAD_HEALTH_LOAD_CHANGED & 1u) != 0) {
+    self->last_tick = tick;
+    if (hexload_app_has_load_changed(self, tick)) {
         self->change_tick = tick;
     }
-    self->last_tick = tick;
     self->refused_in_a_row = 0;
     self->state =
         self->estimate.verdict == HEXLOAD_VERDICT_CONVERGED ? HEXLOAD_APP_CONVERGED : HEXLOAD_APP_ESTIMATING;
@@ -249,7 +214,7 @@ static void take_estimate(hexload_app_t* self, uint32_t tick) {
 
 static hexload_status_t run(hexload_app_t* self, const hexload_leg_sample_t* sample) {
     self->silence_ms = 0;
-    const hexload_status_t status = tick_estimator(self, sample);
+    const hexload_status_t status = hexload_tick(&self->estimator, &self->config, sample, &self->estimate);
     if (status == HEXLOAD_OK) {
         take_estimate(self, sample->tick);
         return status;
@@ -268,7 +233,7 @@ void hexload_app_sample(hexload_app_t* self, const hexload_leg_sample_t* sample,
     answer->status = (int8_t)status;
     answer->state = (uint8_t)self->state;
     answer->fault = (uint8_t)self->fault;
-    answer->filter = (uint8_t)self->filter;
+    answer->filter = (uint8_t)hexload_bus_filter_of(self->config.kind);
     answer->health = (uint16_t)hexload_app_health(self)->bits;
     answer->refused = hexload_app_health(self)->refused;
     answer->estimate = self->estimate;

@@ -7,8 +7,8 @@
 ///       +---- STOP ------+--------------------------+-----------------------------+
 ///       +---- RESET ---- FAULT <---- time-out, estimator refuses, wrong profile, second controller, bus down
 ///
-/// It has both estimators' memory, one at a time: the paper's, or the momentum filter's for all ten
-/// parameters. No frames and no I/O here: node.h connects it to a bus, a port may also call it directly.
+/// It holds one estimator of any kind: the configuration's, until SELECT_FILTER chooses another. No frames
+/// and no I/O here: node.h connects it to a bus, a port may also call it directly.
 #ifndef HEXLOAD_APP_APP_H
 #define HEXLOAD_APP_APP_H
 
@@ -38,17 +38,12 @@ typedef struct hexload_app_settings {
     uint32_t sample_timeout_ms;   ///< silence in real time after which ESTIMATING ends in FAULT; 5..60000
     uint32_t lockstep_timeout_ms; ///< the same in lockstep, where the source may be slow; 5..600000
     uint32_t refused_limit;       ///< samples refused in a row that end in FAULT; >= 1
-    hexload_bus_filter_t filter;  ///< until SELECT_FILTER chooses another
 } hexload_app_settings_t;
 
 typedef struct hexload_app {
     hexload_config_t config; ///< a copy: commands change it
     hexload_app_settings_t settings;
-    hexload_bus_filter_t filter; ///< whose memory `estimator` is
-    union {
-        hexload_paper_t paper;
-        hexload_momentum_t momentum;
-    } estimator;
+    hexload_t estimator;
     hexload_estimate_t estimate; ///< last
     hexload_app_state_t state;
     hexload_app_fault_t fault;
@@ -60,7 +55,7 @@ typedef struct hexload_app {
     uint32_t change_tick;     ///< of the sample at which the load was last noticed to have changed
 } hexload_app_t;
 
-/// 100 ms, 10 s, 100 samples, the paper's filter.
+/// 100 ms, 10 s, 100 samples.
 void hexload_app_settings_default(hexload_app_settings_t* settings);
 
 /// Enters IDLE.
@@ -82,13 +77,16 @@ void hexload_app_command(hexload_app_t* self, const hexload_bus_command_t* comma
 
 /// One leg sample: runs the estimator's tick in ARMED, ESTIMATING and CONVERGED. In every state the answer is
 /// filled in (with the last estimate), so that a source in lockstep hears why nothing moves. Worst case:
-/// hexload_momentum_tick().
+/// hexload_tick() of the kind.
 /// @param[out] answer all but missing_legs, which node.h knows.
 void hexload_app_sample(hexload_app_t* self, const hexload_leg_sample_t* sample,
                         hexload_bus_answer_t* answer);
 
 /// Time passes: call it every millisecond, or with the milliseconds since the last call.
 void hexload_app_elapse(hexload_app_t* self, uint32_t elapsed_ms);
+
+/// Whether the load change was detected at the last accepted sample, and this is its tick.
+bool hexload_app_has_load_changed(const hexload_app_t* self, uint32_t tick);
 
 /// Health of the estimator since START.
 const hexload_health_t* hexload_app_health(const hexload_app_t* self);

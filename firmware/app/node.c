@@ -5,9 +5,9 @@
 #include <stddef.h>
 
 // The lasting memory of a node, its estimator included.
-_Static_assert(sizeof(hexload_node_t) <= (size_t)13 * 1024 * sizeof(hexload_real_t) / sizeof(float) ||
+_Static_assert(sizeof(hexload_node_t) <= (size_t)17 * 1024 * sizeof(hexload_real_t) / sizeof(float) ||
                    HEXLOAD_LAG_TICKS_MAX > 82,
-               "a node fits in 13 KiB");
+               "a node fits in 17 KiB");
 
 // For functions with frames of their own: not parts of their caller, where these would lie on the stack while
 // the estimator runs.
@@ -129,10 +129,9 @@ static APART void send_load_change(hexload_node_t* self) {
 static void process(hexload_node_t* self, const hexload_leg_sample_t* sample) {
     const bool has_clock = self->port.clock_us != NULL;
     const uint32_t begin_us = has_clock ? self->port.clock_us(self->port.context) : 0;
-    const uint32_t changes_before = hexload_app_health(&self->app)->count[HEXLOAD_HEALTH_LOAD_CHANGED];
     hexload_bus_answer_t answer;
     hexload_app_sample(&self->app, sample, &answer);
-    if (hexload_app_health(&self->app)->count[HEXLOAD_HEALTH_LOAD_CHANGED] != changes_before) {
+    if (answer.status == HEXLOAD_OK && hexload_app_has_load_changed(&self->app, sample->tick)) {
         send_load_change(self);
     }
     answer.missing_legs = self->assembly.missing_legs;

@@ -59,7 +59,7 @@ typedef enum hexload_bus_command_kind {
     HEXLOAD_COMMAND_START = 1,          ///< argument: hexload_pacing_t
     HEXLOAD_COMMAND_STOP = 2,           ///< no argument
     HEXLOAD_COMMAND_RESET = 3,          ///< no argument: clears a fault, forgets the estimate
-    HEXLOAD_COMMAND_SELECT_FILTER = 4,  ///< argument: hexload_bus_filter_t
+    HEXLOAD_COMMAND_SELECT_FILTER = 4,  ///< argument: hexload_kind_t
     HEXLOAD_COMMAND_SET_KNOWN_MASS = 5, ///< argument: load mass, kg
 } hexload_bus_command_kind_t;
 
@@ -69,10 +69,15 @@ typedef enum hexload_pacing {
     HEXLOAD_PACING_LOCKSTEP = 1,  ///< the next sample comes when this one is answered
 } hexload_pacing_t;
 
+/// Which parameters an answer has.
 typedef enum hexload_bus_filter {
-    HEXLOAD_FILTER_PAPER = 0,    ///< four parameters, the load's mass known: hexload.h
-    HEXLOAD_FILTER_MOMENTUM = 1, ///< all ten: momentum.h
+    HEXLOAD_FILTER_PAPER = 0,    ///< four, the load's mass known: of HEXLOAD_KIND_PAPER
+    HEXLOAD_FILTER_MOMENTUM = 1, ///< all ten: of the other kinds
 } hexload_bus_filter_t;
+
+static inline hexload_bus_filter_t hexload_bus_filter_of(hexload_kind_t kind) {
+    return kind == HEXLOAD_KIND_PAPER ? HEXLOAD_FILTER_PAPER : HEXLOAD_FILTER_MOMENTUM;
+}
 
 typedef enum hexload_bus_result {
     HEXLOAD_RESULT_DONE = 0,
@@ -100,7 +105,7 @@ typedef struct hexload_bus_acknowledge {
 /// Everything that the controller says about one sample.
 typedef struct hexload_bus_answer {
     uint32_t tick;
-    int8_t status;               ///< hexload_status_t of hexload_paper_tick()
+    int8_t status;               ///< hexload_status_t of hexload_tick()
     uint8_t state;               ///< hexload_app_state_t
     uint8_t fault;               ///< hexload_app_fault_t
     uint8_t missing_legs;        ///< bit n: leg n + 1 was missing in the last incomplete sample of this run

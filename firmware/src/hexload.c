@@ -1,51 +1,160 @@
 #include "hexload/hexload.h"
 
-#include "health.h"
+#include "momentum/momentum_filter.h"
+#include "paper/paper_filter.h"
 
 #include <stddef.h>
 
-// The lasting memory of an estimator: 4-byte numbers, or 8-byte ones in the reference build.
-_Static_assert(sizeof(hexload_paper_t) <= 1152 * sizeof(hexload_real_t) / sizeof(float),
-               "an estimator fits in 1.125 KiB");
+#define LEGS(effect, unit)                                                                                   \
+    {effect "1", unit}, {effect "2", unit}, {effect "3", unit}, {effect "4", unit}, {effect "5", unit}, {    \
+        effect "6", unit                                                                                     \
+    }
 
-hexload_status_t hexload_paper_init(hexload_paper_t* self, const hexload_config_t* config) {
-    hexload_kinematics_t kinematics;
-    hexload_status_t status = hexload_config_check(config, NULL);
-    if (status != HEXLOAD_OK) {
-        return status;
-    }
-    status = hexload_kinematics_init(&kinematics, config);
-    if (status != HEXLOAD_OK) {
-        return status;
-    }
-    *self = (hexload_paper_t){.kinematics = kinematics};
-    hexload_leg_sample_init(&self->leg_gate);
-    hexload_paper_filter_init(&self->paper_filter, config);
-    hexload_paper_supervisor_init(&self->supervisor);
-    return HEXLOAD_OK;
+static const hexload_unknown_t LOAD_AND_EFFECTS[HEXLOAD_UNKNOWNS_MAX] = {
+    {"m", "kg"},       {"hx", "kg m"},       {"hy", "kg m"},          {"hz", "kg m"},    {"Ixx", "kg m^2"},
+    {"Iyy", "kg m^2"}, {"Izz", "kg m^2"},    {"Ixy", "kg m^2"},       {"Ixz", "kg m^2"}, {"Iyz", "kg m^2"},
+    LEGS("bias", "N"), LEGS("coulomb", "N"), LEGS("viscous", "N s/m")};
+
+static const hexload_unknown_t PAPER[HEXLOAD_PAPER_DIM] = {
+    {"dz", "m"}, {"Ixx", "kg m^2"}, {"Iyy", "kg m^2"}, {"Izz", "kg m^2"}};
+
+static const hexload_descriptor_t DESCRIPTORS[HEXLOAD_KINDS] = {
+    [HEXLOAD_KIND_MOMENTUM] = {"momentum", HEXLOAD_LOAD_DIM, 0, 6, LOAD_AND_EFFECTS},
+    [HEXLOAD_KIND_MOMENTUM_EFFECTS] = {"momentum_effects", HEXLOAD_LOAD_DIM, HEXLOAD_EFFECTS_DIM, 6,
+                                       LOAD_AND_EFFECTS},
+    [HEXLOAD_KIND_PAPER] = {"paper", HEXLOAD_PAPER_DIM, 0, 3, PAPER},
+};
+
+const hexload_descriptor_t* hexload_describe(hexload_kind_t kind) {
+    return (unsigned)kind < (unsigned)HEXLOAD_KINDS ? &DESCRIPTORS[kind] : NULL;
 }
 
-hexload_status_t hexload_paper_tick(hexload_paper_t* self, const hexload_config_t* config,
-                                    const hexload_leg_sample_t* sample, hexload_estimate_t* estimate) {
-    uint32_t health = 0;
-    uint32_t gap_ticks = 0;
-    hexload_motion_t motion;
-    hexload_wrench_t wrench;
-    hexload_status_t status = hexload_leg_sample_check(&self->leg_gate, config, sample, &gap_ticks, &health);
-    if (status != HEXLOAD_OK) {
-        return hexload_health_refuse(&self->health, status);
+/// The momentum estimator of an instance; NULL of the paper's.
+static const hexload_momentum_t* momentum_of(const hexload_t* self) {
+    switch (self->kind) {
+    case HEXLOAD_KIND_MOMENTUM:
+        return &self->as.momentum;
+    case HEXLOAD_KIND_MOMENTUM_EFFECTS:
+        return &self->as.momentum_effects.momentum;
+    case HEXLOAD_KIND_PAPER:
+    case HEXLOAD_KINDS:
+    default:
+        return NULL;
     }
-    status = hexload_kinematics_solve(&self->kinematics, config, sample, &motion);
-    if (status != HEXLOAD_OK) {
-        return hexload_health_refuse(&self->health, status);
-    }
-    hexload_leg_sample_accept(&self->leg_gate, sample);
+}
 
-    hexload_wrench_compute(&motion, sample, &wrench);
-    hexload_paper_filter_step(&self->paper_filter, config, sample, &motion, &self->kinematics.jacobian,
-                              &wrench, gap_ticks, &health);
-    hexload_paper_supervisor_judge(&self->supervisor, config, &self->paper_filter, estimate, &health);
-    estimate->tick = sample->tick;
-    hexload_health_count(&self->health, health);
-    return HEXLOAD_OK;
+static hexload_status_t init_kind(hexload_t* self, const hexload_config_t* config) {
+    switch (config->kind) {
+    case HEXLOAD_KIND_MOMENTUM:
+        return hexload_momentum_init(&self->as.momentum, config);
+    case HEXLOAD_KIND_MOMENTUM_EFFECTS:
+        return hexload_momentum_effects_init(&self->as.momentum_effects, config);
+    case HEXLOAD_KIND_PAPER:
+        return hexload_paper_init(&self->as.paper, config);
+    case HEXLOAD_KINDS:
+    default:
+        return HEXLOAD_ERR_CONFIG;
+    }
+}
+
+hexload_status_t hexload_init(hexload_t* self, const hexload_config_t* config) {
+    const hexload_status_t status = init_kind(self, config);
+    if (status == HEXLOAD_OK) {
+        self->kind = config->kind;
+    }
+    return status;
+}
+
+hexload_status_t hexload_tick(hexload_t* self, const hexload_config_t* config,
+                              const hexload_leg_sample_t* sample, hexload_estimate_t* estimate) {
+    switch (self->kind) {
+    case HEXLOAD_KIND_MOMENTUM:
+        return hexload_momentum_tick(&self->as.momentum, config, sample, estimate);
+    case HEXLOAD_KIND_MOMENTUM_EFFECTS:
+        return hexload_momentum_effects_tick(&self->as.momentum_effects, config, sample, estimate);
+    case HEXLOAD_KIND_PAPER:
+        return hexload_paper_tick(&self->as.paper, config, sample, estimate);
+    case HEXLOAD_KINDS:
+    default:
+        return HEXLOAD_ERR_CONFIG;
+    }
+}
+
+hexload_status_t hexload_trace(hexload_t* self, const hexload_config_t* config,
+                               const hexload_leg_sample_t* sample, hexload_estimate_t* estimate,
+                               hexload_trace_t* trace) {
+    switch (self->kind) {
+    case HEXLOAD_KIND_MOMENTUM:
+        return hexload_momentum_trace(&self->as.momentum, config, sample, estimate, trace);
+    case HEXLOAD_KIND_MOMENTUM_EFFECTS:
+        return hexload_momentum_effects_trace(&self->as.momentum_effects, config, sample, estimate, trace);
+    case HEXLOAD_KIND_PAPER:
+        return hexload_paper_trace(&self->as.paper, config, sample, estimate, trace);
+    case HEXLOAD_KINDS:
+    default:
+        return HEXLOAD_ERR_CONFIG;
+    }
+}
+
+void hexload_read(const hexload_t* self, hexload_estimate_t* estimate) {
+    const hexload_momentum_t* momentum = momentum_of(self);
+    *estimate = (hexload_estimate_t){.verdict = HEXLOAD_VERDICT_NOT_EXCITED};
+    for (int k = 0; k < HEXLOAD_PARAMETERS_MAX; k++) {
+        estimate->parameter_verdict[k] = HEXLOAD_VERDICT_NOT_EXCITED;
+    }
+    if (momentum != NULL) {
+        estimate->nis = momentum->filter.nis;
+        estimate->nis_mean = momentum->supervisor.nis_mean;
+        hexload_momentum_filter_read(&momentum->filter, estimate->value, estimate->sigma);
+    } else {
+        estimate->nis = self->as.paper.filter.nis;
+        estimate->nis_mean = self->as.paper.supervisor.nis_mean;
+        hexload_paper_filter_read(&self->as.paper.filter, estimate->value, estimate->sigma);
+    }
+}
+
+bool hexload_read_effects(const hexload_t* self, const hexload_estimate_t* estimate,
+                          hexload_effects_estimate_t* effects) {
+    if (self->kind != HEXLOAD_KIND_MOMENTUM_EFFECTS) {
+        return false;
+    }
+    hexload_momentum_effects_read(&self->as.momentum_effects, estimate, effects);
+    return true;
+}
+
+const hexload_health_t* hexload_health(const hexload_t* self) {
+    const hexload_momentum_t* momentum = momentum_of(self);
+    return momentum != NULL ? &momentum->health : &self->as.paper.health;
+}
+
+/// Rows of the effects: their covariance with theta, then with the effects before; mu's lies between.
+static uint32_t write_effects(const hexload_actuator_effects_t* effects, hexload_real_t* covariance) {
+    const hexload_real_t* row = effects->covariance;
+    uint32_t written = 0;
+    for (int i = 0; i < HEXLOAD_EFFECTS_DIM; i++) {
+        for (int j = 0; j < HEXLOAD_LOAD_DIM; j++) {
+            covariance[written++] = row[j];
+        }
+        for (int j = 0; j <= i; j++) {
+            covariance[written++] = row[HEXLOAD_MOMENTUM_STATES + j];
+        }
+        row += HEXLOAD_MOMENTUM_STATES + i + 1;
+    }
+    return written;
+}
+
+uint32_t hexload_covariance(const hexload_t* self, hexload_real_t covariance[HEXLOAD_COVARIANCES_MAX]) {
+    const hexload_momentum_t* momentum = momentum_of(self);
+    const int parameters = momentum != NULL ? HEXLOAD_LOAD_DIM : HEXLOAD_PAPER_DIM;
+    uint32_t written = 0;
+    for (int i = 0; i < parameters; i++) {
+        for (int j = 0; j <= i; j++) {
+            covariance[written++] =
+                momentum != NULL ? momentum->filter.load_cov[i][j] : self->as.paper.filter.param_cov[i][j];
+        }
+    }
+    if (self->kind == HEXLOAD_KIND_MOMENTUM_EFFECTS) {
+        written += write_effects(&self->as.momentum_effects.effects.filter, &covariance[written]);
+    }
+    return written;
 }

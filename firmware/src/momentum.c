@@ -1,9 +1,7 @@
 #include "hexload/momentum.h"
 
-#include "health.h"
-#include "momentum_frame.h"
-
-#include <stddef.h>
+#include "configuration/momentum_prior.h"
+#include "momentum_tick.h"
 
 // The lasting memory of an estimator: 4-byte numbers, or 8-byte ones in the reference build.
 _Static_assert(sizeof(hexload_momentum_t) <= (size_t)12 * 1024 * sizeof(hexload_real_t) / sizeof(float) ||
@@ -21,43 +19,18 @@ HEXLOAD_RARE hexload_status_t hexload_momentum_init(hexload_momentum_t* self,
     if (status != HEXLOAD_OK) {
         return status;
     }
-    *self = (hexload_momentum_t){.kinematics = kinematics, .past_kinematics = kinematics};
+    *self = (hexload_momentum_t){.kinematics = kinematics, .delayed_kinematics = kinematics};
     hexload_leg_sample_init(&self->leg_gate);
     hexload_noise_estimator_init(&self->noise_estimator);
     hexload_load_monitor_init(&self->monitor);
     hexload_smoother_init(&self->smoother, config);
     hexload_momentum_filter_init(&self->filter, config);
     hexload_momentum_supervisor_init(&self->supervisor);
+    self->is_mass_known = config->momentum.prior_mass_sigma_kg < hexload_momentum_open_mass_sigma_kg(config);
     return HEXLOAD_OK;
-}
-
-/// One sample of lag_ticks ago.
-static void filter_past(hexload_momentum_t* self, const hexload_config_t* config,
-                        const hexload_leg_sample_t* sample, momentum_tick_t* tick) {
-    momentum_past_t past;
-    if (!hexload_momentum_frame_take(self, config, sample, tick, &past)) {
-        return;
-    }
-    if (past.is_new_load) {
-        hexload_momentum_filter_forget(&self->filter, config);
-    }
-    hexload_momentum_filter_step(&self->filter, config, &tick->sensors, &self->smoother.constants,
-                                 &past.sample, &past.motion, &self->past_kinematics.jacobian);
-    hexload_momentum_supervisor_watch(&self->supervisor, config, &self->filter, &past.motion,
-                                      past.sample.gap_ticks);
 }
 
 hexload_status_t hexload_momentum_tick(hexload_momentum_t* self, const hexload_config_t* config,
                                        const hexload_leg_sample_t* sample, hexload_estimate_t* estimate) {
-    momentum_tick_t tick;
-    const hexload_status_t status = hexload_momentum_frame_begin(self, config, sample, &tick);
-    if (status != HEXLOAD_OK) {
-        return status;
-    }
-    hexload_momentum_frame_watch(self, config, sample, &tick.sensors, &tick);
-    filter_past(self, config, sample, &tick);
-    hexload_momentum_frame_end(self, config, sample, hexload_momentum_filter_is_finite(&self->filter), &tick,
-                               estimate);
-    hexload_health_count(&self->health, tick.health);
-    return HEXLOAD_OK;
+    return hexload_momentum_run(self, config, NULL, sample, estimate, NULL);
 }

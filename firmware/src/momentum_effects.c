@@ -1,10 +1,6 @@
-#include "hexload/momentum_effects.h"
+#include "hexload/momentum.h"
 
-#include "health.h"
-#include "momentum_frame.h"
-#include "momentum_prior.h"
-
-#include <stddef.h>
+#include "momentum_tick.h"
 
 // The lasting memory of an estimator: 4-byte numbers, or 8-byte ones in the reference build.
 _Static_assert(sizeof(hexload_momentum_effects_t) <=
@@ -16,86 +12,28 @@ hexload_status_t hexload_momentum_effects_init(hexload_momentum_effects_t* self,
                                                const hexload_config_t* config) {
     const hexload_status_t status = hexload_momentum_init(&self->momentum, config);
     if (status == HEXLOAD_OK) {
-        hexload_actuator_effects_init(&self->filter, config);
-        hexload_identifiability_init(&self->identifiability);
+        hexload_actuator_effects_init(&self->effects.filter, config);
+        hexload_identifiability_init(&self->effects.identifiability);
     }
     return status;
-}
-
-/// The load monitor looks at what is left of the forces without the machine's effects.
-static void watch_load(hexload_momentum_effects_t* self, const hexload_config_t* config,
-                       const hexload_leg_sample_t* sample, momentum_tick_t* tick) {
-    hexload_leg_sample_t clean = *sample;
-    hexload_sensors_t sensors = tick->sensors;
-    hexload_actuator_effects_clean(&self->filter, config, HEXLOAD_LOAD_MONITOR_MEMORY_S, &clean, &sensors);
-    hexload_momentum_frame_watch(&self->momentum, config, &clean, &sensors, tick);
-}
-
-/// The machine stays as it is known; but the biases take what a mass that was told wrong weighs too much, and
-/// a first change may be just that coming out.
-static void forget_load(hexload_momentum_effects_t* self, const hexload_config_t* config) {
-    const bool was_told = config->momentum.prior_mass_sigma_kg < momentum_open_mass_sigma_kg(config);
-    hexload_momentum_filter_forget(&self->momentum.filter, config);
-    if (was_told && self->momentum.health.count[HEXLOAD_HEALTH_LOAD_CHANGED] == 1) {
-        hexload_actuator_effects_init(&self->filter, config);
-    } else {
-        hexload_actuator_effects_forget(&self->filter);
-    }
-}
-
-/// One sample of lag_ticks ago.
-static void filter_past(hexload_momentum_effects_t* self, const hexload_config_t* config,
-                        const hexload_leg_sample_t* sample, momentum_tick_t* tick) {
-    hexload_momentum_t* momentum = &self->momentum;
-    momentum_past_t past;
-    if (!hexload_momentum_frame_take(momentum, config, sample, tick, &past)) {
-        return;
-    }
-    if (past.is_new_load) {
-        forget_load(self, config);
-    }
-    momentum->is_interrupted = !hexload_actuator_effects_step(
-        &self->filter, &momentum->filter, config, &tick->sensors, &momentum->smoother.constants, &past.sample,
-        &past.motion, &momentum->past_kinematics.jacobian);
-    const uint32_t gap_ticks = momentum->is_interrupted ? 1 : past.sample.gap_ticks; // at rest, time goes on
-    hexload_momentum_supervisor_watch(&momentum->supervisor, config, &momentum->filter, &past.motion,
-                                      gap_ticks);
-    hexload_identifiability_step(&self->identifiability, config, &momentum->filter, &self->filter,
-                                 &past.sample);
 }
 
 hexload_status_t hexload_momentum_effects_tick(hexload_momentum_effects_t* self,
                                                const hexload_config_t* config,
                                                const hexload_leg_sample_t* sample,
                                                hexload_estimate_t* estimate) {
-    hexload_momentum_t* momentum = &self->momentum;
-    momentum_tick_t tick;
-    const hexload_status_t status = hexload_momentum_frame_begin(momentum, config, sample, &tick);
-    if (status != HEXLOAD_OK) {
-        return status;
-    }
-    watch_load(self, config, sample, &tick);
-    filter_past(self, config, sample, &tick);
-    const bool is_finite = hexload_momentum_filter_is_finite(&momentum->filter) &&
-                           hexload_actuator_effects_is_finite(&self->filter);
-    hexload_momentum_frame_end(momentum, config, sample, is_finite, &tick, estimate);
-    if ((tick.health >> HEXLOAD_HEALTH_FILTER_RESTARTED & 1u) != 0) {
-        hexload_actuator_effects_init(&self->filter, config);
-        hexload_identifiability_init(&self->identifiability);
-    }
-    hexload_identifiability_judge(&self->identifiability, estimate, &tick.health);
-    hexload_health_count(&momentum->health, tick.health);
-    return HEXLOAD_OK;
+    hexload_momentum_update_t update;
+    return hexload_momentum_run(&self->momentum, config, &self->effects, sample, estimate, &update);
 }
 
 void hexload_momentum_effects_read(const hexload_momentum_effects_t* self, const hexload_estimate_t* estimate,
-                                   hexload_effects_estimate_t* answer) {
+                                   hexload_effects_estimate_t* effects) {
     uint32_t open = 0;
     for (int k = 0; k < HEXLOAD_LOAD_DIM; k++) {
         open |= estimate->parameter_verdict[k] != HEXLOAD_VERDICT_CONVERGED ? (uint32_t)1 << k : 0;
     }
-    hexload_actuator_effects_read(&self->filter, answer->value, answer->sigma);
-    answer->confounded_with_bias = self->identifiability.bias_mask & open;
-    answer->confounded_with_friction = self->identifiability.friction_mask & open;
-    answer->fastest_leg_m_s = self->identifiability.fastest_leg_m_s;
+    hexload_actuator_effects_read(&self->effects.filter, effects->value, effects->sigma);
+    effects->confounded_with_bias = self->effects.identifiability.bias_mask & open;
+    effects->confounded_with_friction = self->effects.identifiability.friction_mask & open;
+    effects->fastest_leg_m_s = self->effects.identifiability.fastest_leg_m_s;
 }

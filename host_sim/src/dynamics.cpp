@@ -30,29 +30,29 @@ Vector6 bias_wrench(const MassProperties& body, const Matrix3& R, const Vector3&
     return wrench;
 }
 
-Vector6 gravity_wrench(const MassProperties& body, const Matrix3& R, double gravity_m_s2) {
-    const Vector3 up(0.0, 0.0, gravity_m_s2);
+Vector6 gravity_wrench(const MassProperties& body, const Matrix3& R, const Gravity& gravity) {
+    const Vector3& up = gravity.up_m_s2;
     Vector6 wrench;
     wrench << body.mass_kg * up, (R * body.first_moment_kg_m).cross(up);
     return wrench;
 }
 
-Vector6 acceleration(const Geometry& geometry, const MassProperties& body, double gravity_m_s2,
+Vector6 acceleration(const Geometry& geometry, const MassProperties& body, const Gravity& gravity,
                      const Pose& pose, const Twist& twist, const Vector6& leg_force_n) {
     const Vector6 net = jacobian(geometry, pose).transpose() * leg_force_n -
-                        bias_wrench(body, pose.R, twist.w_rad_s) - gravity_wrench(body, pose.R, gravity_m_s2);
+                        bias_wrench(body, pose.R, twist.w_rad_s) - gravity_wrench(body, pose.R, gravity);
     return mass_matrix(body, pose.R).llt().solve(net);
 }
 
-Vector6 leg_forces(const Geometry& geometry, const MassProperties& body, double gravity_m_s2,
+Vector6 leg_forces(const Geometry& geometry, const MassProperties& body, const Gravity& gravity,
                    const Pose& pose, const Twist& twist, const Vector6& twist_rate) {
     const Vector6 wrench = mass_matrix(body, pose.R) * twist_rate + bias_wrench(body, pose.R, twist.w_rad_s) +
-                           gravity_wrench(body, pose.R, gravity_m_s2);
+                           gravity_wrench(body, pose.R, gravity);
     return jacobian(geometry, pose).transpose().partialPivLu().solve(wrench);
 }
 
-JointSpaceModel joint_space_model(const Geometry& geometry, const MassProperties& body, double gravity_m_s2,
-                                  const Pose& pose, const Twist& twist) {
+JointSpaceModel joint_space_model(const Geometry& geometry, const MassProperties& body,
+                                  const Gravity& gravity, const Pose& pose, const Twist& twist) {
     const LegVectors legs = leg_vectors(geometry, pose);
     const Matrix6 J_inverse = jacobian(legs).partialPivLu().inverse();
     const Matrix6 M = mass_matrix(body, pose.R);
@@ -60,7 +60,7 @@ JointSpaceModel joint_space_model(const Geometry& geometry, const MassProperties
     const Vector6 drift = -J_inverse * leg_acceleration_bias(legs, twist);
     return {J_inverse.transpose() * M * J_inverse,
             J_inverse.transpose() * (M * drift + bias_wrench(body, pose.R, twist.w_rad_s)),
-            J_inverse.transpose() * gravity_wrench(body, pose.R, gravity_m_s2)};
+            J_inverse.transpose() * gravity_wrench(body, pose.R, gravity)};
 }
 
 double kinetic_energy_j(const MassProperties& body, const Matrix3& R, const Twist& twist) {
@@ -68,9 +68,9 @@ double kinetic_energy_j(const MassProperties& body, const Matrix3& R, const Twis
     return 0.5 * V.dot(mass_matrix(body, R) * V);
 }
 
-double potential_energy_j(const MassProperties& body, double gravity_m_s2, const Pose& pose) {
-    const double com_rise = (pose.R * body.first_moment_kg_m - body.first_moment_kg_m).z(); // m times metres
-    return gravity_m_s2 * (body.mass_kg * pose.p_m.z() + com_rise);
+double potential_energy_j(const MassProperties& body, const Gravity& gravity, const Pose& pose) {
+    const Vector3 com_shift = pose.R * body.first_moment_kg_m - body.first_moment_kg_m; // m times metres
+    return gravity.up_m_s2.dot(body.mass_kg * pose.p_m + com_shift);
 }
 
 } // namespace hexload::sim

@@ -12,8 +12,7 @@ Hydraulics::Hydraulics(const HydraulicSettings& settings, double stroke_min_m, d
     : settings_(settings), stroke_min_m_(stroke_min_m), stroke_max_m_(stroke_max_m),
       flow_gain_a_(settings.rated_flow_m3_s / std::sqrt(rated_pressure_drop_pa)),
       flow_gain_b_(flow_gain_a_ * settings.rod_side_area_m2 / settings.piston_area_m2),
-      natural_frequency_rad_s_(2.0 * std::numbers::pi * settings.valve_bandwidth_hz),
-      has_friction_(settings.coulomb_friction_n > 0.0 || settings.viscous_friction_n_s_m > 0.0) {}
+      natural_frequency_rad_s_(2.0 * std::numbers::pi * settings.valve_bandwidth_hz) {}
 
 Legs Hydraulics::orifice(const Legs& pressure_drop_pa) const {
     return pressure_drop_pa / (pressure_drop_pa.abs() + settings_.laminar_pressure_pa).sqrt();
@@ -49,15 +48,6 @@ void Hydraulics::differentiate(const HydraulicState& state, const Legs& command,
                                                       2.0 * s.valve_damping * state.spool_rate_1_s);
     rate.pressure_a_pa = s.bulk_modulus_pa * inflow_a_m3_s / volume_a_m3;
     rate.pressure_b_pa = s.bulk_modulus_pa * inflow_b_m3_s / volume_b_m3;
-}
-
-Legs Hydraulics::friction_n(const Legs& velocity_m_s) const {
-    if (!has_friction_) {
-        return Legs::Zero();
-    }
-    const double v0 = settings_.friction_speed_m_s;
-    return settings_.coulomb_friction_n * velocity_m_s / (velocity_m_s.square() + v0 * v0).sqrt() +
-           settings_.viscous_friction_n_s_m * velocity_m_s;
 }
 
 Legs Hydraulics::stop_force_n(const Legs& displacement_m, const Legs& velocity_m_s) const {

@@ -31,14 +31,19 @@ Eigen::Matrix<double, 3, 6> hinge_jacobian(const Vector3& arm_m) {
 
 } // namespace
 
-HingeLoad hinge_load(const LegBars& bars, double gravity_m_s2, const Vector3& leg_m,
+SixLegBars::SixLegBars(const LegBars& each)
+    : rod_mass_kg(Legs::Constant(each.rod_mass_kg)), rod_length_m(Legs::Constant(each.rod_length_m)),
+      cylinder_mass_kg(Legs::Constant(each.cylinder_mass_kg)),
+      cylinder_length_m(Legs::Constant(each.cylinder_length_m)) {}
+
+HingeLoad hinge_load(const LegBars& bars, const Gravity& gravity, const Vector3& leg_m,
                      const Vector3& velocity_m_s) {
     const double length_m = leg_m.norm();
     const Vector3 e = leg_m / length_m;
     const AcrossMass mu = across_mass(bars, length_m);
     const double along_m_s = e.dot(velocity_m_s);
     const Vector3 across_m_s = velocity_m_s - along_m_s * e;
-    const Vector3 up(0.0, 0.0, gravity_m_s2);
+    const Vector3& up = gravity.up_m_s2;
     // d/dt (dT/du) - dT/dL at constant u; V = m_c g l_c / 2 e_z + m_r g (L_z - l_r / 2 e_z).
     const double turning_kg_m =
         (bars.cylinder_mass_kg * bars.cylinder_length_m - bars.rod_mass_kg * bars.rod_length_m) / 2.0;
@@ -48,8 +53,8 @@ HingeLoad hinge_load(const LegBars& bars, double gravity_m_s2, const Vector3& le
             bars.rod_mass_kg * up + turning_kg_m / length_m * (up - e.dot(up) * e)};
 }
 
-LegWrench leg_wrench(const Geometry& geometry, const LegBars& bars, double gravity_m_s2, const Pose& pose,
-                     const Twist& twist) {
+LegWrench leg_wrench(const Geometry& geometry, const SixLegBars& bars, const Gravity& gravity,
+                     const Pose& pose, const Twist& twist) {
     const LegVectors legs = leg_vectors(geometry, pose);
     const Vector3& w = twist.w_rad_s;
     LegWrench sum;
@@ -57,7 +62,7 @@ LegWrench leg_wrench(const Geometry& geometry, const LegBars& bars, double gravi
         const Vector3 arm_m = legs.arm_m.col(leg);
         const Vector3 velocity_m_s = twist.v_m_s + w.cross(arm_m);
         const HingeLoad load =
-            hinge_load(bars, gravity_m_s2, legs.length_m(leg) * legs.direction.col(leg), velocity_m_s);
+            hinge_load(bars.of(leg), gravity, legs.length_m(leg) * legs.direction.col(leg), velocity_m_s);
         const Eigen::Matrix<double, 3, 6> X = hinge_jacobian(arm_m);
         sum.mass += X.transpose() * load.mass_kg * X;
         sum.bias +=
@@ -66,29 +71,30 @@ LegWrench leg_wrench(const Geometry& geometry, const LegBars& bars, double gravi
     return sum;
 }
 
-Vector6 standing_leg_forces(const Geometry& geometry, const MassProperties& body, const LegBars& bars,
-                            double gravity_m_s2, const Pose& pose) {
-    const Vector6 of_body = leg_forces(geometry, body, gravity_m_s2, pose, Twist{}, Vector6::Zero());
+Vector6 standing_leg_forces(const Geometry& geometry, const MassProperties& body, const SixLegBars& bars,
+                            const Gravity& gravity, const Pose& pose) {
+    const Vector6 of_body = leg_forces(geometry, body, gravity, pose, Twist{}, Vector6::Zero());
     if (!bars.have_mass()) {
         return of_body;
     }
-    const Vector6 wrench = leg_wrench(geometry, bars, gravity_m_s2, pose, Twist{}).bias;
+    const Vector6 wrench = leg_wrench(geometry, bars, gravity, pose, Twist{}).bias;
     return of_body + jacobian(geometry, pose).transpose().partialPivLu().solve(wrench);
 }
 
-double leg_kinetic_energy_j(const Geometry& geometry, const LegBars& bars, const Pose& pose,
+double leg_kinetic_energy_j(const Geometry& geometry, const SixLegBars& bars, const Pose& pose,
                             const Twist& twist) {
     const Vector6 V = twist.stacked();
     return 0.5 * V.dot(leg_wrench(geometry, bars, 0.0, pose, twist).mass * V);
 }
 
-double leg_potential_energy_j(const Geometry& geometry, const LegBars& bars, double gravity_m_s2,
+double leg_potential_energy_j(const Geometry& geometry, const SixLegBars& bars, const Gravity& gravity,
                               const Pose& pose) {
     const LegVectors legs = leg_vectors(geometry, pose);
-    const Vector6 e_z = legs.direction.row(2).transpose();
-    const Vector6 rod_m = (legs.length_m.array() - bars.rod_length_m / 2.0) * e_z.array();
-    return gravity_m_s2 * (bars.rod_mass_kg * rod_m.sum() +
-                           bars.cylinder_mass_kg * bars.cylinder_length_m / 2.0 * e_z.sum());
+    const Legs rise_m_s2 = legs.direction.transpose() * gravity.up_m_s2; // of a metre along the leg, times g
+    const Legs rod_centre_m = legs.length_m.array() - bars.rod_length_m / 2.0;
+    return ((bars.rod_mass_kg * rod_centre_m + bars.cylinder_mass_kg * bars.cylinder_length_m / 2.0) *
+            rise_m_s2)
+        .sum();
 }
 
 } // namespace hexload::sim

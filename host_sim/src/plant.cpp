@@ -1,8 +1,14 @@
 #include <hexload_sim/plant.hpp>
 
-#include <Eigen/Cholesky>
+#include <hexload_sim/input_error.hpp>
+#include <hexload_sim/rotation.hpp>
+
 #include <Eigen/Geometry>
 #include <Eigen/LU>
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
 
 namespace hexload::sim {
 namespace {
@@ -19,6 +25,14 @@ template <typename F, typename... States> void for_each_field(F&& f, States&... 
     f(states.body.w_platform_rad_s...);
     f(states.work.hydraulic_j...);
     f(states.work.body_j...);
+}
+
+template <typename F, typename... States> void for_each_rig_field(F&& f, States&... states) {
+    f(states.rig.bristle_m...);
+    f(states.rig.force_n.value...);
+    f(states.rig.force_n.rate_1_s...);
+    f(states.rig.velocity_m_s.value...);
+    f(states.rig.velocity_m_s.rate_1_s...);
 }
 
 // The squared norm is divided out, because inside an RK4 step q is a unit quaternion only to O(h^2).
@@ -47,13 +61,26 @@ Eigen::Vector4d quaternion_of(const Matrix3& R) {
     return {q.w(), q.x(), q.y(), q.z()};
 }
 
+// An explicit step does not follow a faster low-pass.
+void refuse_fast(const char* key, double bandwidth_hz, int substeps) {
+    if (bandwidth_hz > low_pass_max_hz_per_substep * substeps) {
+        throw InputError(fmt::format("{}: found {}, expected at most {} x simulation.substeps = {}", key,
+                                     bandwidth_hz, low_pass_max_hz_per_substep,
+                                     low_pass_max_hz_per_substep * substeps));
+    }
+}
+
 } // namespace
 
-Plant::Plant(const Geometry& geometry, double gravity_m_s2, const HydraulicSettings& hydraulics, int substeps,
-             const LegBars& leg_bars)
-    : geometry_(geometry), gravity_m_s2_(gravity_m_s2), leg_bars_(leg_bars),
-      hydraulics_(hydraulics, geometry.stroke_min_m, geometry.stroke_max_m), substeps_(substeps),
-      home_length_m_(geometry.home_leg_length_m.array()) {
+Plant::Plant(const Geometry& geometry, const Gravity& gravity, const HydraulicSettings& hydraulics,
+             int substeps, const SixLegBars& leg_bars, const LowPasses& low_passes)
+    : geometry_(geometry), gravity_(gravity), leg_bars_(leg_bars), bar_dynamics_(geometry, leg_bars),
+      hydraulics_(hydraulics, geometry.stroke_min_m, geometry.stroke_max_m),
+      friction_(hydraulics.friction, tick_s / substeps), low_passes_(low_passes),
+      has_rig_state_(friction_.has_bristles() || low_passes.force_hz > 0.0 || low_passes.velocity_hz > 0.0),
+      substeps_(substeps), home_length_m_(geometry.home_leg_length_m.array()) {
+    refuse_fast("sensors.force_bandwidth_hz", low_passes.force_hz, substeps);
+    refuse_fast("sensors.velocity_bandwidth_hz", low_passes.velocity_hz, substeps);
     for (int leg = 0; leg < 6; ++leg) {
         const Vector3& a = geometry.platform_hinges_m[static_cast<std::size_t>(leg)];
         const Vector3& b = geometry.base_hinges_m[static_cast<std::size_t>(leg)];
@@ -68,11 +95,14 @@ Plant::Plant(const Geometry& geometry, double gravity_m_s2, const HydraulicSetti
 
 void Plant::reset(const Pose& pose, const MassProperties& body) {
     set_body(body);
-    const Vector6 force_n = standing_leg_forces(geometry_, body, leg_bars_, gravity_m_s2_, pose);
+    const Vector6 force_n = standing_leg_forces(geometry_, body, leg_bars_, gravity_, pose);
     state_ = PlantState{};
     state_.body.p_m = pose.p_m;
     state_.body.q = quaternion_of(pose.R);
     state_.hydraulics = hydraulics_.equilibrium(force_n.array());
+    state_.rig.force_n.value = hydraulics_.force_n(state_.hydraulics);
+    t_s_ = 0.0;
+    coldness_ = friction_.coldness(t_s_);
 }
 
 void Plant::set_body(const MassProperties& body) {
@@ -81,71 +111,122 @@ void Plant::set_body(const MassProperties& body) {
     com_m_ = body.com_m();
     inertia_com_kg_m2_ = body.inertia_com_kg_m2();
     inertia_com_inverse_ = inertia_com_kg_m2_.inverse();
+    inertia_.is_current = false;
 }
 
-void Plant::advance(const Legs& spool_command) {
-    const double h = tick_s / substeps_;
-    PlantState k1;
-    PlantState k2;
-    PlantState k3;
-    PlantState k4;
-    PlantState stage;
-    const auto set_stage = [&](const PlantState& k, double step) {
-        for_each_field([step](auto& y, const auto& y0, const auto& rate) { y = y0 + step * rate; }, stage,
-                       state_, k);
-    };
-    for (int substep = 0; substep < substeps_; ++substep) {
-        differentiate(state_, spool_command, k1);
-        set_stage(k1, h / 2.0);
-        differentiate(stage, spool_command, k2);
-        set_stage(k2, h / 2.0);
-        differentiate(stage, spool_command, k3);
-        set_stage(k3, h);
-        differentiate(stage, spool_command, k4);
-        for_each_field([h](auto& y, const auto& r1, const auto& r2, const auto& r3,
-                           const auto& r4) { y += h / 6.0 * (r1 + r4 + 2.0 * (r2 + r3)); },
-                       state_, k1, k2, k3, k4);
-        state_.body.q.normalize();
+void Plant::advance(const Legs& spool_command, std::span<Glimpse> glimpses) {
+    const double h_s = tick_s / substeps_;
+    coldness_ = friction_.coldness(t_s_);
+    for (int step = 0; step < substeps_; ++step) {
+        substep(spool_command, h_s);
+        for (Glimpse& each : glimpses) {
+            const double passed = each.share * substeps_;
+            if (std::min(static_cast<int>(passed), substeps_ - 1) == step) {
+                each.transducers = glimpse(h_s, passed - step);
+            }
+        }
+        finish_substep(h_s);
     }
+    t_s_ += tick_s;
+}
+
+void Plant::substep(const Legs& spool_command, double h_s) {
+    PlantState& stage = stages_.at;
+    const auto set_stage = [&](const PlantState& k, double step) {
+        const auto move = [step](auto& y, const auto& y0, const auto& rate) { y = y0 + step * rate; };
+        for_each_field(move, stage, state_, k);
+        if (has_rig_state_) {
+            for_each_rig_field(move, stage, state_, k);
+        }
+    };
+    differentiate(state_, spool_command, inertia_, stages_.k1);
+    set_stage(stages_.k1, h_s / 2.0);
+    inertia_.is_current = false;
+    differentiate(stage, spool_command, inertia_, stages_.k2);
+    set_stage(stages_.k2, h_s / 2.0);
+    differentiate(stage, spool_command, inertia_, stages_.k3);
+    set_stage(stages_.k3, h_s);
+    inertia_.is_current = false;
+    differentiate(stage, spool_command, inertia_, stages_.k4);
+}
+
+void Plant::finish_substep(double h_s) {
+    const auto move = [h_s](auto& y, const auto& r1, const auto& r2, const auto& r3, const auto& r4) {
+        y += h_s / 6.0 * (r1 + r4 + 2.0 * (r2 + r3));
+    };
+    for_each_field(move, state_, stages_.k1, stages_.k2, stages_.k3, stages_.k4);
+    if (has_rig_state_) {
+        for_each_rig_field(move, state_, stages_.k1, stages_.k2, stages_.k3, stages_.k4);
+    }
+    state_.body.q.normalize();
+}
+
+// Hairer, Norsett, Wanner, Solving Ordinary Differential Equations I, II.6: the continuous extension of RK4.
+LegState Plant::glimpse(double h_s, double share) const {
+    const double share_3 = 2.0 / 3.0 * share * share * share;
+    const double b1 = h_s * (share - 1.5 * share * share + share_3);
+    const double b2 = h_s * (share * share - share_3);
+    const double b4 = h_s * (share_3 - 0.5 * share * share);
+    PlantState state;
+    const auto move = [&](auto& y, const auto& y0, const auto& r1, const auto& r2, const auto& r3,
+                          const auto& r4) { y = y0 + b1 * r1 + b2 * (r2 + r3) + b4 * r4; };
+    for_each_field(move, state, state_, stages_.k1, stages_.k2, stages_.k3, stages_.k4);
+    if (has_rig_state_) {
+        for_each_rig_field(move, state, state_, stages_.k1, stages_.k2, stages_.k3, stages_.k4);
+    }
+    return transducers(state, legs(state));
 }
 
 PlantState Plant::derivative(const PlantState& state, const Legs& spool_command) const {
     PlantState rate;
-    differentiate(state, spool_command, rate);
+    Inertia inertia;
+    differentiate(state, spool_command, inertia, rate);
     return rate;
 }
 
-void Plant::differentiate(const PlantState& state, const Legs& spool_command, PlantState& rate) const {
+void Plant::differentiate(const PlantState& state, const Legs& spool_command, Inertia& inertia,
+                          PlantState& rate) const {
     const Matrix3 R = rotation_of(state.body.q);
-    LegKinematics legs;
+    LegRows legs;
     leg_kinematics(state.body, R, legs);
     const Legs hydraulic_n = hydraulics_.force_n(state.hydraulics);
-    const Legs body_n = hydraulic_n - hydraulics_.friction_n(legs.velocity_m_s) +
-                        hydraulics_.stop_force_n(legs.displacement_m, legs.velocity_m_s);
+    Legs body_n = hydraulic_n;
+    if (friction_.exists()) {
+        const FrictionForce friction =
+            friction_.at(legs.velocity_m_s, hydraulic_n, state.rig.bristle_m, coldness_);
+        body_n -= friction.force_n;
+        rate.rig.bristle_m = friction.bristle_rate_m_s;
+    }
+    body_n += hydraulics_.stop_force_n(legs.displacement_m, legs.velocity_m_s);
 
     hydraulics_.differentiate(state.hydraulics, spool_command, legs.displacement_m, legs.velocity_m_s,
                               rate.hydraulics);
-    if (leg_bars_.have_mass()) {
-        differentiate_with_legs(state.body, R, legs, body_n, rate.body);
+    if (bar_dynamics_.have_mass()) {
+        differentiate_with_legs(state.body, R, legs, body_n, inertia, rate.body);
     } else {
         differentiate_body(state.body, R, legs, body_n, rate.body);
     }
     rate.work.hydraulic_j = (hydraulic_n * legs.velocity_m_s).sum();
     rate.work.body_j = (body_n * legs.velocity_m_s).sum();
+    if (has_rig_state_) {
+        sim::differentiate(state.rig.force_n, low_passes_.force_hz, hydraulic_n, rate.rig.force_n);
+        sim::differentiate(state.rig.velocity_m_s, low_passes_.velocity_hz, legs.velocity_m_s,
+                           rate.rig.velocity_m_s);
+    }
 }
 
 // (1)-(3), six legs at once, in platform axes, where the arms a_i are constant.
-void Plant::leg_kinematics(const BodyState& body, const Matrix3& R, LegKinematics& legs) const {
+void Plant::leg_kinematics(const BodyState& body, const Matrix3& R, LegRows& legs) const {
     const Vector3 p = R.transpose() * body.p_m;
     const Legs leg_x = platform_x_ + p.x() - (R(0, 0) * base_x_ + R(1, 0) * base_y_ + R(2, 0) * base_z_);
     const Legs leg_y = platform_y_ + p.y() - (R(0, 1) * base_x_ + R(1, 1) * base_y_ + R(2, 1) * base_z_);
     const Legs leg_z = platform_z_ + p.z() - (R(0, 2) * base_x_ + R(1, 2) * base_y_ + R(2, 2) * base_z_);
-    const Legs length_m = (leg_x.square() + leg_y.square() + leg_z.square()).sqrt();
-    const Legs inverse_length = 1.0 / length_m;
+    legs.length_m = (leg_x.square() + leg_y.square() + leg_z.square()).sqrt();
+    const Legs inverse_length = 1.0 / legs.length_m;
     legs.e_x = leg_x * inverse_length;
     legs.e_y = leg_y * inverse_length;
     legs.e_z = leg_z * inverse_length;
-    legs.displacement_m = length_m - home_length_m_;
+    legs.displacement_m = legs.length_m - home_length_m_;
 
     legs.m_x = platform_y_ * legs.e_z - platform_z_ * legs.e_y;
     legs.m_y = platform_z_ * legs.e_x - platform_x_ * legs.e_z;
@@ -157,7 +238,7 @@ void Plant::leg_kinematics(const BodyState& body, const Matrix3& R, LegKinematic
 }
 
 // (9)-(12) about the combined centre of mass, in platform axes: m a_c = F + m g, I_c w' = T_c - w x I_c w.
-void Plant::differentiate_body(const BodyState& body, const Matrix3& R, const LegKinematics& legs,
+void Plant::differentiate_body(const BodyState& body, const Matrix3& R, const LegRows& legs,
                                const Legs& force_n, BodyState& rate) const {
     const Vector3 force((force_n * legs.e_x).sum(), (force_n * legs.e_y).sum(), (force_n * legs.e_z).sum());
     const Vector3 moment((force_n * legs.m_x).sum(), (force_n * legs.m_y).sum(), (force_n * legs.m_z).sum());
@@ -170,26 +251,31 @@ void Plant::differentiate_body(const BodyState& body, const Matrix3& R, const Le
 
     rate.p_m = body.v_m_s;
     rate.q = quaternion_rate(body.q, w);
-    rate.v_m_s = R * (force * inverse_mass_1_kg_ + centre_from_com) - Vector3(0.0, 0.0, gravity_m_s2_);
+    rate.v_m_s = R * (force * inverse_mass_1_kg_ + centre_from_com) - gravity_.up_m_s2;
     rate.w_platform_rad_s = w_rate;
 }
 
-// (11) about O_A in base axes, with the legs' masses at their hinges.
-void Plant::differentiate_with_legs(const BodyState& body, const Matrix3& R, const LegKinematics& legs,
-                                    const Legs& force_n, BodyState& rate) const {
-    const Pose pose{body.p_m, R};
-    const Twist twist{body.v_m_s, R * body.w_platform_rad_s};
-    const LegWrench bars = leg_wrench(geometry_, leg_bars_, gravity_m_s2_, pose, twist);
-    Vector6 net;
-    net << R * Vector3((force_n * legs.e_x).sum(), (force_n * legs.e_y).sum(), (force_n * legs.e_z).sum()),
-        R * Vector3((force_n * legs.m_x).sum(), (force_n * legs.m_y).sum(), (force_n * legs.m_z).sum());
-    net -= bias_wrench(body_, R, twist.w_rad_s) + gravity_wrench(body_, R, gravity_m_s2_) + bars.bias;
-    const Matrix6 mass = mass_matrix(body_, R) + bars.mass;
-    const Vector6 twist_rate = mass.llt().solve(net);
+// (11) about O_A in platform axes, with the legs' masses at their hinges.
+void Plant::differentiate_with_legs(const BodyState& body, const Matrix3& R, const LegRows& legs,
+                                    const Legs& force_n, Inertia& inertia, BodyState& rate) const {
+    const Vector3& w = body.w_platform_rad_s;
+    const Vector3& h = body_.first_moment_kg_m;
+    const PlatformMotion motion{R.transpose() * body.v_m_s, w, R.transpose() * gravity_.up_m_s2};
+    if (!inertia.is_current) {
+        RigidMass mass{body_.mass_kg * Matrix3::Identity(), -skew(h), body_.inertia_kg_m2};
+        bar_dynamics_.add_mass(legs, mass);
+        inertia = {InverseMass(mass), true};
+    }
+    RigidBias bias{w.cross(w.cross(h)) + body_.mass_kg * motion.up_m_s2,
+                   w.cross(body_.inertia_kg_m2 * w) + h.cross(motion.up_m_s2)};
+    bar_dynamics_.add_bias(legs, motion, bias);
+    const Vector3 force((force_n * legs.e_x).sum(), (force_n * legs.e_y).sum(), (force_n * legs.e_z).sum());
+    const Vector3 moment((force_n * legs.m_x).sum(), (force_n * legs.m_y).sum(), (force_n * legs.m_z).sum());
+    const Vector6 twist_rate = inertia.inverse.acceleration(force - bias.force_n, moment - bias.moment_n_m);
     rate.p_m = body.v_m_s;
-    rate.q = quaternion_rate(body.q, body.w_platform_rad_s);
-    rate.v_m_s = twist_rate.head<3>();
-    rate.w_platform_rad_s = R.transpose() * twist_rate.tail<3>();
+    rate.q = quaternion_rate(body.q, w);
+    rate.v_m_s = R * twist_rate.head<3>();
+    rate.w_platform_rad_s = twist_rate.tail<3>();
 }
 
 Pose Plant::pose() const {
@@ -201,9 +287,19 @@ Twist Plant::twist() const {
 }
 
 LegState Plant::legs() const {
-    LegKinematics legs;
-    leg_kinematics(state_.body, rotation_of(state_.body.q), legs);
-    return {legs.displacement_m, legs.velocity_m_s, hydraulics_.force_n(state_.hydraulics)};
+    return legs(state_);
+}
+
+LegState Plant::legs(const PlantState& state) const {
+    LegRows legs;
+    leg_kinematics(state.body, rotation_of(state.body.q), legs);
+    return {legs.displacement_m, legs.velocity_m_s, hydraulics_.force_n(state.hydraulics)};
+}
+
+LegState Plant::transducers(const PlantState& state, const LegState& legs) const {
+    return {legs.displacement_m,
+            low_passes_.velocity_hz > 0.0 ? state.rig.velocity_m_s.value : legs.velocity_m_s,
+            low_passes_.force_hz > 0.0 ? state.rig.force_n.value : legs.force_n};
 }
 
 double Plant::kinetic_energy_j() const {
@@ -212,8 +308,8 @@ double Plant::kinetic_energy_j() const {
 }
 
 double Plant::potential_energy_j() const {
-    return sim::potential_energy_j(body_, gravity_m_s2_, pose()) +
-           leg_potential_energy_j(geometry_, leg_bars_, gravity_m_s2_, pose());
+    return sim::potential_energy_j(body_, gravity_, pose()) +
+           leg_potential_energy_j(geometry_, leg_bars_, gravity_, pose());
 }
 
 } // namespace hexload::sim

@@ -108,6 +108,15 @@ EstimatorSettings read_estimator(TomlReader table) {
     return settings;
 }
 
+ActuatorSettings read_actuators(TomlReader table) {
+    ActuatorSettings settings;
+    table.optional_number("leg_speed_m_s", settings.leg_speed_m_s, positive);
+    table.optional_number("leg_force_n", settings.leg_force_n, positive);
+    table.optional_number("speed_sum_m_s", settings.speed_sum_m_s, positive);
+    table.refuse_unknown_keys();
+    return settings;
+}
+
 } // namespace
 
 std::string_view name_of(EstimatorKind kind) {
@@ -132,6 +141,7 @@ PlatformFile load_platform_file(const std::filesystem::path& path) {
     file.sensors = read_sensor_sigma(reader.table("sensors"));
     file.known_mass_kg = read_known_mass_kg(reader.table("load"));
     file.estimator = read_estimator(reader.table("estimator"));
+    file.actuators = read_actuators(reader.table("actuators"));
     reader.refuse_unknown_keys();
     return file;
 }

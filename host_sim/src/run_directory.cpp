@@ -1,6 +1,7 @@
 #include <hexload_sim/run_directory.hpp>
 
 #include "run_meta.hpp"
+#include "run_target.hpp"
 
 #include <hexload_sim/input_error.hpp>
 #include <hexload_sim/rotation.hpp>
@@ -25,8 +26,9 @@ std::string leg_columns(const char* name) {
     return columns;
 }
 
-std::string log_header() {
-    return fmt::format("t{}{}{}", leg_columns("dl"), leg_columns("vl"), leg_columns("f"));
+std::string log_header(bool velocity_sensor) {
+    return fmt::format("t{}{}{}", leg_columns("dl"), velocity_sensor ? leg_columns("vl") : "",
+                       leg_columns("f"));
 }
 
 std::string truth_header() {
@@ -98,23 +100,15 @@ void CsvFile::close() {
     }
 }
 
-RunDirectory::RunDirectory(std::filesystem::path target, bool replace)
-    : target_(std::move(target)), partial_(target_.string() + ".partial") {
-    if (std::filesystem::exists(target_) && !replace) {
-        throw InputError(target_.string() + ": exists already; --force replaces it");
-    }
-    std::error_code error;
-    std::filesystem::remove_all(partial_, error);
-    std::filesystem::create_directories(partial_, error);
-    if (error) {
-        throw InputError(partial_.string() + ": cannot be created: " + error.message());
-    }
+RunDirectory::RunDirectory(const std::filesystem::path& target, bool replace)
+    : target_(without_slash(target)), replace_(replace) {
+    check_target(target_, replace_);
+    partial_ = create_private_folder(target_);
 }
 
 RunDirectory::~RunDirectory() {
     if (!finished_) {
-        std::error_code ignored; // a destructor has nobody to tell
-        std::filesystem::remove_all(partial_, ignored);
+        remove_run(partial_);
     }
 }
 
@@ -131,7 +125,8 @@ void RunDirectory::write_inputs(const Scenario& scenario) {
         motion->path = "trajectory.csv";
     }
     write_text(file("scenario.toml"), to_toml(resolved));
-    log_ = std::make_unique<CsvFile>(file("log.csv"), log_header());
+    has_velocity_ = scenario.sensors.velocity_sensor;
+    log_ = std::make_unique<CsvFile>(file("log.csv"), log_header(has_velocity_));
     truth_ = std::make_unique<CsvFile>(file("truth.csv"), truth_header());
 }
 
@@ -139,7 +134,9 @@ void RunDirectory::write(const Tick& tick) {
     if (tick.sample) {
         log_->add(tick.sample->t_s);
         add_all<float>(*log_, tick.sample->displacement_m); // exact: the sensors deliver float32
-        add_all<float>(*log_, tick.sample->velocity_m_s);
+        if (has_velocity_) {
+            add_all<float>(*log_, tick.sample->velocity_m_s);
+        }
         add_all<float>(*log_, tick.sample->force_n);
         log_->end_row();
     }
@@ -160,13 +157,45 @@ void RunDirectory::finish(const Scenario& scenario, const PlatformFile& platform
     log_->close();
     truth_->close();
     write_text(file("meta.json"), run_meta_json(scenario, platform, simulator, result));
-    std::error_code error;
-    std::filesystem::remove_all(target_, error);
-    std::filesystem::rename(partial_, target_, error);
-    if (error) {
-        throw InputError(target_.string() + ": cannot be written: " + error.message());
+    while (!take_place()) {
+        // Another run has taken the place meanwhile.
     }
     finished_ = true;
+}
+
+// Old away, new into place, old deleted: at each moment one of the two is there whole. False: another run was
+// faster.
+bool RunDirectory::take_place() {
+    check_target(target_, replace_);
+    const std::filesystem::path old = partial_.string() + ".replaced";
+    std::error_code error;
+    std::filesystem::rename(target_, old, error);
+    const bool has_old = !error;
+    if (error && error != std::errc::no_such_file_or_directory) {
+        throw InputError(target_.string() + ": cannot be moved away: " + error.message());
+    }
+    if (has_old) {
+        try {
+            check_target(old, replace_); // it may have changed since the first look
+        } catch (const InputError&) {
+            std::filesystem::rename(old, target_, error);
+            throw;
+        }
+    }
+    std::filesystem::rename(partial_, target_, error);
+    if (!error) {
+        remove_run(old);
+        return true;
+    }
+    if (error == std::errc::directory_not_empty || error == std::errc::file_exists) {
+        remove_run(old);
+        return false;
+    }
+    if (has_old) {
+        std::error_code ignored; // the first error is the one to report
+        std::filesystem::rename(old, target_, ignored);
+    }
+    throw InputError(target_.string() + ": cannot be written: " + error.message());
 }
 
 } // namespace hexload::sim

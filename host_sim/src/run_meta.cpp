@@ -1,8 +1,9 @@
 #include "run_meta.hpp"
 
-#include "toml_fields.hpp"
+#include "scenario_fields.hpp"
 
 #include <hexload_sim/dynamics.hpp>
+#include <hexload_sim/tare.hpp>
 
 #include <sstream>
 
@@ -42,6 +43,20 @@ toml::array load_changes(const std::vector<LoadChange>& loads) {
         array.push_back(load_change(change));
     }
     return array;
+}
+
+// What commissioning would have to find: the machine that stands there, its legs and sensors.
+toml::table rig(const Scenario& scenario, const Machine& machine) {
+    TomlWriter writer;
+    writer.vector3("gravity_m_s2", Vector3::Zero() - machine.gravity.up_m_s2);
+    writer.points("base_hinges_m", machine.geometry.base_hinges_m);
+    writer.points("platform_hinges_m", machine.geometry.platform_hinges_m);
+    const Vector10 theta = theta_of(machine.platform);
+    writer.numbers("platform_theta", {theta.data(), 10});
+    visit_leg_bars(writer, scenario.leg_bars);
+    visit_friction(writer, scenario.hydraulics.friction);
+    visit_sensors(writer, scenario.sensors);
+    return writer.take();
 }
 
 toml::table sensor_sigma(const SensorSigma& sigma) {
@@ -139,6 +154,7 @@ std::string run_meta_json(const Scenario& scenario, const PlatformFile& platform
         {"missing", whole(result.counts.missing)},
         {"refused", whole(result.counts.refused)},
         {"loads", load_changes(scenario.loads)},
+        {"rig", rig(scenario, simulator.machine())},
         {"sensors", sensor_sigma(simulator.sensor_sigma())},
         {"mass_matrix_home", rows(mass_matrix(body, home))},
         {"coupling_matrix_home", rows(coupling_matrix(body, home))},

@@ -87,6 +87,19 @@ std::vector<LoadChange> read_loads(std::vector<TomlReader> tables) {
     return loads;
 }
 
+void check_friction(const TomlReader& hydraulics, const FrictionSettings& friction) {
+    const bool is_coulomb = friction.law == FrictionLaw::coulomb;
+    for (int leg = 0; leg < 6; ++leg) {
+        const double static_n = friction.static_n(leg);
+        if (is_coulomb ? static_n != 0.0 : static_n < friction.coulomb_n(leg)) {
+            hydraulics.fail("static_friction_n", fmt::format("{} in leg {}", static_n, leg + 1),
+                            is_coulomb
+                                ? "0 where friction_law = \"coulomb\""
+                                : fmt::format("at least coulomb_friction_n = {}", friction.coulomb_n(leg)));
+        }
+    }
+}
+
 HydraulicSettings read_hydraulics(TomlReader table) {
     HydraulicSettings hydraulics;
     visit_hydraulics(table, hydraulics);
@@ -95,6 +108,7 @@ HydraulicSettings read_hydraulics(TomlReader table) {
         table.fail("tank_pressure_pa", fmt::format("{}", hydraulics.tank_pressure_pa),
                    fmt::format("less than supply_pressure_pa = {}", hydraulics.supply_pressure_pa));
     }
+    check_friction(table, hydraulics.friction);
     return hydraulics;
 }
 
@@ -149,6 +163,9 @@ Scenario load_scenario(const std::filesystem::path& path) {
     TomlReader limits = reader.table("limits");
     visit_limits(limits, scenario.limits);
     limits.refuse_unknown_keys();
+    TomlReader machine = reader.table("machine");
+    visit_machine(machine, scenario.machine);
+    machine.refuse_unknown_keys();
     TomlReader legs = reader.table("legs");
     visit_leg_bars(legs, scenario.leg_bars);
     legs.refuse_unknown_keys();
@@ -172,6 +189,7 @@ std::string to_toml(const Scenario& scenario) {
     root.insert("load", write_loads(scenario.loads));
     root.insert("trajectory", write_trajectory(scenario.trajectory));
     root.insert("limits", written([&](TomlWriter& w) { visit_limits(w, scenario.limits); }));
+    root.insert("machine", written([&](TomlWriter& w) { visit_machine(w, scenario.machine); }));
     root.insert("legs", written([&](TomlWriter& w) { visit_leg_bars(w, scenario.leg_bars); }));
     root.insert("hydraulics", written([&](TomlWriter& w) { visit_hydraulics(w, scenario.hydraulics); }));
     root.insert("controller", written([&](TomlWriter& w) { visit_controller(w, scenario.controller); }));

@@ -10,6 +10,12 @@ namespace hexload::sim {
 
 inline constexpr Range share{1e-3, 1.0, "a number from 0.001 to 1"};
 inline constexpr Range probability{0.0, 0.999, "a number from 0 to 0.999"};
+inline constexpr Range tilt{-0.5, 0.5, "a number from -0.5 to 0.5"};
+inline constexpr Range delay{0.0, 1.0, "a number from 0 to 1"};
+inline constexpr Range bandwidth{0.0, unbounded, "a number >= 0, 0 for no low-pass"};
+
+inline constexpr std::array<Choice<FrictionLaw>, 3> friction_laws{
+    {{"coulomb", FrictionLaw::coulomb}, {"stribeck", FrictionLaw::stribeck}, {"lugre", FrictionLaw::lugre}}};
 
 template <typename Visitor, typename S> void visit_simulation(Visitor& visitor, S& scenario) {
     visitor.number("duration_s", scenario.duration_s, {duration_min_s, duration_max_s, "0.001 to 4e6 s"});
@@ -30,11 +36,35 @@ template <typename Visitor, typename S> void visit_limits(Visitor& visitor, S& l
     visitor.number("pump_flow_m3_s", limits.pump_flow_m3_s, positive);
 }
 
+// How the machine differs from its platform file.
+template <typename Visitor, typename S> void visit_machine(Visitor& visitor, S& s) {
+    visitor.numbers("tilt_rad", s.tilt_rad, tilt);
+    visitor.points("base_hinge_errors_m", s.base_hinge_errors_m);
+    visitor.points("platform_hinge_errors_m", s.platform_hinge_errors_m);
+    visitor.number("hinge_error_sigma_m", s.hinge_error_sigma_m, non_negative);
+    visitor.integer("hinge_error_seed", s.hinge_error_seed, 0, std::numeric_limits<std::int64_t>::max());
+    visitor.number("platform_scale", s.platform_scale, positive);
+}
+
 template <typename Visitor, typename S> void visit_leg_bars(Visitor& visitor, S& s) {
-    visitor.number("rod_mass_kg", s.rod_mass_kg, non_negative);
-    visitor.number("rod_length_m", s.rod_length_m, positive);
-    visitor.number("cylinder_mass_kg", s.cylinder_mass_kg, non_negative);
-    visitor.number("cylinder_length_m", s.cylinder_length_m, positive);
+    visitor.legs("rod_mass_kg", s.rod_mass_kg, non_negative);
+    visitor.legs("rod_length_m", s.rod_length_m, positive);
+    visitor.legs("cylinder_mass_kg", s.cylinder_mass_kg, non_negative);
+    visitor.legs("cylinder_length_m", s.cylinder_length_m, positive);
+}
+
+template <typename Visitor, typename S> void visit_friction(Visitor& visitor, S& s) {
+    visitor.choice("friction_law", s.law, friction_laws);
+    visitor.legs("coulomb_friction_n", s.coulomb_n, non_negative);
+    visitor.legs("static_friction_n", s.static_n, non_negative);
+    visitor.legs("viscous_friction_n_s_m", s.viscous_n_s_m, non_negative);
+    visitor.number("friction_speed_m_s", s.speed_m_s, positive);
+    visitor.number("stribeck_speed_m_s", s.stribeck_speed_m_s, positive);
+    visitor.number("friction_force_share", s.force_share, fraction);
+    visitor.number("bristle_stiffness_n_m", s.bristle_stiffness_n_m, positive);
+    visitor.number("bristle_damping_n_s_m", s.bristle_damping_n_s_m, non_negative);
+    visitor.number("cold_friction_factor", s.cold_factor, non_negative);
+    visitor.number("friction_warm_up_s", s.warm_up_s, positive);
 }
 
 template <typename Visitor, typename S> void visit_hydraulics(Visitor& visitor, S& s) {
@@ -49,9 +79,7 @@ template <typename Visitor, typename S> void visit_hydraulics(Visitor& visitor, 
     visitor.number("laminar_pressure_pa", s.laminar_pressure_pa, positive);
     visitor.number("valve_bandwidth_hz", s.valve_bandwidth_hz, positive);
     visitor.number("valve_damping", s.valve_damping, positive);
-    visitor.number("coulomb_friction_n", s.coulomb_friction_n, non_negative);
-    visitor.number("viscous_friction_n_s_m", s.viscous_friction_n_s_m, non_negative);
-    visitor.number("friction_speed_m_s", s.friction_speed_m_s, positive);
+    visit_friction(visitor, s.friction);
     visitor.number("stop_stiffness_n_m", s.stop_stiffness_n_m, non_negative);
     visitor.number("stop_damping_s_m", s.stop_damping_s_m, non_negative);
 }
@@ -64,6 +92,7 @@ template <typename Visitor, typename S> void visit_controller(Visitor& visitor, 
     visitor.number("pressure_feedback_1_n", s.pressure_feedback_1_n, non_negative);
     visitor.boolean("gravity_offset", s.gravity_offset);
     visitor.number("integral_limit", s.integral_limit, fraction);
+    visitor.boolean("reads_sensors", s.reads_sensors);
 }
 
 template <typename Visitor, typename S> void visit_sensors(Visitor& visitor, S& s) {
@@ -71,10 +100,16 @@ template <typename Visitor, typename S> void visit_sensors(Visitor& visitor, S& 
     visitor.vector6("displacement_bias_m", s.displacement_bias_m);
     visitor.vector6("velocity_bias_m_s", s.velocity_bias_m_s);
     visitor.vector6("force_bias_n", s.force_bias_n);
+    visitor.legs("force_gain", s.force_gain, positive);
+    visitor.number("force_bandwidth_hz", s.low_passes.force_hz, bandwidth);
+    visitor.number("velocity_bandwidth_hz", s.low_passes.velocity_hz, bandwidth);
+    visitor.boolean("velocity_sensor", s.velocity_sensor);
     visitor.number("displacement_step_m", s.displacement_step_m, non_negative);
     visitor.number("velocity_step_m_s", s.velocity_step_m_s, non_negative);
     visitor.number("force_step_n", s.force_step_n, non_negative);
     visitor.integer("delay_ticks", s.delay_ticks, 0, 1000);
+    visitor.number("force_delay_s", s.force_delay_s, delay);
+    visitor.number("velocity_delay_s", s.velocity_delay_s, delay);
     visitor.number("dropout_probability", s.dropout_probability, probability);
 }
 

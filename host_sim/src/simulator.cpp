@@ -1,5 +1,6 @@
 #include <hexload_sim/simulator.hpp>
 
+#include <hexload_sim/input_error.hpp>
 #include <hexload_sim/kinematics.hpp>
 
 #include <cmath>
@@ -12,12 +13,12 @@ double speed_gain_m_s(const PlatformFile& platform, const Scenario& scenario) {
         .speed_gain_m_s();
 }
 
-MassProperties loaded(const PlatformFile& platform, const Load& load) {
-    return mass_properties(platform.platform) + mass_properties(load);
+MassProperties loaded(const Machine& machine, const Load& load) {
+    return mass_properties(machine.platform) + mass_properties(load);
 }
 
-Legs static_force_n(const PlatformFile& platform, const MassProperties& body, const LegBars& leg_bars) {
-    return standing_leg_forces(platform.geometry, body, leg_bars, platform.gravity_m_s2, Pose{}).array();
+Legs static_force_n(const Machine& machine, const MassProperties& body, const SixLegBars& leg_bars) {
+    return standing_leg_forces(machine.geometry, body, leg_bars, machine.gravity, Pose{}).array();
 }
 
 std::uint32_t tick_of(double t_s) {
@@ -27,22 +28,58 @@ std::uint32_t tick_of(double t_s) {
 } // namespace
 
 Simulator::Simulator(const PlatformFile& platform, const Scenario& scenario)
-    : platform_(platform), scenario_(scenario),
+    : platform_(platform), scenario_(scenario), machine_(true_machine(platform, scenario.machine)),
       trajectory_(make_trajectory(scenario.trajectory, platform.geometry,
                                   motion_limits(platform.geometry, scenario.hydraulics, scenario.limits),
                                   scenario.duration_s, static_cast<std::uint64_t>(scenario.seed))),
-      plant_(platform.geometry, platform.gravity_m_s2, scenario.hydraulics,
-             static_cast<int>(scenario.substeps), scenario.leg_bars),
+      plant_(machine_.geometry, machine_.gravity, scenario.hydraulics, static_cast<int>(scenario.substeps),
+             scenario.leg_bars, scenario.sensors.low_passes),
       controller_(scenario.controller, speed_gain_m_s(platform, scenario),
-                  static_force_n(platform, body_at_start(), scenario.leg_bars)),
+                  static_force_n(machine_, body_at_start(), scenario.leg_bars)),
       sensors_(scenario.sensors, platform.sensors, static_cast<std::uint64_t>(scenario.seed)),
       ticks_(tick_of(scenario.duration_s) + 1) {
-    plant_.reset(trajectory_->at(0.0).pose(), body_at_start());
+    plant_.reset(start_pose(), body_at_start());
     controller_.hold(plant_.state().hydraulics.spool, plant_.legs().force_n);
+    watch(scenario.sensors.force_delay_s, force_glimpse_);
+    watch(scenario.sensors.velocity_delay_s, velocity_glimpse_);
+}
+
+void Simulator::watch(double delay_s, std::optional<std::size_t>& glimpse) {
+    if (const double ago = delay_of(delay_s).share; ago > 0.0) {
+        glimpse = glimpses_.size();
+        glimpses_.push_back({1.0 - ago, plant_.transducers(plant_.legs())});
+    }
+}
+
+// Where the servo, which knows the nominal hinges, would have brought the platform.
+Pose Simulator::start_pose() const {
+    const Pose wanted = trajectory_->at(0.0).pose();
+    if (!scenario_.machine.has_hinge_errors()) {
+        return wanted;
+    }
+    const auto found =
+        forward_kinematics(machine_.geometry, leg_displacement(platform_.geometry, wanted), wanted);
+    if (!found) {
+        throw InputError(
+            "machine: found hinge errors with which the legs do not meet the first pose, expected "
+            "smaller ones");
+    }
+    return *found;
+}
+
+LegState Simulator::transducers(const LegState& legs) const {
+    LegState seen = plant_.transducers(legs);
+    if (force_glimpse_) {
+        seen.force_n = glimpses_[*force_glimpse_].transducers.force_n;
+    }
+    if (velocity_glimpse_) {
+        seen.velocity_m_s = glimpses_[*velocity_glimpse_].transducers.velocity_m_s;
+    }
+    return seen;
 }
 
 MassProperties Simulator::body_at_start() const {
-    return loaded(platform_, scenario_.loads.front().load);
+    return loaded(machine_, scenario_.loads.front().load);
 }
 
 Tick Simulator::step() {
@@ -54,15 +91,16 @@ Tick Simulator::step() {
     tick.pose = plant_.pose();
     tick.twist = plant_.twist();
     tick.legs = plant_.legs();
-    tick.sample = sensors_.sample(tick_, tick.legs);
-    plant_.advance(controller_.step(leg_reference(tick.reference), tick.legs));
+    tick.sample = sensors_.sample(tick_, transducers(tick.legs));
+    const LegState& measured = scenario_.controller.reads_sensors ? sensors_.reading() : tick.legs;
+    plant_.advance(controller_.step(leg_reference(tick.reference), measured), glimpses_);
     ++tick_;
     return tick;
 }
 
 void Simulator::change_load() {
     if (next_load_ < scenario_.loads.size() && tick_ >= tick_of(scenario_.loads[next_load_].at_s)) {
-        plant_.set_body(loaded(platform_, scenario_.loads[next_load_].load));
+        plant_.set_body(loaded(machine_, scenario_.loads[next_load_].load));
         ++next_load_;
     }
 }

@@ -106,6 +106,17 @@ void TomlReader::vector6(std::string_view key, Vector6& value) {
     numbers(key, {value.data(), 6});
 }
 
+void TomlReader::legs(std::string_view key, Legs& value, const Range& range) {
+    const toml::node* node = find(key);
+    if (node != nullptr && node->is_number()) {
+        value.setConstant(to_number(key, *node, range));
+    } else if (node != nullptr && node->is_array()) {
+        read_numbers(key, *node, {value.data(), 6}, range);
+    } else if (node != nullptr) {
+        fail(key, describe(*node), fmt::format("{}, or an array of 6 of them", range.words));
+    }
+}
+
 void TomlReader::tensor(std::string_view key, Matrix3& value) {
     if (const toml::node* node = find(key)) {
         Vector6 entries;
@@ -229,6 +240,30 @@ void TomlWriter::text(std::string_view key, const std::string& value) {
 
 void TomlWriter::vector3(std::string_view key, const Vector3& value) {
     table_.insert(key, toml::array{value.x(), value.y(), value.z()});
+}
+
+void TomlWriter::numbers(std::string_view key, std::span<const double> values, const Range&) {
+    toml::array array;
+    for (const double value : values) {
+        array.push_back(value);
+    }
+    table_.insert(key, std::move(array));
+}
+
+void TomlWriter::legs(std::string_view key, const Legs& value, const Range& range) {
+    if ((value == value(0)).all()) {
+        number(key, value(0), range);
+    } else {
+        numbers(key, {value.data(), 6}, range);
+    }
+}
+
+void TomlWriter::points(std::string_view key, const std::array<Vector3, 6>& value) {
+    toml::array rows;
+    for (const Vector3& point : value) {
+        rows.push_back(toml::array{point.x(), point.y(), point.z()});
+    }
+    table_.insert(key, std::move(rows));
 }
 
 void TomlWriter::vector6(std::string_view key, const Vector6& value) {

@@ -61,7 +61,8 @@ class TomlReader {
     void numbers(std::string_view key, std::span<double> values, const Range& range = any_number);
     void vector3(std::string_view key, Vector3& value);
     void vector6(std::string_view key, Vector6& value);
-    void tensor(std::string_view key, Matrix3& value); // [Ixx, Iyy, Izz, Ixy, Ixz, Iyz]
+    void legs(std::string_view key, Legs& value, const Range& range); // one number for all, or six
+    void tensor(std::string_view key, Matrix3& value);                // [Ixx, Iyy, Izz, Ixy, Ixz, Iyz]
     void points(std::string_view key, std::array<Vector3, 6>& value);
 
     template <typename Enum, std::size_t n>
@@ -97,8 +98,15 @@ class TomlWriter {
     void boolean(std::string_view key, const bool& value);
     void text(std::string_view key, const std::string& value);
     void vector3(std::string_view key, const Vector3& value);
+    void numbers(std::string_view key, std::span<const double> values, const Range& = any_number);
     void vector6(std::string_view key, const Vector6& value);
+    void legs(std::string_view key, const Legs& value, const Range&); // as short as it was read
     void tensor(std::string_view key, const Matrix3& value);
+    void points(std::string_view key, const std::array<Vector3, 6>& value);
+    template <typename Enum, std::size_t n>
+    void choice(std::string_view key, const Enum& value, const std::array<Choice<Enum>, n>& choices) {
+        text(key, std::string(name_in(choices, value)));
+    }
 
     toml::table take();
 

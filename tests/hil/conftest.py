@@ -13,15 +13,12 @@ from pathlib import Path
 import pytest
 
 from hexload import project
-from hexload_dev import vcan, vm, zynqmp_r5
+from hexload_dev import vcan, zynqmp_r5
 from loop import PAPER_S, SHORT_S, Controller, Loop, Peer, Recording
 
 # A generous limit for what takes milliseconds on an idle machine: the guest's processor is emulated, and may be shared.
 PATIENCE_S = 120.0
 OUTPUT_TAIL_LINES = 60
-
-# Where the kernel itself has vcan0, no virtual machine is set up, and none is tested.
-collect_ignore = ["test_00_vm.py"] if vcan.ready() and vm.missing_pieces() else []
 
 CONTROLLERS = {"linux": Controller.linux, "zynqmp_r5": Controller.zynqmp_r5}
 
@@ -281,5 +278,5 @@ def paper_run(record) -> Callable[[str], Recording]:
 
 @pytest.fixture(scope="session")
 def short_run(record) -> Callable[[str], Recording]:
-    """short_run(profile): its first second."""
+    """short_run(profile): its first half second."""
     return lambda profile: record(profile, "--duration", SHORT_S)

@@ -2,6 +2,7 @@
 
 import itertools
 import json
+import os
 import signal
 import subprocess
 import sys
@@ -22,7 +23,8 @@ PLATFORM = project.SCENARIOS / "platforms" / "paper.toml"
 PATIENCE_S = 120.0
 PAPER_S = {"fd": 5, "classic": 3}  # of the paper's scenario, by profile: in fd until it has converged
 PAPER_TICKS = {profile: 1000 * seconds + 1 for profile, seconds in PAPER_S.items()}  # both ends
-SHORT_S = 1  # of the scenario, where it need not converge
+SHORT_S = 0.5  # of the scenario, where it need not converge
+SHORT_TICKS = round(1000 * SHORT_S) + 1
 NOTHING_COMES_S = 1.0  # that long is waited for what may not come
 RECORDER_BUFFER_BYTES = 8 << 20
 MARK = "1FFFFFFF"  # an extended identifier, which is none of the contract's
@@ -204,6 +206,17 @@ class Peer:
         frame = self.receive("EstimateFd", "SigmaFd", "LoadFd", "LoadSigmaFd", "HealthFd", "AnswerPage")
         assert frame is not None, "the controller does not answer"
         return frame
+
+
+@contextmanager
+def one_processor() -> Iterator[None]:
+    """Programs that are started in the block share one processor."""
+    before = os.sched_getaffinity(0)
+    os.sched_setaffinity(0, {min(before)})
+    try:
+        yield
+    finally:
+        os.sched_setaffinity(0, before)
 
 
 def read_meta(directory: Path) -> dict:

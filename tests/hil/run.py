@@ -1,10 +1,12 @@
-"""`run.py host|vcan|zynqmp_r5`, called by ctest: the tests of this folder without the mark vcan, with it, or with it and
-another controller: --controller zynqmp_r5.
+"""`run.py PLACE`, called by ctest: the tests of this folder. PLACE is vm (of the virtual machine itself), host (the others
+without the mark vcan), vcan (with it), real_time (with it and the mark apart) or zynqmp_r5 (all with the mark vcan, and
+another controller: --controller zynqmp_r5).
 
-Those with the mark run on this kernel when it has vcan0, else in one run of the virtual machine. Where both are missing
+Those with the mark vcan run on this kernel when it has vcan0, else in one run of the virtual machine. Where both are missing
 the status is that of a skip, or of a failure when HEXLOAD_REQUIRE_VCAN=1 or CI=true. Words after the place go to pytest.
 """
 
+import fcntl
 import os
 import shutil
 import subprocess
@@ -17,10 +19,17 @@ from hexload_dev import target, vcan, vm, zynqmp_r5
 
 SKIPPED = 77  # SKIP_RETURN_CODE in CMakeLists.txt
 FOLDER = Path(__file__).parent
-PLACES = {"host": ["-m", "not vcan"], "vcan": ["-m", "vcan"], "zynqmp_r5": ["-m", "vcan", "--controller", "zynqmp_r5"]}
-# Processors of the guest. One runs a loop in lockstep with half the work of two, which wake each other at every frame;
-# real time, which the Cortex-R5F has not, needs two.
-GUEST_CPUS = {"vcan": 2, "zynqmp_r5": 1}
+OF_THE_VM = FOLDER / "test_00_vm.py"
+PLACES = {
+    "vm": [],
+    "host": ["-m", "not vcan", f"--ignore={OF_THE_VM}"],
+    "vcan": ["-m", "vcan and not apart"],
+    "real_time": ["-m", "vcan and apart"],
+    "zynqmp_r5": ["-m", "vcan", "--controller", "zynqmp_r5"],
+}
+# Processors of the guest. With one the emulator does two thirds of its work with two, and no program wakes on another
+# processor; real time, which the Cortex-R5F has not, needs two.
+GUEST_CPUS = {"vcan": 1, "real_time": 2, "zynqmp_r5": 1}
 
 
 def pytest_command(options: list[str], artefacts: Path, files: list[Path]) -> list[str]:
@@ -33,11 +42,24 @@ def run_here(options: list[str], artefacts: Path, files: list[Path]) -> int:
     return subprocess.run(pytest_command(options, artefacts, files), env=environment).returncode
 
 
+def run_vm_tests(options: list[str], artefacts: Path) -> int:
+    """Where the kernel itself has vcan0, no virtual machine is set up."""
+    missing = vm.missing_pieces()
+    if vcan.ready() and missing:
+        print(
+            f"this kernel has {vcan.INTERFACE}, and there is no virtual machine to test: found no {', no '.join(missing)}"
+        )
+        return SKIPPED
+    return run_here(options, artefacts, [OF_THE_VM])
+
+
 def run_on_vcan(options: list[str], artefacts: Path, cpus: int) -> int:
     # The other files are not even imported: in the guest that takes many times as long.
     files = [path for path in sorted(FOLDER.glob("test_*.py")) if "pytest.mark.vcan" in path.read_text()]
     if vcan.ready():
-        return run_here(options, artefacts, files)
+        with (artefacts.parent / f"{vcan.INTERFACE}.lock").open("w") as lock:
+            fcntl.flock(lock, fcntl.LOCK_EX)  # of this kernel there is one, of virtual machines one for each run
+            return run_here(options, artefacts, files)
     missing = vm.missing_pieces()
     if not missing:
         guest = vm.Machine(out=artefacts, memory_mib=2048, timeout_s=3000, cpus=cpus)
@@ -56,7 +78,9 @@ def main(place: str, *words: str) -> int:
     try:
         if place == "zynqmp_r5":
             target.build_preset(zynqmp_r5.PRESET)
-        if place == "host":
+        if place == "vm":
+            status = run_vm_tests(options, artefacts)
+        elif place == "host":
             status = run_here(options, artefacts, [FOLDER])
         else:
             status = run_on_vcan(options, artefacts, GUEST_CPUS[place])

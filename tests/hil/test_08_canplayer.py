@@ -3,7 +3,7 @@
 import pytest
 
 from bus_frames import PROFILES, answers_of
-from loop import SHORT_S
+from loop import SHORT_S, SHORT_TICKS
 
 pytestmark = pytest.mark.vcan
 
@@ -29,5 +29,5 @@ def test_a_played_log_gives_the_recorded_answers(loop, start, short_run, profile
     fresh.wait_for(": idle$")  # the log ends with STOP
     # THEN every answer is the recorded one, byte for byte, to the last
     played = loop.finish(answers)
-    assert len(played) == {"fd": 3 * 1001, "classic": 501}[profile]
+    assert len(played) == {"fd": 3 * SHORT_TICKS, "classic": (SHORT_TICKS + 1) // 2}[profile]
     assert played == answers_of(recorded.frames)

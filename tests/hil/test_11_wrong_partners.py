@@ -10,6 +10,7 @@ pytestmark = pytest.mark.vcan
 WRONG_PROFILE, SECOND_CONTROLLER = 4, 5  # exit statuses of hexload_sim
 TAKEN = 3  # of hexload_ecu
 ESTIMATING = 2
+UNDER_WAY_S = 2  # of a run in lockstep: it lasts longer than another controller listens
 
 
 @pytest.mark.parametrize(("spoken", "expected"), [PROFILES, PROFILES[::-1]])
@@ -47,7 +48,7 @@ def test_a_second_controller_goes_away_and_the_first_is_undisturbed(loop, kind, 
     # which is slow, has gone
     undisturbed = estimates(short_run(profile).directory)
     first = loop.controller("--profile", profile)
-    duration_s = 2 * SHORT_S if kind.keeps_up else SHORT_S  # under way until the other one has gone, or begun after it
+    duration_s = UNDER_WAY_S if kind.keeps_up else SHORT_S  # under way until the other one has gone, or begun after it
     options = ("--lockstep", "--profile", profile, "--duration", duration_s)
     if kind.keeps_up:
         simulation = loop.simulation(tmp_path / "run", *options)

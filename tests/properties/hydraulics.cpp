@@ -181,23 +181,3 @@ SCENARIO("a leg that cannot hold its load is refused") {
         }
     }
 }
-
-SCENARIO("friction opposes the motion") {
-    GIVEN("Coulomb and viscous friction") {
-        HydraulicSettings settings;
-        settings.coulomb_friction_n = 100.0;
-        settings.viscous_friction_n_s_m = 200.0;
-        const Hydraulics hydraulics(settings, -0.3, 0.3);
-        WHEN("legs move both ways and stand still") {
-            const Legs velocity_m_s = (Legs() << -0.5, -0.005, 0.0, 0.005, 0.5, 1.0).finished();
-            const Legs friction_n = hydraulics.friction_n(velocity_m_s);
-            THEN("friction is Coulomb's law smoothed at friction_speed_m_s, plus the viscous part") {
-                const double at_corner_n = 100.0 / std::sqrt(2.0) + 1.0;
-                CHECK(friction_n(2) == 0.0);
-                CHECK(std::abs(friction_n(3) - at_corner_n) < 1e-9);
-                CHECK(std::abs(friction_n(1) + at_corner_n) < 1e-9);
-                CHECK(std::abs(friction_n(5) - 300.0) < 100.0 * 0.5 * 0.005 * 0.005 * 1.01);
-            }
-        }
-    }
-}

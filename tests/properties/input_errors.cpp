@@ -75,7 +75,7 @@ template <typename Load> std::string message_of(Load load, const std::filesystem
     return "accepted";
 }
 
-const std::array<Refusal, 20> platform_refusals{{
+const std::array<Refusal, 21> platform_refusals{{
     {"kind = \"paper\"", "kind = \"papre\"",
      R"(19: estimator.kind: found "papre", expected one of "momentum", "momentum_effects", "paper")"},
     {"kind = \"paper\"", "prior = \"wide\"",
@@ -84,8 +84,10 @@ const std::array<Refusal, 20> platform_refusals{{
      "19: estimator.kindd: found an unknown key, expected one of bias_sigma_n, coulomb_sigma_n, "
      "friction_speed_m_s, kind, prior, viscous_sigma_n_s_m"},
     {"[estimator]", "[estimater]",
-     "18: estimater: found an unknown key, expected one of environment, estimator, geometry, load, platform, "
+     "18: estimater: found an unknown key, expected one of actuators, environment, estimator, geometry, load, platform, "
      "sensors"},
+    {"[load]", "[actuators]\nleg_force_n = 0\n[load]",
+     "17: actuators.leg_force_n: found 0, expected a number > 0"},
     {"mass_kg = 100.0", "mass_kg = \"100\"", R"(7: platform.mass_kg: found "100", expected a number > 0)"},
     {"mass_kg = 100.0", "mass_kg = -100.0", "7: platform.mass_kg: found -100.0, expected a number > 0"},
     {"mass_kg = 100.0", "mass_kg = nan", "7: platform.mass_kg: found nan, expected a number > 0"},
@@ -124,7 +126,7 @@ const std::array<Refusal, 20> platform_refusals{{
      "3: geometry.platform_hinges_m: found six hinges on one line, expected hinges that span a plane"},
 }};
 
-const std::array<Refusal, 18> scenario_refusals{{
+const std::array<Refusal, 27> scenario_refusals{{
     {"kind = \"multisine\"", "kind = \"sine\"",
      R"(13: trajectory.kind: found "sine", expected one of "paper", "multisine", "work", "file", "standstill")"},
     {"kind = \"multisine\"", "run_in_s = 1.0", "12: trajectory.kind: found nothing, expected this key"},
@@ -141,7 +143,7 @@ const std::array<Refusal, 18> scenario_refusals{{
     {"name = \"test\"", "name = \"test\"\ncolour = 3",
      "2: colour: found an unknown key, expected one of controller, description, hydraulics, legs, limits, "
      "load, "
-     "name, "
+     "machine, name, "
      "platform, sensors, simulation, trajectory"},
     {"name = \"test\"", "name = ", "1: Error while parsing key-value pair"},
     {"duration_s = 1.0", "duration_s = 0", "4: simulation.duration_s: found 0, expected 0.001 to 4e6 s"},
@@ -161,6 +163,26 @@ const std::array<Refusal, 18> scenario_refusals{{
      "15: hydraulics.tank_pressure_pa: found 30000000, expected less than supply_pressure_pa = 21000000"},
     {"[hydraulics]", "[legs]\nrod_mass_kg = -1.0\n[hydraulics]",
      "15: legs.rod_mass_kg: found -1.0, expected a number >= 0"},
+    {"[hydraulics]", "[legs]\nrod_mass_kg = [1.0, 1.0, 1.0, 1.0, 1.0, -1.0]\n[hydraulics]",
+     "15: legs.rod_mass_kg[5]: found -1.0, expected a number >= 0"},
+    {"[hydraulics]", "[legs]\nrod_mass_kg = \"heavy\"\n[hydraulics]",
+     "15: legs.rod_mass_kg: found \"heavy\", expected a number >= 0, or an array of 6 of them"},
+    {"[hydraulics]", "[machine]\ntilt_rad = [0.01, 0.6]\n[hydraulics]",
+     "15: machine.tilt_rad[1]: found 0.6, expected a number from -0.5 to 0.5"},
+    {"[hydraulics]", "[machine]\nhinge_error_sigma_m = -1e-3\n[hydraulics]",
+     "15: machine.hinge_error_sigma_m: found -0.001, expected a number >= 0"},
+    {"[hydraulics]", "[machine]\ntilt = 0.1\n[hydraulics]",
+     "15: machine.tilt: found an unknown key, expected one of base_hinge_errors_m, hinge_error_seed, "
+     "hinge_error_sigma_m, platform_hinge_errors_m, platform_scale, tilt_rad"},
+    {"supply_pressure_pa = 21e6", "friction_law = \"dahl\"",
+     R"(15: hydraulics.friction_law: found "dahl", expected one of "coulomb", "stribeck", "lugre")"},
+    {"supply_pressure_pa = 21e6",
+     "friction_law = \"lugre\"\ncoulomb_friction_n = 50.0\nstatic_friction_n = 40.0",
+     "17: hydraulics.static_friction_n: found 40 in leg 1, expected at least coulomb_friction_n = 50"},
+    {"supply_pressure_pa = 21e6", "static_friction_n = 40.0",
+     "15: hydraulics.static_friction_n: found 40 in leg 1, expected 0 where friction_law = \"coulomb\""},
+    {"delay_ticks = 1", "force_delay_s = -1e-4",
+     "17: sensors.force_delay_s: found -1e-04, expected a number from 0 to 1"},
 }};
 
 } // namespace

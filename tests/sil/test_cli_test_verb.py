@@ -1,5 +1,7 @@
 """How `hexload test` counts: a test that failed, did not run, or was skipped is never counted as passed."""
 
+from itertools import pairwise
+from subprocess import CompletedProcess
 from threading import Event
 
 import pytest
@@ -21,7 +23,7 @@ def junit(tmp_path, *statuses):
 def presets(monkeypatch, tmp_path):
     """Replaces the building and running of presets by outcomes that the test chooses."""
     chosen = {}
-    monkeypatch.setattr(verb, "_run_preset", lambda preset, regex, built: chosen[preset])
+    monkeypatch.setattr(verb, "_run_preset", lambda preset, selection, built: chosen[preset])
     monkeypatch.setattr(verb.build, "build", lambda preset, *targets: None)
     return chosen
 
@@ -124,6 +126,22 @@ def test_a_run_of_no_test_fails(presets, capsys):
     assert capsys.readouterr().out.splitlines()[-1] == "0 passed, 0 failed"
 
 
+def test_a_label_narrows_the_presets_own_labels_and_units_build_nothing_else(monkeypatch, capsys):
+    # GIVEN a preset with labels of its own
+    built, commands = [], []
+    monkeypatch.setattr(verb.build, "build", lambda preset, *targets: built.append(targets))
+    monkeypatch.setattr(
+        verb.subprocess, "run", lambda command, **_: commands.append(command) or CompletedProcess(command, 0)
+    )
+    # WHEN tests of a label are wanted
+    verb.run_tests(["host-clang"], None, "unit")
+    verb.run_tests(["host-clang"], None, "properties")
+    # THEN ctest is given both, of which a test must match each; and of units alone the programs are built
+    labels = [[word for option, word in pairwise(command) if option == "--label-regex"] for command in commands]
+    assert labels == [["unit|properties", "unit"], ["unit|properties", "properties"]]
+    assert built == [("tests/unit/all",), ()]
+
+
 def test_a_build_that_fails_is_counted_and_the_other_presets_still_run(monkeypatch, capsys):
     # GIVEN a compiler that refuses everything
     def refuse(preset, *targets):
@@ -142,7 +160,7 @@ def test_the_next_preset_is_built_while_one_is_tested(monkeypatch, capsys):
     built = {"host": Event(), "host-clang": Event()}
     monkeypatch.setattr(verb.build, "build", lambda preset, *targets: built[preset].set())
 
-    def tests_of(preset, regex, build):
+    def tests_of(preset, selection, build):
         build.result()
         return outcome(preset, int(built["host-clang"].wait(PATIENCE_S)))
 

@@ -2,6 +2,7 @@
 
 import json
 import os
+import re
 import subprocess
 import sys
 from dataclasses import replace
@@ -13,12 +14,16 @@ import pytest
 from scipy.interpolate import CubicHermiteSpline
 from scipy.spatial.transform import Rotation
 
+from excite_machines import faults_of_run, random_platform, try_machine
 from hexload import project
-from hexload.cli.excite import Wish, design, problem_of, summary_of
+from hexload.cli.excite import ACTUATOR_KEYS, Wish, design, machine_of, problem_of, summary_of
+from hexload.cli.excite_check import QUANTITIES
 from hexload.errors import InputError
 from hexload.theory import bound, excitation
 
 PLATFORM = project.SCENARIOS / "platforms" / "paper.toml"
+PAPER_LIKE = (1.2, 19e3, 2.6)  # unloaded speed, stall force and pump of the default hydraulics, rounded
+FUZZED_MACHINES = 8
 WISH = Wish(
     platform_file=PLATFORM,
     duration_s=3.0,
@@ -42,7 +47,7 @@ def found(tmp_path_factory) -> Path:
 
 def problem() -> excitation.Problem:
     scenario = hexload_native.load_scenario(str(project.SCENARIOS / "multisine.toml"))
-    return problem_of(WISH, hexload_native.load_platform(str(PLATFORM)), scenario)
+    return problem_of(WISH, hexload_native.load_platform(str(PLATFORM)), scenario)[0]
 
 
 def read_rows(path: Path) -> np.ndarray:
@@ -89,7 +94,9 @@ def test_the_motion_uses_a_limit_and_keeps_all(found, record_property):
     # AND by the plant's kinematics and inverse dynamics the largest use of any limit is 100 %, less a margin of 0.1 %
     # and what force gains when accelerations are taken from differences of 1 ms: (2 pi 2.5 Hz 1 ms)^2 / 6 = 4e-5
     used = {"stroke": 0.0, "speed": 0.0, "flow": 0.0, "force": 0.0}
-    load = hexload_native.Load(500.0, np.array([0.0, 0.0, 0.3]), 500.0 * 0.2**2 * np.eye(3))
+    sum_limit *= 0.8  # of the pump, what a motion may use
+    # AND by the largest load that is thought of, half as heavy again as the expected 500 kg
+    load = hexload_native.Load(750.0, np.array([0.0, 0.0, 0.3]), 750.0 * 0.2**2 * np.eye(3))
     for before, row, after in zip(rows, rows[1:], rows[2:]):
         rotation = hexload_native.rotation_from_rpy(row[3:6])
         displacement = hexload_native.leg_displacement(platform, row[:3], rotation)
@@ -217,7 +224,7 @@ def test_a_small_platform_with_its_own_machine(tmp_path):
     # WHEN a motion is designed
     found, paper, multisine = design(
         replace(WISH, platform_file=platform, scenario="small_platform", duration_s=1.0, iterations=5, sines=3), out
-    )
+    ).columns
     # THEN it keeps them, where the paper's 0.2 m do not, and its bound is below the multisine's
     assert (found.keeps_limits, paper.keeps_limits, multisine.keeps_limits) == (True, False, True)
     assert found.bound.max() < multisine.bound.max()
@@ -236,6 +243,23 @@ def test_a_small_platform_with_its_own_machine(tmp_path):
         ({"scenario": "nothing"}, "unknown scenario 'nothing'"),
         ({"platform_file": Path("no.toml")}, "no.toml"),
         ({"mass_kg": 1e5}, "--mass: found 100000 kg"),
+        ({"mass_max_kg": 1e5}, "the heaviest load of 100000 kg (--mass-max) takes"),
+        (
+            {"mass_kg": 500.0, "mass_max_kg": 100.0},
+            "--mass-max: found 100 kg, expected the 500 kg of the expected load or more",
+        ),
+        ({"tilt_max_deg": 0.0}, "--tilt-max: found 0 deg, expected more than 0 and less than 90"),
+        ({"condition_max": 1.1}, "--condition-max: found 1.1, of which a motion may use"),
+        ({"distance_min": 0.9}, "--distance-min: found 0.9, to which a motion keeps"),
+        ({"actuators": (1.0, None, None)}, "--leg-speed: found together with --scenario, expected one of them"),
+        (
+            {"scenario": None},
+            "paper.toml: actuators.leg_speed_m_s, actuators.leg_force_n, actuators.speed_sum_m_s: found nothing, "
+            "expected what the actuators can do: leg_speed_m_s, leg_force_n, speed_sum_m_s in the section [actuators], "
+            "or the options --leg-speed, --leg-force, --speed-sum, or --scenario",
+        ),
+        ({"scenario": None, "actuators": (1.0, 1e4, None)}, "actuators.speed_sum_m_s: found nothing"),
+        ({"scenario": None, "actuators": (-1.0, 1e4, 3.0)}, "--leg-speed: found -1, expected a positive number"),
     ],
 )
 def test_bad_input_is_refused_and_nothing_is_written(tmp_path, change, message):
@@ -252,6 +276,109 @@ def test_a_summary_never_overwrites_the_motion(tmp_path):
         design(WISH, tmp_path / "out.json")
 
 
+# A long-legged, light platform with the actuators of a large one: what a user had who named no machine of his own.
+LONG_LEGS = """[geometry]
+base_hinges_m = [
+    [0.2794, 0.1105, -0.0075],
+    [-0.0491, 0.2875, -0.0035],
+    [-0.2286, 0.1807, 0.0115],
+    [-0.2303, -0.1837, 0.0001],
+    [-0.0473, -0.2841, -0.0105],
+    [0.2654, -0.0897, -0.0059],
+]
+platform_hinges_m = [
+    [0.1323, 0.0927, -0.0026],
+    [0.0143, 0.1589, -0.0020],
+    [-0.1483, 0.0743, -0.0041],
+    [-0.1431, -0.0641, -0.0007],
+    [0.0207, -0.1587, 0.0061],
+    [0.1292, -0.0930, 0.0043],
+]
+home_leg_length_m = [0.7412, 0.7370, 0.7182, 0.7356, 0.7516, 0.7441]
+stroke_m = [-0.32, 0.32]
+[platform]
+mass_kg = 11.2
+com_m = [0.0, -0.002, 0.007]
+inertia_kg_m2 = [0.0895, 0.1249, 0.1749, 0.0, 0.0, 0.0]
+[environment]
+gravity_m_s2 = 9.81
+[sensors]
+displacement_sigma_m = 20e-6
+velocity_sigma_m_s = 1e-3
+force_sigma_n = 5.0
+[load]
+known_mass_kg = 14.5
+"""
+
+
+def test_a_platform_that_was_flipped_stays_upright(tmp_path):
+    # GIVEN a machine whose legs are long enough to go through a singular pose, and which forces do not keep from it:
+    # bounded by stroke, speed and force alone, this search ends in a motion that flips it to 151 deg and leaves it at 104
+    platform, out = tmp_path / "long_legs.toml", tmp_path / "long_legs.csv"
+    platform.write_text(LONG_LEGS)
+    # WHEN a motion is designed
+    found = design(replace(WISH, platform_file=platform, duration_s=2.0, seed=124, iterations=8, sines=8), out)
+    # THEN tilt and singularity are far, in the motion and in the runs with each load
+    assert found.planned["tilt_rad"] <= 0.7 * np.radians(30.0)
+    assert found.planned["distance"] > found.machine.limits.distance
+    for use in found.uses:
+        assert use.is_safe
+        assert use.extremes["tilt_rad"] < np.radians(30.0)
+    assert [use.load for use in found.uses] == ["no", "the expected", "the heaviest"]
+
+
+@pytest.mark.parametrize("seed", range(FUZZED_MACHINES))
+def test_no_motion_of_a_random_machine_is_unsafe_in_the_simulator(tmp_path, seed, record_property):
+    # GIVEN a random machine WHEN a motion is designed and run with no, the expected and the heaviest load
+    outcome = try_machine(seed, tmp_path)
+    record_property("outcome", str(outcome))
+    # THEN the program of the simulator, judged by the plant's kinematics, finds end stops, singularity and tilt far, and
+    # rest at the end; or the motion was refused and nothing written
+    assert outcome.verdict in ("safe", "refused"), outcome
+
+
+def test_the_judge_of_the_runs_sees_a_platform_that_flips(tmp_path):
+    # GIVEN a machine and a motion that tilts it by 60 deg
+    platform, motion = tmp_path / "0.toml", tmp_path / "0.csv"
+    platform.write_text(random_platform(0))
+    motion.write_text("t,x,y,z,roll,pitch,yaw\n0,0,0,0,0,0,0\n1,0,0,0,1.05,0,0\n2,0,0,0,0,0,0\n")
+    # WHEN it is run THEN tilt and end stop are named
+    faults = faults_of_run(platform, motion, [0.0] * 10, 2.0, 100.0)
+    assert "mass 0 kg: tilt" in faults
+
+
+def test_a_motion_that_the_machine_does_not_follow_is_refused_with_the_reason(tmp_path):
+    # GIVEN legs of 0.1 mm/s, whose servo does not come to rest under a load within the time that a run is given for it
+    out = tmp_path / "slow.csv"
+    wish = replace(WISH, scenario=None, actuators=(1e-4, 19e3, 1e-3), duration_s=1.0, iterations=2, sines=3)
+    # WHEN a motion is wanted THEN it is refused with quantity, found and expected, and nothing is written
+    with pytest.raises(InputError) as refusal:
+        design(wish, out)
+    assert re.search(
+        r"no motion found that the simulated machine follows, in 8 tries.* load found \w+ \S+, expected at (most|least) \S+;",
+        str(refusal.value),
+    )
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_actuators_come_from_the_platform_file_or_from_options(tmp_path):
+    # GIVEN a platform file with its actuators, and the same as options to a file without
+    own = tmp_path / "own.toml"
+    rows = "\n".join(f"{key} = {value}" for key, value in zip(ACTUATOR_KEYS, PAPER_LIKE))
+    own.write_text(PLATFORM.read_text() + f"\n[actuators]\n{rows}\n")
+    in_file = replace(WISH, scenario=None, platform_file=own)
+    by_option = replace(WISH, scenario=None, actuators=PAPER_LIKE)
+    # WHEN the machine is made THEN it is the same one, with the speed, supply and force that were stated
+    machines = []
+    for wish in (in_file, by_option):
+        platform = hexload_native.load_platform(str(wish.platform_file))
+        scenario = machine_of(hexload_native, wish, platform)
+        machines.append(scenario.to_toml())
+        speed, total, force = scenario.machine_limits(platform)
+        assert (speed, force, total) == pytest.approx(PAPER_LIKE, rel=1e-12)
+    assert machines[0] == machines[1]
+
+
 def hexload(*arguments):
     environment = os.environ | {"COLUMNS": "200", "TERM": "dumb", "NO_COLOR": "1"}
     return subprocess.run(
@@ -263,7 +390,8 @@ def test_the_command_line_shows_the_three_motions(tmp_path):
     # GIVEN a short search WHEN it runs as a user runs it
     out = tmp_path / "motion.csv"
     result = hexload(
-        "excite", "--platform", PLATFORM, "--duration", 1, "--out", out, "--starts", 1, "--iterations", 2, "--sines", 3
+        *("excite", "--platform", PLATFORM, "--scenario", "multisine", "--duration", 1, "--out", out),
+        *("--starts", 1, "--iterations", 2, "--sines", 3),
     )
     # THEN the table has the summary's figures in %
     assert result.returncode == 0, result.stderr
@@ -271,6 +399,14 @@ def test_the_command_line_shows_the_three_motions(tmp_path):
     row = next(line.split() for line in result.stdout.splitlines() if line.split()[:1] == ["hx"])
     assert row[1:] == [f"{100 * shown[name][1]:.4f}" for name in ("found", "paper", "multisine")]
     assert "not excited" in result.stdout
+    # AND each limit with what the motion may use of it, what it asks for, and what the simulated runs use
+    summary = json.loads(summary_of(out).read_text())
+    shown = {line.split()[0]: line.split()[1:] for line in result.stdout.splitlines() if "%" in line.split()[-1:]}
+    assert list(shown) == list(QUANTITIES)
+    for key in ("leg_speed_m_s", "speed_sum_m_s", "leg_force_n", "tilt_rad", "condition"):
+        worst = max(extremes[key] for extremes in summary["simulated"].values())
+        numbers = (summary["limits"][key], summary["planned_limits"][key], summary["planned"][key], worst)
+        assert shown[key][:4] == [f"{number:.4g}" for number in numbers]
 
 
 def test_a_refusal_on_the_command_line_is_one_line_with_status_2(tmp_path):

@@ -243,7 +243,7 @@ def test_the_bound_is_that_of_the_formulas():
 
 def test_a_motion_that_excites_is_found_within_the_limits():
     # GIVEN a load and limits WHEN a short search is made THEN the motion rests at both ends and keeps the stroke
-    limits = Limits(-0.3, 0.3, 0.8, 3.0, 20_000.0)
+    limits = Limits(-0.3, 0.3, 0.8, 3.0, 20_000.0, 0.5, 50.0, 1e-3)
     load = truth()
     found = hexload.excite(UNKNOWN, load, limits, duration_s=2.0, sines=3, starts=1, iterations=5)
     assert found.pose.shape == (2001, 6)

@@ -106,5 +106,5 @@ def test_controller_computes_the_bits_of_the_host_with_bias_and_friction(tmp_pat
     config = hexload_native.config_bytes(hexload_native.load_platform(platform_file(name, tmp_path)), TICK_S)
     for preset in target.CORTEX_M7.values():
         # WHEN the Cortex-M7 replays it THEN all ten estimates of the load and the rest are the same, to the bit
-        _, answers = target.replay_momentum(preset, config, samples, tmp_path, "machine")
+        _, answers = target.replay_momentum(preset, config, samples, tmp_path, "momentum_effects")
         assert_same_bits(answers, host)

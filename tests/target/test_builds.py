@@ -25,5 +25,5 @@ def test_preset_builds_core_bus_and_application_for_its_processor(preset):
 @pytest.mark.parametrize("preset", target.CORTEX_M7.values())
 def test_programs_of_the_board_are_there(preset):
     assert mps2.program(preset).exists()
-    for program in ("replay", "momentum", "machine", "body", "node", "rivals", "ticks"):
+    for program in ("replay", "momentum", "momentum_effects", "body", "node", "rivals", "ticks"):
         assert (target.directory(preset) / "tests" / "target" / "programs" / program).exists()

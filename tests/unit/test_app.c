@@ -31,8 +31,8 @@ static hexload_bus_result_t command(hexload_app_t* app, uint8_t kind, float argu
 }
 
 static double home_height_m(const hexload_app_t* app) {
-    return (double)(app->filter == HEXLOAD_FILTER_MOMENTUM ? app->estimator.momentum.kinematics
-                                                           : app->estimator.paper.kinematics)
+    return (double)(app->config.kind == HEXLOAD_KIND_MOMENTUM ? app->estimator.as.momentum.kinematics
+                                                              : app->estimator.as.paper.kinematics)
         .home_height_m;
 }
 
@@ -92,7 +92,6 @@ static void test_init_refuses_what_is_out_of_range_and_leaves_the_instance_alone
     settings[5].refused_limit = 0;
     settings[6].sample_timeout_ms = 5;
     settings[7].lockstep_timeout_ms = 600000;
-    settings[8].filter = (hexload_bus_filter_t)2;
     bad.tick_s = HEXLOAD_REAL(0.0);
     memset(&app, 0x5A, sizeof app);
     memcpy(&before, &app, sizeof before);
@@ -101,7 +100,9 @@ static void test_init_refuses_what_is_out_of_range_and_leaves_the_instance_alone
                               hexload_app_init(&app, n == 0 ? &bad : &good, &settings[n]));
         TEST_ASSERT_EQUAL_MEMORY(&before, &app, sizeof before);
     }
-    TEST_ASSERT_EQUAL_INT(HEXLOAD_ERR_CONFIG, hexload_app_init(&app, &good, &settings[8]));
+    bad = good;
+    bad.kind = HEXLOAD_KINDS;
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_ERR_CONFIG, hexload_app_init(&app, &bad, &settings[8]));
     TEST_ASSERT_EQUAL_MEMORY(&before, &app, sizeof before);
     TEST_ASSERT_EQUAL_INT(HEXLOAD_OK, hexload_app_init(&app, &good, &settings[6]));
     TEST_ASSERT_EQUAL_INT(HEXLOAD_OK, hexload_app_init(&app, &good, &settings[7]));
@@ -113,7 +114,7 @@ static void test_an_idle_application_answers_samples_and_estimates_nothing(void)
     TEST_ASSERT_EQUAL_UINT32(77, answer.tick);
     TEST_ASSERT_EQUAL_UINT8(HEXLOAD_APP_IDLE, answer.state);
     TEST_ASSERT_EQUAL_INT8(HEXLOAD_OK, answer.status);
-    TEST_ASSERT_EQUAL_UINT32(0, app.estimator.paper.leg_gate.accepted);
+    TEST_ASSERT_EQUAL_UINT32(0, app.estimator.as.paper.leg_gate.accepted);
     // the answer is what is known before the first sample: the prior
     TEST_ASSERT_EQUAL_INT(HEXLOAD_VERDICT_NOT_EXCITED, answer.estimate.verdict);
     TEST_ASSERT_EQUAL_INT(HEXLOAD_VERDICT_NOT_EXCITED, answer.estimate.parameter_verdict[HEXLOAD_PAPER_IZZ]);
@@ -231,17 +232,22 @@ static void test_reset_leads_to_idle_from_anywhere_and_forgets(void) {
 
 static void test_filters_are_selected_in_idle_and_only_those_there_are(void) {
     hexload_app_t app = idle_app();
-    TEST_ASSERT_EQUAL_INT(HEXLOAD_FILTER_PAPER, app.filter);
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_KIND_PAPER, app.config.kind);
     TEST_ASSERT_EQUAL_INT(HEXLOAD_RESULT_DONE, command(&app, HEXLOAD_COMMAND_SELECT_FILTER, 0.0f));
     TEST_ASSERT_EQUAL_INT(HEXLOAD_RESULT_DONE, command(&app, HEXLOAD_COMMAND_SELECT_FILTER, 1.0f));
-    TEST_ASSERT_EQUAL_INT(HEXLOAD_FILTER_MOMENTUM, app.filter);
-    TEST_ASSERT_EQUAL_INT(HEXLOAD_RESULT_BAD_ARGUMENT, command(&app, HEXLOAD_COMMAND_SELECT_FILTER, 0.5f));
-    TEST_ASSERT_EQUAL_INT(HEXLOAD_RESULT_BAD_ARGUMENT, command(&app, HEXLOAD_COMMAND_SELECT_FILTER, 2.0f));
-    TEST_ASSERT_EQUAL_INT(HEXLOAD_FILTER_MOMENTUM, app.filter);
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_KIND_MOMENTUM, app.config.kind);
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_RESULT_DONE, command(&app, HEXLOAD_COMMAND_SELECT_FILTER, 2.0f));
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_KIND_MOMENTUM_EFFECTS, app.config.kind);
+    const float bad[] = {0.5f, 3.0f, -1.0f, INFINITY, NAN};
+    for (int n = 0; n < 5; n++) {
+        TEST_ASSERT_EQUAL_INT(HEXLOAD_RESULT_BAD_ARGUMENT,
+                              command(&app, HEXLOAD_COMMAND_SELECT_FILTER, bad[n]));
+    }
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_KIND_MOMENTUM_EFFECTS, app.config.kind);
     for (int state = HEXLOAD_APP_ARMED; state <= HEXLOAD_APP_FAULT; state++) {
         app = app_in((hexload_app_state_t)state);
         TEST_ASSERT_EQUAL_INT(HEXLOAD_RESULT_WRONG_STATE, command(&app, HEXLOAD_COMMAND_SELECT_FILTER, 1.0f));
-        TEST_ASSERT_EQUAL_INT(HEXLOAD_FILTER_PAPER, app.filter);
+        TEST_ASSERT_EQUAL_INT(HEXLOAD_KIND_PAPER, app.config.kind);
     }
 }
 
@@ -269,11 +275,11 @@ static void test_another_filter_forgets_the_estimate_and_the_same_one_keeps_it(v
 
 /// An application that has just been started with the momentum filter.
 static hexload_app_t momentum_app(void) {
-    const hexload_config_t config = paper_machine();
+    hexload_config_t config = paper_machine();
     hexload_app_settings_t settings;
     hexload_app_t app;
     hexload_app_settings_default(&settings);
-    settings.filter = HEXLOAD_FILTER_MOMENTUM;
+    config.kind = HEXLOAD_KIND_MOMENTUM;
     TEST_ASSERT_EQUAL_INT(HEXLOAD_OK, hexload_app_init(&app, &config, &settings));
     TEST_ASSERT_EQUAL_INT(HEXLOAD_RESULT_DONE, command(&app, HEXLOAD_COMMAND_START, 1.0f));
     return app;

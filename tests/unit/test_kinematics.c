@@ -1,3 +1,4 @@
+#include "front_end/kinematics.h"
 #include "machine.h"
 
 #include <string.h>

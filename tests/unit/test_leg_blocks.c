@@ -1,6 +1,6 @@
-#include "rate_noise.h"
+#include "paper/rate_noise.h"
 
-#include "linalg.h"
+#include "algebra/linalg.h"
 #include "machine.h"
 
 #include <math.h>

@@ -1,3 +1,4 @@
+#include "front_end/leg_sample.h"
 #include "machine.h"
 
 void setUp(void) {}

@@ -1,4 +1,4 @@
-#include "linalg.h"
+#include "algebra/linalg.h"
 #include "machine.h"
 
 void setUp(void) {}

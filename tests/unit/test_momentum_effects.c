@@ -1,8 +1,10 @@
-#include "hexload/momentum_effects.h"
-#include "leg_blocks.h"
-#include "actuator_effects_model.h"
-#include "momentum_model.h"
-#include "momentum_update.h"
+#include "front_end/kinematics.h"
+#include "hexload/momentum.h"
+#include "algebra/leg_blocks.h"
+#include "actuator_effects/actuator_effects_model.h"
+#include "actuator_effects/identifiability.h"
+#include "momentum/momentum_model.h"
+#include "momentum/momentum_filter.h"
 #include "motion.h"
 
 #include <math.h>
@@ -97,7 +99,7 @@ static double covariance_of(const hexload_momentum_effects_t* estimator, int i, 
     const int row = i > j ? i : j, column = i > j ? j : i;
     const hexload_momentum_filter_t* load = &estimator->momentum.filter;
     return row < LOAD      ? (double)load->load_cov[row][column]
-           : row >= KNOWN  ? (double)estimator->filter.covariance[ROW(row) - ROW(KNOWN) + column]
+           : row >= KNOWN  ? (double)estimator->effects.filter.covariance[ROW(row) - ROW(KNOWN) + column]
            : column < LOAD ? (double)load->cross_cov[row - LOAD][column]
                            : (double)load->momentum_cov[row - LOAD][column - LOAD];
 }
@@ -134,7 +136,7 @@ static motion_t at_rest(void) {
 typedef struct step {
     hexload_config_t config;
     hexload_momentum_filter_t load;
-    hexload_actuator_effects_t machine;
+    hexload_actuator_effects_t effects;
     hexload_smoother_t smoother;
     hexload_kinematics_t kinematics;
     hexload_motion_t motion;
@@ -147,7 +149,7 @@ static void begin_step(step_t* step) {
     TEST_ASSERT_EQUAL_INT(HEXLOAD_OK, hexload_kinematics_init(&step->kinematics, &step->config));
     hexload_smoother_init(&step->smoother, &step->config);
     hexload_momentum_filter_init(&step->load, &step->config);
-    hexload_actuator_effects_init(&step->machine, &step->config);
+    hexload_actuator_effects_init(&step->effects, &step->config);
 }
 
 /// A sample whose smooth speed is off the measured one by left_m_s in some direction.
@@ -166,11 +168,18 @@ static void next_step(step_t* step, const motion_t* motion, const effects_t* eff
                                                                &step->sample.sample, &step->motion));
 }
 
+static hexload_delayed_tick_t delayed_tick(const step_t* step) {
+    return (hexload_delayed_tick_t){.smooth = step->sample,
+                                    .motion = step->motion,
+                                    .sensors = &step->config.sensors,
+                                    .smoother = &step->smoother.constants};
+}
+
 static void take_step(step_t* step) {
-    const bool is_done = hexload_actuator_effects_step(
-        &step->machine, &step->load, &step->config, &step->config.sensors, &step->smoother.constants,
-        &step->sample, &step->motion, &step->kinematics.jacobian);
-    TEST_ASSERT_TRUE(is_done);
+    const hexload_delayed_tick_t past = delayed_tick(step);
+    hexload_momentum_update_t update;
+    TEST_ASSERT_TRUE(
+        hexload_actuator_effects_step(&step->effects, &step->load, &step->config, &past, &update));
 }
 
 /// Largest NIS of 300 ticks in which load and effects are taken for known.
@@ -183,12 +192,12 @@ static double largest_nis(const effects_t* truth, const effects_t* believed) {
     memset(step.load.load_cov, 0, sizeof step.load.load_cov);
     memset(step.load.cross_cov, 0, sizeof step.load.cross_cov);
     memset(step.load.momentum_cov, 0, sizeof step.load.momentum_cov);
-    memset(step.machine.covariance, 0, sizeof step.machine.covariance);
+    memset(step.effects.covariance, 0, sizeof step.effects.covariance);
     for (int k = 0; k < LOAD; k++) {
         step.load.theta[k] = (hexload_real_t)theta[k];
     }
     for (int i = 0; i < DIM; i++) {
-        step.machine.effect[i] = (hexload_real_t)believed->value[i];
+        step.effects.effect[i] = (hexload_real_t)believed->value[i];
     }
     for (uint32_t tick = 0; tick < 300; tick++) {
         next_step(&step, &motion, truth, tick, 0.0);
@@ -221,11 +230,11 @@ typedef struct dense {
 static void read_dense(const step_t* step, dense_t* dense) {
     hexload_momentum_effects_t all;
     all.momentum.filter = step->load;
-    all.filter = step->machine;
+    all.effects.filter = step->effects;
     for (int i = 0; i < ALL; i++) {
         dense->x[i] = (double)(i < LOAD    ? step->load.theta[i]
                                : i < KNOWN ? step->load.momentum[i - LOAD]
-                                           : step->machine.effect[i - KNOWN]);
+                                           : step->effects.effect[i - KNOWN]);
         for (int j = 0; j < ALL; j++) {
             dense->P[i][j] = covariance_of(&all, i, j);
         }
@@ -308,16 +317,16 @@ static void dense_predict(const step_t* step, dense_t* dense) {
         }
     }
     const double sigma_m = (double)step->config.sensors.displacement_sigma_m;
-    double speed_variance = fmax((double)step->machine.left_m2_s2, 0.0);
+    double speed_variance = fmax((double)step->effects.residual_m2_s2, 0.0);
     for (int m = 0; m < 3; m++) {
         speed_variance += sigma_m * sigma_m / (double)step->smoother.constants.inverse_gain[m];
     }
     for (int leg = 0; leg < 6; leg++) { // force noise, and the sign's
         const double v = (double)step->sample.smooth_velocity_m_s[leg];
-        const double c = (double)step->machine.effect[6 + leg];
+        const double c = (double)step->effects.effect[6 + leg];
         const double slope = 5e-3 * 5e-3 / pow(hypot(v, 5e-3), 3.0);
         const double sigma_n = (double)step->config.sensors.force_sigma_n;
-        const double square = c * c + (double)effects_covariance(&step->machine, 6 + leg, 6 + leg);
+        const double square = c * c + (double)effects_covariance(&step->effects, 6 + leg, 6 + leg);
         const double variance = sigma_n * sigma_n + (double)step->config.momentum.lag_ticks * speed_variance *
                                                         square * slope * slope;
         for (int a = 0; a < 6; a++) {
@@ -335,7 +344,7 @@ static void dense_update(const step_t* step, dense_t* dense, hexload_real_t Y[6]
     hexload_real_t Y_measured[6][LOAD];
     hexload_momentum_regressor(&step->motion, step->motion.twist, Y_measured);
     for (int i = 0; i < ALL; i++) {
-        dense->P[i][i] *= i < LOAD || i >= KNOWN ? (double)COVARIANCE_INFLATION : 1.0;
+        dense->P[i][i] *= i < LOAD || i >= KNOWN ? (double)HEXLOAD_COVARIANCE_INFLATION : 1.0;
     }
     for (int k = 0; k < LOAD; k++) {
         body[k] = dense->x[k] + (double)step->load.platform[k];
@@ -383,7 +392,7 @@ static void test_step_is_that_of_a_dense_filter(void) {
     const effects_t effects = random_effects(5);
     static dense_t dense;
     static step_t step, before;
-    momentum_update_t left;
+    hexload_momentum_update_t left;
     begin_step(&step);
     for (uint32_t tick = 0; tick <= 80; tick++) {
         next_step(&step, &motion, &effects, tick, 1e-4);
@@ -396,7 +405,7 @@ static void test_step_is_that_of_a_dense_filter(void) {
     read_dense(&step, &dense);
     before = step;
     take_step(&step);
-    before.machine.left_m2_s2 = step.machine.left_m2_s2;
+    before.effects.residual_m2_s2 = step.effects.residual_m2_s2;
     dense_predict(&before, &dense);
     for (int i = 0; i < LOAD; i++) { // the momentum filter's own update, for the S that it takes
         for (int j = 0; j < LOAD; j++) {
@@ -418,9 +427,8 @@ static void test_step_is_that_of_a_dense_filter(void) {
     before.config.sensors.force_sigma_n = HEXLOAD_REAL(0.0);
     before.load.last_input = (hexload_momentum_input_t){0};
     memset(before.sample.sample.force_n, 0, sizeof before.sample.sample.force_n);
-    hexload_momentum_filter_update(&before.load, &before.config, &before.config.sensors,
-                                   &before.smoother.constants, &before.sample, &before.motion,
-                                   &before.kinematics.jacobian, &left);
+    const hexload_delayed_tick_t past = delayed_tick(&before);
+    hexload_momentum_filter_step(&before.load, &before.config, &past, &left);
     dense_update(&before, &dense, left.Y, left.L);
     // THEN both know the same: states to a thousandth of a sigma, covariances to 1e-3 of sigma times sigma
     static dense_t found;
@@ -580,7 +588,7 @@ static void test_identifiability_is_the_conditional_variance(void) {
     hexload_identifiability_init(&identifiability);
     for (int n = 0; n <= DIM; n++) {
         hexload_identifiability_step(&identifiability, &bench.config, &bench.estimator.momentum.filter,
-                                     &bench.estimator.filter, &still);
+                                     &bench.estimator.effects.filter, &still);
     }
     // THEN what is left of the variances is what Gauss leaves in double precision
     for (int at = 0; at < DIM; at++) {
@@ -603,17 +611,17 @@ static void test_forgetting_the_load_keeps_the_machine(void) {
     static bench_t bench;
     begin(&bench, paper_machine(), random_motion(63, 0.05, 0.1), &effects, 11);
     run(&bench, &eccentric, 500);
-    hexload_actuator_effects_t forgetful = bench.estimator.filter;
+    hexload_actuator_effects_t forgetful = bench.estimator.effects.filter;
     hexload_actuator_effects_forget(&forgetful);
     // THEN the effects and their covariance stay, and what they had in common with the load is gone
     for (int i = 0; i < DIM; i++) {
-        TEST_ASSERT_TRUE(forgetful.effect[i] == bench.estimator.filter.effect[i]);
+        TEST_ASSERT_TRUE(forgetful.effect[i] == bench.estimator.effects.filter.effect[i]);
         for (int k = 0; k < KNOWN; k++) {
             TEST_ASSERT_TRUE(forgetful.covariance[EFFECT_ROW(i) + k] == HEXLOAD_REAL(0.0));
         }
         for (int j = 0; j < DIM; j++) {
             TEST_ASSERT_TRUE(effects_covariance(&forgetful, i, j) ==
-                             effects_covariance(&bench.estimator.filter, i, j));
+                             effects_covariance(&bench.estimator.effects.filter, i, j));
         }
     }
     // AND a number that is not finite is noticed
@@ -648,7 +656,7 @@ static void test_broken_covariance_begins_anew(void) {
     run(&bench, &eccentric, 1000);
     // GIVEN a variance of an effect that rounding, or a fault of memory, has spoilt WHEN the next sample
     // comes
-    bench.estimator.filter.covariance[EFFECT_ROW(7) + KNOWN + 7] = HEXLOAD_REAL(-1e9);
+    bench.estimator.effects.filter.covariance[EFFECT_ROW(7) + KNOWN + 7] = HEXLOAD_REAL(-1e9);
     run(&bench, &eccentric, 1);
     // THEN load and effects begin anew, that is said, and they are found again
     TEST_ASSERT_TRUE(bench.estimator.momentum.health.bits >> HEXLOAD_HEALTH_FILTER_RESTARTED & 1u);

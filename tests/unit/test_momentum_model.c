@@ -1,4 +1,4 @@
-#include "momentum_model.h"
+#include "momentum/momentum_model.h"
 #include "motion.h"
 
 #include <string.h>

@@ -86,8 +86,8 @@ static void begin_run(hexload_bus_profile_t profile, hexload_pacing_t pacing) {
 
 static double home_height_m(void) {
     const hexload_app_t* app = &node.app;
-    return (double)(app->filter == HEXLOAD_FILTER_MOMENTUM ? app->estimator.momentum.kinematics
-                                                           : app->estimator.paper.kinematics)
+    return (double)(app->config.kind == HEXLOAD_KIND_MOMENTUM ? app->estimator.as.momentum.kinematics
+                                                              : app->estimator.as.paper.kinematics)
         .home_height_m;
 }
 

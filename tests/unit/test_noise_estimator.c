@@ -1,4 +1,4 @@
-#include "hexload/noise_estimator.h"
+#include "front_end/noise_estimator.h"
 #include "motion.h"
 
 void setUp(void) {}

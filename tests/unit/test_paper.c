@@ -78,7 +78,7 @@ static void test_two_instances_do_not_know_of_each_other(void) {
         TEST_ASSERT_EQUAL_INT(HEXLOAD_OK, hexload_paper_tick(&first, &config, &sample, &estimate));
     }
     // THEN both came to the same state, bit by bit
-    const hexload_paper_filter_t *expected = &alone.paper_filter, *found = &first.paper_filter;
+    const hexload_paper_filter_t *expected = &alone.filter, *found = &first.filter;
     TEST_ASSERT_EQUAL_MEMORY(expected->rate_rad_s, found->rate_rad_s, sizeof found->rate_rad_s);
     TEST_ASSERT_EQUAL_MEMORY(expected->param, found->param, sizeof found->param);
     TEST_ASSERT_EQUAL_MEMORY(expected->param_cov, found->param_cov, sizeof found->param_cov);

@@ -204,13 +204,13 @@ static void test_velocity_spike_is_gated_and_changes_no_parameter(void) {
     hexload_leg_sample_t sample;
     hexload_estimate_t estimate;
     hexload_paper_t estimator = converged(&config, &sample);
-    const hexload_paper_filter_t before = estimator.paper_filter;
+    const hexload_paper_filter_t before = estimator.filter;
     // WHEN one velocity reads 0.1 m/s too much
     sample.velocity_m_s[2] += HEXLOAD_REAL(0.1);
     TEST_ASSERT_EQUAL_INT(HEXLOAD_OK, hexload_paper_tick(&estimator, &config, &sample, &estimate));
     // THEN the tick says so and the parameters are what they were
     TEST_ASSERT_BITS_HIGH(1u << HEXLOAD_HEALTH_MEASUREMENT_GATED, estimator.health.bits);
-    TEST_ASSERT_EQUAL_MEMORY(before.param, estimator.paper_filter.param, sizeof before.param);
+    TEST_ASSERT_EQUAL_MEMORY(before.param, estimator.filter.param, sizeof before.param);
 }
 
 static void test_gate_opens_when_the_new_rate_stays(void) {
@@ -227,7 +227,7 @@ static void test_gate_opens_when_the_new_rate_stays(void) {
     }
     // THEN the rates restart from the sensors
     TEST_ASSERT_EQUAL_UINT32(1, estimator.health.count[HEXLOAD_HEALTH_RATE_RESEEDED]);
-    TEST_ASSERT_EQUAL_UINT32(0, estimator.paper_filter.gated);
+    TEST_ASSERT_EQUAL_UINT32(0, estimator.filter.gated);
 }
 
 static void test_covariance_stays_positive_definite(void) {
@@ -235,7 +235,7 @@ static void test_covariance_stays_positive_definite(void) {
     const motion_t motion = random_motion(16, 0.03, 0.05);
     hexload_estimate_t estimate;
     const hexload_paper_t estimator = run(&config, &paper_load, &motion, 5.0, 41, 0, 0, &estimate);
-    const hexload_paper_filter_t* filter = &estimator.paper_filter;
+    const hexload_paper_filter_t* filter = &estimator.filter;
     for (int i = 0; i < HEXLOAD_PAPER_DIM; i++) {
         TEST_ASSERT_TRUE((double)filter->param_cov[i][i] > 0.0);
         for (int j = 0; j < i; j++) {

@@ -1,5 +1,5 @@
-#include "leg_blocks.h"
-#include "paper_model.h"
+#include "algebra/leg_blocks.h"
+#include "paper/paper_model.h"
 #include "motion.h"
 
 #include <string.h>
@@ -44,6 +44,11 @@ static fixture_t make_fixture(void) {
     return x;
 }
 
+static hexload_present_tick_t present(const fixture_t* x, uint32_t gap_ticks) {
+    return (hexload_present_tick_t){
+        .sample = &x->sample, .motion = &x->motion, .sensors = x->config.sensors, .gap_ticks = gap_ticks};
+}
+
 static hexload_wrench_t wrench_of(const fixture_t* x) {
     hexload_wrench_t wrench;
     hexload_wrench_compute(&x->motion, &x->sample, &wrench);
@@ -56,8 +61,8 @@ static hexload_paper_model_t model_of(const fixture_t* x, double dt_s) {
     hexload_paper_model_t model;
     const hexload_wrench_t wrench = wrench_of(x);
     steady.filter.last_wrench = wrench;
-    hexload_paper_model_linearise(&steady.filter, &x->config, &x->sample, &x->motion, &wrench,
-                                  (hexload_real_t)dt_s, &model);
+    const hexload_present_tick_t now = present(x, 1);
+    hexload_paper_model_linearise(&steady.filter, &x->config, &now, &wrench, (hexload_real_t)dt_s, &model);
     return model;
 }
 
@@ -65,8 +70,9 @@ static uint32_t step(fixture_t* x, uint32_t gap_ticks) {
     uint32_t health = 0;
     const hexload_wrench_t wrench = wrench_of(x);
     x->filter.last_wrench = wrench;
-    hexload_paper_filter_step(&x->filter, &x->config, &x->sample, &x->motion, &x->jacobian, &wrench,
-                              gap_ticks, &health);
+    x->motion.jacobian = &x->jacobian; // the fixture may have been copied
+    const hexload_present_tick_t now = present(x, gap_ticks);
+    hexload_paper_filter_step(&x->filter, &x->config, &now, &wrench, &health);
     return health;
 }
 

@@ -1,3 +1,5 @@
+#include "paper/paper_filter.h"
+#include "paper/paper_supervisor.h"
 #include "machine.h"
 
 #include <string.h>

@@ -1,4 +1,4 @@
-#include "hexload/smoother.h"
+#include "momentum/smoother.h"
 #include "machine.h"
 
 #include <math.h>
@@ -36,6 +36,12 @@ static hexload_leg_sample_t sample_of(uint32_t tick) {
     return sample;
 }
 
+static bool put(hexload_smoother_t* smoother, const hexload_config_t* config,
+                const hexload_leg_sample_t* sample, uint32_t gap_ticks) {
+    const hexload_present_tick_t now = {.sample = sample, .sensors = config->sensors, .gap_ticks = gap_ticks};
+    return hexload_smoother_put(smoother, config, &now);
+}
+
 static void test_slope_of_a_polynomial_of_degree_six_is_exact(void) {
     // GIVEN displacement sensors so good that every slope stands out of their noise, and legs that move as
     // polynomials of degree six
@@ -46,7 +52,7 @@ static void test_slope_of_a_polynomial_of_degree_six_is_exact(void) {
     int taken = 0;
     for (uint32_t tick = 0; tick < 300; tick++) {
         const hexload_leg_sample_t sample = sample_of(tick);
-        (void)hexload_smoother_put(&smoother, &config, &sample, tick > 0);
+        (void)put(&smoother, &config, &sample, tick > 0);
         if (!hexload_smoother_take(&smoother, &config.sensors, &past)) {
             continue;
         }
@@ -93,7 +99,7 @@ static double slope_noise(double speed_m_s) {
                 (hexload_real_t)(speed_m_s * 1e-3 * ((double)tick - 14100.0) + 20e-6 * normal(&seed));
             sample.velocity_m_s[leg] = (hexload_real_t)speed_m_s;
         }
-        (void)hexload_smoother_put(&smoother, &config, &sample, tick > 0);
+        (void)put(&smoother, &config, &sample, tick > 0);
         if (hexload_smoother_take(&smoother, &config.sensors, &past) && tick > 140 &&
             tick % 141 == 0) { // independent windows
             for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
@@ -142,7 +148,7 @@ static double ringing_left(double frequency_hz) {
             sample.displacement_m[leg] = (hexload_real_t)(0.05 / omega * sin(omega * t_s));
             sample.velocity_m_s[leg] = (hexload_real_t)ringing_m_s(frequency_hz, t_s);
         }
-        (void)hexload_smoother_put(&smoother, &config, &sample, tick > 0);
+        (void)put(&smoother, &config, &sample, tick > 0);
         if (hexload_smoother_take(&smoother, &config.sensors, &past) && past.sample.tick > 100) {
             const double true_m_s = ringing_m_s(frequency_hz, 1e-3 * past.sample.tick);
             largest_m_s = fmax(largest_m_s, fabs((double)past.smooth_velocity_m_s[2] - true_m_s));
@@ -173,7 +179,7 @@ static int followed_at_rest(double sigma_m_s) {
         for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
             sample.velocity_m_s[leg] = (hexload_real_t)(sigma_m_s * normal(&seed));
         }
-        (void)hexload_smoother_put(&smoother, &config, &sample, tick > 0);
+        (void)put(&smoother, &config, &sample, tick > 0);
         if (hexload_smoother_take(&smoother, &config.sensors, &past) && past.sample.tick >= 20 &&
             tick % 25 == 0) {
             followed += (double)past.smooth_velocity_m_s[0] != 0.0 ? 1 : 0;
@@ -199,7 +205,7 @@ static void speeds_around(double wrong_m_s, hexload_real_t smooth_m_s[25][HEXLOA
     for (uint32_t tick = 0; tick <= 72; tick++) {
         hexload_leg_sample_t sample = sample_of(tick);
         sample.velocity_m_s[4] += tick == 40 ? (hexload_real_t)wrong_m_s : HEXLOAD_REAL(0.0);
-        (void)hexload_smoother_put(&smoother, &config, &sample, tick > 0);
+        (void)put(&smoother, &config, &sample, tick > 0);
         if (hexload_smoother_take(&smoother, &config.sensors, &past) && past.sample.tick >= 28) {
             memcpy(smooth_m_s[past.sample.tick - 28], past.smooth_velocity_m_s, sizeof smooth_m_s[0]);
         }
@@ -239,7 +245,7 @@ static void test_trapezoids_of_the_forces_are_their_integral(void) {
     for (uint32_t tick = 0; tick < 200; tick++) {
         hexload_leg_sample_t sample = {.tick = tick};
         sample.force_n[3] = (hexload_real_t)(1000.0 * cos(omega * 1e-3 * tick));
-        (void)hexload_smoother_put(&smoother, &config, &sample, tick > 0);
+        (void)put(&smoother, &config, &sample, tick > 0);
         if (!hexload_smoother_take(&smoother, &config.sensors, &past)) {
             continue;
         }
@@ -274,10 +280,10 @@ static void test_sums_do_not_drift(void) {
         for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
             sample.displacement_m[leg] = (hexload_real_t)(0.2 * uniform(&seed));
         }
-        (void)hexload_smoother_put(&old, &config, &sample, tick > 0);
+        (void)put(&old, &config, &sample, tick > 0);
         has_old = hexload_smoother_take(&old, &config.sensors, &from_old);
         if (tick >= 100000 - 41) { // WHEN another one sees the last window only
-            (void)hexload_smoother_put(&fresh, &config, &sample, tick > 100000 - 41);
+            (void)put(&fresh, &config, &sample, tick > 100000 - 41);
             has_fresh = hexload_smoother_take(&fresh, &config.sensors, &from_fresh);
         }
     }
@@ -294,15 +300,15 @@ static void test_missing_ticks_are_bridged_and_told(void) {
     hexload_smoother_t smoother;
     hexload_smooth_sample_t past;
     hexload_smoother_init(&smoother, &config);
-    uint32_t last_put = 0, next = HEXLOAD_TRANSIENT_TICKS, taken = 0, put = 0;
+    uint32_t last_put = 0, next = HEXLOAD_TRANSIENT_TICKS, taken = 0, count = 0;
     for (uint32_t tick = 0; tick < 260; tick++) {
         if (tick == 100 || tick == 101 || tick == 150) {
             continue;
         }
         const hexload_leg_sample_t sample = sample_of(tick);
-        (void)hexload_smoother_put(&smoother, &config, &sample, tick - last_put);
+        (void)put(&smoother, &config, &sample, tick - last_put);
         last_put = tick;
-        put++;
+        count++;
         // WHEN samples are taken out THEN at most one comes for each that is put in, in order, each with the
         // distance to the one before
         if (hexload_smoother_take(&smoother, &config.sensors, &past)) {
@@ -316,7 +322,7 @@ static void test_missing_ticks_are_bridged_and_told(void) {
                                       (double)past.smooth_velocity_m_s[3]);
         }
     }
-    TEST_ASSERT_EQUAL_UINT32(put - 30 - HEXLOAD_TRANSIENT_TICKS, taken); // real ones only, again
+    TEST_ASSERT_EQUAL_UINT32(count - 30 - HEXLOAD_TRANSIENT_TICKS, taken); // real ones only, again
 }
 
 static void test_too_long_a_gap_begins_anew(void) {
@@ -326,18 +332,18 @@ static void test_too_long_a_gap_begins_anew(void) {
     hexload_smoother_init(&smoother, &config);
     for (uint32_t tick = 0; tick < 40; tick++) {
         const hexload_leg_sample_t sample = sample_of(tick);
-        TEST_ASSERT_EQUAL(tick > 0, hexload_smoother_put(&smoother, &config, &sample, tick > 0));
+        TEST_ASSERT_EQUAL(tick > 0, put(&smoother, &config, &sample, tick > 0));
         (void)hexload_smoother_take(&smoother, &config.sensors, &past);
     }
     // GIVEN a gap of one tick more than can be bridged WHEN the next samples come THEN the lag and the
     // ticks before must fill, and the first one out has no predecessor
     const uint32_t after = 39 + config.momentum.longest_gap_ticks + 1;
     const hexload_leg_sample_t sample = sample_of(after);
-    TEST_ASSERT_FALSE(hexload_smoother_put(&smoother, &config, &sample, after - 39));
+    TEST_ASSERT_FALSE(put(&smoother, &config, &sample, after - 39));
     for (uint32_t tick = after + 1; tick <= after + 15 + HEXLOAD_TRANSIENT_TICKS; tick++) {
         const hexload_leg_sample_t next = sample_of(tick);
         TEST_ASSERT_EQUAL(false, hexload_smoother_take(&smoother, &config.sensors, &past));
-        TEST_ASSERT_TRUE(hexload_smoother_put(&smoother, &config, &next, 1));
+        TEST_ASSERT_TRUE(put(&smoother, &config, &next, 1));
     }
     TEST_ASSERT_TRUE(hexload_smoother_take(&smoother, &config.sensors, &past));
     TEST_ASSERT_EQUAL_UINT32(after + HEXLOAD_TRANSIENT_TICKS, past.sample.tick);

@@ -1,3 +1,4 @@
+#include "front_end/wrench.h"
 #include "machine.h"
 
 void setUp(void) {}

@@ -7,6 +7,8 @@
 #include "firmware_config.hpp"
 #include "load_body.hpp"
 
+#include "front_end/kinematics.h"
+
 #include <nanobind/eigen/dense.h>
 #include <nanobind/ndarray.h>
 #include <nanobind/stl/optional.h>

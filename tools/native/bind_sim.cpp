@@ -5,7 +5,9 @@
 #include <hexload_sim/kinematics.hpp>
 #include <hexload_sim/platform_file.hpp>
 #include <hexload_sim/rotation.hpp>
+#include <hexload_sim/scaled_machine.hpp>
 #include <hexload_sim/scenario.hpp>
+#include <hexload_sim/simulator.hpp>
 #include <hexload_sim/tare.hpp>
 
 #include <nanobind/eigen/dense.h>
@@ -61,6 +63,24 @@ Eigen::Matrix<double, -1, 12, Eigen::RowMajor> reference_motion(const Trajectory
     return rows;
 }
 
+using SimulatedRows = Eigen::Matrix<double, -1, 30, Eigen::RowMajor>;
+
+// The scenario's machine on a trajectory file with one load, without an estimator.
+SimulatedRows simulated(Scenario scenario, const PlatformFile& platform, const std::filesystem::path& file,
+                        const Load& load, double duration_s) {
+    scenario.trajectory = FileMotion{file};
+    scenario.loads = {LoadChange{0.0, load}};
+    scenario.duration_s = duration_s;
+    Simulator simulator(platform, scenario);
+    SimulatedRows rows(simulator.ticks(), 30);
+    run(simulator, nullptr, [&rows](const Tick& tick, const auto&) {
+        rows.row(tick.index) << tick.pose.p_m.transpose(), rpy_from_rotation(tick.pose.R).transpose(),
+            tick.reference.q.transpose(), tick.legs.displacement_m.matrix().transpose(),
+            tick.legs.velocity_m_s.matrix().transpose(), tick.legs.force_n.matrix().transpose();
+    });
+    return rows;
+}
+
 void bind_load(nb::module_& module) {
     nb::class_<Load>(module, "Load", "A load; mass_kg = 0: none.")
         .def(
@@ -106,6 +126,13 @@ void bind_platform(nb::module_& module) {
             "(10,) of the empty platform, about O_A")
         .def_ro("gravity_m_s2", &PlatformFile::gravity_m_s2)
         .def_ro("known_mass_kg", &PlatformFile::known_mass_kg)
+        .def_prop_ro(
+            "actuators",
+            [](const PlatformFile& p) {
+                return std::array{p.actuators.leg_speed_m_s, p.actuators.leg_force_n,
+                                  p.actuators.speed_sum_m_s};
+            },
+            "[leg_speed_m_s, leg_force_n, speed_sum_m_s]; None: not stated")
         .def_prop_ro("displacement_sigma_m",
                      [](const PlatformFile& p) { return p.sensors.displacement_sigma_m; })
         .def_prop_ro("velocity_sigma_m_s", [](const PlatformFile& p) { return p.sensors.velocity_sigma_m_s; })
@@ -149,8 +176,21 @@ void bind_scenario(nb::module_& module) {
                                              limits.speed_sum_m_s, (1.0 - share * share) * stall_n};
             },
             nb::arg("platform"),
-            "[stroke min, max in m, speed of a leg, sum of six legs' speeds in m/s, stall force of a leg in "
-            "N]")
+            "[stroke min, max in m, speed of a leg, sum of six legs' speeds in m/s, force of a leg in N]")
+        .def(
+            "machine_limits",
+            [](const Scenario& scenario, const PlatformFile& platform) {
+                const HydraulicSettings& hydraulics = scenario.hydraulics;
+                const double area_m2 = std::min(hydraulics.piston_area_m2, hydraulics.rod_side_area_m2);
+                const double speed_m_s = Hydraulics(hydraulics, platform.geometry.stroke_min_m,
+                                                    platform.geometry.stroke_max_m)
+                                             .speed_gain_m_s();
+                return std::array<double, 3>{
+                    speed_m_s, motion_limits(platform.geometry, hydraulics, scenario.limits).speed_sum_m_s,
+                    (hydraulics.supply_pressure_pa - hydraulics.tank_pressure_pa) * area_m2};
+            },
+            nb::arg("platform"),
+            "what motion_limits() keeps a margin to: [speed of a leg, sum of six in m/s, stall force in N]")
         .def(
             "reference_motion",
             [](const Scenario& scenario, const PlatformFile& platform, double duration_s,
@@ -165,7 +205,23 @@ void bind_scenario(nb::module_& module) {
             nb::arg("motion_of").none() = nb::none(),
             "(n, 12) [x, y, z, roll, pitch, yaw, v, w] at each tick, and whether the motion keeps this "
             "scenario's limits: the\nmotion of this scenario, of a trajectory file, or of another scenario.")
+        .def("simulated", &simulated, nb::arg("platform"), nb::arg("file"), nb::arg("load"),
+             nb::arg("duration_s"),
+             "(n, 30) at each tick of this scenario's machine on a trajectory file, with one load: [x, y, z, "
+             "roll, pitch, yaw], the same\nof the reference, displacement, speed and force of each leg.")
+        .def_prop_ro(
+            "full_valve_error_m", [](const Scenario& s) { return 1.0 / s.controller.proportional_1_m; },
+            "the error of a leg at which its valve is fully open: beyond it the leg does not follow")
         .def("to_toml", &to_toml, "the scenario with every default filled in");
+    module.def(
+        "scaled_machine",
+        [](const PlatformFile& platform, const std::array<double, 3>& actuators, double heaviest_load_kg) {
+            const ActuatorLimits limits{actuators[0], actuators[1], actuators[2]};
+            return scaled_machine(platform, limits, heaviest_load_kg);
+        },
+        nb::arg("platform"), nb::arg("actuators"), nb::arg("heaviest_load_kg"),
+        "A scenario with hydraulic legs and a servo that suit actuators [leg_speed_m_s, leg_force_n, "
+        "speed_sum_m_s].");
     module.def("load_scenario", &load_scenario, nb::arg("path"), "Reads and checks a scenario file.");
 }
 

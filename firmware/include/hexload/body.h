@@ -2,7 +2,7 @@
 /// The load as a body: centre of mass and central inertia tensor that ten parameters stand for, whether a
 /// body can have them, and the nearest ones that it can have. EQUATIONS.md derives it.
 ///
-///     hexload_momentum_filter_covariance(&estimator.filter, covariance);
+///     hexload_covariance(&estimator, covariance);
 ///     hexload_body_describe(estimate.value, covariance, &body);
 ///     if (!body.is_consistent && hexload_body_nearest(estimate.value, covariance, nearest, &distance)) ...
 ///
@@ -11,7 +11,7 @@
 #ifndef HEXLOAD_BODY_H
 #define HEXLOAD_BODY_H
 
-#include "hexload/momentum_filter.h"
+#include "hexload/estimate.h"
 
 #include <stdbool.h>
 

@@ -15,6 +15,18 @@ HEXLOAD_DECLS_BEGIN
 
 enum { HEXLOAD_LEGS = 6 };
 
+/// Which estimator hexload_init() starts.
+typedef enum hexload_kind { // codes of the bus, too
+    /// The paper's: height of the centre of mass and three central inertias of a load whose mass is known.
+    HEXLOAD_KIND_PAPER = 0,
+    /// All ten parameters of the load, from any motion. The recommended one, and the default.
+    HEXLOAD_KIND_MOMENTUM = 1,
+    /// The same with the actuators' effects, biases of the force sensors and friction of the legs, as
+    /// unknowns.
+    HEXLOAD_KIND_MOMENTUM_EFFECTS = 2,
+    HEXLOAD_KINDS
+} hexload_kind_t;
+
 /// Entries of an inertia tensor, in this order. Products are tensor entries: IXY = -integral of x y dm.
 enum hexload_inertia {
     HEXLOAD_I_XX,
@@ -84,7 +96,7 @@ typedef struct hexload_momentum_config {
     hexload_real_t excitation_time_constant_s; ///< how far back the motion counts; tick_s..1e3
 } hexload_momentum_config_t;
 
-/// What hexload_momentum_effects_t knows beforehand of the machine's effects. Sigma 0: that effect is none.
+/// What the estimator of actuator effects knows beforehand. Sigma 0: that effect is none.
 typedef struct hexload_actuator_effects_config {
     hexload_real_t prior_bias_sigma_n;        ///< of each force sensor's offset; 0..1e6
     hexload_real_t prior_coulomb_sigma_n;     ///< of each leg's Coulomb friction; 0..1e6
@@ -93,6 +105,7 @@ typedef struct hexload_actuator_effects_config {
 } hexload_actuator_effects_config_t;
 
 typedef struct hexload_config {
+    hexload_kind_t kind;         ///< of the estimator that hexload_init() starts
     hexload_real_t tick_s;       ///< sampling period; 1e-4..5e-3
     hexload_real_t gravity_m_s2; ///< downwards; 0..30
     hexload_geometry_t geometry;

@@ -1,33 +1,108 @@
 /// @file estimate.h
-/// What the estimators say of one tick.
+/// What goes into a tick and what comes out of it.
 #ifndef HEXLOAD_ESTIMATE_H
 #define HEXLOAD_ESTIMATE_H
 
-#include "hexload/status.h"
+#include "hexload/config.h"
 
 HEXLOAD_DECLS_BEGIN
 
-enum { HEXLOAD_PARAMETERS_MAX = 10 };
+/// All channels of all legs, taken at the same instant.
+typedef struct hexload_leg_sample {
+    uint32_t tick;                               ///< counts sampling periods; may wrap
+    hexload_real_t displacement_m[HEXLOAD_LEGS]; ///< leg length minus home length
+    hexload_real_t velocity_m_s[HEXLOAD_LEGS];   ///< its rate
+    hexload_real_t force_n[HEXLOAD_LEGS];        ///< positive pushes the platform away from the base
+} hexload_leg_sample_t;
+
+/// theta, in the order of every array of ten: the load alone, platform axes, about O_A.
+enum hexload_load_parameter {
+    HEXLOAD_LOAD_M,  ///< mass, kg
+    HEXLOAD_LOAD_HX, ///< mass times centre of mass, kg m
+    HEXLOAD_LOAD_HY,
+    HEXLOAD_LOAD_HZ,
+    HEXLOAD_LOAD_IXX, ///< entries of the inertia tensor, kg m^2; IXY = -integral of x y dm
+    HEXLOAD_LOAD_IYY,
+    HEXLOAD_LOAD_IZZ,
+    HEXLOAD_LOAD_IXY,
+    HEXLOAD_LOAD_IXZ,
+    HEXLOAD_LOAD_IYZ,
+    HEXLOAD_LOAD_DIM
+};
+
+/// Actuator effects, in the order of every array of eighteen: six legs of the first, of the second, of the
+/// third.
+enum hexload_actuator_effect {
+    HEXLOAD_EFFECT_BIAS,    ///< of the force sensor, N
+    HEXLOAD_EFFECT_COULOMB, ///< friction, N; opposes motion when positive
+    HEXLOAD_EFFECT_VISCOUS, ///< friction, N s/m
+    HEXLOAD_EFFECT_KINDS
+};
+
+/// Parameters of the paper's filter, in the order of every array of four.
+enum hexload_paper_parameter {
+    HEXLOAD_PAPER_DZ,  ///< height of the load's centre of mass over O_A, m
+    HEXLOAD_PAPER_IXX, ///< about the load's own centre of mass, kg m^2
+    HEXLOAD_PAPER_IYY,
+    HEXLOAD_PAPER_IZZ,
+    HEXLOAD_PAPER_DIM
+};
+
+enum {
+    HEXLOAD_PARAMETERS_MAX = HEXLOAD_LOAD_DIM,
+    HEXLOAD_EFFECTS_DIM = (int)HEXLOAD_EFFECT_KINDS * (int)HEXLOAD_LEGS,
+    /// Numbers of a symmetric matrix of theta, the lower triangle by rows.
+    HEXLOAD_LOAD_COVARIANCES = HEXLOAD_LOAD_DIM * (HEXLOAD_LOAD_DIM + 1) / 2,
+    HEXLOAD_MEASUREMENTS_MAX = 6,
+};
 
 /// What is known about one parameter, or about all (then the worst of them). A larger value is worse.
 typedef enum hexload_verdict {
     HEXLOAD_VERDICT_CONVERGED,    ///< sigma below converged_relative_sigma of the parameter's scale
-    HEXLOAD_VERDICT_CONVERGING,   ///< the motion is telling more
-    HEXLOAD_VERDICT_NOT_EXCITED,  ///< the motion has told (nearly) nothing about it
+    HEXLOAD_VERDICT_CONVERGING,   ///< the motion goes on lowering its sigma
+    HEXLOAD_VERDICT_NOT_EXCITED,  ///< the motion has shown (nearly) nothing of it
     HEXLOAD_VERDICT_INCONSISTENT, ///< innovations or the estimate contradict the model or the stated sigmas
 } hexload_verdict_t;
 
 typedef struct hexload_estimate {
-    uint32_t tick;
-    /// Paper's filter: the first four, enum hexload_paper_parameter. Momentum filter: all ten, enum
-    /// hexload_load_parameter.
+    uint32_t tick; ///< of the sample, sampling periods
+    /// Ten parameters, enum hexload_load_parameter; of the paper's estimator the first four, enum
+    /// hexload_paper_parameter. Units as there.
     hexload_real_t value[HEXLOAD_PARAMETERS_MAX];
     hexload_real_t sigma[HEXLOAD_PARAMETERS_MAX]; ///< standard deviation of each, same units
     hexload_verdict_t parameter_verdict[HEXLOAD_PARAMETERS_MAX];
     hexload_verdict_t verdict; ///< the worst of them
-    hexload_real_t nis;        ///< normalised innovation squared; ideal mean 3 (paper) or 6 (momentum)
+    hexload_real_t nis;        ///< normalised innovation squared, 1; ideal mean 6, of the paper's estimator 3
     hexload_real_t nis_mean;   ///< over nis_time_constant_s
 } hexload_estimate_t;
+
+/// What the estimator of actuator effects knows beside the load.
+typedef struct hexload_effects_estimate {
+    hexload_real_t value[HEXLOAD_EFFECTS_DIM]; ///< order and units of enum hexload_actuator_effect
+    hexload_real_t sigma[HEXLOAD_EFFECTS_DIM]; ///< standard deviation of each, same units
+    uint32_t confounded_with_bias;     ///< bit k: load parameter k has not converged, as biases look like it
+    uint32_t confounded_with_friction; ///< bit k: as friction looks like it
+    hexload_real_t fastest_leg_m_s;    ///< of late; fades over excitation_time_constant_s
+} hexload_effects_estimate_t;
+
+/// What became of a tick's measurement.
+typedef enum hexload_gate {
+    HEXLOAD_GATE_NONE,     ///< no measurement: history is still short, a gap, or the filter began anew
+    HEXLOAD_GATE_ACCEPTED, ///< used
+    HEXLOAD_GATE_REJECTED, ///< beyond the gate, not used
+} hexload_gate_t;
+
+/// The measurement update of one tick, for who tunes or judges a filter. Momentum estimators: momentum
+/// [N s; N m s] about the fixed home point of O_A, base axes, of lag_ticks ago; paper's: angular velocity,
+/// rad/s, platform axes.
+typedef struct {        // no tag: hexload_trace() has the name
+    uint32_t tick;      ///< of the measurement, sampling periods
+    uint32_t dimension; ///< of the measurement: 6 or 3; the other entries are 0
+    hexload_gate_t gate;
+    hexload_real_t innovation[HEXLOAD_MEASUREMENTS_MAX]; ///< measured minus predicted
+    hexload_real_t variance[HEXLOAD_MEASUREMENTS_MAX];   ///< of the innovation as the filter expects it
+    hexload_real_t nis;                                  ///< innovation squared over its whole covariance, 1
+} hexload_trace_t;
 
 /// "converged", "converging", "not_excited" or "inconsistent". Static storage.
 const char* hexload_verdict_name(hexload_verdict_t verdict);

@@ -1,16 +1,16 @@
 /// @file momentum.h
-/// The estimator for all ten parameters and any motion, tick by tick.
+/// The recommended estimator: all ten parameters of the load from any motion, nothing known beforehand.
 ///
 ///     static hexload_momentum_t estimator;
 ///     status = hexload_momentum_init(&estimator, &config);                     // once
 ///     status = hexload_momentum_tick(&estimator, &config, &sample, &estimate); // every sampling period
 ///
-/// As for hexload_paper_t: all lasting memory is in the caller's struct, instances are independent.
+/// hexload.h has the same estimator behind one interface with the others; this header is for a controller
+/// that links nothing else. All lasting memory is in the caller's struct, instances are independent.
 #ifndef HEXLOAD_MOMENTUM_H
 #define HEXLOAD_MOMENTUM_H
 
-#include "hexload/momentum_supervisor.h"
-#include "hexload/noise_estimator.h"
+#include "hexload/state.h"
 
 HEXLOAD_DECLS_BEGIN
 
@@ -20,29 +20,69 @@ typedef struct hexload_momentum {
     hexload_noise_estimator_t noise_estimator;
     hexload_load_monitor_t monitor;
     hexload_smoother_t smoother;
-    hexload_kinematics_t past_kinematics; ///< lag_ticks ago, or more after a gap
+    hexload_kinematics_t delayed_kinematics; ///< lag_ticks ago, or more after a gap
     hexload_momentum_filter_t filter;
     hexload_momentum_supervisor_t supervisor;
     hexload_health_t health;
     uint32_t change_tick; ///< of the first sample with the new load
     bool is_changing;     ///< the filter has not reached change_tick yet
+    bool is_mass_known;   ///< the configured mass is still taken for granted
     bool is_interrupted;  ///< the filter's momentum must begin anew
 } hexload_momentum_t;
 
 /// Starts an estimator from nothing.
-/// @return as hexload_paper_init().
+/// @return HEXLOAD_OK; HEXLOAD_ERR_CONFIG when hexload_config_check() refuses; HEXLOAD_ERR_POSE,
+///         HEXLOAD_ERR_SINGULAR when the geometry has no usable home pose. On refusal self does not change.
 HEXLOAD_MUST_USE hexload_status_t hexload_momentum_init(hexload_momentum_t* self,
                                                         const hexload_config_t* config);
 
-/// One sampling period: leg sample -> motion -> is it still the same load? -> smooth twist of lag_ticks ago
-/// -> motion there -> filter -> verdict. The estimate is one for the present, as the load does not move. In
-/// the first lag_ticks + HEXLOAD_TRANSIENT_TICKS, and after a restart of the filter, no change of the load is
-/// told.
-/// @return as hexload_paper_tick().
+/// One sampling period: pose -> load monitor -> smooth motion of lag_ticks ago -> filter -> verdict. The
+/// estimate is one for the present, as the load does not move. In the first lag_ticks +
+/// HEXLOAD_TRANSIENT_TICKS, and after a restart of the filter, no load change is detected.
+/// @param config the one of hexload_momentum_init().
+/// @return HEXLOAD_OK or the status of the stage that refused: HEXLOAD_ERR_SAMPLE, HEXLOAD_ERR_TICK,
+///         HEXLOAD_ERR_POSE, HEXLOAD_ERR_SINGULAR; then self changes in health.refused only and estimate not
+///         at all. Reentrant for different self; not for an interrupt that shares one.
 HEXLOAD_MUST_USE hexload_status_t hexload_momentum_tick(hexload_momentum_t* self,
                                                         const hexload_config_t* config,
                                                         const hexload_leg_sample_t* sample,
                                                         hexload_estimate_t* estimate);
+
+/// hexload_momentum_tick() that also hands out its measurement update. @param[out] trace of an accepted tick.
+HEXLOAD_MUST_USE hexload_status_t hexload_momentum_trace(hexload_momentum_t* self,
+                                                         const hexload_config_t* config,
+                                                         const hexload_leg_sample_t* sample,
+                                                         hexload_estimate_t* estimate,
+                                                         hexload_trace_t* trace);
+
+/// The momentum estimator with a stage for actuator effects: the force sensors' biases and the legs' friction
+/// are found together with the load. Four times the work.
+typedef struct hexload_momentum_effects {
+    hexload_momentum_t momentum; ///< its filter holds theta, mu and their covariance
+    hexload_effects_stage_t effects;
+} hexload_momentum_effects_t;
+
+/// As hexload_momentum_init().
+HEXLOAD_MUST_USE hexload_status_t hexload_momentum_effects_init(hexload_momentum_effects_t* self,
+                                                                const hexload_config_t* config);
+
+/// As hexload_momentum_tick(). A new load leaves what is known of the actuators.
+HEXLOAD_MUST_USE hexload_status_t hexload_momentum_effects_tick(hexload_momentum_effects_t* self,
+                                                                const hexload_config_t* config,
+                                                                const hexload_leg_sample_t* sample,
+                                                                hexload_estimate_t* estimate);
+
+/// As hexload_momentum_trace().
+HEXLOAD_MUST_USE hexload_status_t hexload_momentum_effects_trace(hexload_momentum_effects_t* self,
+                                                                 const hexload_config_t* config,
+                                                                 const hexload_leg_sample_t* sample,
+                                                                 hexload_estimate_t* estimate,
+                                                                 hexload_trace_t* trace);
+
+/// Actuator effects, and whether they can be told apart from the load. Reentrant, constant time.
+/// @param estimate that of the last tick.
+void hexload_momentum_effects_read(const hexload_momentum_effects_t* self, const hexload_estimate_t* estimate,
+                                   hexload_effects_estimate_t* effects);
 
 HEXLOAD_DECLS_END
 

@@ -45,7 +45,7 @@ typedef enum hexload_health_bit {
 } hexload_health_bit_t;
 
 /// Health of the last accepted tick and how often each bit was set since the start. Counters saturate.
-typedef struct hexload_health {
+typedef struct {                         // no tag: hexload_health() has the name
     uint32_t bits;                       ///< bit n is hexload_health_bit_t n
     uint32_t count[HEXLOAD_HEALTH_BITS]; ///< ticks with that bit
     uint32_t refused;                    ///< samples refused with a negative status

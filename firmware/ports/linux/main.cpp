@@ -7,7 +7,6 @@
 #include "painted_stack.hpp"
 #include "real_time.hpp"
 
-#include "filter_code.hpp"
 #include "firmware_config.hpp"
 
 #include <hexload_sim/input_error.hpp>
@@ -62,8 +61,10 @@ void declare(CLI::App& app, Options& options) {
                                                                    {"classic", HEXLOAD_BUS_CLASSIC}};
     const std::map<std::string, sim::PaperPrior> priors = {{"safe", sim::PaperPrior::safe},
                                                            {"printed", sim::PaperPrior::printed}};
-    const std::map<std::string, sim::EstimatorKind> estimators = {{"paper", sim::EstimatorKind::paper},
-                                                                  {"momentum", sim::EstimatorKind::momentum}};
+    const std::map<std::string, sim::EstimatorKind> estimators = {
+        {"momentum", sim::EstimatorKind::momentum},
+        {"momentum_effects", sim::EstimatorKind::momentum_effects},
+        {"paper", sim::EstimatorKind::paper}};
     auto* source = app.add_option_group("source", "where samples and commands come from");
     auto* bus = source->add_option("--bus", options.bus,
                                    "socketcan:INTERFACE, udp_multicast:GROUP[:PORT], slcan:HOST:PORT or "
@@ -112,7 +113,6 @@ std::unique_ptr<port::Feed> make_feed(const Options& options, const port::Painte
     const hexload_config_t config = sim::checked_firmware_config(platform, platform.estimator, sim::tick_s);
     hexload_app_settings_t settings;
     hexload_app_settings_default(&settings);
-    settings.filter = sim::filter_of(platform.estimator.kind);
     settings.sample_timeout_ms = options.sample_timeout_ms.value_or(settings.sample_timeout_ms);
     if (!options.feed.empty()) {
         return std::make_unique<port::LcmFeed>(message::url_of(options.feed), config, settings);

@@ -51,7 +51,7 @@ std::string describe(const hexload_app_t& app, hexload_bus_profile_t profile,
     case HEXLOAD_APP_ARMED:
         return fmt::format("armed, {}, {} filter",
                            app.pacing == HEXLOAD_PACING_LOCKSTEP ? "lockstep" : "real time",
-                           hexload_bus_filter_name(app.filter));
+                           hexload_describe(app.config.kind)->name);
     case HEXLOAD_APP_IDLE:
         return last_fault == HEXLOAD_FAULT_BUS_DOWN ? "idle: the bus is up again" : "idle";
     default:

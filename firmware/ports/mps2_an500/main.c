@@ -67,6 +67,7 @@ int main(void) {
         .send = send, .clock_us = clock_us, .stack_margin_bytes = stack_margin_bytes};
     painted_stack_paint();
     hexload_config_default(&config);
+    config.kind = HEXLOAD_KIND_PAPER; // until the source of samples selects another
     hexload_app_settings_default(&settings);
     hexload_slcan_init(&slcan);
     if (hexload_node_init(&node, &config, &settings, HEXLOAD_BUS_CLASSIC, &port) != HEXLOAD_OK) {

@@ -88,6 +88,7 @@ int main(void) {
     const hexload_port_t port = {
         .context = &machine, .send = send, .clock_us = clock_us, .stack_margin_bytes = measure_stack};
     hexload_config_default(&config);
+    config.kind = HEXLOAD_KIND_PAPER; // until the source of samples selects another
     hexload_app_settings_default(&settings);
     if (boot_options.mark == boot_options_mark) {
         settings.sample_timeout_ms = boot_options.sample_timeout_ms;

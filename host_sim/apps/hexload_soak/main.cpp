@@ -55,10 +55,10 @@ struct Soak {
     Parameters sigma = Parameters::Zero(); // likewise
 };
 
-void look_at_tick(const hexload_momentum_t& estimator, const hexload_estimate_t& estimate, Soak& soak) {
+void look_at_tick(const hexload_t& estimator, const hexload_estimate_t& estimate, Soak& soak) {
     for (Eigen::Index state = 0; state < states; ++state) {
         const Eigen::Index a = state - parameters;
-        const hexload_momentum_filter_t& filter = estimator.filter;
+        const hexload_momentum_filter_t& filter = estimator.as.momentum.filter;
         const auto variance = static_cast<double>(state < parameters ? filter.load_cov[state][state]
                                                                      : filter.momentum_cov[a][a]);
         soak.bad_variances += variance > 0.0 && std::isfinite(variance) ? 0u : 1u;
@@ -66,15 +66,15 @@ void look_at_tick(const hexload_momentum_t& estimator, const hexload_estimate_t&
     soak.inconsistent_ticks += estimate.verdict == HEXLOAD_VERDICT_INCONSISTENT ? 1u : 0u;
 }
 
-void look_at_covariance(const hexload_momentum_t& estimator, const Parameters& truth, Soak& soak) {
-    const Covariance P = covariance_of(estimator.filter);
+void look_at_covariance(const hexload_t& estimator, const Parameters& truth, Soak& soak) {
+    const Covariance P = covariance_of(estimator.as.momentum.filter);
     const Eigen::Matrix<double, states, 1> scale = P.diagonal().array().rsqrt();
     const Covariance correlation = scale.asDiagonal() * P * scale.asDiagonal();
     const Eigen::LDLT<Covariance> factor(correlation);
     soak.smallest_pivot = std::min(soak.smallest_pivot, factor.vectorD().minCoeff());
     Parameters error;
     for (Eigen::Index k = 0; k < parameters; ++k) {
-        error[k] = static_cast<double>(estimator.filter.theta[k]) - truth[k];
+        error[k] = static_cast<double>(estimator.as.momentum.filter.theta[k]) - truth[k];
     }
     const auto P_tt = P.topLeftCorner<parameters, parameters>();
     soak.sigma = P_tt.diagonal().array().sqrt();
@@ -83,8 +83,8 @@ void look_at_covariance(const hexload_momentum_t& estimator, const Parameters& t
         std::max(soak.largest_error_sigmas, (error.array().abs() / soak.sigma.array()).maxCoeff());
 }
 
-void print_report(const hexload_momentum_t& estimator, const Soak& soak, bool is_last) {
-    const std::uint32_t* count = estimator.health.count;
+void print_report(const hexload_t& estimator, const Soak& soak, bool is_last) {
+    const std::uint32_t* count = hexload_health(&estimator)->count;
     const Eigen::Array<double, parameters, 1> sigma = soak.sigma.array();
     fmt::print(
         "{{\"t_s\": {:.3f}, \"nees\": {:.6g}, \"largest_error_sigmas\": {:.6g}, \"sigma\": [{:.6g}], "
@@ -94,7 +94,7 @@ void print_report(const hexload_momentum_t& estimator, const Soak& soak, bool is
         fmt::join(sigma.data(), sigma.data() + parameters, ", "), soak.smallest_pivot, soak.bad_variances,
         soak.inconsistent_ticks, count[HEXLOAD_HEALTH_LOAD_CHANGED],
         count[HEXLOAD_HEALTH_FILTER_RESTARTED] - soak.restarts_before, count[HEXLOAD_HEALTH_NOISE_MISSTATED],
-        estimator.health.refused, is_last);
+        hexload_health(&estimator)->refused, is_last);
     std::fflush(stdout);
 }
 
@@ -104,8 +104,8 @@ void soak(const sim::Scenario& scenario) {
     settings.kind = sim::EstimatorKind::momentum;
     const hexload_config_t config = sim::checked_firmware_config(platform, settings, sim::tick_s);
     sim::Simulator simulator(platform, scenario);
-    static hexload_momentum_t estimator;
-    if (const hexload_status_t status = hexload_momentum_init(&estimator, &config); status != HEXLOAD_OK) {
+    static hexload_t estimator;
+    if (const hexload_status_t status = hexload_init(&estimator, &config); status != HEXLOAD_OK) {
         throw sim::InputError(hexload_status_name(status));
     }
     const std::uint32_t report_ticks = std::max(1u, (simulator.ticks() - 1) / reports);
@@ -116,14 +116,14 @@ void soak(const sim::Scenario& scenario) {
         if (tick.sample) {
             const hexload_leg_sample_t sample = sim::firmware_sample(*tick.sample);
             hexload_estimate_t estimate;
-            if (hexload_momentum_tick(&estimator, &config, &sample, &estimate) == HEXLOAD_OK) {
+            if (hexload_tick(&estimator, &config, &sample, &estimate) == HEXLOAD_OK) {
                 if (soak.ticks > settling_ticks) {
                     look_at_tick(estimator, estimate, soak);
                 }
             }
         }
         if (soak.ticks == settling_ticks) {
-            soak.restarts_before = estimator.health.count[HEXLOAD_HEALTH_FILTER_RESTARTED];
+            soak.restarts_before = hexload_health(&estimator)->count[HEXLOAD_HEALTH_FILTER_RESTARTED];
         }
         const bool is_last = soak.ticks == simulator.ticks();
         if (soak.ticks > settling_ticks && ((soak.ticks - 1) % ticks_per_look == 0 || is_last)) {

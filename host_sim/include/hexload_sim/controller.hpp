@@ -1,6 +1,6 @@
 // Joint-space servo, one per leg, at the tick: PID on leg length, velocity feed-forward, and load pressure
-// feedback about the gravity offset. It reads its own noise-free transducers, so that the noise of the
-// estimator's sensors does not change the motion.
+// feedback about the gravity offset. By default it reads its own noise-free transducers, so that the noise of
+// the estimator's sensors does not change the motion.
 #pragma once
 
 #include <hexload_sim/types.hpp>
@@ -25,6 +25,9 @@ struct ControllerSettings {
     bool gravity_offset = true;
     // Anti-windup: the integral part stays within this opening.
     double integral_limit = 0.1;
+    // Read the estimator's sensors with all their errors, lost samples apart, instead of transducers of its
+    // own.
+    bool reads_sensors = false;
 };
 
 struct LegReference {

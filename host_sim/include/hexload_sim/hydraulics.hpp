@@ -1,4 +1,4 @@
-// Six hydraulic servo actuators: spool, orifices, oil, friction, end stops. Element-wise over the legs.
+// Six hydraulic servo actuators: spool, orifices, oil, end stops. Element-wise over the legs.
 //
 // Model per leg (Merritt, Hydraulic Control Systems, 1967, ch. 5 and 6; Jelali and Kroll, Hydraulic
 // Servo-systems, 2003, ch. 4):
@@ -6,10 +6,11 @@
 //   orifices    q = K xs dp / sqrt(|dp| + p_laminar): square root of turbulent flow, linear near dp = 0
 //   chambers    p' = beta / V (q - A v -+ leakage), V = dead volume + A x (chamber stroke)
 //   leg force   f = pA A_A - pB A_B; it is what a load cell between rod and platform measures without
-//   friction on platform f - friction(v) + end stop force
+//   friction on platform f - friction + end stop force; friction.hpp has its laws
 // Not modelled: supply line dynamics, cavitation, temperature, valve overlap and hysteresis.
 #pragma once
 
+#include <hexload_sim/friction.hpp>
 #include <hexload_sim/types.hpp>
 
 #include <numbers>
@@ -40,11 +41,7 @@ struct HydraulicSettings {
     // Direct-driven valve of this size: -90 deg at 60 Hz, well damped.
     double valve_bandwidth_hz = 60.0;
     double valve_damping = 0.8;
-    // Friction on the rod, not seen in the chamber pressures: smooth Coulomb + viscous. None by default, as
-    // in the paper.
-    double coulomb_friction_n = 0.0;
-    double viscous_friction_n_s_m = 0.0;
-    double friction_speed_m_s = 5e-3; // Coulomb friction reaches 71 % of its value at this speed
+    FrictionSettings friction; // on the rod, not seen in the chamber pressures
     // Elastic stop with damping that grows with the depth (Hunt and Crossley, 1975): 2 mm at stall force.
     double stop_stiffness_n_m = 1e7;
     double stop_damping_s_m = 5.0; // force factor 1 + this x approach speed
@@ -72,9 +69,6 @@ class Hydraulics {
     void differentiate(const HydraulicState& state, const Legs& command, const Legs& displacement_m,
                        const Legs& velocity_m_s, HydraulicState& rate) const;
 
-    // Opposes motion; to be subtracted from force_n.
-    Legs friction_n(const Legs& velocity_m_s) const;
-
     // Pushes back into the stroke, zero inside it; to be added to force_n.
     Legs stop_force_n(const Legs& displacement_m, const Legs& velocity_m_s) const;
 
@@ -100,7 +94,6 @@ class Hydraulics {
     double flow_gain_a_; // m^3/s per sqrt(Pa) at full spool
     double flow_gain_b_;
     double natural_frequency_rad_s_;
-    bool has_friction_;
 };
 
 } // namespace hexload::sim

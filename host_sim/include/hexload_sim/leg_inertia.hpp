@@ -16,15 +16,29 @@
 
 namespace hexload::sim {
 
-// None by default, as in the paper.
+// Of one leg.
 struct LegBars {
     double rod_mass_kg = 0.0;
     double rod_length_m = 0.55;
     double cylinder_mass_kg = 0.0;
     double cylinder_length_m = 0.60;
+};
+
+// Of the six legs. Without mass by default, as in the paper.
+struct SixLegBars {
+    SixLegBars() : SixLegBars(LegBars{}) {}
+    SixLegBars(const LegBars& each); // legs alike
+
+    Legs rod_mass_kg;
+    Legs rod_length_m;
+    Legs cylinder_mass_kg;
+    Legs cylinder_length_m;
 
     bool have_mass() const {
-        return rod_mass_kg > 0.0 || cylinder_mass_kg > 0.0;
+        return (rod_mass_kg > 0.0).any() || (cylinder_mass_kg > 0.0).any();
+    }
+    LegBars of(int leg) const {
+        return {rod_mass_kg(leg), rod_length_m(leg), cylinder_mass_kg(leg), cylinder_length_m(leg)};
     }
 };
 
@@ -35,7 +49,7 @@ struct HingeLoad {
     Vector3 gravity_n;
 };
 
-HingeLoad hinge_load(const LegBars& bars, double gravity_m_s2, const Vector3& leg_m,
+HingeLoad hinge_load(const LegBars& bars, const Gravity& gravity, const Vector3& leg_m,
                      const Vector3& velocity_m_s);
 
 // Their sum over the legs as a wrench on the platform about O_A, base axes: mass x [v'; w'] + bias.
@@ -44,18 +58,18 @@ struct LegWrench {
     Vector6 bias = Vector6::Zero();
 };
 
-LegWrench leg_wrench(const Geometry& geometry, const LegBars& bars, double gravity_m_s2, const Pose& pose,
-                     const Twist& twist);
+LegWrench leg_wrench(const Geometry& geometry, const SixLegBars& bars, const Gravity& gravity,
+                     const Pose& pose, const Twist& twist);
 
 // The leg forces in which platform, load and legs stand still.
-Vector6 standing_leg_forces(const Geometry& geometry, const MassProperties& body, const LegBars& bars,
-                            double gravity_m_s2, const Pose& pose);
+Vector6 standing_leg_forces(const Geometry& geometry, const MassProperties& body, const SixLegBars& bars,
+                            const Gravity& gravity, const Pose& pose);
 
-double leg_kinetic_energy_j(const Geometry& geometry, const LegBars& bars, const Pose& pose,
+double leg_kinetic_energy_j(const Geometry& geometry, const SixLegBars& bars, const Pose& pose,
                             const Twist& twist);
 
-// m g (height of the bars' centres above the base hinges).
-double leg_potential_energy_j(const Geometry& geometry, const LegBars& bars, double gravity_m_s2,
+// m g (height, along the vertical, of the bars' centres above the base hinges).
+double leg_potential_energy_j(const Geometry& geometry, const SixLegBars& bars, const Gravity& gravity,
                               const Pose& pose);
 
 } // namespace hexload::sim

@@ -4,9 +4,13 @@
 // combined centre of mass in platform axes, where its tensor is constant. tests/properties compares the two.
 #pragma once
 
+#include <hexload_sim/bar_dynamics.hpp>
 #include <hexload_sim/dynamics.hpp>
 #include <hexload_sim/hydraulics.hpp>
 #include <hexload_sim/leg_inertia.hpp>
+#include <hexload_sim/low_pass.hpp>
+
+#include <span>
 
 namespace hexload::sim {
 
@@ -23,16 +27,31 @@ struct LegWork {
     double body_j = 0.0;      // force on the platform x leg speed: into the body
 };
 
+// What only a rig has: bristles of the seals, low-passes behind the transducers. Integrated if there are any.
+struct RigState {
+    Legs bristle_m = Legs::Zero();
+    LowPassState force_n;
+    LowPassState velocity_m_s;
+};
+
 struct PlantState {
     HydraulicState hydraulics;
     BodyState body;
     LegWork work;
+    RigState rig;
+};
+
+// A look at the transducers between two ticks.
+struct Glimpse {
+    double share = 0.0; // of the tick that has passed, 0 to 1
+    LegState transducers;
 };
 
 class Plant {
   public:
-    Plant(const Geometry& geometry, double gravity_m_s2, const HydraulicSettings& hydraulics, int substeps,
-          const LegBars& leg_bars = {});
+    // Throws InputError for low-passes too fast for the substeps.
+    Plant(const Geometry& geometry, const Gravity& gravity, const HydraulicSettings& hydraulics, int substeps,
+          const SixLegBars& leg_bars = {}, const LowPasses& low_passes = {});
 
     // Static equilibrium at a pose, at rest. Throws InputError if the legs cannot hold the body there.
     void reset(const Pose& pose, const MassProperties& body);
@@ -40,12 +59,18 @@ class Plant {
     // Exchanges the body; pose, twist and oil stay as they are.
     void set_body(const MassProperties& body);
 
-    // One tick under a constant spool command, in `substeps` RK4 steps.
-    void advance(const Legs& spool_command);
+    // One tick under a constant spool command, in `substeps` RK4 steps. Glimpses are taken on the way, by the
+    // continuous extension of RK4 (third order).
+    void advance(const Legs& spool_command, std::span<Glimpse> glimpses = {});
 
     Pose pose() const;
     Twist twist() const;
     LegState legs() const;
+
+    // What the transducers say of legs(), behind the low-passes.
+    LegState transducers(const LegState& legs) const {
+        return transducers(state_, legs);
+    }
     const PlantState& state() const {
         return state_;
     }
@@ -53,28 +78,48 @@ class Plant {
     // Time derivative of the state; body rates in .body, powers in .work.
     PlantState derivative(const PlantState& state, const Legs& spool_command) const;
 
+    // In the seals: part of what friction took, which it gives back.
+    double bristle_energy_j() const {
+        return friction_.has_bristles() ? friction_.stored_j(state_.rig.bristle_m) : 0.0;
+    }
+
     // Of the body and of the legs.
     double kinetic_energy_j() const;
     double potential_energy_j() const;
 
   private:
-    struct LegKinematics {
-        Legs e_x, e_y, e_z; // rows of J in platform axes: e_i ...
-        Legs m_x, m_y, m_z; // ... and a_i x e_i
-        Legs displacement_m, velocity_m_s;
+    // Of platform, load and legs with mass. A substep takes it at its middle and at its end: the first stage
+    // of a substep is where the last of the one before was, the third where the second was, but for (h / 2)^2
+    // x acceleration, 0.2 um.
+    struct Inertia {
+        InverseMass inverse;
+        bool is_current = false;
     };
-    void leg_kinematics(const BodyState& body, const Matrix3& R, LegKinematics& legs) const;
-    void differentiate(const PlantState& state, const Legs& spool_command, PlantState& rate) const;
-    void differentiate_body(const BodyState& body, const Matrix3& R, const LegKinematics& legs,
-                            const Legs& force_n, BodyState& rate) const;
+    struct Stages {
+        PlantState k1, k2, k3, k4, at; // rates, and the state they are taken at
+    };
+    void substep(const Legs& spool_command, double h_s);
+    void finish_substep(double h_s);
+    LegState glimpse(double h_s, double share) const;
+    LegState transducers(const PlantState& state, const LegState& legs) const;
+    LegState legs(const PlantState& state) const;
+    void leg_kinematics(const BodyState& body, const Matrix3& R, LegRows& legs) const;
+    void differentiate(const PlantState& state, const Legs& spool_command, Inertia& inertia,
+                       PlantState& rate) const;
+    void differentiate_body(const BodyState& body, const Matrix3& R, const LegRows& legs, const Legs& force_n,
+                            BodyState& rate) const;
 
-    void differentiate_with_legs(const BodyState& body, const Matrix3& R, const LegKinematics& legs,
-                                 const Legs& force_n, BodyState& rate) const;
+    void differentiate_with_legs(const BodyState& body, const Matrix3& R, const LegRows& legs,
+                                 const Legs& force_n, Inertia& inertia, BodyState& rate) const;
 
     Geometry geometry_;
-    double gravity_m_s2_;
-    LegBars leg_bars_;
+    Gravity gravity_;
+    SixLegBars leg_bars_;
+    BarDynamics bar_dynamics_;
     Hydraulics hydraulics_;
+    Friction friction_;
+    LowPasses low_passes_;
+    bool has_rig_state_;
     int substeps_;
     Legs home_length_m_;
     Legs base_x_, base_y_, base_z_; // b_i - p0
@@ -86,7 +131,11 @@ class Plant {
     Matrix3 inertia_com_kg_m2_ = Matrix3::Identity();
     Matrix3 inertia_com_inverse_ = Matrix3::Identity();
 
+    double t_s_ = 0.0;      // since the reset
+    double coldness_ = 1.0; // of the friction, during this tick
     PlantState state_;
+    Inertia inertia_;
+    Stages stages_; // of the last substep
 };
 
 } // namespace hexload::sim

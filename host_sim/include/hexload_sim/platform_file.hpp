@@ -43,6 +43,13 @@ struct EstimatorSettings {
     std::optional<double> friction_speed_m_s;
 };
 
+// What the actuators can do, section [actuators]; nothing: not stated. Only motions are designed by it.
+struct ActuatorSettings {
+    std::optional<double> leg_speed_m_s; // of one leg, without load
+    std::optional<double> leg_force_n;   // at standstill
+    std::optional<double> speed_sum_m_s; // of six legs at the same time: what the supply feeds
+};
+
 struct PlatformFile {
     Geometry geometry;
     PlatformBody platform;
@@ -50,6 +57,7 @@ struct PlatformFile {
     SensorSigma sensors;
     std::optional<double> known_mass_kg; // of the load
     EstimatorSettings estimator;
+    ActuatorSettings actuators;
 };
 
 // Reads and checks a platform file. Throws InputError: file missing, TOML syntax, unknown or missing key,

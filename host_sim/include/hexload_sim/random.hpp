@@ -15,6 +15,7 @@ enum class RandomPurpose : std::uint32_t {
     velocity_noise = 3,
     force_noise = 4,
     dropout = 5,
+    hinge_errors = 6,
 };
 
 class RandomStream {

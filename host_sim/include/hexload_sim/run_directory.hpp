@@ -45,11 +45,16 @@ struct RunResult {
     PacingResult pacing = {};
 };
 
-// Written beside its final name and renamed by finish(), so that a run directory is whole or absent.
+// Written in a private folder beside its final name and renamed by finish(), so that a run directory is whole
+// or absent, and that runs with one target at the same time never share a file. What is replaced is a run
+// directory and nothing else: a folder with the meta.json of a run and only files that a run has. A folder
+// that is empty may be used. Refused whatever `replace` says: the working directory, the home folder and what
+// is above them, symbolic links, files, folders with anything else in them.
 class RunDirectory {
   public:
-    // Throws InputError if target exists and may not be replaced, or cannot be created.
-    RunDirectory(std::filesystem::path target, bool replace);
+    // A slash at the end of target means nothing. Throws InputError if target exists and may not be replaced,
+    // or cannot be created.
+    RunDirectory(const std::filesystem::path& target, bool replace);
     RunDirectory(const RunDirectory&) = delete;
     RunDirectory& operator=(const RunDirectory&) = delete;
     ~RunDirectory();
@@ -59,17 +64,23 @@ class RunDirectory {
     // scenario.toml with all defaults, platform.toml verbatim, and the trajectory file if there is one.
     void write_inputs(const Scenario& scenario);
 
-    // A row of log.csv (unless the sample is lost) and of truth.csv.
+    // A row of log.csv, without vl1 ... vl6 where the machine has no velocity sensor (unless the sample is
+    // lost) and of truth.csv.
     void write(const Tick& tick);
 
-    // meta.json, then the final name.
+    // meta.json, then the final name. Throws InputError if target has become what may not be replaced; of
+    // several runs with one target and `replace`, the last one to finish is there, whole.
     void finish(const Scenario& scenario, const PlatformFile& platform, const Simulator& simulator,
                 const RunResult& result);
 
   private:
+    bool take_place();
+
     std::filesystem::path target_;
+    bool replace_;
     std::filesystem::path partial_;
     bool finished_ = false;
+    bool has_velocity_ = true;
     std::unique_ptr<CsvFile> log_;
     std::unique_ptr<CsvFile> truth_;
 };

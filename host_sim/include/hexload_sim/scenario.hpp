@@ -5,6 +5,7 @@
 #include <hexload_sim/hydraulics.hpp>
 #include <hexload_sim/leg_inertia.hpp>
 #include <hexload_sim/load.hpp>
+#include <hexload_sim/machine.hpp>
 #include <hexload_sim/sensors.hpp>
 #include <hexload_sim/trajectory.hpp>
 
@@ -38,7 +39,8 @@ struct Scenario {
     std::vector<LoadChange> loads{LoadChange{}}; // the first at 0 s, times increasing
     TrajectorySettings trajectory;
     LimitSettings limits;
-    LegBars leg_bars;
+    MachineSettings machine;
+    SixLegBars leg_bars;
     HydraulicSettings hydraulics;
     ControllerSettings controller;
     SensorSettings sensors;
@@ -51,7 +53,8 @@ inline constexpr std::int64_t substeps_max = 1000;
 
 // Reads and checks a scenario file; paths in it are relative to it. Does not read the platform file. Throws
 // InputError: file missing, TOML syntax, unknown or missing key, wrong type or length, value out of range, a
-// load that cannot exist, load times not increasing, unknown trajectory kind.
+// load that cannot exist, load times not increasing, unknown trajectory kind, static friction below
+// Coulomb's.
 Scenario load_scenario(const std::filesystem::path& path);
 
 // The scenario as a TOML document with every default filled in; load_scenario reads it back.

@@ -15,6 +15,7 @@
 #include <memory>
 #include <optional>
 #include <span>
+#include <vector>
 
 namespace hexload::sim {
 
@@ -25,7 +26,7 @@ struct Tick {
     Motion reference;
     Pose pose;                       // truth
     Twist twist;                     // truth
-    LegState legs;                   // truth, noise-free
+    LegState legs;                   // truth: neither sensor errors nor low-passes
     std::optional<LegSample> sample; // what the estimator sees; nothing: lost
 };
 
@@ -53,6 +54,11 @@ class Simulator {
     }
     MassProperties body_at_start() const;
 
+    // The machine that stands there; the platform file is what is known of it.
+    const Machine& machine() const {
+        return machine_;
+    }
+
     // The load that the platform carries in the tick that step() returned last.
     const Load& load() const {
         return scenario_.loads[next_load_ - 1].load;
@@ -60,10 +66,14 @@ class Simulator {
 
   private:
     void change_load();
+    void watch(double delay_s, std::optional<std::size_t>& glimpse);
+    Pose start_pose() const;
+    LegState transducers(const LegState& legs) const;
     LegReference leg_reference(const Motion& motion) const;
 
     PlatformFile platform_;
     Scenario scenario_;
+    Machine machine_;
     std::unique_ptr<Trajectory> trajectory_;
     Plant plant_;
     Controller controller_;
@@ -71,6 +81,9 @@ class Simulator {
     std::uint32_t ticks_;
     std::uint32_t tick_ = 0;
     std::size_t next_load_ = 1;
+    std::vector<Glimpse> glimpses_; // of the tick before, for channels late by a fraction of a tick
+    std::optional<std::size_t> force_glimpse_;
+    std::optional<std::size_t> velocity_glimpse_;
 };
 
 struct RunCounts {

@@ -2,7 +2,7 @@
 
 #include "app/app.h"
 #include "estimate_row.hpp"
-#include "filter_code.hpp"
+#include "estimator_code.hpp"
 
 #include <fmt/format.h>
 
@@ -125,7 +125,7 @@ void ControllerSession::note_load_change(const hexload_bus_load_change_t& change
 }
 
 bool ControllerSession::is_of_estimator(const hexload_bus_answer_t& answer) const {
-    return answer.filter == filter_of(settings_.estimator);
+    return answer.filter == hexload_bus_filter_of(kind_of(settings_.estimator));
 }
 
 BusCounts ControllerSession::counts() const {

@@ -1,29 +1,32 @@
 #include "estimate_row.hpp"
 
+#include "estimator_code.hpp"
+
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <iterator>
 
 namespace hexload::sim {
 
 std::span<const std::string_view> parameter_names(EstimatorKind kind) {
-    static constexpr std::array<std::string_view, HEXLOAD_PAPER_DIM> paper = {"dz", "Ixx", "Iyy", "Izz"};
-    static constexpr std::array<std::string_view, parameters_max> all = {
-        "m",        "hx",       "hy",       "hz",       "Ixx",      "Iyy",      "Izz",
-        "Ixy",      "Ixz",      "Iyz",      "bias1",    "bias2",    "bias3",    "bias4",
-        "bias5",    "bias6",    "coulomb1", "coulomb2", "coulomb3", "coulomb4", "coulomb5",
-        "coulomb6", "viscous1", "viscous2", "viscous3", "viscous4", "viscous5", "viscous6"};
-    static_assert(all.size() == std::size_t{HEXLOAD_LOAD_DIM} + std::size_t{HEXLOAD_EFFECTS_DIM});
-    switch (kind) {
-    case EstimatorKind::paper:
-        return paper;
-    case EstimatorKind::momentum:
-        return std::span(all).first<HEXLOAD_LOAD_DIM>();
-    case EstimatorKind::momentum_effects:
-        break;
-    }
-    return all;
+    using Names = std::vector<std::string_view>;
+    static const auto all = [] {
+        std::array<Names, HEXLOAD_KINDS> names;
+        for (std::size_t code = 0; code < names.size(); code++) {
+            const hexload_descriptor_t& descriptor = *hexload_describe(static_cast<hexload_kind_t>(code));
+            for (std::uint32_t k = 0; k < descriptor.parameters + descriptor.effects; k++) {
+                names[code].emplace_back(descriptor.unknown[k].name);
+            }
+        }
+        return names;
+    }();
+    return all[kind_of(kind)];
+}
+
+std::span<const std::string_view> load_parameter_names(EstimatorKind kind) {
+    return parameter_names(kind).first(hexload_describe(kind_of(kind))->parameters);
 }
 
 EstimateRow estimate_row(const hexload_estimate_t& estimate, double t_s, std::uint32_t health_bits) {
@@ -39,27 +42,27 @@ EstimateRow estimate_row(const hexload_estimate_t& estimate, double t_s, std::ui
     return row;
 }
 
-void add_machine(EstimateRow& row, const hexload_effects_estimate_t& machine) {
-    std::copy(std::begin(machine.value), std::end(machine.value), row.value.begin() + HEXLOAD_LOAD_DIM);
-    std::copy(std::begin(machine.sigma), std::end(machine.sigma), row.sigma.begin() + HEXLOAD_LOAD_DIM);
+void add_effects(EstimateRow& row, const hexload_effects_estimate_t& effects) {
+    std::copy(std::begin(effects.value), std::end(effects.value), row.value.begin() + HEXLOAD_LOAD_DIM);
+    std::copy(std::begin(effects.sigma), std::end(effects.sigma), row.sigma.begin() + HEXLOAD_LOAD_DIM);
 }
 
-std::vector<ConfoundedParameter> confounded_parameters(const hexload_effects_estimate_t& machine) {
+std::vector<ConfoundedParameter> confounded_parameters(const hexload_effects_estimate_t& effects) {
     const auto names = parameter_names(EstimatorKind::momentum);
-    std::vector<ConfoundedParameter> hidden;
+    std::vector<ConfoundedParameter> confounded;
     for (std::size_t k = 0; k < names.size(); k++) {
-        if ((machine.confounded_with_friction >> k & 1U) != 0) {
-            hidden.push_back(
+        if ((effects.confounded_with_friction >> k & 1U) != 0) {
+            confounded.push_back(
                 {names[k], fmt::format("friction and load cannot be separated: no leg faster than "
                                        "{:.2g} m/s of late, or not in enough directions",
-                                       machine.fastest_leg_m_s)});
-        } else if ((machine.confounded_with_bias >> k & 1U) != 0) {
-            hidden.push_back({names[k],
+                                       effects.fastest_leg_m_s)});
+        } else if ((effects.confounded_with_bias >> k & 1U) != 0) {
+            confounded.push_back({names[k],
                               "the force sensors' bias and load cannot be separated: too little tilt "
                               "and acceleration of late"});
         }
     }
-    return hidden;
+    return confounded;
 }
 
 std::vector<HealthCount> named_health_counts(const std::uint32_t (&count)[HEXLOAD_HEALTH_BITS]) {

@@ -11,12 +11,15 @@ namespace hexload::sim {
 // In the order of the firmware's arrays.
 std::span<const std::string_view> parameter_names(EstimatorKind kind);
 
+// Those of them that answers on a bus carry: the load's.
+std::span<const std::string_view> load_parameter_names(EstimatorKind kind);
+
 EstimateRow estimate_row(const hexload_estimate_t& estimate, double t_s, std::uint32_t health_bits);
 
 // Puts the machine's effects behind the load's parameters.
-void add_machine(EstimateRow& row, const hexload_effects_estimate_t& machine);
+void add_effects(EstimateRow& row, const hexload_effects_estimate_t& effects);
 
-std::vector<ConfoundedParameter> confounded_parameters(const hexload_effects_estimate_t& machine);
+std::vector<ConfoundedParameter> confounded_parameters(const hexload_effects_estimate_t& effects);
 
 std::vector<HealthCount> named_health_counts(const std::uint32_t (&count)[HEXLOAD_HEALTH_BITS]);
 

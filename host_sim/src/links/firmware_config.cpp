@@ -1,5 +1,7 @@
 #include "firmware_config.hpp"
 
+#include "estimator_code.hpp"
+
 #include <hexload_sim/input_error.hpp>
 
 #include <algorithm>
@@ -37,6 +39,7 @@ hexload_config_t firmware_config(const PlatformFile& platform, const EstimatorSe
                                  double sampling_s) {
     hexload_config_t config;
     hexload_config_default(&config);
+    config.kind = kind_of(settings.kind);
     config.tick_s = real(sampling_s);
     for (std::size_t leg = 0; leg < HEXLOAD_LEGS; leg++) {
         copy(platform.geometry.base_hinges_m[leg], config.geometry.base_hinge_m[leg]);

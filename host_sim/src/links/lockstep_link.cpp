@@ -2,7 +2,7 @@
 
 #include "app/app.h"
 #include "estimate_row.hpp"
-#include "filter_code.hpp"
+#include "estimator_code.hpp"
 
 #include <fmt/format.h>
 
@@ -18,12 +18,12 @@ class LockstepLink final : public EstimatorLink {
         : session_(std::move(wire), settings) {}
 
     std::span<const std::string_view> parameter_names() const override {
-        return sim::parameter_names(session_.settings().estimator);
+        return load_parameter_names(session_.settings().estimator);
     }
 
     void start() override {
         const LinkSettings& settings = session_.settings();
-        const auto filter = static_cast<float>(filter_of(settings.estimator));
+        const auto filter = static_cast<float>(kind_of(settings.estimator));
         session_.command(HEXLOAD_COMMAND_RESET, 0.0F, settings.answer_timeout);
         session_.command(HEXLOAD_COMMAND_SELECT_FILTER, filter, settings.answer_timeout);
         session_.command(HEXLOAD_COMMAND_START, HEXLOAD_PACING_LOCKSTEP, settings.answer_timeout);

@@ -2,7 +2,7 @@
 
 #include "app/app.h"
 #include "estimate_row.hpp"
-#include "filter_code.hpp"
+#include "estimator_code.hpp"
 
 #include <fmt/format.h>
 
@@ -72,7 +72,7 @@ class RealTimeLink final : public EstimatorLink {
         : session_(std::move(wire), settings) {}
 
     std::span<const std::string_view> parameter_names() const override {
-        return sim::parameter_names(session_.settings().estimator);
+        return load_parameter_names(session_.settings().estimator);
     }
 
     void start() override {
@@ -226,7 +226,7 @@ void RealTimeLink::take_state(std::uint8_t state, std::uint8_t fault) {
 float RealTimeLink::argument_of(hexload_bus_command_kind_t kind) const {
     switch (kind) {
     case HEXLOAD_COMMAND_SELECT_FILTER:
-        return static_cast<float>(filter_of(session_.settings().estimator));
+        return static_cast<float>(kind_of(session_.settings().estimator));
     case HEXLOAD_COMMAND_START:
         return static_cast<float>(HEXLOAD_PACING_REAL_TIME);
     default:

@@ -1,7 +1,7 @@
-/// Replays a log inside the controller with the momentum estimator, or as the program `machine` with that
-/// which finds bias and friction too: arguments LOG OUT, files of the host in the format of
+/// Replays a log inside the controller with the momentum estimator, or as the program `momentum_effects` with
+/// that which finds bias and friction too: arguments LOG OUT, files of the host in the format of
 /// tools/python/hexload_dev/target.py.
-#include "hexload/momentum_effects.h"
+#include "hexload/momentum.h"
 
 #include "arguments.h"
 #include "instruction_counter.h"
@@ -30,7 +30,7 @@ typedef struct {
     uint32_t tick_stack_bytes;
 } answer_t;
 
-#ifdef WITH_MACHINE
+#ifdef WITH_EFFECTS
 typedef hexload_momentum_effects_t estimator_t;
 
 static hexload_status_t init(estimator_t* self, const hexload_config_t* config) {

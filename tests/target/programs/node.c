@@ -55,8 +55,9 @@ static uint32_t count_decoding(hexload_sample_assembly_t assembly, const hexload
 
 /// The answer that the node has just sent, or the page of it.
 static uint32_t count_encoding(const hexload_node_t* node, const hexload_leg_sample_t* sample) {
-    const hexload_bus_answer_t answer = {
-        .tick = sample->tick, .filter = (uint8_t)node->app.filter, .estimate = node->app.estimate};
+    const hexload_bus_answer_t answer = {.tick = sample->tick,
+                                         .filter = (uint8_t)hexload_bus_filter_of(node->app.config.kind),
+                                         .estimate = node->app.estimate};
     hexload_bus_frame_t frames[HEXLOAD_BUS_ANSWER_FRAMES];
     const uint32_t mark = instruction_counter_mark();
     const int count = hexload_bus_encode_answer(node->assembly.profile, &answer, node->answer_page, frames);
@@ -93,7 +94,7 @@ static uint32_t count_longest_period(hexload_node_t* node) {
 
 /// Past the listening time, in lockstep, so that no time-out ends the run.
 static bool start(hexload_node_t* node, const hexload_config_t* config, hexload_bus_profile_t profile,
-                  hexload_bus_filter_t filter, mailbox_t* mailbox, header_t* header) {
+                  mailbox_t* mailbox, header_t* header) {
     const hexload_port_t port = {.context = mailbox, .send = send};
     const hexload_bus_command_t command = {.kind = HEXLOAD_COMMAND_START,
                                            .argument = (float)HEXLOAD_PACING_LOCKSTEP};
@@ -101,7 +102,6 @@ static bool start(hexload_node_t* node, const hexload_config_t* config, hexload_
     hexload_bus_frame_t frame;
     hexload_app_settings_default(&settings);
     settings.refused_limit = UINT32_MAX;
-    settings.filter = filter;
     if (hexload_node_init(node, config, &settings, profile, &port) != HEXLOAD_OK ||
         hexload_bus_encode_command(&command, &frame) != HEXLOAD_BUS_OK) {
         return false;
@@ -114,15 +114,17 @@ static bool start(hexload_node_t* node, const hexload_config_t* config, hexload_
     return node->app.state == HEXLOAD_APP_ARMED;
 }
 
-static enum exit_status run(hexload_bus_profile_t profile, hexload_bus_filter_t filter, int32_t log,
-                            int32_t out) {
+static enum exit_status run(hexload_bus_profile_t profile, hexload_kind_t kind, int32_t log, int32_t out) {
     static hexload_node_t node;
     static hexload_config_t config;
     static mailbox_t mailbox;
     header_t header = {.config_bytes = sizeof config, .node_bytes = sizeof node};
     hexload_leg_sample_t sample;
-    if (!semihosting_read(log, &config, sizeof config) ||
-        !start(&node, &config, profile, filter, &mailbox, &header)) {
+    if (!semihosting_read(log, &config, sizeof config)) {
+        return BAD_CONFIG;
+    }
+    config.kind = kind;
+    if (!start(&node, &config, profile, &mailbox, &header)) {
         return BAD_CONFIG;
     }
     if (!semihosting_write(out, &header, sizeof header)) {
@@ -156,5 +158,5 @@ int main(void) {
     }
     instruction_counter_start();
     return run(strcmp(words[0], "fd") == 0 ? HEXLOAD_BUS_FD : HEXLOAD_BUS_CLASSIC,
-               strcmp(words[1], "paper") == 0 ? HEXLOAD_FILTER_PAPER : HEXLOAD_FILTER_MOMENTUM, log, out);
+               strcmp(words[1], "paper") == 0 ? HEXLOAD_KIND_PAPER : HEXLOAD_KIND_MOMENTUM, log, out);
 }

@@ -1,6 +1,6 @@
 #include "rivals.h"
 
-#include "paper_filter.c" // its two steps are static
+#include "paper/paper_filter.c" // its two steps are static
 
 static hexload_config_t config;
 static hexload_paper_filter_t filter; // all of it
@@ -37,12 +37,22 @@ void own_filter_prepare(const rival_input_t* input) {
     }
 }
 
+static hexload_paper_step_t measurement_of(const rival_input_t* input) {
+    hexload_paper_step_t measured;
+    memcpy(measured.rate_rad_s, input->measured, sizeof measured.rate_rad_s);
+    memcpy(measured.noise, input->R, sizeof measured.noise);
+    memcpy(measured.noise_lever_kg_m2, model.noise_lever_kg_m2, sizeof measured.noise_lever_kg_m2);
+    measured.is_predicted = true;
+    return measured;
+}
+
 void kalman_filter_step(rival_input_t* input) {
+    const hexload_paper_step_t measured = measurement_of(input);
     hexload_real_t S[3][3];
     hexload_real_t L[3][3];
     hexload_real_t whitened[3];
     predict(&kalman, &model);
-    if (innovate(&kalman, input->measured, input->R, S, L, whitened)) {
+    if (innovate(&kalman, &measured, S, L, whitened)) {
         correct(&kalman, L, whitened);
     }
 }
@@ -51,7 +61,8 @@ void own_filter_step(rival_input_t* input) {
     uint32_t health = 0;
     predict(&filter, &model);
     add_jacobian_noise(&filter.jacobian_noise, &model.jacobian_noise);
-    update(&filter, &config, model.noise_lever_kg_m2, input->measured, input->R, &health);
+    const hexload_paper_step_t measured = measurement_of(input);
+    update(&filter, &config, &measured, &health);
 }
 
 void kalman_filter_read(float parameters[PARAMETERS]) {

@@ -2,7 +2,12 @@
 /// tools/python/hexload_dev/target.py. Every tick runs twice, stage by stage with marks in between on a copy, and
 /// as hexload_paper_tick(); both must end in the same state, so the stages' instructions are those of the
 /// tick.
-#include "hexload/hexload.h"
+#include "hexload/paper.h"
+
+#include "front_end/leg_sample.h"
+#include "front_end/wrench.h"
+#include "paper/paper_filter.h"
+#include "paper/paper_supervisor.h"
 
 #include "arguments.h"
 #include "instruction_counter.h"
@@ -50,12 +55,13 @@ static uint32_t count_nops(void) {
 static void run_stages(hexload_paper_t* self, const hexload_config_t* config,
                        const hexload_leg_sample_t* sample, uint32_t instructions[STAGES]) {
     uint32_t health = 0;
-    uint32_t gap_ticks = 0;
     hexload_estimate_t estimate;
     hexload_motion_t motion;
+    hexload_present_tick_t now = {.sample = sample, .motion = &motion, .sensors = config->sensors};
     hexload_wrench_t wrench;
     uint32_t mark = instruction_counter_mark();
-    hexload_status_t status = hexload_leg_sample_check(&self->leg_gate, config, sample, &gap_ticks, &health);
+    hexload_status_t status =
+        hexload_leg_sample_check(&self->leg_gate, config, sample, &now.gap_ticks, &health);
     instructions[LEG_SAMPLE] = instruction_counter_since(mark);
     if (status != HEXLOAD_OK) {
         return;
@@ -71,11 +77,10 @@ static void run_stages(hexload_paper_t* self, const hexload_config_t* config,
     hexload_wrench_compute(&motion, sample, &wrench);
     instructions[WRENCH] = instruction_counter_since(mark);
     mark = instruction_counter_mark();
-    hexload_paper_filter_step(&self->paper_filter, config, sample, &motion, &self->kinematics.jacobian,
-                              &wrench, gap_ticks, &health);
+    hexload_paper_filter_step(&self->filter, config, &now, &wrench, &health);
     instructions[FILTER] = instruction_counter_since(mark);
     mark = instruction_counter_mark();
-    hexload_paper_supervisor_judge(&self->supervisor, config, &self->paper_filter, &estimate, &health);
+    hexload_paper_supervisor_judge(&self->supervisor, config, &self->filter, &estimate, &health);
     instructions[SUPERVISOR] = instruction_counter_since(mark);
 }
 
@@ -104,7 +109,7 @@ static enum exit_status replay(int32_t log, int32_t out) {
     static hexload_config_t config;
     const header_t header = {.config_bytes = sizeof config,
                              .estimator_bytes = sizeof estimator,
-                             .filter_bytes = sizeof estimator.paper_filter,
+                             .filter_bytes = sizeof estimator.filter,
                              .nop_instructions = count_nops()};
     hexload_leg_sample_t sample;
     if (!semihosting_read(log, &config, sizeof config) ||

@@ -6,6 +6,7 @@
 hexload_config_t paper_machine(void) {
     hexload_config_t config;
     hexload_config_default(&config);
+    config.kind = HEXLOAD_KIND_PAPER;
     return config;
 }
 

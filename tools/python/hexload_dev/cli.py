@@ -19,6 +19,14 @@ def test(
     regex: Annotated[
         str | None, typer.Option("-R", "--regex", help="Only tests whose name matches, with all that they print.")
     ] = None,
+    label: Annotated[
+        str | None,
+        typer.Option(
+            "-L",
+            "--label",
+            help="Only tests of this kind: unit, install, properties, crosscheck, sil, hil, target, budget or static; a regex.",
+        ),
+    ] = None,
 ) -> None:
     """Builds and runs every test; the last line reads 'N passed, N failed'.
 
@@ -26,11 +34,13 @@ def test(
     can have neither skips them and says so; with HEXLOAD_REQUIRE_VCAN=1, or CI=true, that is a failure. Results are in
     build/junit, what the CAN and LCM tests leave behind is in build/artefacts.
 
+    In less than a minute, with what it builds:  hexload test --quick -L unit
+
     Example:  hexload test --quick -R kinematics
     """
     from hexload_dev import test as verb
 
-    raise typer.Exit(verb.run_tests(["host"] if quick else preset, regex))
+    raise typer.Exit(verb.run_tests(["host"] if quick else preset, regex, label))
 
 
 @app.command()

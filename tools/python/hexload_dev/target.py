@@ -128,7 +128,11 @@ def replay(preset: str, config: bytes, samples: NDArray, folder: Path) -> Replay
 
 
 def replay_momentum(
-    preset: str, config: bytes, samples: NDArray, folder: Path, program: Literal["momentum", "machine"] = "momentum"
+    preset: str,
+    config: bytes,
+    samples: NDArray,
+    folder: Path,
+    program: Literal["momentum", "momentum_effects"] = "momentum",
 ) -> tuple[int, NDArray]:
     """Runs the program: bytes of its estimator, and answers of MOMENTUM_ANSWER, one for each sample."""
     (folder / "log").write_bytes(config + samples.tobytes())
@@ -203,7 +207,7 @@ def objects(preset: str, *sources: str) -> list[Path]:
 
 
 def library(preset: str) -> Path:
-    return directory(preset) / "firmware" / "libfirmware.a"
+    return directory(preset) / "firmware" / "libhexload.a"
 
 
 def node_libraries(preset: str) -> list[Path]:

@@ -22,8 +22,21 @@ from hexload_dev import build
 
 @dataclass(frozen=True)
 class Plan:
-    labels: str | None  # of ctest (unit, properties, crosscheck, sil, hil, target, budget, static), a regex; None: all
+    labels: (
+        str | None
+    )  # of ctest (unit, install, properties, crosscheck, sil, hil, target, budget, static), a regex; None: all
     targets: tuple[str, ...] = ()  # that are built; none: all
+
+
+@dataclass(frozen=True)
+class Selection:
+    """Of a preset's tests those whose name and one of whose labels match; None: any."""
+
+    regex: str | None = None
+    labels: str | None = None
+
+    def targets(self, plan: Plan) -> tuple[str, ...]:
+        return UNIT_TARGETS if self.labels == "unit" else plan.targets
 
 
 PLANS = {
@@ -33,6 +46,7 @@ PLANS = {
     "host-clang": Plan("unit|properties"),  # all is built: clang warns of what gcc does not
     "asan-ubsan": Plan("unit|properties", ("tests/all",)),
 }
+UNIT_TARGETS = ("tests/unit/all",)  # what the unit tests run, and the libraries that one of them installs
 JUNIT = project.BUILD / "junit"
 ERROR_LINES = 4  # of one failed pytest
 LAST_LINES = 40  # of one failed ctest
@@ -49,13 +63,14 @@ class Outcome:
     reasons: dict[str, tuple[str, ...]] = field(default_factory=dict)  # of failures, by name: lines of their output
 
 
-def run_tests(presets: list[str] | None, regex: str | None) -> int:
+def run_tests(presets: list[str] | None, regex: str | None, labels: str | None = None) -> int:
     """Returns the exit status: 0 only when at least one test ran and none failed."""
     chosen = _checked(presets)
+    selection = Selection(regex, labels)
     builder = ThreadPoolExecutor(max_workers=1, initializer=_leave_processors_to_tests)
     try:
-        builds = [builder.submit(build.build, preset, *PLANS[preset].targets) for preset in chosen]
-        outcomes = [_run_preset(preset, regex, built) for preset, built in zip(chosen, builds, strict=True)]
+        builds = [builder.submit(build.build, preset, *selection.targets(PLANS[preset])) for preset in chosen]
+        outcomes = [_run_preset(preset, selection, built) for preset, built in zip(chosen, builds, strict=True)]
     finally:
         builder.shutdown(cancel_futures=True)
     _print_summary(outcomes)
@@ -82,7 +97,7 @@ def _checked(presets: list[str] | None) -> list[str]:
     return presets or list(PLANS)
 
 
-def _run_preset(preset: str, regex: str | None, built: Future[None]) -> Outcome:
+def _run_preset(preset: str, selection: Selection, built: Future[None]) -> Outcome:
     try:
         built.result()
     except ToolFailed as error:
@@ -102,8 +117,9 @@ def _run_preset(preset: str, regex: str | None, built: Future[None]) -> Outcome:
         "--output-junit",
         str(junit),
     ]
-    command += ["--label-regex", labels] if (labels := PLANS[preset].labels) else []
-    command += ["--tests-regex", regex, "--verbose"] if regex else []
+    for labels in (PLANS[preset].labels, selection.labels):  # a test must match each
+        command += ["--label-regex", labels] if labels else []
+    command += ["--tests-regex", selection.regex, "--verbose"] if selection.regex else []
     print(f"[hexload] testing {preset} ...", flush=True)
     status = subprocess.run(command, cwd=project.ROOT).returncode
     outcome = read_junit(preset, junit)

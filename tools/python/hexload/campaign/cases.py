@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hexload import project
+from hexload.campaign.rigs import draw_rig, with_rig
 from hexload.io.toml_document import Table, read_toml
 from hexload.theory.bound import LEGS, Machine
 
@@ -42,6 +43,7 @@ class CaseClass:
     on_axis: bool = False  # the paper's kind of load: centre of mass on the axis, no products of inertia
     own_machine: bool = False  # hinges, platform and its centre of mass are drawn too
     legs: bool = False  # legs with mass, which the platform file does not know; a run of the empty platform is the tare
+    rig: bool = False  # a machine with every effect of a real one, which neither platform file nor controller know
     effects: bool = False  # biased force sensors and legs that rub, of which the controller is to find out
 
 
@@ -74,6 +76,11 @@ CLASSES: dict[str, CaseClass] = {
     "multisine_actuator_effects": CaseClass("multisine, biased force sensors and friction", "multisine", effects=True),
     "paper_actuator_effects": CaseClass("the paper's motion, biased force sensors and friction", "paper", effects=True),
     "work_actuator_effects": CaseClass("work motion, biased force sensors and friction", "work", effects=True),
+    "rig_multisine": CaseClass("multisine on a new rig each run", "multisine", rig=True),
+    "rig_work": CaseClass("work motion on a new rig each run", "work", rig=True),
+    "rig_changes": CaseClass(
+        "work motion on a new rig each run, the empty platform picks up a load", "work", "pick_up", rig=True
+    ),
 }
 DEFAULT_CLASSES = ("multisine", "paper", "paper_rest", "work")
 
@@ -157,6 +164,8 @@ def draw(case: Case) -> Setup:
         "sensors": {"noise_scale": kind.true_sigma},
     }
     platform = _draw_platform(random, kind)
+    if kind.rig:
+        scenario = with_rig(scenario, draw_rig(random))
     effects = _add_effects(random, platform, scenario) if kind.effects else None
     tare_scenario = _add_legs(random, scenario) if kind.legs else None
     return Setup(platform, scenario, rows, tare_scenario, effects)

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hexload import project
-from hexload.campaign import baselines, cases
+from hexload.campaign import baselines, cases, rigs
 from hexload.campaign.baselines import Answer
 from hexload.campaign.cases import MOTION_FILE, TARED, Case, Setup
 from hexload.errors import InputError, ToolFailed
@@ -41,7 +41,9 @@ TEN = len(bound.THETA_NAMES)
 @functools.cache
 def code_version() -> str:
     """Digest of what decides the numbers of a case: programs, modules, the platform and the friction of the cases."""
-    modules = [Path(module.__file__) for module in (cases, leg_regression, baselines, bound, log_file, tare, leg_mass)]
+    modules = [
+        Path(module.__file__) for module in (cases, rigs, leg_regression, baselines, bound, log_file, tare, leg_mass)
+    ]
     native = Path(project.native_module().__file__)
     platform = project.SCENARIOS / "platforms" / "paper.toml"
     digest = hashlib.sha256()

@@ -185,10 +185,34 @@ def excite(
     out: Annotated[
         Path, typer.Option(help="Trajectory to write (.csv: t,x,y,z,roll,pitch,yaw); a summary (.json) goes beside it.")
     ],
-    scenario: Annotated[str, typer.Option(help="Scenario whose hydraulics and limits bound the motion.")] = "multisine",
+    scenario: Annotated[
+        str | None,
+        typer.Option(
+            help="Scenario whose hydraulics and servo bound the motion, instead of what the actuators can do."
+        ),
+    ] = None,
+    leg_speed: Annotated[
+        float | None,
+        typer.Option(help="Of an unloaded leg, m/s.", show_default="actuators.leg_speed_m_s of the platform file"),
+    ] = None,
+    leg_force: Annotated[
+        float | None,
+        typer.Option(help="Of a leg at standstill, N.", show_default="actuators.leg_force_n of the platform file"),
+    ] = None,
+    speed_sum: Annotated[
+        float | None,
+        typer.Option(
+            help="Of six legs at a time, m/s: what pump or supply feeds.",
+            show_default="actuators.speed_sum_m_s of the platform file",
+        ),
+    ] = None,
     mass: Annotated[
         float | None,
         typer.Option(help="Expected load, kg.", show_default="the platform file's known mass, or twice the platform's"),
+    ] = None,
+    mass_max: Annotated[
+        float | None,
+        typer.Option(help="Heaviest load that may be on the platform, kg.", show_default="1.5 times the expected one"),
     ] = None,
     height: Annotated[
         float | None,
@@ -196,20 +220,50 @@ def excite(
     ] = None,
     seed: Annotated[int, typer.Option(min=0, help="Of the random starts; the same seed gives the same motion.")] = 1,
     starts: Annotated[int, typer.Option(min=1, help="Searches, each from another random motion.")] = 4,
-    iterations: Annotated[int, typer.Option(min=1, help="Steps of each search at most.")] = 100,
+    iterations: Annotated[int, typer.Option(min=1, help="Steps of each search at most.")] = 60,
     sines: Annotated[int, typer.Option(min=2, max=30, help="Frequencies in each of the six coordinates.")] = 8,
     frequency_max: Annotated[float, typer.Option(help="Highest of them, Hz; the servo's bandwidth.")] = 2.5,
+    tilt_max: Annotated[float, typer.Option(help="Of the platform's normal against the vertical, deg.")] = 30.0,
+    condition_max: Annotated[
+        float | None,
+        typer.Option(
+            help="Of the Jacobian, Frobenius, moments by the hinges' radius; 1 at best.",
+            show_default="3 times that of home",
+        ),
+    ] = None,
+    distance_min: Annotated[
+        float | None,
+        typer.Option(help="Of that Jacobian to a singular one, 1 / |J^-1|.", show_default="0.3 of that of home"),
+    ] = None,
 ) -> None:
-    """Finds a motion that identifies a load as well as the machine's stroke, valves and pump allow in a given time.
+    """Finds a motion that identifies a load as well as the machine's stroke, actuators and supply allow in a given time.
 
     Six finite Fourier series, from rest at home to rest at home, for the smallest worst bound on the ten parameters relative to their
-    scales. The table shows the bounds of the motion found beside those of the paper's motion and of the multisine.
+    scales, inside limits of stroke, speed, supply, force, tilt, condition and distance to singularity. Then simulated with servo and
+    no, the expected and the heaviest load; scaled down, or refused, when the machine does not follow or leaves its workspace.
+    The tables show each limit with the margin left, and the bounds beside those of the paper's motion and of the multisine.
 
-    Example:  hexload excite --platform tests/data/paper_load.toml --duration 5 --out excite.csv
+    Example:  hexload excite --platform tests/data/paper_load.toml --scenario multisine --duration 5 --out excite.csv
     """
     from hexload.cli import excite as verb
 
-    wish = verb.Wish(platform, duration, scenario, mass, height, seed, starts, iterations, sines, frequency_max)
+    wish = verb.Wish(
+        platform,
+        duration,
+        scenario,
+        mass,
+        height,
+        seed,
+        starts,
+        iterations,
+        sines,
+        frequency_max,
+        mass_max,
+        (leg_speed, leg_force, speed_sum),
+        tilt_max,
+        condition_max,
+        distance_min,
+    )
     verb.print_summary(verb.design(wish, out), wish, out)
 
 

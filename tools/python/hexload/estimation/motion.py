@@ -48,7 +48,8 @@ def excite(
 
     platform          a platform file, its tables as a dict, or a Platform
     theta             (10,) parameters of the expected load, in the order of THETA_NAMES, SI, with a mass
-    limits            hexload.theory.excitation.Limits: stroke, m; leg speed and their sum, m/s; leg force, N
+    limits            hexload.theory.excitation.Limits: stroke, m; leg speed and their sum, m/s; leg force with this
+                      load, N; tilt, rad; condition of the Jacobian at most, distance to singularity at least, more than 0
     duration_s        run-in and run-out included, 1 to 120
     sines             frequencies in each of the six coordinates, up to frequency_max_hz
     seed, starts, iterations   random starts of the search, and steps of each at most
@@ -74,15 +75,17 @@ def excite(
     problem = Problem(
         platform=described.theory(),
         home_leg_length_m=np.asarray(native.home_leg_length_m),
+        length_m=float(np.linalg.norm(native.platform_hinges_m, axis=1).mean()),
         limits=limits,
         sigmas=Sigmas(native.velocity_sigma_m_s, native.force_sigma_n),
         theta=load,
+        heaviest_theta=load,
         scale=scale,
         prior_sigma=PRIOR_SCALES * scale,
         duration_s=duration_s,
         frequencies_hz=np.geomspace(max(0.2, 1.0 / duration_s), frequency_max_hz, sines),
     )
-    coefficients = fitted(problem, optimise(problem, seed, starts, iterations, lambda: None), ROW_S)
+    coefficients = fitted(problem, optimise(problem, seed, starts, iterations, lambda _: None), ROW_S)
     basis = Basis(problem, ROW_S)
     motion = basis.motion(coefficients)
     return Excitation(basis.t_s, motion[:, :6], relative_bound(problem, trajectory_of(motion)))

@@ -149,8 +149,8 @@ def _true_effects(scenario: dict) -> dict[str, list[float]]:
     hydraulics = scenario["hydraulics"]
     return {
         "bias": scenario["sensors"]["force_bias_n"],
-        "coulomb": [hydraulics["coulomb_friction_n"]] * LEGS,
-        "viscous": [hydraulics["viscous_friction_n_s_m"]] * LEGS,
+        "coulomb": np.broadcast_to(hydraulics["coulomb_friction_n"], LEGS).tolist(),  # one number for all, or six
+        "viscous": np.broadcast_to(hydraulics["viscous_friction_n_s_m"], LEGS).tolist(),
     }
 
 

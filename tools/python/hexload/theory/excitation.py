@@ -8,6 +8,10 @@ sigma_f makes that white:
 
     information = sum over ticks of (filtered A)^T (filtered A) / sigma_f^2
 
+A pose is far from a singular one when the Jacobian J_s, its moments divided by a characteristic length, is: its
+condition is |J_s| |J_s^-1| / 6 by Frobenius norms, 1 at best, and 1 / |J_s^-1| bounds its distance to the next singular
+matrix from below.
+
 Angles and arrays as in hexload.theory.bound; q = [x, y, z, roll, pitch, yaw].
 """
 
@@ -16,7 +20,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import minimize
+from scipy.optimize import OptimizeResult, minimize
 
 from hexload.theory.bound import (
     Platform,
@@ -36,6 +40,7 @@ TICK_S = 1e-3
 RUN_IN_S = 0.5
 WORST_POWER = 4  # of the smooth maximum over the relative variances
 LIMIT_POWER = 60  # of the smooth maximum over ticks and limits
+NEGLIGIBLE = 0.6  # of the largest: 0.6^60 = 5e-14
 DIFFERENCE = 1e-6  # m, rad and their rates: far above rounding, far below the motion
 BISECTIONS = 16
 MARGIN = 1e-3  # of the limits: what the file's digits and its interpolation may take
@@ -43,28 +48,47 @@ MARGIN = 1e-3  # of the limits: what the file's digits and its interpolation may
 
 @dataclass(frozen=True)
 class Limits:
+    """What a motion may use."""
+
     stroke_min_m: float
     stroke_max_m: float
     leg_speed_m_s: float
     speed_sum_m_s: float  # over six legs
-    leg_force_n: float  # keeps the motion away from singular poses too
+    leg_force_n: float
+    tilt_rad: float
+    condition: float
+    distance: float  # to singularity, at least
+
+
+@dataclass(frozen=True)
+class Posture:
+    """How far poses are from the machine's singular ones."""
+
+    tilt_rad: Array  # (n,) between the platform's normal and the vertical
+    condition: Array  # (n,)
+    distance: Array  # (n,)
 
 
 @dataclass(frozen=True)
 class Problem:
     platform: Platform
     home_leg_length_m: Array  # (6,)
+    length_m: float  # characteristic, of the condition
     limits: Limits
     sigmas: Sigmas
     theta: Array  # (10,) of the expected load
+    heaviest_theta: Array  # (10,) of the heaviest, whose forces are limited
     scale: Array  # (10,) that errors are compared with
     prior_sigma: Array  # (10,) before the first tick
     duration_s: float
     frequencies_hz: Array
 
 
-def optimise(problem: Problem, seed: int, starts: int, iterations: int, progress: Callable[[], None]) -> Array:
-    """Coefficients, (2 frequencies, 6), of the best of several motions. `progress`: called once an iteration."""
+def optimise(problem: Problem, seed: int, starts: int, iterations: int, progress: Callable[[float], None]) -> Array:
+    """Coefficients, (2 frequencies, 6), of the best of several motions.
+
+    `progress`: called once an iteration with the worst relative bound of the motion that it has come to.
+    """
     random = np.random.default_rng(seed)
     found = [_descend(problem, random, iterations, progress) for _ in range(starts)]
     basis = Basis(problem, TICK_S)
@@ -79,20 +103,25 @@ def relative_bound(problem: Problem, truth: Trajectory) -> Array:
     )
 
 
-def _descend(problem: Problem, random: np.random.Generator, iterations: int, progress: Callable[[], None]) -> Array:
+def _descend(
+    problem: Problem, random: np.random.Generator, iterations: int, progress: Callable[[float], None]
+) -> Array:
+    basis = Basis(problem, STEP_S)
     shape = (2 * len(problem.frequencies_hz), 6)
     amplitude = 1.0 / np.tile(problem.frequencies_hz, 2)[:, None]
     start = fitted(problem, 0.05 * amplitude * random.standard_normal(shape), STEP_S)
     unit = np.abs(start).mean(axis=1, keepdims=True)  # amplitudes of high and low frequencies by one measure
 
     def cost(flat: Array) -> tuple[float, Array]:
-        value, gradient = scaled_objective(problem, unit * flat.reshape(shape))
+        value, gradient = scaled_objective(problem, unit * flat.reshape(shape), basis)
         return value, (unit * gradient).ravel()
 
     options = {"maxiter": iterations, "maxfun": 3 * iterations}
-    result = minimize(
-        cost, (start / unit).ravel(), jac=True, method="L-BFGS-B", options=options, callback=lambda _: progress()
-    )
+
+    def told(intermediate_result: OptimizeResult) -> None:
+        progress(float(np.exp(intermediate_result.fun)))
+
+    result = minimize(cost, (start / unit).ravel(), jac=True, method="L-BFGS-B", options=options, callback=told)
     return fitted(problem, unit * result.x.reshape(shape), STEP_S)
 
 
@@ -101,7 +130,8 @@ def fitted(problem: Problem, coefficients: Array, step_s: float) -> Array:
     basis = Basis(problem, step_s)
 
     def is_beyond(scale: float) -> bool:
-        return _limit_ratios(problem, basis.motion(scale * coefficients)).max() > 1.0 - MARGIN
+        largest = _limit_ratios(problem, basis.motion(scale * coefficients)).max()
+        return not largest <= 1.0 - MARGIN  # also where a leg has no length
 
     low, high = 0.0, 1.0
     while not is_beyond(high):
@@ -112,9 +142,13 @@ def fitted(problem: Problem, coefficients: Array, step_s: float) -> Array:
     return low * coefficients
 
 
-def limit_ratios_at_home(problem: Problem) -> Array:
-    """What standing at home uses of the limits: the legs' force."""
-    return _limit_ratios(problem, np.zeros((1, 18)))
+def force_ratios(problem: Problem, motion: Array) -> Array:
+    """(n, 6): the legs' forces under the heaviest load as shares of their limit."""
+    return _limit_ratios(problem, motion, with_pose=False)[:, :6]
+
+
+def force_ratios_at_home(problem: Problem) -> Array:
+    return force_ratios(problem, np.zeros((1, 18)))
 
 
 class Basis:
@@ -167,17 +201,17 @@ def _information(problem: Problem, whitened: Array) -> Array:
     return weight * np.einsum("nli,nlj->ij", whitened, whitened) + np.diag(problem.prior_sigma**-2.0)
 
 
-def scaled_objective(problem: Problem, coefficients: Array) -> tuple[float, Array]:
-    """The objective where the ray through the coefficients meets the smooth limit."""
-    size, size_gradient = _smooth_limit(problem, coefficients)
-    value, gradient = _objective(problem, coefficients / size)
+def scaled_objective(problem: Problem, coefficients: Array, basis: Basis | None = None) -> tuple[float, Array]:
+    """The objective where the ray through the coefficients meets the smooth limit. `basis`: that of STEP_S."""
+    basis = basis or Basis(problem, STEP_S)
+    size, size_gradient = _smooth_limit(problem, coefficients, basis)
+    value, gradient = _objective(problem, coefficients / size, basis)
     radial = float((gradient * coefficients).sum()) / size**2
     return value, gradient / size - radial * size_gradient
 
 
-def _objective(problem: Problem, coefficients: Array) -> tuple[float, Array]:
+def _objective(problem: Problem, coefficients: Array, basis: Basis) -> tuple[float, Array]:
     """Logarithm of the smooth worst relative bound, and its derivative."""
-    basis = Basis(problem, STEP_S)
     motion = basis.motion(coefficients)
     regressor, delays = _leg_force_regressor(problem.platform, motion), _delays(problem, motion)
     whitened = _whiten(regressor, delays)
@@ -190,31 +224,58 @@ def _objective(problem: Problem, coefficients: Array) -> tuple[float, Array]:
     weight = STEP_S / TICK_S / problem.sigmas.force_n**2
     by_regressor = _whiten_back(-2.0 * weight * whitened @ by_information, delays)
     backward = np.diff(whitened, axis=0, prepend=0.0)
-    by_delays = -np.einsum("nli,nmi->nlm", by_regressor, backward)
-    gradient = np.empty_like(motion)
-    for column in range(18):
-        moved = _moved(motion, column)
-        change = _leg_force_regressor(problem.platform, moved) - regressor
-        gradient[:, column] = np.einsum("nli,nli->n", by_regressor, change) / DIFFERENCE
-        if column < 6:
-            change = _delays(problem, moved) - delays
-            gradient[:, column] += np.einsum("nlm,nlm->n", by_delays, change) / DIFFERENCE
+    by_delays = -by_regressor @ np.swapaxes(backward, 1, 2)
+    gradient = _by_motion(problem, motion, (regressor, delays), (by_regressor, by_delays))
     return float(value), basis.pull_back(gradient)
 
 
-def _smooth_limit(problem: Problem, coefficients: Array) -> tuple[float, Array]:
+def _by_motion(problem: Problem, motion: Array, parts: tuple[Array, Array], by_parts: tuple[Array, Array]) -> Array:
+    """(n, 18): the derivative by the motion, from those by the regressor A = J^-T W and by the delays J^-T M J^-1.
+
+    With dA = J^-T (dW - dJ^T A), and alike for the delays, only J, W and M are differenced, and those only where they
+    depend on a column: J on the pose, W on angles, their rates and accelerations, M on angles.
+    """
+    (regressor, delays), (by_regressor, by_delays) = parts, by_parts
+    trajectory = trajectory_of(motion)
+    jacobian = leg_jacobian(problem.platform, trajectory)
+    inverse = np.linalg.inv(jacobian)
+    inverse_t = np.swapaxes(inverse, 1, 2)
+    by_wrench = inverse @ by_regressor
+    by_mass = _delay_factor(problem) * inverse @ by_delays @ inverse_t
+    by_jacobian = -regressor @ np.swapaxes(by_wrench, 1, 2)
+    by_jacobian -= delays @ (by_delays + np.swapaxes(by_delays, 1, 2)) @ inverse_t
+    wrench, mass = _wrench_regressor(problem.platform, motion, trajectory), _mass_matrix(problem, trajectory)
+    gradient = np.zeros_like(motion)
+    for column in (*range(6), *range(9, 18)):
+        moved = _moved(motion, column)
+        trajectory = trajectory_of(moved)
+        if column < 6:
+            gradient[:, column] += _dot(by_jacobian, leg_jacobian(problem.platform, trajectory) - jacobian)
+        if column >= 3:
+            gradient[:, column] += _dot(by_wrench, _wrench_regressor(problem.platform, moved, trajectory) - wrench)
+        if 3 <= column < 6:
+            gradient[:, column] += _dot(by_mass, _mass_matrix(problem, trajectory) - mass)
+    return gradient / DIFFERENCE
+
+
+def _dot(a: Array, b: Array) -> Array:
+    return np.einsum("nij,nij->n", a, b)
+
+
+def _smooth_limit(problem: Problem, coefficients: Array, basis: Basis) -> tuple[float, Array]:
     """Smooth maximum of what the motion uses of the limits, 1 = all, and its derivative."""
-    basis = Basis(problem, STEP_S)
     motion = basis.motion(coefficients)
     ratios = _limit_ratios(problem, motion)
     largest = ratios.max()
     powers = (ratios / largest) ** LIMIT_POWER
     value = largest * powers.sum() ** (1.0 / LIMIT_POWER)
     by_ratio = value / powers.sum() * np.divide(powers, ratios, out=np.zeros_like(ratios), where=ratios > 0)
-    gradient = np.zeros_like(motion)
+    gradient, near = np.zeros_like(motion), ratios.max(axis=1) > NEGLIGIBLE * largest
+    ratios, by_ratio = ratios[near], by_ratio[near]
     for column in range(18):
-        change = _limit_ratios(problem, _moved(motion, column)) - ratios
-        gradient[:, column] = (by_ratio * change).sum(axis=1) / DIFFERENCE
+        moved = _limit_ratios(problem, _moved(motion[near], column), with_pose=column < 6)
+        count = moved.shape[1]
+        gradient[near, column] = (by_ratio[:, :count] * (moved - ratios[:, :count])).sum(axis=1) / DIFFERENCE
     return float(value), basis.pull_back(gradient)
 
 
@@ -224,20 +285,79 @@ def _moved(motion: Array, column: int) -> Array:
     return moved
 
 
-def _limit_ratios(problem: Problem, motion: Array) -> Array:
-    """(n, 19): displacement of each leg, its speed, its force and the sum of speeds, as shares of their limits."""
+def _limit_ratios(problem: Problem, motion: Array, with_pose: bool = True) -> Array:
+    """(n, 22): force and speed of each leg, the sum of speeds, and with_pose, which depend on it alone, displacement of
+    each leg, tilt, condition and distance to singularity, as shares of their limits."""
     platform, trajectory, limits = problem.platform, trajectory_of(motion), problem.limits
     twist = np.hstack([trajectory.velocity_m_s, trajectory.angular_velocity_rad_s])
     jacobian = leg_jacobian(platform, trajectory)
     speed = np.abs(np.einsum("nij,nj->ni", jacobian, twist))
-    arms = np.einsum("nij,lj->nli", trajectory.rotation, platform.platform_hinges_m)
-    legs = trajectory.p_m[:, None, :] + arms - platform.base_hinges_m + [0.0, 0.0, platform.home_height_m]
-    displacement = np.linalg.norm(legs, axis=2) - problem.home_leg_length_m
-    stroke = np.maximum(displacement / limits.stroke_max_m, displacement / limits.stroke_min_m)
-    wrench = _wrench_regressor(platform, motion, trajectory) @ (platform.theta + problem.theta)
+    wrench = _wrench(platform, motion, trajectory, platform.theta + problem.heaviest_theta)
     force = np.abs(np.linalg.solve(np.swapaxes(jacobian, 1, 2), wrench[:, :, None])[:, :, 0])
     total = speed.sum(axis=1, keepdims=True) / limits.speed_sum_m_s
-    return np.hstack([stroke, speed / limits.leg_speed_m_s, force / limits.leg_force_n, total])
+    ratios = [force / limits.leg_force_n, speed / limits.leg_speed_m_s, total]
+    if with_pose:
+        ratios += [_stroke_ratios(problem, trajectory), posture_ratios(problem, posture(problem, trajectory, jacobian))]
+    return np.hstack(ratios)
+
+
+def _stroke_ratios(problem: Problem, trajectory: Trajectory) -> Array:
+    displacement = leg_displacement(problem, trajectory)
+    return np.maximum(displacement / problem.limits.stroke_max_m, displacement / problem.limits.stroke_min_m)
+
+
+def leg_displacement(problem: Problem, trajectory: Trajectory) -> Array:
+    """(n, 6) from home, m."""
+    platform = problem.platform
+    arms = np.einsum("nij,lj->nli", trajectory.rotation, platform.platform_hinges_m)
+    legs = trajectory.p_m[:, None, :] + arms - platform.base_hinges_m + [0.0, 0.0, platform.home_height_m]
+    return np.linalg.norm(legs, axis=2) - problem.home_leg_length_m
+
+
+def posture(problem: Problem, trajectory: Trajectory, jacobian: Array | None = None) -> Posture:
+    """Tilt, condition and distance to singularity of each pose. `jacobian`: of the trajectory, if known already."""
+    scaled = (leg_jacobian(problem.platform, trajectory) if jacobian is None else jacobian).copy()
+    scaled[:, :, 3:] /= problem.length_m
+    inverse_norm = np.sqrt((np.linalg.inv(scaled) ** 2).sum(axis=(1, 2)))
+    rotation = trajectory.rotation
+    return Posture(
+        tilt_rad=np.arctan2(np.hypot(rotation[:, 0, 2], rotation[:, 1, 2]), rotation[:, 2, 2]),
+        condition=np.sqrt((scaled**2).sum(axis=(1, 2))) * inverse_norm / 6.0,
+        distance=1.0 / inverse_norm,
+    )
+
+
+def home_posture(problem: Problem) -> Posture:
+    return posture(problem, trajectory_of(np.zeros((1, 18))))
+
+
+def posture_ratios(problem: Problem, found: Posture, limits: Limits | None = None) -> Array:
+    """(n, 3): what poses use of the room for tilt, condition and distance between home and `limits`, the problem's."""
+    limits = limits or problem.limits
+    home = home_posture(problem)
+    condition = (found.condition - home.condition) / (limits.condition - home.condition)
+    distance = (1.0 / found.distance - 1.0 / home.distance) / (1.0 / limits.distance - 1.0 / home.distance)
+    return np.column_stack([found.tilt_rad / limits.tilt_rad, np.maximum(condition, 0.0), np.maximum(distance, 0.0)])
+
+
+def _wrench(platform: Platform, motion: Array, trajectory: Trajectory, theta: Array) -> Array:
+    """(n, 6): force and moment about O_A that move a body, from Newton and Euler."""
+    rotation, w = trajectory.rotation, trajectory.angular_velocity_rad_s
+    specific, alpha = _accelerations(platform, motion)
+    moment = rotation @ theta[1:4]
+    xx, yy, zz, xy, xz, yz = theta[4:]
+    inertia = rotation @ np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]) @ np.swapaxes(rotation, 1, 2)
+    force = theta[0] * specific + np.cross(alpha, moment) + np.cross(w, np.cross(w, moment))
+    spin = np.einsum("nij,nj->ni", inertia, w)
+    torque = np.cross(moment, specific) + np.einsum("nij,nj->ni", inertia, alpha) + np.cross(w, spin)
+    return np.hstack([force, torque])
+
+
+def _accelerations(platform: Platform, motion: Array) -> tuple[Array, Array]:
+    """Of O_A against free fall, and the angular one; (n, 3) each."""
+    alpha = np.einsum("nij,nj->ni", _euler_rates(motion[:, 3:6]), motion[:, 15:18])
+    alpha += np.einsum("nij,nj->ni", _euler_rate_derivatives(motion[:, 3:6], motion[:, 9:12]), motion[:, 9:12])
+    return motion[:, 12:15] + [0.0, 0.0, platform.gravity_m_s2], alpha
 
 
 def _leg_force_regressor(platform: Platform, motion: Array) -> Array:
@@ -250,9 +370,7 @@ def _leg_force_regressor(platform: Platform, motion: Array) -> Array:
 def _wrench_regressor(platform: Platform, motion: Array, trajectory: Trajectory) -> Array:
     """(n, 6, 10): force and moment about O_A per unit of each parameter, from Newton and Euler."""
     rotation, w = trajectory.rotation, trajectory.angular_velocity_rad_s
-    specific = motion[:, 12:15] + [0.0, 0.0, platform.gravity_m_s2]
-    alpha = np.einsum("nij,nj->ni", _euler_rates(motion[:, 3:6]), motion[:, 15:18])
-    alpha += np.einsum("nij,nj->ni", _euler_rate_derivatives(motion[:, 3:6], motion[:, 9:12]), motion[:, 9:12])
+    specific, alpha = _accelerations(platform, motion)
     spin = cross_matrix(w)
     wrench = np.zeros((len(motion), 6, 10))
     wrench[:, :3, 0] = specific
@@ -267,13 +385,21 @@ def _delays(problem: Problem, motion: Array) -> Array:
     """tau / step, (n, 6, 6): the legs' mass matrix by sigma_v / sigma_f."""
     trajectory = trajectory_of(motion)
     inverse = np.linalg.inv(leg_jacobian(problem.platform, trajectory))
+    return _delay_factor(problem) * np.swapaxes(inverse, 1, 2) @ _mass_matrix(problem, trajectory) @ inverse
+
+
+def _delay_factor(problem: Problem) -> float:
+    return problem.sigmas.velocity_m_s / problem.sigmas.force_n / STEP_S
+
+
+def _mass_matrix(problem: Problem, trajectory: Trajectory) -> Array:
+    """(n, 6, 6) of platform and expected load about O_A, base axes."""
     mass, hx, hy, hz, xx, yy, zz, xy, xz, yz = problem.platform.theta + problem.theta
     rotation = trajectory.rotation
     arm = cross_matrix(np.einsum("nij,j->ni", rotation, [hx, hy, hz]))
     tensor = rotation @ np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]) @ np.swapaxes(rotation, 1, 2)
     upper = np.concatenate([np.broadcast_to(mass * np.eye(3), arm.shape), -arm], axis=2)
-    masses = np.concatenate([upper, np.concatenate([arm, tensor], axis=2)], axis=1)
-    return problem.sigmas.velocity_m_s / problem.sigmas.force_n / STEP_S * np.swapaxes(inverse, 1, 2) @ masses @ inverse
+    return np.concatenate([upper, np.concatenate([arm, tensor], axis=2)], axis=1)
 
 
 def _whiten(regressor: Array, delays: Array) -> Array:

@@ -1,0 +1,235 @@
+/// @file state.h
+/// What an instance remembers from tick to tick, stage by stage, in data-flow order. Public for one reason:
+/// the caller owns the memory, so the compiler must know its size. Read an instance by the functions of
+/// momentum.h, paper.h and hexload.h; these members are no interface and change without notice.
+#ifndef HEXLOAD_STATE_H
+#define HEXLOAD_STATE_H
+
+#include "hexload/config.h"
+#include "hexload/estimate.h"
+#include "hexload/options.h"
+
+#include <stdbool.h>
+
+HEXLOAD_DECLS_BEGIN
+
+/// Last accepted sample.
+typedef struct hexload_leg_gate {
+    hexload_real_t last_displacement_m[HEXLOAD_LEGS];
+    uint32_t last_tick;
+    uint32_t accepted; ///< samples so far, saturating; 0: the others mean nothing
+} hexload_leg_gate_t;
+
+/// A leg Jacobian taken apart, to solve J x = y. E are its left columns, M its right ones. Three legs, the
+/// carriers (1), give the velocity once the rotation is known, and the other three (2) the rotation:
+///     omega = S^-1 (y2 - K y1),  v = E1^-1 (y1 - M1 omega)  with  K = E2 E1^-1,  S = M2 - K M1
+typedef struct hexload_leg_blocks {
+    uint8_t leg[HEXLOAD_LEGS]; ///< the carriers, then the others
+    hexload_real_t E1_inverse[3][3];
+    hexload_real_t M1[3][3];
+    hexload_real_t K[3][3];
+    hexload_real_t S_inverse[3][3];
+} hexload_leg_blocks_t;
+
+/// Constants of the geometry and the last pose, from which the next search starts.
+typedef struct hexload_kinematics {
+    hexload_real_t home_leg_m[HEXLOAD_LEGS][3];  ///< p0 + a_i - b_i
+    hexload_real_t home_defect_m2[HEXLOAD_LEGS]; ///< its square minus L0_i^2: 0 on a symmetric machine
+    hexload_real_t home_height_m;                ///< h0: with R = E the mean leg length is the mean L0_i
+    hexload_real_t p_m[3];
+    hexload_real_t quaternion[4];
+    hexload_real_t displacement_m[HEXLOAD_LEGS]; ///< the legs of that pose
+    hexload_leg_blocks_t jacobian;               ///< there
+    bool is_lost;                                ///< no search starts from that pose any more
+} hexload_kinematics_t;
+
+/// Wrench of the legs on the platform, moment about O_A.
+typedef struct hexload_wrench {
+    hexload_real_t force_n[3];   ///< platform axes
+    hexload_real_t moment_nm[3]; ///< platform axes
+} hexload_wrench_t;
+
+enum {
+    /// Displacement, velocity, force: one in each tick, as its neighbours add little.
+    HEXLOAD_NOISE_KINDS = 3,
+    HEXLOAD_NOISE_HISTORY = 3,
+};
+
+typedef struct hexload_noise_estimator {
+    hexload_real_t last[HEXLOAD_NOISE_KINDS][HEXLOAD_NOISE_HISTORY][HEXLOAD_LEGS];
+    uint32_t oldest;  ///< row of the last three ticks, which go round
+    uint32_t history; ///< consecutive ticks in them
+    uint32_t turn;    ///< kind that is measured next
+    uint32_t ticks;   ///< measured so far, up to the time constant
+    /// (measured / stated sigma)^2; 1 before anything was measured
+    hexload_real_t ratio[HEXLOAD_NOISE_KINDS];
+} hexload_noise_estimator_t;
+
+/// Ticks of leg forces that the noise estimator looks at.
+enum { HEXLOAD_FORCE_HISTORY = 3 };
+
+/// What the filter needs of the machine, from the configuration.
+typedef struct hexload_paper_constants {
+    hexload_real_t mass_share;       ///< m_l / m
+    hexload_real_t reduced_mass_kg;  ///< m_a m_l / m
+    hexload_real_t com_offset_m[3];  ///< m_a c_a / m: centre of mass of all when dz = 0
+    hexload_real_t inertia_kg_m2[3]; ///< share of D that is known: the platform's
+    hexload_real_t prior_variance[HEXLOAD_PAPER_DIM];
+} hexload_paper_constants_t;
+
+/// Variances of the noise in the Jacobian N that comes from the force sensors: of the derivatives by dz (rows
+/// 0, 1), by the row's own inertia, and their covariance.
+typedef struct hexload_jacobian_noise {
+    hexload_real_t dz[2];
+    hexload_real_t mixed[2];
+    hexload_real_t inertia[3];
+} hexload_jacobian_noise_t;
+
+/// State and covariance P = [rate_cov, cross_cov; cross_cov^T, param_cov]; of both squares the lower triangle
+/// counts.
+typedef struct hexload_paper_filter {
+    hexload_paper_constants_t constants;
+    hexload_real_t rate_rad_s[3];            ///< omega, platform axes
+    hexload_real_t param[HEXLOAD_PAPER_DIM]; ///< dz, Ixx, Iyy, Izz
+    hexload_real_t rate_cov[3][3];
+    hexload_real_t cross_cov[3][HEXLOAD_PAPER_DIM];
+    hexload_real_t param_cov[HEXLOAD_PAPER_DIM][HEXLOAD_PAPER_DIM];
+    hexload_jacobian_noise_t jacobian_noise; ///< summed over the filter's memory, in cross_cov / param_cov
+    hexload_wrench_t last_wrench;
+    hexload_real_t last_force_n[HEXLOAD_FORCE_HISTORY][HEXLOAD_LEGS]; ///< newest first
+    uint32_t history;                                                 ///< consecutive ticks in last_force_n
+    uint32_t gated;     ///< innovations gated one after the other
+    hexload_real_t nis; ///< of the last innovation, 3 degrees of freedom; 3 when there was none
+} hexload_paper_filter_t;
+
+typedef struct hexload_paper_supervisor {
+    hexload_real_t nis_mean; ///< leaky mean; starts at its ideal, 3
+} hexload_paper_supervisor_t;
+
+/// Sizes of the smoother's rings. HEXLOAD_LAG_TICKS_MAX, the longest lag they have room for, is an option of
+/// the build: hexload/options.h.
+enum {
+    HEXLOAD_MISSING_TICKS_MAX = 10, ///< that may be bridged within a lag
+    HEXLOAD_TRANSIENT_TICKS = 12,   ///< on each side of a tick that show what is too fast for the window
+    HEXLOAD_SMOOTHER_ORDERS = 6,
+    HEXLOAD_WINDOW_CAPACITY = 2 * HEXLOAD_LAG_TICKS_MAX + 1 + HEXLOAD_MISSING_TICKS_MAX,
+    HEXLOAD_DELAY_CAPACITY = HEXLOAD_LAG_TICKS_MAX + 1 + HEXLOAD_TRANSIENT_TICKS + HEXLOAD_MISSING_TICKS_MAX,
+};
+
+/// What the lag makes of the polynomials.
+typedef struct hexload_smoother_constants {
+    uint32_t lag_ticks;
+    int32_t entering[HEXLOAD_SMOOTHER_ORDERS]; ///< weights of the window's newest tick in the sums
+    int32_t leaving[HEXLOAD_SMOOTHER_ORDERS];  ///< of its oldest
+    hexload_real_t project[3];                 ///< of the third on p1; of the fifth on p1 and p3
+    hexload_real_t slope[3];                   ///< from a sum in steps to c_m in m/s
+    /// 1 / variance of c_m, in m^2/s^2, for a variance of 1 m^2 of displacements
+    hexload_real_t inverse_gain[3];
+} hexload_smoother_constants_t;
+
+typedef struct hexload_smoother {
+    hexload_smoother_constants_t constants;
+    /// of weights times steps over the window, modulo 2^64
+    uint64_t sum[HEXLOAD_LEGS][HEXLOAD_SMOOTHER_ORDERS];
+    int32_t steps[HEXLOAD_WINDOW_CAPACITY][HEXLOAD_LEGS];
+    hexload_real_t velocity_m_s[HEXLOAD_DELAY_CAPACITY][HEXLOAD_LEGS];
+    hexload_real_t force_n[HEXLOAD_DELAY_CAPACITY][HEXLOAD_LEGS];
+    /// missing, and bridged; or a speed that its neighbours on both sides contradict
+    bool is_left_out[HEXLOAD_DELAY_CAPACITY];
+    uint32_t stored;      ///< ticks put in since the start; modulo the capacities the next one's place
+    uint32_t entered;     ///< ticks that have entered the window
+    uint32_t gap_ticks;   ///< from the last sample taken out to the middle of the window
+    uint32_t middle_tick; ///< of the window's middle
+    bool has_taken;       ///< a sample has been taken out since the start
+    hexload_real_t held_m_s[HEXLOAD_LEGS]; ///< speeds of the last one, until the window is full
+} hexload_smoother_t;
+
+enum {
+    HEXLOAD_MOMENTUM_STATES = HEXLOAD_LOAD_DIM + 6, ///< theta, mu
+};
+
+/// What moves mu at one tick.
+typedef struct hexload_momentum_input {
+    hexload_real_t wrench[6]; ///< [F N; N + p x F N m], base axes
+    hexload_real_t arm[2][4]; ///< p_x, R's first row; p_y, R's second row: G without gravity
+} hexload_momentum_input_t;
+
+typedef struct hexload_momentum_filter {
+    hexload_real_t platform[HEXLOAD_LOAD_DIM]; ///< theta_platform
+    hexload_real_t theta[HEXLOAD_LOAD_DIM];
+    hexload_real_t theta_excess[HEXLOAD_LOAD_DIM];               ///< what rounding has added to theta so far
+    hexload_real_t momentum[6];                                  ///< mu
+    hexload_real_t load_cov[HEXLOAD_LOAD_DIM][HEXLOAD_LOAD_DIM]; ///< of theta
+    hexload_real_t cross_cov[6][HEXLOAD_LOAD_DIM];               ///< of mu with theta
+    hexload_real_t momentum_cov[6][6];                           ///< of mu; the lower triangle counts
+    hexload_momentum_input_t last_input;
+    hexload_real_t smooth_twist[6]; ///< of the last sample, base axes
+    hexload_real_t nis;             ///< of the last sample, 6 degrees of freedom; 6 when there was none
+} hexload_momentum_filter_t;
+
+typedef struct hexload_load_monitor {
+    hexload_real_t momentum[6];
+    hexload_real_t covariance[6][6];        ///< the lower triangle counts
+    hexload_real_t theta[HEXLOAD_LOAD_DIM]; ///< that of the last tick
+    hexload_momentum_input_t last_input;
+    hexload_real_t last_force_n[2][HEXLOAD_LEGS]; ///< newest first
+    hexload_real_t late_twist[6];                 ///< leaky mean of the last 5 ms
+    hexload_real_t acceleration[6];               ///< of the tick before, less gravity's
+    hexload_real_t nis;                           ///< of the last sample, bounded; 6 when there was none
+    hexload_real_t nis_mean;                      ///< leaky; ideal 6
+    hexload_real_t drift[6]; ///< leaky mean of the last 5 ms' innovations in sigmas, by direction
+    uint32_t ticks;          ///< since the start, up to those that it takes to settle
+} hexload_load_monitor_t;
+
+typedef struct hexload_momentum_supervisor {
+    hexload_real_t nis_mean; ///< of the load monitor, leaky; starts at its ideal, 6
+    /// Information per tick that the motion gives on each parameter if the others were known, 1 / its unit
+    /// squared: leaky mean over excitation_time_constant_s.
+    hexload_real_t information[HEXLOAD_LOAD_DIM];
+    hexload_real_t acceleration[6]; ///< base axes, of O_A, over ten ticks
+    hexload_real_t last_twist[6];   ///< at their end
+    uint32_t elapsed_ticks;         ///< since then
+    uint32_t next;                  ///< parameter whose information is looked at: one in each tick
+} hexload_momentum_supervisor_t;
+
+enum {
+    /// Rows of the effects in a lower triangle by rows that begins with the momentum filter's states.
+    HEXLOAD_EFFECTS_COVARIANCES = (int)HEXLOAD_EFFECTS_DIM * (int)HEXLOAD_MOMENTUM_STATES +
+                                  (int)HEXLOAD_EFFECTS_DIM * ((int)HEXLOAD_EFFECTS_DIM + 1) / 2,
+};
+
+/// Eighteen states that go with those of a momentum filter.
+typedef struct hexload_actuator_effects {
+    hexload_real_t effect[HEXLOAD_EFFECTS_DIM];
+    hexload_real_t covariance[HEXLOAD_EFFECTS_COVARIANCES]; ///< the momentum filter's covariance goes on here
+    hexload_real_t last_push[HEXLOAD_LEGS][6];              ///< Jw at the last sample, leg by leg
+    hexload_real_t last_sign[HEXLOAD_LEGS];                 ///< s(v)
+    hexload_real_t last_speed_m_s[HEXLOAD_LEGS];
+    /// Residual of the smooth leg speeds beyond the velocity sensors' noise: leaky mean square.
+    hexload_real_t residual_m2_s2;
+    uint32_t ticks;      ///< that it goes back
+    uint32_t rest_ticks; ///< how long no motion has stood out of the smoother's noise
+} hexload_actuator_effects_t;
+
+typedef struct hexload_identifiability {
+    hexload_real_t effects[HEXLOAD_EFFECTS_DIM * (HEXLOAD_EFFECTS_DIM + 1) / 2]; ///< P_ee, lower triangle
+    hexload_real_t cross[HEXLOAD_LOAD_DIM][HEXLOAD_EFFECTS_DIM];                 ///< P_te
+    hexload_real_t variance[HEXLOAD_LOAD_DIM];       ///< of theta, given the effects eliminated so far
+    hexload_real_t before[HEXLOAD_LOAD_DIM];         ///< with none eliminated
+    hexload_real_t given_bias[HEXLOAD_LOAD_DIM];     ///< with the biases eliminated
+    hexload_real_t least_pivot[HEXLOAD_EFFECTS_DIM]; ///< below, what is left of P_ee is rounding
+    uint32_t next;                                   ///< effect to eliminate; HEXLOAD_EFFECTS_DIM: copy first
+    uint32_t bias_mask;     ///< bit k: the biases are confounded with parameter k, as of the last round
+    uint32_t friction_mask; ///< bit k: friction is
+    hexload_real_t fastest_leg_m_s; ///< fades over excitation_time_constant_s
+} hexload_identifiability_t;
+
+/// The stage for actuator effects.
+typedef struct hexload_effects_stage {
+    hexload_actuator_effects_t filter;
+    hexload_identifiability_t identifiability;
+} hexload_effects_stage_t;
+
+HEXLOAD_DECLS_END
+
+#endif

@@ -1,0 +1,18 @@
+/// @file present_tick.h
+/// The present tick as later stages see it: the accepted sample and what the front end makes of it. Internal.
+#ifndef HEXLOAD_PRESENT_TICK_H
+#define HEXLOAD_PRESENT_TICK_H
+
+#include "front_end/kinematics.h"
+
+/// Lives as long as what it points to: for one tick.
+typedef struct hexload_present_tick {
+    const hexload_leg_sample_t* sample;
+    const hexload_motion_t* motion;
+    /// Effective sigmas: the stated ones, or those that the noise estimator has measured. Every stage of the
+    /// tick uses these.
+    hexload_sensors_t sensors;
+    uint32_t gap_ticks; ///< periods since the last accepted sample; 0 for the first
+} hexload_present_tick_t;
+
+#endif

@@ -1,0 +1,199 @@
+#include "momentum/load_monitor.h"
+
+#include "algebra/chi_square.h"
+#include "algebra/linalg.h"
+#include "momentum/momentum_model.h"
+
+#include <string.h>
+
+/// Twice the ideal: the leaky mean of 100 NIS has a sigma of 0.35, so noise alone does not reach it.
+#define ALARM_NIS HEXLOAD_REAL(12.0)
+
+/// One tick counts this much at most, and beyond it leaves mu as it is: a spike raises the mean by 2, once.
+#define LARGEST_NIS HEXLOAD_REAL(120.0)
+
+/// Rate of the leaky mean of whitened innovations, in which a wrong wrench adds up and noise does not: a
+/// ramp of innovations is found nearly as soon as by its matched filter. Scaled, its square is chi-square
+/// with 6 degrees of freedom, of which 5e-9 is beyond the alarm.
+#define DRIFT_1_S HEXLOAD_REAL(200.0)
+#define ALARM_DRIFT HEXLOAD_REAL(50.0)
+
+/// Time constant of the twist that an acceleration is told from: at 1 ms the noise of that is
+/// sqrt(10) / 3 sigma / 5 ms.
+#define LATE_S HEXLOAD_REAL(0.005)
+
+/// What is seen before counts for nothing: the first estimates of a load move mu with the noise of the twist,
+/// and the shock that came with it stays in the smoother's window for a lag.
+enum { SETTLED_TICKS = HEXLOAD_LAG_TICKS_MAX * 5 / 4 };
+
+enum { DIM = HEXLOAD_LOAD_DIM };
+
+void hexload_load_monitor_init(hexload_load_monitor_t* self) {
+    *self = (hexload_load_monitor_t){.nis = CHI_SQUARE_6_MEAN, .nis_mean = CHI_SQUARE_6_MEAN};
+}
+
+/// mu of the measured twist.
+HEXLOAD_RARE static void seed(hexload_load_monitor_t* self, const hexload_real_t body[DIM],
+                              const hexload_present_tick_t* now) {
+    const hexload_motion_t* motion = now->motion;
+    const hexload_real_t sigma_m_s = now->sensors.velocity_sigma_m_s;
+    hexload_real_t variance[HEXLOAD_LEGS];
+    hexload_real_t columns[HEXLOAD_LEGS][6];
+    hexload_momentum_of_body(body, motion, motion->twist, self->momentum);
+    memset(self->covariance, 0, sizeof self->covariance);
+    hexload_momentum_of_leg_speeds(body, motion, columns);
+    for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
+        variance[leg] = sigma_m_s * sigma_m_s;
+    }
+    hexload_momentum_add_noise(columns, variance, self->covariance);
+}
+
+/// A force that jumps between two ticks is not a trapezoid: its second difference, beyond three sigma of
+/// noise, counts as an error of a quarter of the jump.
+static hexload_real_t force_variance(const hexload_load_monitor_t* self, const hexload_present_tick_t* now,
+                                     int leg) {
+    const hexload_real_t variance = now->sensors.force_sigma_n * now->sensors.force_sigma_n;
+    if (self->ticks < 2) {
+        return variance;
+    }
+    const hexload_real_t jump_n = now->sample->force_n[leg] - HEXLOAD_REAL(2.0) * self->last_force_n[0][leg] +
+                                  self->last_force_n[1][leg];
+    const hexload_real_t beyond = jump_n * jump_n - HEXLOAD_REAL(54.0) * variance; // 9 (1 + 4 + 1)
+    return variance + hexload_max(HEXLOAD_REAL(0.0), beyond) / HEXLOAD_REAL(16.0);
+}
+
+static void predict(hexload_load_monitor_t* self, const hexload_config_t* config,
+                    const hexload_real_t body[DIM], const hexload_present_tick_t* now,
+                    const hexload_momentum_input_t* input) {
+    const hexload_real_t dt_s = config->tick_s;
+    hexload_real_t variance[HEXLOAD_LEGS];
+    hexload_real_t columns[HEXLOAD_LEGS][6];
+    hexload_real_t G[PULLED][LIFTED];
+    hexload_momentum_pull(&self->last_input, input, dt_s * config->gravity_m_s2, G);
+    hexload_momentum_move(self->momentum, &self->last_input, input, dt_s, G, body);
+    for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
+        hexload_momentum_of_push(now->motion, leg, columns[leg]);
+        variance[leg] = dt_s * dt_s * force_variance(self, now, leg);
+    }
+    hexload_momentum_add_noise(columns, variance, self->covariance);
+}
+
+/// The acceleration, less gravity's, for the next tick: a speed that is wrong once shall not excuse itself.
+/// From the twist, not from the forces, which of another load tell another one.
+static void follow_acceleration(hexload_load_monitor_t* self, const hexload_config_t* config,
+                                const hexload_real_t twist[6]) {
+    for (int k = 0; k < 6; k++) {
+        self->acceleration[k] = (twist[k] - self->late_twist[k]) / LATE_S;
+        self->late_twist[k] += config->tick_s * self->acceleration[k];
+    }
+    self->acceleration[2] += config->gravity_m_s2;
+}
+
+/// What the parameters' errors do to mu at this acceleration. They last, so over the memory they add up;
+/// noise of this strength adds up to the same variance.
+static void add_unknown(hexload_load_monitor_t* self, const hexload_momentum_filter_t* filter,
+                        const hexload_motion_t* motion, hexload_real_t dt_s) {
+    hexload_real_t Y[6][DIM];
+    hexload_real_t spread[6][6];
+    hexload_momentum_regressor(motion, self->acceleration, Y);
+    hexload_momentum_spread(filter, Y, spread);
+    for (int a = 0; a < 6; a++) {
+        for (int b = 0; b <= a; b++) {
+            self->covariance[a][b] =
+                hexload_fma(HEXLOAD_LOAD_MONITOR_MEMORY_S * dt_s, spread[a][b], self->covariance[a][b]);
+        }
+    }
+}
+
+/// The momentum of the measured twist. Returns the normalised innovation squared, bounded.
+static hexload_real_t correct(hexload_load_monitor_t* self, const hexload_real_t body[DIM],
+                              const hexload_present_tick_t* now, hexload_real_t share) {
+    const hexload_motion_t* motion = now->motion;
+    const hexload_real_t sigma_m_s = now->sensors.velocity_sigma_m_s;
+    hexload_real_t columns[HEXLOAD_LEGS][6];
+    hexload_real_t variance[HEXLOAD_LEGS];
+    hexload_real_t S[6][6];
+    hexload_real_t U[6][6]; // S^-1/2 P
+    hexload_real_t innovation[6];
+    hexload_momentum_of_leg_speeds(body, motion, columns);
+    hexload_momentum_of_body(body, motion, motion->twist, innovation);
+    memcpy(S, self->covariance, sizeof S);
+    for (int i = 0; i < 6; i++) {
+        variance[i] = sigma_m_s * sigma_m_s;
+        innovation[i] -= self->momentum[i];
+        for (int j = 0; j < 6; j++) {
+            U[i][j] = self->covariance[j <= i ? i : j][j <= i ? j : i];
+        }
+    }
+    hexload_momentum_add_noise(columns, variance, S);
+    hexload_cholesky6(S);
+    whiten6(S, innovation, 1);
+    const hexload_real_t nis = hexload_min(dot6(innovation, innovation), LARGEST_NIS);
+    if (nis == LARGEST_NIS && self->ticks == SETTLED_TICKS) {
+        return nis;
+    }
+    for (int i = 0; i < 6; i++) {
+        self->drift[i] += share * (innovation[i] - self->drift[i]);
+    }
+    whiten6(S, &U[0][0], 6);
+    for (int i = 0; i < 6; i++) {
+        const hexload_real_t u[6] = {U[0][i], U[1][i], U[2][i], U[3][i], U[4][i], U[5][i]};
+        self->momentum[i] += dot6(u, innovation);
+        downdate6(self->covariance[i], u, &U[0][0], 6, i + 1);
+    }
+    return nis;
+}
+
+static bool has_drifted(const hexload_load_monitor_t* self, hexload_real_t share) {
+    return dot6(self->drift, self->drift) * (HEXLOAD_REAL(2.0) - share) > ALARM_DRIFT * share;
+}
+
+static void remember(hexload_load_monitor_t* self, const hexload_leg_sample_t* sample,
+                     const hexload_momentum_input_t* input) {
+    self->last_input = *input;
+    memcpy(self->last_force_n[1], self->last_force_n[0], sizeof self->last_force_n[1]);
+    memcpy(self->last_force_n[0], sample->force_n, sizeof self->last_force_n[0]);
+    if (self->ticks < SETTLED_TICKS) {
+        self->ticks++;
+        self->nis_mean = CHI_SQUARE_6_MEAN;
+        memset(self->drift, 0, sizeof self->drift);
+    }
+}
+
+/// Takes over the filter's parameters: mu goes with them, as far as the platform moves.
+static void follow_filter(hexload_load_monitor_t* self, const hexload_momentum_filter_t* filter,
+                          const hexload_motion_t* motion, hexload_real_t body[DIM]) {
+    hexload_real_t change[DIM];
+    hexload_real_t momentum[6];
+    for (int k = 0; k < DIM; k++) {
+        change[k] = filter->theta[k] - self->theta[k];
+        self->theta[k] = filter->theta[k];
+        body[k] = filter->platform[k] + filter->theta[k];
+    }
+    hexload_momentum_of_body(change, motion, motion->twist, momentum);
+    for (int k = 0; k < 6; k++) {
+        self->momentum[k] += momentum[k];
+    }
+}
+
+bool hexload_load_monitor_step(hexload_load_monitor_t* self, const hexload_config_t* config,
+                               const hexload_momentum_filter_t* filter, const hexload_present_tick_t* now) {
+    const hexload_real_t drift_share = DRIFT_1_S * config->tick_s;
+    hexload_real_t body[DIM];
+    hexload_momentum_input_t input;
+    hexload_momentum_read_input(now->motion, now->sample->force_n, &input);
+    follow_filter(self, filter, now->motion, body);
+    if (self->ticks == 0 || now->gap_ticks != 1) {
+        seed(self, body, now);
+        memcpy(self->late_twist, now->motion->twist, sizeof self->late_twist);
+        self->nis = CHI_SQUARE_6_MEAN;
+    } else {
+        predict(self, config, body, now, &input);
+        add_unknown(self, filter, now->motion, config->tick_s);
+        self->nis = correct(self, body, now, drift_share);
+        self->nis_mean += config->tick_s / HEXLOAD_LOAD_MONITOR_MEMORY_S * (self->nis - self->nis_mean);
+    }
+    follow_acceleration(self, config, now->motion->twist);
+    remember(self, now->sample, &input);
+    return self->nis_mean > ALARM_NIS || has_drifted(self, drift_share);
+}

@@ -1,0 +1,32 @@
+/// @file load_monitor.h
+/// Whether the load is still the one that the filter knows, at once: the momentum of the present tick, with
+/// the parameters as they are, against the present leg speeds.
+///
+/// The momentum filter runs lag_ticks behind, so its own innovations would tell of a new load that much too
+/// late. Here mu has six states of its own and no smoothing. What the filter does not know yet counts as
+/// noise: each parameter with its sigma, as far as the present acceleration would show it within the memory
+/// of the test.
+///
+/// Two tests: the mean of the normalised innovations squared tells jumps, of a load that is picked up or
+/// dropped; the square of the innovations' mean tells ramps, of a centre of mass that has shifted, as the
+/// wrong wrench then adds up in one direction.
+#ifndef HEXLOAD_LOAD_MONITOR_H
+#define HEXLOAD_LOAD_MONITOR_H
+
+#include "front_end/present_tick.h"
+#include "momentum/momentum_filter.h"
+
+/// Time constant of the mean, and how long an error of the parameters has added up in mu.
+#define HEXLOAD_LOAD_MONITOR_MEMORY_S HEXLOAD_REAL(0.05)
+
+/// mu comes with the next sample.
+void hexload_load_monitor_init(hexload_load_monitor_t* self);
+
+/// One sample of the present. After a gap mu begins anew, and the sample shows nothing.
+/// @param now its force sigma covers what is not known of the forces.
+/// @return true when the load has changed. Reentrant, constant time.
+HEXLOAD_MUST_USE bool hexload_load_monitor_step(hexload_load_monitor_t* self, const hexload_config_t* config,
+                                                const hexload_momentum_filter_t* filter,
+                                                const hexload_present_tick_t* now);
+
+#endif

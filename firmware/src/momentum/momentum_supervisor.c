@@ -1,0 +1,204 @@
+#include "momentum/momentum_supervisor.h"
+
+#include "algebra/chi_square.h"
+#include "algebra/linalg.h"
+#include "body/pseudo_inertia.h"
+
+#include <string.h>
+
+enum { DIM = HEXLOAD_LOAD_DIM };
+
+void hexload_momentum_supervisor_init(hexload_momentum_supervisor_t* self) {
+    *self = (hexload_momentum_supervisor_t){.nis_mean = CHI_SQUARE_6_MEAN};
+}
+
+void hexload_momentum_supervisor_forget(hexload_momentum_supervisor_t* self) {
+    self->nis_mean = CHI_SQUARE_6_MEAN;
+}
+
+/// Accelerations below count as none. The slope of a line through 2 lag + 1 displacements changes within ten
+/// ticks with sqrt(0.45) sigma / (lag tick_s)^2 of noise; twenty of them, as higher degrees come in at times
+/// and the legs' inverse enlarges it.
+static hexload_real_t acceleration_noise_m_s2(const hexload_config_t* config,
+                                              const hexload_sensors_t* sensors) {
+    const hexload_real_t lag_s = config->tick_s * (hexload_real_t)config->momentum.lag_ticks;
+    return HEXLOAD_REAL(20.0) * HEXLOAD_REAL(0.67082039) * sensors->displacement_sigma_m / (lag_s * lag_s);
+}
+
+/// Motion in platform axes, as Newton and Euler need it.
+typedef struct body_motion {
+    hexload_real_t specific_m_s2[3]; ///< acceleration of O_A less gravity
+    hexload_real_t omega_rad_s[3];
+    hexload_real_t alpha_rad_s2[3];
+} body_motion_t;
+
+/// The acceleration, base axes, over the ticks since the last call.
+HEXLOAD_RARE static void find_acceleration(hexload_momentum_supervisor_t* self,
+                                           const hexload_config_t* config,
+                                           const hexload_momentum_filter_t* filter,
+                                           const hexload_sensors_t* sensors) {
+    const hexload_real_t elapsed_s = config->tick_s * (hexload_real_t)self->elapsed_ticks;
+    const hexload_real_t noise_m_s2 = acceleration_noise_m_s2(config, sensors);
+    hexload_real_t square = HEXLOAD_REAL(0.0);
+    for (int k = 0; k < 6; k++) {
+        self->acceleration[k] = (filter->smooth_twist[k] - self->last_twist[k]) / elapsed_s;
+        square += self->acceleration[k] * self->acceleration[k];
+    }
+    if (square < noise_m_s2 * noise_m_s2) {
+        memset(self->acceleration, 0, sizeof self->acceleration);
+    }
+    memcpy(self->last_twist, filter->smooth_twist, sizeof self->last_twist);
+    self->elapsed_ticks = 0;
+}
+
+static body_motion_t motion_of_body(const hexload_momentum_supervisor_t* self, const hexload_config_t* config,
+                                    const hexload_momentum_filter_t* filter, const hexload_motion_t* motion) {
+    const hexload_real_t specific_m_s2[3] = {self->acceleration[0], self->acceleration[1],
+                                             self->acceleration[2] + config->gravity_m_s2};
+    body_motion_t body = {{0}, {0}, {0}};
+    hexload_motion_to_platform(motion, specific_m_s2, body.specific_m_s2);
+    hexload_motion_to_platform(motion, &self->acceleration[3], body.alpha_rad_s2);
+    hexload_motion_to_platform(motion, &filter->smooth_twist[3], body.omega_rad_s);
+    return body;
+}
+
+/// Wrench about O_A that a unit of a parameter needs: Newton and Euler.
+static void wrench_of_unit(const body_motion_t* body, int parameter, hexload_real_t wrench[6]) {
+    static const int entry[HEXLOAD_I_DIM][2] = {{0, 0}, {1, 1}, {2, 2}, {0, 1}, {0, 2}, {1, 2}};
+    hexload_real_t centripetal[3];
+    memset(wrench, 0, 6 * sizeof wrench[0]);
+    if (parameter == HEXLOAD_LOAD_M) {
+        memcpy(wrench, body->specific_m_s2, sizeof body->specific_m_s2);
+    } else if (parameter <= HEXLOAD_LOAD_HZ) {
+        hexload_real_t unit[3] = {0};
+        unit[parameter - HEXLOAD_LOAD_HX] = HEXLOAD_REAL(1.0);
+        cross3(unit, body->specific_m_s2, &wrench[3]);
+        cross3(body->omega_rad_s, unit, centripetal);
+        cross3(body->omega_rad_s, centripetal, &wrench[0]);
+        cross3(body->alpha_rad_s2, unit, centripetal);
+        for (int k = 0; k < 3; k++) {
+            wrench[k] += centripetal[k];
+        }
+    } else {
+        const int i = entry[parameter - HEXLOAD_LOAD_IXX][0];
+        const int j = entry[parameter - HEXLOAD_LOAD_IXX][1];
+        hexload_real_t spin[3] = {0};
+        spin[i] = body->omega_rad_s[j];
+        spin[j] = body->omega_rad_s[i];
+        cross3(body->omega_rad_s, spin, &wrench[3]);
+        wrench[3 + i] += body->alpha_rad_s2[j];
+        wrench[3 + j] += i != j ? body->alpha_rad_s2[i] : HEXLOAD_REAL(0.0);
+    }
+}
+
+/// Of one tick, each component of the wrench with the variance that the legs' force noise gives it.
+static hexload_real_t information_of_tick(const hexload_delayed_tick_t* past,
+                                          const hexload_real_t wrench[6]) {
+    const hexload_motion_t* motion = &past->motion;
+    const hexload_real_t sigma_n = past->sensors->force_sigma_n;
+    hexload_real_t base_axes[6];
+    hexload_real_t sum = HEXLOAD_REAL(0.0);
+    for (int k = 0; k < 3; k++) {
+        base_axes[k] = dot3(motion->R[k], &wrench[0]);
+        base_axes[3 + k] = dot3(motion->R[k], &wrench[3]);
+    }
+    for (int k = 0; k < 6; k++) {
+        hexload_real_t square = HEXLOAD_REAL(0.0);
+        for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
+            square += motion->J[leg][k] * motion->J[leg][k];
+        }
+        sum += base_axes[k] * base_axes[k] / (square * sigma_n * sigma_n);
+    }
+    return sum;
+}
+
+void hexload_momentum_supervisor_hear(hexload_momentum_supervisor_t* self, const hexload_config_t* config,
+                                      const hexload_load_monitor_t* monitor) {
+    self->nis_mean += config->tick_s / config->momentum.nis_time_constant_s * (monitor->nis - self->nis_mean);
+}
+
+void hexload_momentum_supervisor_watch(hexload_momentum_supervisor_t* self, const hexload_config_t* config,
+                                       const hexload_momentum_filter_t* filter,
+                                       const hexload_delayed_tick_t* past) {
+    const hexload_momentum_config_t* momentum = &config->momentum;
+    const uint32_t gap_ticks = past->smooth.gap_ticks;
+    self->elapsed_ticks += gap_ticks;
+    if (gap_ticks == 0) { // the twist of before is another motion's
+        memcpy(self->last_twist, filter->smooth_twist, sizeof self->last_twist);
+        self->elapsed_ticks = 0;
+        self->next = 1;
+        return;
+    }
+    if (self->next == 0) {
+        find_acceleration(self, config, filter, past->sensors);
+    }
+    const body_motion_t body = motion_of_body(self, config, filter, &past->motion);
+    hexload_real_t wrench[6];
+    wrench_of_unit(&body, (int)self->next, wrench);
+    const hexload_real_t weight = hexload_min(HEXLOAD_REAL(1.0), (hexload_real_t)DIM * config->tick_s /
+                                                                     momentum->excitation_time_constant_s);
+    self->information[self->next] +=
+        weight * (information_of_tick(past, wrench) - self->information[self->next]);
+    self->next = (self->next + 1) % DIM;
+}
+
+/// What a parameter's sigma is compared with: its own value, of h the length, of products the mean moment;
+/// and at least what the empty platform has, as a load may be none.
+static void find_scales(const hexload_momentum_filter_t* filter, hexload_real_t scale[DIM]) {
+    const hexload_real_t* theta = filter->theta;
+    const hexload_real_t* h = &theta[HEXLOAD_LOAD_HX];
+    const hexload_real_t third = HEXLOAD_REAL(1.0) / HEXLOAD_REAL(3.0);
+    const hexload_real_t* own = filter->platform;
+    const hexload_real_t own_moment =
+        third * (own[HEXLOAD_LOAD_IXX] + own[HEXLOAD_LOAD_IYY] + own[HEXLOAD_LOAD_IZZ]);
+    const hexload_real_t moment =
+        third * (theta[HEXLOAD_LOAD_IXX] + theta[HEXLOAD_LOAD_IYY] + theta[HEXLOAD_LOAD_IZZ]);
+    const hexload_real_t least_h = HEXLOAD_REAL(0.1) * hexload_sqrt(own[HEXLOAD_LOAD_M] * own_moment);
+    scale[HEXLOAD_LOAD_M] = hexload_max(hexload_abs(theta[HEXLOAD_LOAD_M]), own[HEXLOAD_LOAD_M]);
+    for (int k = 0; k < 3; k++) {
+        scale[HEXLOAD_LOAD_HX + k] = hexload_max(hexload_sqrt(dot3(h, h)), least_h);
+        scale[HEXLOAD_LOAD_IXX + k] = hexload_max(hexload_abs(theta[HEXLOAD_LOAD_IXX + k]), own_moment);
+        scale[HEXLOAD_LOAD_IXY + k] = hexload_max(hexload_abs(moment), own_moment);
+    }
+}
+
+static hexload_verdict_t judge_parameter(const hexload_momentum_supervisor_t* self,
+                                         const hexload_config_t* config, hexload_real_t scale,
+                                         hexload_real_t sigma, int parameter) {
+    const hexload_momentum_config_t* momentum = &config->momentum;
+    if (sigma <= momentum->converged_relative_sigma * scale) {
+        return HEXLOAD_VERDICT_CONVERGED;
+    }
+    const hexload_real_t ticks = momentum->excitation_time_constant_s / config->tick_s;
+    const hexload_real_t gain = sigma * sigma * self->information[parameter] * ticks;
+    return gain > HEXLOAD_REAL(1.25) ? HEXLOAD_VERDICT_CONVERGING // 1 / (2 / 3)^2 - 1
+                                     : HEXLOAD_VERDICT_NOT_EXCITED;
+}
+
+void hexload_momentum_supervisor_judge(hexload_momentum_supervisor_t* self, const hexload_config_t* config,
+                                       const hexload_momentum_filter_t* filter, hexload_estimate_t* estimate,
+                                       uint32_t* health) {
+    hexload_real_t scale[DIM];
+    hexload_momentum_filter_read(filter, estimate->value, estimate->sigma);
+    estimate->nis = filter->nis;
+    estimate->nis_mean = self->nis_mean;
+    estimate->verdict = HEXLOAD_VERDICT_CONVERGED;
+    find_scales(filter, scale);
+    const bool fits_model = self->nis_mean <= config->momentum.inconsistent_nis &&
+                            hexload_pseudo_inertia_is_positive(estimate->value, estimate->sigma);
+    for (int k = 0; k < DIM; k++) {
+        const hexload_verdict_t verdict = fits_model
+                                              ? judge_parameter(self, config, scale[k], estimate->sigma[k], k)
+                                              : HEXLOAD_VERDICT_INCONSISTENT;
+        estimate->parameter_verdict[k] = verdict;
+        if (verdict > estimate->verdict) {
+            estimate->verdict = verdict;
+        }
+        if (verdict == HEXLOAD_VERDICT_NOT_EXCITED) {
+            hexload_health_set(health, HEXLOAD_HEALTH_NOT_EXCITED);
+        }
+    }
+    if (!fits_model) {
+        hexload_health_set(health, HEXLOAD_HEALTH_INCONSISTENT);
+    }
+}

@@ -1,0 +1,32 @@
+/// @file momentum_supervisor.h
+/// Whether the ten parameters can be trusted, and what the motion shows of each. Internal.
+#ifndef HEXLOAD_MOMENTUM_SUPERVISOR_H
+#define HEXLOAD_MOMENTUM_SUPERVISOR_H
+
+#include "hexload/estimate.h"
+#include "momentum/load_monitor.h"
+
+void hexload_momentum_supervisor_init(hexload_momentum_supervisor_t* self);
+
+/// Takes the innovations of the present: the monitor's, as those of the filter have the smoother's residual
+/// in them too.
+void hexload_momentum_supervisor_hear(hexload_momentum_supervisor_t* self, const hexload_config_t* config,
+                                      const hexload_load_monitor_t* monitor);
+
+/// The filter has begun anew: innovations of before say nothing any more. What is known of the motion stays.
+void hexload_momentum_supervisor_forget(hexload_momentum_supervisor_t* self);
+
+/// Looks at the motion of one sample of the filter.
+void hexload_momentum_supervisor_watch(hexload_momentum_supervisor_t* self, const hexload_config_t* config,
+                                       const hexload_momentum_filter_t* filter,
+                                       const hexload_delayed_tick_t* past);
+
+/// Fills in the estimate from the filter and judges it. A parameter that has not converged is converging when
+/// the motion of the last excitation_time_constant_s, gone on for as long again, would lower its sigma by a
+/// third at least.
+/// @param[in,out] health sets NOT_EXCITED, INCONSISTENT. Reentrant, constant time.
+void hexload_momentum_supervisor_judge(hexload_momentum_supervisor_t* self, const hexload_config_t* config,
+                                       const hexload_momentum_filter_t* filter, hexload_estimate_t* estimate,
+                                       uint32_t* health);
+
+#endif

@@ -1,0 +1,54 @@
+/// @file smoother.h
+/// Leg speeds without phase lag: at a tick that lies `lag` ticks back, from displacements alone, with as many
+/// ticks before it as after it; and what is faster than that from the speed sensors of its neighbours.
+///
+/// The momentum filter needs a twist at which to linearise whose noise is small and independent of the
+/// velocity sensors'. A least-squares polynomial of degree six over 2 lag + 1 ticks has the slope
+///
+///     c1 + c3 + c5,   c_m = p_m'(0) / (tick_s |p_m|^2) * sum over j of p_m(j) x(j)
+///
+/// with p1, p3, p5 the odd orthogonal polynomials on -lag..lag. Each counts only as far as it stands out of
+/// its noise in all legs together: times max(0, 1 - 12.59 / q), q the sum of (c_m / sigma)^2 over the legs,
+/// 12.59 the 95 % point of chi-square with 6 degrees of freedom (positive-part shrinkage). A platform at rest
+/// then has speed zero, and its noise does not count as motion.
+///
+/// A step of speed or a servo that rings is faster than that window. What the velocity sensors of the ticks
+/// around it, its own left out, show far beyond noise is added (transient.h); until the window is full, that
+/// is all there is, and speeds stay as they are until they change as clearly.
+///
+/// The sums run along in integers, so they cost the same for every lag and never drift.
+#ifndef HEXLOAD_SMOOTHER_H
+#define HEXLOAD_SMOOTHER_H
+
+#include "front_end/present_tick.h"
+
+/// A sample of the past, and the speeds that its neighbours on both sides tell.
+typedef struct hexload_smooth_sample {
+    /// Its forces are such that the trapezoids between ticks are the integral: f - D2 f / 12 + 11 D4 f / 720,
+    /// D2 and D4 central differences. At 95 Hz the trapezoid alone loses 3 % of an impulse.
+    hexload_leg_sample_t sample;
+    hexload_real_t smooth_velocity_m_s[HEXLOAD_LEGS];
+    uint32_t gap_ticks; ///< periods since the last one taken out; 0 for the first after a start
+} hexload_smooth_sample_t;
+
+/// Starts empty.
+void hexload_smoother_init(hexload_smoother_t* self, const hexload_config_t* config);
+
+/// Puts a sample in. Ticks that are missing before it are bridged for their neighbours' sake only,
+/// displacements by a cubic through those and the velocities of both sides, velocities and forces by a line;
+/// when there are too many, everything begins anew.
+/// A speed that stands out from both its neighbours leaves its tick out.
+/// @param now a sample, the periods since the last one put in, 0 for the first, and effective sigmas.
+/// @return false when it began anew. Worst case: as many bridged ticks as the configuration allows.
+bool hexload_smoother_put(hexload_smoother_t* self, const hexload_config_t* config,
+                          const hexload_present_tick_t* now);
+
+/// Takes the sample of lag ticks back out, or of more while gaps are under way. At most one is taken for each
+/// that is put in.
+/// @param sensors their sigmas as they are, for what counts as noise.
+/// @return false when there is none: in the first lag + HEXLOAD_TRANSIENT_TICKS ticks, and where one is
+/// missing or has a speed that is wrong once.
+bool hexload_smoother_take(hexload_smoother_t* self, const hexload_sensors_t* sensors,
+                           hexload_smooth_sample_t* out);
+
+#endif

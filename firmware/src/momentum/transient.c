@@ -1,0 +1,60 @@
+#include "momentum/transient.h"
+
+#include "algebra/chi_square.h"
+
+/// Weights of tick j on either side in a parabola's value at the middle: with sums over the window without
+/// it, n its ticks, (S4 - S2 j^2) / (n S4 - S2^2). At j = 0 that is the variance of the value, in those of a
+/// tick.
+#define WIDE(j) (HEXLOAD_REAL(0.09919286) - HEXLOAD_REAL(0.00106202) * HEXLOAD_REAL(j) * HEXLOAD_REAL(j))
+#define NARROW(j) (HEXLOAD_REAL(0.21186441) - HEXLOAD_REAL(0.00847458) * HEXLOAD_REAL(j) * HEXLOAD_REAL(j))
+
+/// Ten sigma in each leg.
+#define NARROW_LIMIT HEXLOAD_REAL(600.0)
+
+static void keep_significant(const hexload_real_t seen_m_s[HEXLOAD_LEGS], hexload_real_t least_square,
+                             hexload_real_t velocity_m_s[HEXLOAD_LEGS]) {
+    hexload_real_t beyond_m_s[HEXLOAD_LEGS];
+    hexload_real_t square = HEXLOAD_REAL(0.0);
+    for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
+        beyond_m_s[leg] = seen_m_s[leg] - velocity_m_s[leg];
+        square = hexload_fma(beyond_m_s[leg], beyond_m_s[leg], square);
+    }
+    if (square > least_square) {
+        const hexload_real_t share = HEXLOAD_REAL(1.0) - least_square / square;
+        for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
+            velocity_m_s[leg] = hexload_fma(share, beyond_m_s[leg], velocity_m_s[leg]);
+        }
+    }
+}
+
+void hexload_transient_follow(const hexload_smoother_t* smoother, uint32_t place, hexload_real_t sigma_m_s,
+                              hexload_real_t velocity_m_s[HEXLOAD_LEGS]) {
+    static const hexload_real_t wide[HEXLOAD_TRANSIENT_TICKS] = {
+        WIDE(1.0), WIDE(2.0), WIDE(3.0), WIDE(4.0),  WIDE(5.0),  WIDE(6.0),
+        WIDE(7.0), WIDE(8.0), WIDE(9.0), WIDE(10.0), WIDE(11.0), WIDE(12.0)};
+    static const hexload_real_t narrow[HEXLOAD_TRANSIENT_TICKS] = {NARROW(1.0), NARROW(2.0), NARROW(3.0),
+                                                                   NARROW(4.0), NARROW(5.0), NARROW(6.0)};
+    const hexload_real_t variance = sigma_m_s * sigma_m_s;
+    hexload_real_t by_wide_m_s[HEXLOAD_LEGS] = {0};
+    hexload_real_t by_narrow_m_s[HEXLOAD_LEGS] = {0};
+    bool is_whole = true;
+    uint32_t before = place;
+    uint32_t after = place;
+    for (int j = 0; j < HEXLOAD_TRANSIENT_TICKS; j++) {
+        before = (before == 0 ? HEXLOAD_DELAY_CAPACITY : before) - 1;
+        after = after + 1 == HEXLOAD_DELAY_CAPACITY ? 0 : after + 1;
+        const hexload_real_t* before_m_s = smoother->velocity_m_s[before];
+        const hexload_real_t* after_m_s = smoother->velocity_m_s[after];
+        is_whole = is_whole && !smoother->is_left_out[before] && !smoother->is_left_out[after];
+        HEXLOAD_UNROLL
+        for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
+            const hexload_real_t pair_m_s = before_m_s[leg] + after_m_s[leg];
+            by_wide_m_s[leg] = hexload_fma(wide[j], pair_m_s, by_wide_m_s[leg]);
+            by_narrow_m_s[leg] = hexload_fma(narrow[j], pair_m_s, by_narrow_m_s[leg]);
+        }
+    }
+    if (is_whole) {
+        keep_significant(by_wide_m_s, CHI_SQUARE_6_999 * WIDE(0.0) * variance, velocity_m_s);
+        keep_significant(by_narrow_m_s, NARROW_LIMIT * NARROW(0.0) * variance, velocity_m_s);
+    }
+}

@@ -1,0 +1,182 @@
+/// @file momentum_tick.h
+/// The tick of the momentum estimator, on one screen. Internal.
+///
+///     pose -> load monitor -> smooth motion of lag_ticks ago -> filter -> verdict
+///
+/// Inline, so that an estimator without a stage for actuator effects, or a tick without a trace, holds and
+/// links nothing of either: `effects` and `update` are NULL there at compile time.
+#ifndef HEXLOAD_MOMENTUM_TICK_H
+#define HEXLOAD_MOMENTUM_TICK_H
+
+#include "actuator_effects/actuator_effects.h"
+#include "actuator_effects/identifiability.h"
+#include "configuration/health.h"
+#include "front_end/leg_sample.h"
+#include "front_end/noise_estimator.h"
+#include "hexload/momentum.h"
+#include "momentum/load_monitor.h"
+#include "momentum/momentum_filter.h"
+#include "momentum/momentum_supervisor.h"
+#include "momentum/smoother.h"
+
+#include <stddef.h>
+
+/// Ticks before the alarm at which the new load may have been there already: the filter forgets then.
+enum { HEXLOAD_ALARM_DELAY_TICKS = 6 };
+
+/// Checks the sample, finds pose and twist and the effective sigmas.
+static inline hexload_status_t read_present(hexload_momentum_t* self, const hexload_config_t* config,
+                                            hexload_motion_t* motion, hexload_present_tick_t* now,
+                                            uint32_t* health) {
+    hexload_status_t status =
+        hexload_leg_sample_check(&self->leg_gate, config, now->sample, &now->gap_ticks, health);
+    if (status == HEXLOAD_OK) {
+        status = hexload_kinematics_solve(&self->kinematics, config, now->sample, motion);
+    }
+    if (status != HEXLOAD_OK) {
+        return hexload_health_refuse(&self->health, status);
+    }
+    now->motion = motion;
+    hexload_leg_sample_accept(&self->leg_gate, now->sample);
+    hexload_noise_estimator_step(&self->noise_estimator, config, now->sample, now->gap_ticks);
+    hexload_noise_estimator_read(&self->noise_estimator, &config->sensors, &now->sensors, health);
+    return HEXLOAD_OK;
+}
+
+/// Is it still the same load? Reported at once; the filter forgets when it reaches the change.
+static inline void watch_load(hexload_momentum_t* self, const hexload_config_t* config,
+                              hexload_effects_stage_t* effects, const hexload_present_tick_t* now,
+                              uint32_t* health) {
+    hexload_present_tick_t seen = *now;
+    hexload_leg_sample_t without_effects;
+    if (!hexload_momentum_filter_has_begun(&self->filter)) {
+        return;
+    }
+    if (effects != NULL) {
+        without_effects = *now->sample;
+        seen.sample = &without_effects;
+        hexload_actuator_effects_clean(&effects->filter, config, HEXLOAD_LOAD_MONITOR_MEMORY_S,
+                                       &without_effects, &seen.sensors);
+    }
+    if (hexload_load_monitor_step(&self->monitor, config, &self->filter, &seen) && !self->is_changing) {
+        self->is_changing = true;
+        self->change_tick = now->sample->tick - HEXLOAD_ALARM_DELAY_TICKS;
+        hexload_health_set(health, HEXLOAD_HEALTH_LOAD_CHANGED);
+    }
+    hexload_momentum_supervisor_hear(&self->supervisor, config, &self->monitor);
+}
+
+/// The first sample of a new load reaches the filter. The actuators stay as they are known; but their biases
+/// have taken what a wrong known mass weighs too much, and a first change may be just that coming out.
+static inline void forget_load(hexload_momentum_t* self, const hexload_config_t* config,
+                               hexload_effects_stage_t* effects) {
+    hexload_load_monitor_init(&self->monitor);
+    hexload_momentum_supervisor_forget(&self->supervisor);
+    hexload_momentum_filter_forget(&self->filter, config);
+    if (effects != NULL && self->is_mass_known) {
+        hexload_actuator_effects_init(&effects->filter, config);
+    } else if (effects != NULL) {
+        hexload_actuator_effects_forget(&effects->filter);
+    }
+    self->is_mass_known = false;
+    self->is_changing = false;
+}
+
+/// Puts the sample into the smoother and takes that of lag_ticks ago out, with the motion there.
+/// @return false when there is none.
+static inline bool take_delayed(hexload_momentum_t* self, const hexload_config_t* config,
+                                const hexload_present_tick_t* now, hexload_delayed_tick_t* past,
+                                uint32_t* health) {
+    if (!hexload_smoother_put(&self->smoother, config, now) && now->gap_ticks > 0) {
+        hexload_health_set(health, HEXLOAD_HEALTH_RATE_RESEEDED);
+    }
+    if (!hexload_smoother_take(&self->smoother, &now->sensors, &past->smooth)) {
+        return false;
+    }
+    if (hexload_kinematics_solve(&self->delayed_kinematics, config, &past->smooth.sample, &past->motion) !=
+        HEXLOAD_OK) {
+        self->is_interrupted = true;
+        return false;
+    }
+    past->sensors = &now->sensors;
+    past->smoother = &self->smoother.constants;
+    return true;
+}
+
+/// Whether the sample is the first of a new load, or of a motion of which mu knows nothing: then mu begins
+/// anew.
+static inline void join(hexload_momentum_t* self, const hexload_config_t* config,
+                        hexload_effects_stage_t* effects, hexload_smooth_sample_t* smooth) {
+    const bool is_new_load = self->is_changing && smooth->sample.tick - self->change_tick < UINT32_MAX / 2;
+    if (is_new_load) {
+        forget_load(self, config, effects);
+    }
+    if (is_new_load || self->is_interrupted || smooth->gap_ticks > HEXLOAD_LONGEST_STEP_TICKS) {
+        smooth->gap_ticks = 0;
+    }
+    self->is_interrupted = false;
+}
+
+static inline void filter(hexload_momentum_t* self, const hexload_config_t* config,
+                          hexload_effects_stage_t* effects, hexload_delayed_tick_t* past,
+                          hexload_momentum_update_t* update) {
+    if (effects == NULL) {
+        hexload_momentum_filter_step(&self->filter, config, past, update);
+    } else if (!hexload_actuator_effects_step(&effects->filter, &self->filter, config, past, update)) {
+        self->is_interrupted = true;
+        past->smooth.gap_ticks = 1; // at rest, time goes on
+    }
+    hexload_momentum_supervisor_watch(&self->supervisor, config, &self->filter, past);
+    if (effects != NULL) {
+        hexload_identifiability_step(&effects->identifiability, config, &self->filter, &effects->filter,
+                                     &past->smooth);
+    }
+}
+
+/// A number that is not finite: everything begins from nothing.
+static inline void restart(hexload_momentum_t* self, const hexload_config_t* config,
+                           hexload_effects_stage_t* effects, uint32_t* health) {
+    hexload_momentum_filter_init(&self->filter, config);
+    hexload_load_monitor_init(&self->monitor);
+    hexload_momentum_supervisor_forget(&self->supervisor);
+    if (effects != NULL) {
+        hexload_actuator_effects_init(&effects->filter, config);
+        hexload_identifiability_init(&effects->identifiability);
+    }
+    self->is_interrupted = true;
+    hexload_health_set(health, HEXLOAD_HEALTH_FILTER_RESTARTED);
+}
+
+/// @param[out] update of the filter. NULL: not wanted; with effects it is needed.
+static inline hexload_status_t hexload_momentum_run(hexload_momentum_t* self, const hexload_config_t* config,
+                                                    hexload_effects_stage_t* effects,
+                                                    const hexload_leg_sample_t* sample,
+                                                    hexload_estimate_t* estimate,
+                                                    hexload_momentum_update_t* update) {
+    uint32_t health = 0;
+    hexload_motion_t motion;
+    hexload_present_tick_t now = {.sample = sample};
+    hexload_delayed_tick_t past;
+    const hexload_status_t status = read_present(self, config, &motion, &now, &health);
+    if (status != HEXLOAD_OK) {
+        return status;
+    }
+    watch_load(self, config, effects, &now, &health);
+    if (take_delayed(self, config, &now, &past, &health)) {
+        join(self, config, effects, &past.smooth);
+        filter(self, config, effects, &past, update);
+    }
+    if (!hexload_momentum_filter_is_finite(&self->filter) ||
+        (effects != NULL && !hexload_actuator_effects_is_finite(&effects->filter))) {
+        restart(self, config, effects, &health);
+    }
+    hexload_momentum_supervisor_judge(&self->supervisor, config, &self->filter, estimate, &health);
+    if (effects != NULL) {
+        hexload_identifiability_judge(&effects->identifiability, estimate, &health);
+    }
+    estimate->tick = sample->tick;
+    hexload_health_count(&self->health, health);
+    return HEXLOAD_OK;
+}
+
+#endif

@@ -1,0 +1,29 @@
+#include "hexload/paper.h"
+
+#include "paper_tick.h"
+
+// The lasting memory of an estimator: 4-byte numbers, or 8-byte ones in the reference build.
+_Static_assert(sizeof(hexload_paper_t) <= 1152 * sizeof(hexload_real_t) / sizeof(float),
+               "an estimator fits in 1.125 KiB");
+
+hexload_status_t hexload_paper_init(hexload_paper_t* self, const hexload_config_t* config) {
+    hexload_kinematics_t kinematics;
+    hexload_status_t status = hexload_config_check(config, NULL);
+    if (status != HEXLOAD_OK) {
+        return status;
+    }
+    status = hexload_kinematics_init(&kinematics, config);
+    if (status != HEXLOAD_OK) {
+        return status;
+    }
+    *self = (hexload_paper_t){.kinematics = kinematics};
+    hexload_leg_sample_init(&self->leg_gate);
+    hexload_paper_filter_init(&self->filter, config);
+    hexload_paper_supervisor_init(&self->supervisor);
+    return HEXLOAD_OK;
+}
+
+hexload_status_t hexload_paper_tick(hexload_paper_t* self, const hexload_config_t* config,
+                                    const hexload_leg_sample_t* sample, hexload_estimate_t* estimate) {
+    return hexload_paper_run(self, config, sample, estimate, NULL);
+}

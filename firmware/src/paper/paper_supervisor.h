@@ -1,0 +1,17 @@
+/// @file paper_supervisor.h
+/// Fifth stage: whether the estimate can be believed.
+#ifndef HEXLOAD_PAPER_SUPERVISOR_H
+#define HEXLOAD_PAPER_SUPERVISOR_H
+
+#include "hexload/estimate.h"
+#include "paper/paper_filter.h"
+
+void hexload_paper_supervisor_init(hexload_paper_supervisor_t* self);
+
+/// Fills in the estimate from the filter and judges it.
+/// @param[in,out] health sets NOT_EXCITED, INCONSISTENT. Reentrant, constant time.
+void hexload_paper_supervisor_judge(hexload_paper_supervisor_t* self, const hexload_config_t* config,
+                                    const hexload_paper_filter_t* filter, hexload_estimate_t* estimate,
+                                    uint32_t* health);
+
+#endif

@@ -1,0 +1,22 @@
+// Hydraulic legs and their servo for a machine of which only speed and force are known.
+#pragma once
+
+#include <hexload_sim/platform_file.hpp>
+#include <hexload_sim/scenario.hpp>
+
+namespace hexload::sim {
+
+// All positive.
+struct ActuatorLimits {
+    double leg_speed_m_s = 0.0; // of one leg, without load
+    double leg_force_n = 0.0;   // at standstill
+    double speed_sum_m_s = 0.0; // of six legs at the same time
+};
+
+// A scenario at standstill whose hydraulics and servo are the defaults, scaled: piston area to the force,
+// valve to the speed, oil to area and stroke. The resonance of the platform on its oil columns, empty and
+// with the heaviest load, scales the valve's bandwidth, the pressure feedback and, where it is lower than the
+// default machine's, the loop gain, so that the servo is as well damped as the default one.
+Scenario scaled_machine(const PlatformFile& platform, const ActuatorLimits& limits, double heaviest_load_kg);
+
+} // namespace hexload::sim

@@ -1,0 +1,21 @@
+// Which folder a run may take the place of, and the folders that it works in.
+#pragma once
+
+#include <filesystem>
+
+namespace hexload::sim {
+
+// "run/" names the same folder as "run".
+std::filesystem::path without_slash(const std::filesystem::path& target);
+
+// Throws InputError unless there is nothing at `target`, or an empty folder, or, with `replace`, a run
+// directory.
+void check_target(const std::filesystem::path& target, bool replace);
+
+// A new folder beside `target` that no other run has; makes the folders above it. Throws InputError.
+std::filesystem::path create_private_folder(const std::filesystem::path& target);
+
+// Deletes the files that a run writes, and the folder if that leaves it empty: never anything else.
+void remove_run(const std::filesystem::path& folder) noexcept;
+
+} // namespace hexload::sim

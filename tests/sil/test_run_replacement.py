@@ -1,0 +1,86 @@
+"""`--out DIR --force` of the simulator, as a user types it: what is no run directory survives, byte for byte."""
+
+import subprocess
+from pathlib import Path
+
+import pytest
+
+from hexload import project
+from hexload.io.run_directory import FILES, read_run
+
+
+def simulate(out, folder: Path, *options) -> subprocess.CompletedProcess:
+    scenario = project.SCENARIOS / "paper_clean.toml"
+    command = [project.simulator(), scenario, "--duration", "0.05", "--quiet", "--out", out, *options]
+    return subprocess.run(command, cwd=folder, capture_output=True, text=True)
+
+
+def contents(folder: Path) -> dict[str, bytes]:
+    return {str(path.relative_to(folder)): path.read_bytes() for path in sorted(folder.rglob("*")) if path.is_file()}
+
+
+@pytest.fixture
+def work(tmp_path) -> Path:
+    """A working directory with a user's files, some of them named like a run's."""
+    folder = tmp_path / "home" / "work"
+    (folder / "thesis").mkdir(parents=True)
+    (folder / "notes.txt").write_text("mine")
+    (folder / "thesis" / "log.csv").write_text("t,x\n0,1\n")
+    (folder / "thesis" / "meta.json").write_text('{"name": "thesis"}')
+    (folder / "result").write_text("a file")
+    return folder
+
+
+@pytest.mark.parametrize(
+    ("out", "found"),
+    [
+        (".", "the working directory"),
+        ("./", "the working directory"),
+        ("thesis/..", "the working directory"),
+        ("..", "a folder above the working directory"),
+        ("/", "a folder above the working directory"),
+        ("thesis", "a meta.json that is not of a run"),
+        ("thesis/", "a meta.json that is not of a run"),
+        ("result", "a file"),
+    ],
+)
+def test_what_is_no_run_directory_survives_force(work, out, found):
+    # GIVEN a user's files
+    before = contents(work.parent)
+    # WHEN a run is to take the place of one of these WHEN it is forced
+    result = simulate(out, work, "--force")
+    # THEN it is refused in one line that says what was found, and every file is as it was
+    assert result.returncode == 2
+    assert f": found {found}, expected a run directory" in result.stderr
+    assert result.stderr.count("\n") == 1
+    assert contents(work.parent) == before
+
+
+def test_the_home_folder_survives_force(work, monkeypatch):
+    # GIVEN a home folder that is not the working directory WHEN a run is to take its place THEN it is refused
+    monkeypatch.setenv("HOME", str(work / "thesis"))
+    result = simulate(work / "thesis", work.parent, "--force")
+    assert result.returncode == 2
+    assert "found the home folder" in result.stderr
+
+
+def test_a_slash_at_the_end_of_the_name_keeps_the_run(work):
+    # GIVEN a name with a slash at its end, for a new run and for one to be replaced
+    for options in ((), ("--force",), ("--force", "--seed", "7")):
+        # WHEN it runs
+        result = simulate("run/", work, *options)
+        # THEN the run is there, whole
+        assert result.returncode == 0, result.stderr
+        run = read_run(work / "run")
+        assert sorted(path.name for path in run.directory.iterdir()) == sorted(FILES)
+    assert run.meta["seed"] == 7
+
+
+def test_without_force_a_run_stays(work):
+    # GIVEN a run WHEN another one is to take its place without force THEN it is refused and the first one stays
+    simulate("run", work)
+    before = contents(work)
+    result = simulate("run", work, "--seed", "7")
+    assert result.returncode == 2
+    assert "run: exists already; --force replaces it" in result.stderr
+    assert contents(work) == before
