@@ -3,12 +3,13 @@
 
 #include "app/app.h"
 
-#include <hexload/acknowledge_t.hpp>
-#include <hexload/command_t.hpp>
-#include <hexload/estimate_t.hpp>
-#include <hexload/health_t.hpp>
-#include <hexload/leg_sample_t.hpp>
-#include <hexload/load_change_t.hpp>
+#include <hexload_lcm/acknowledge_t.hpp>
+#include <hexload_lcm/command_t.hpp>
+#include <hexload_lcm/estimate_t.hpp>
+#include <hexload_lcm/health_t.hpp>
+#include <hexload_lcm/leg_sample_t.hpp>
+#include <hexload_lcm/load_change_t.hpp>
+#include <hexload_lcm/namespace.hpp>
 
 #include <optional>
 

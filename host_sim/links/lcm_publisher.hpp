@@ -1,12 +1,14 @@
 // The run as it happens, for those who watch on LCM: leg samples and, from the plant, what no sensor shows.
 #pragma once
 
-#include <hexload/leg_sample_t.hpp>
-#include <hexload/load_truth_t.hpp>
-#include <hexload/platform_state_t.hpp>
-#include <hexload/wrench_t.hpp>
-#include <hexload_lcm/session.hpp>
 #include <hexload_sim/simulator.hpp>
+
+#include <hexload_lcm/leg_sample_t.hpp>
+#include <hexload_lcm/load_truth_t.hpp>
+#include <hexload_lcm/namespace.hpp>
+#include <hexload_lcm/platform_state_t.hpp>
+#include <hexload_lcm/session.hpp>
+#include <hexload_lcm/wrench_t.hpp>
 
 namespace hexload::sim {
 
