@@ -1,6 +1,6 @@
 #include <hexload_sim/hydraulics.hpp>
 
-#include <hexload_sim/input_error.hpp>
+#include "platform_file/input_error.hpp"
 
 #include <fmt/format.h>
 

@@ -1,6 +1,7 @@
 #include <hexload_sim/machine.hpp>
 
-#include <hexload_sim/input_error.hpp>
+#include "platform_file/input_error.hpp"
+
 #include <hexload_sim/random.hpp>
 
 #include <fmt/format.h>

@@ -1,6 +1,6 @@
 #include "motion_file.hpp"
 
-#include <hexload_sim/input_error.hpp>
+#include "platform_file/input_error.hpp"
 
 #include <array>
 #include <charconv>

@@ -1,6 +1,7 @@
 #include <hexload_sim/plant.hpp>
 
-#include <hexload_sim/input_error.hpp>
+#include "platform_file/input_error.hpp"
+
 #include <hexload_sim/rotation.hpp>
 
 #include <Eigen/Geometry>

@@ -3,7 +3,8 @@
 #include "run_meta.hpp"
 #include "run_target.hpp"
 
-#include <hexload_sim/input_error.hpp>
+#include "platform_file/input_error.hpp"
+
 #include <hexload_sim/rotation.hpp>
 
 #include <fmt/format.h>

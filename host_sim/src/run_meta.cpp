@@ -2,8 +2,9 @@
 
 #include "scenario_fields.hpp"
 
+#include "platform_file/tare.hpp"
+
 #include <hexload_sim/dynamics.hpp>
-#include <hexload_sim/tare.hpp>
 
 #include <sstream>
 

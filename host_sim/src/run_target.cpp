@@ -1,6 +1,6 @@
 #include "run_target.hpp"
 
-#include <hexload_sim/input_error.hpp>
+#include "platform_file/input_error.hpp"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -21,6 +21,7 @@ namespace hexload::sim {
 namespace {
 
 namespace fs = std::filesystem;
+using platform::InputError;
 
 // trajectory.csv: of a scenario with a motion file. report.html: what `hexload report` adds to a run.
 constexpr std::array<std::string_view, 8> run_files{"scenario.toml", "platform.toml", "trajectory.csv",

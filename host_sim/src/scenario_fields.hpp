@@ -2,9 +2,9 @@
 // is TomlReader or TomlWriter.
 #pragma once
 
-#include <hexload_sim/scenario.hpp>
+#include "platform_file/toml_fields.hpp"
 
-#include "toml_fields.hpp"
+#include <hexload_sim/scenario.hpp>
 
 namespace hexload::sim {
 

@@ -1,6 +1,7 @@
 #include <hexload_sim/simulator.hpp>
 
-#include <hexload_sim/input_error.hpp>
+#include "platform_file/input_error.hpp"
+
 #include <hexload_sim/kinematics.hpp>
 
 #include <cmath>

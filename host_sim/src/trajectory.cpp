@@ -2,7 +2,8 @@
 
 #include "motion_file.hpp"
 
-#include <hexload_sim/input_error.hpp>
+#include "platform_file/input_error.hpp"
+
 #include <hexload_sim/kinematics.hpp>
 #include <hexload_sim/random.hpp>
 #include <hexload_sim/rotation.hpp>

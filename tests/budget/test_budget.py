@@ -11,10 +11,10 @@ import numpy as np
 import pytest
 
 from call_graph import deepest_chain, read_call_graph
-from hexload_tools import target
-from hexload_tools.hard_inputs import hard_samples
-from hexload_tools.log_file import read_log
-from hexload_tools.uncertain_estimates import early_covariances, estimates
+from hexload.io.log_file import read_log
+from hexload_dev import target
+from hexload_dev.hard_inputs import hard_samples
+from hexload_dev.uncertain_estimates import early_covariances, estimates
 
 HERE = Path(__file__).parent
 DATA = HERE.parent / "data"

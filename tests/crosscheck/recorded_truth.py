@@ -7,7 +7,7 @@ import numpy as np
 from scipy.interpolate import CubicHermiteSpline
 from scipy.spatial.transform import Rotation
 
-from hexload_tools.bound import Platform, Trajectory, leg_jacobian
+from hexload.theory.bound import Platform, Trajectory, leg_jacobian
 
 DATA = Path(__file__).parents[1] / "data"
 HOME_LEG_LENGTH_M = 0.8741

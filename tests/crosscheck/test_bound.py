@@ -1,4 +1,4 @@
-"""hexload_tools.bound against its definition, and against bounds that another program recorded with the logs."""
+"""hexload.theory.bound against its definition, and against bounds that another program recorded with the logs."""
 
 import json
 from dataclasses import astuple, replace
@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from hexload_tools.bound import (
+from hexload.io.log_file import read_log
+from hexload.theory.bound import (
     THETA_NAMES,
     Machine,
     Platform,
@@ -15,16 +16,15 @@ from hexload_tools.bound import (
     Trajectory,
     crlb,
     gravity_regressor,
+    hexload_momentum_regressor,
     leg_jacobian,
     leg_speeds,
     momentum_matrix,
-    hexload_momentum_regressor,
     paper_bound,
     paper_jacobian,
     paper_prior_sigma,
     read_platform,
 )
-from hexload_tools.log_file import read_log
 from recorded_truth import DATA, between_recorded_poses, from_noise_free_legs, read_truth_file
 
 DT_S = 1e-3

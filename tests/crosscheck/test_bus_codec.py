@@ -12,8 +12,8 @@ import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from hexload_tools.bus_document import DBC, profile
-from hexload_tools.project import native_module
+from hexload.project import native_module
+from hexload_dev.bus_document import DBC, profile
 
 bus = native_module().bus
 contract = cantools.database.load_file(DBC)

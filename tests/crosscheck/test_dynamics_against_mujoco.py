@@ -10,7 +10,7 @@ import hexload_native as native
 import numpy as np
 import pytest
 
-from hexload_tools.bound import read_platform
+from hexload.theory.bound import read_platform
 from machines import (
     LARGEST_ROTATION_RAD,
     Body,

@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from hexload_tools.bound import Trajectory, leg_jacobian, read_platform
+from hexload.theory.bound import Trajectory, leg_jacobian, read_platform
 from recorded_truth import DATA
 
 STATES = 1000

@@ -7,7 +7,7 @@ import hexload_native as native
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from hexload_tools.bound import read_platform
+from hexload.theory.bound import read_platform
 from machines import State, random_load, random_machine, random_state, write_platform
 from mujoco_plant import MujocoPlant
 

@@ -15,9 +15,9 @@ import pytest
 from scipy.interpolate import CubicSpline
 from scipy.spatial.transform import Rotation
 
-from hexload_tools import project
-from hexload_tools.bound import read_platform
-from hexload_tools.toml_document import read_toml, to_toml
+from hexload import project
+from hexload.io.toml_document import read_toml, to_toml
+from hexload.theory.bound import read_platform
 from machines import Body, Machine, State
 from mujoco_plant import MujocoPlant
 

@@ -11,7 +11,7 @@ from typing import NamedTuple
 import can
 import cantools
 
-from hexload_tools import project
+from hexload import project
 
 DBC = cantools.database.load_file(project.ROOT / "firmware" / "bus" / "hexload.dbc")
 BY_ID = {message.frame_id: message for message in DBC.messages}

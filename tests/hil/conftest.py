@@ -12,7 +12,8 @@ from pathlib import Path
 
 import pytest
 
-from hexload_tools import project, vcan, zynqmp_r5
+from hexload import project
+from hexload_dev import vcan, zynqmp_r5
 from loop import PAPER_S, SHORT_S, Controller, Loop, Peer, Recording
 
 # A generous limit for what takes milliseconds on an idle machine: the guest's processor is emulated, and may be shared.

@@ -12,7 +12,7 @@ from collections.abc import Callable
 
 import lcm
 
-from hexload_tools import project
+from hexload import project
 
 TYPES = (
     "leg_sample_t",

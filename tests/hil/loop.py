@@ -16,7 +16,7 @@ import can
 import pytest
 
 from bus_frames import BY_ID, PROFILES, Frame, Signals, decode, encode_command, from_message, read_candump, to_message
-from hexload_tools import project
+from hexload import project
 
 SCENARIO = project.SCENARIOS / "paper.toml"
 PLATFORM = project.SCENARIOS / "platforms" / "paper.toml"
@@ -54,7 +54,7 @@ class Controller:
 
     @classmethod
     def zynqmp_r5(cls) -> "Controller":
-        command = (sys.executable, "-m", "hexload_tools.zynqmp_r5")
+        command = (sys.executable, "-m", "hexload_dev.zynqmp_r5")
         return cls("zynqmp_r5", command, ("classic",), False, signal.SIGUSR1, signal.SIGUSR2)
 
 

@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from hexload_tools import project
+from hexload import project
 
 PICK_UP_S = 1.0
 DURATION_S = 1.5

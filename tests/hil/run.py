@@ -13,8 +13,9 @@ import subprocess
 import sys
 from pathlib import Path
 
-from hexload_tools import project, target, vcan, vm, zynqmp_r5
-from hexload_tools.errors import ToolFailed
+from hexload import project
+from hexload.errors import ToolFailed
+from hexload_dev import target, vcan, vm, zynqmp_r5
 
 SKIPPED = 77  # SKIP_RETURN_CODE in CMakeLists.txt
 FOLDER = Path(__file__).parent

@@ -5,8 +5,9 @@ from dataclasses import replace
 
 import pytest
 
-from hexload_tools import doctor, project
-from hexload_tools.vcan import Interface
+from hexload import project
+from hexload_dev import doctor
+from hexload_dev.vcan import Interface
 
 ALL_PROGRAMS = dict.fromkeys(doctor.PROGRAMS, True)
 # A laptop with everything, and a machine like a container on which the virtual machine is set up.

@@ -10,15 +10,15 @@ from pathlib import Path
 
 import pytest
 
-from hexload_tools import vm
-from hexload_tools.errors import InputError, ToolFailed
+from hexload.errors import InputError, ToolFailed
+from hexload_dev import vm
 
 PATIENCE_S = 240.0  # one boot takes 5 s on an idle machine
 
 
 def command_line(out, *arguments):
     # one processor: the machine is up sooner
-    return [sys.executable, "-m", "hexload_tools", "vm", "--out", str(out), "--cpus", "1", *map(str, arguments)]
+    return [sys.executable, "-m", "hexload_dev", "vm", "--out", str(out), "--cpus", "1", *map(str, arguments)]
 
 
 def run(out, *arguments, **options):

@@ -5,7 +5,8 @@ import re
 import pytest
 
 from bus_frames import DBC, encode
-from hexload_tools import project, zynqmp_r5
+from hexload import project
+from hexload_dev import zynqmp_r5
 from loop import Controller
 
 IDLE, ARMED, ESTIMATING, FAULT = 0, 1, 2, 4

@@ -9,7 +9,7 @@ import can
 import lcm
 import pytest
 
-from hexload_tools import doctor, vcan
+from hexload_dev import doctor, vcan
 
 pytestmark = [pytest.mark.vcan, pytest.mark.needs("process")]
 

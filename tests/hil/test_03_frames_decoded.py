@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from bus_frames import DBC, LOCKSTEP, PARAMETERS, PROFILES, assert_fits_contract, decode, sample_frames_by_tick
-from hexload_tools.log_file import read_log
+from hexload.io.log_file import read_log
 from loop import Recording, estimates
 
 pytestmark = pytest.mark.vcan

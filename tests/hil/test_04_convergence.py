@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from bus_frames import DBC, PROFILES
-from hexload_tools import project
-from hexload_tools.log_file import read_log
-from hexload_tools.run_directory import PAPER_PARAMETERS, read_run
+from hexload import project
+from hexload.io.log_file import read_log
+from hexload.io.run_directory import PAPER_PARAMETERS, read_run
 from loop import PAPER_S, PLATFORM, SCENARIO, estimates
 
 pytestmark = pytest.mark.vcan

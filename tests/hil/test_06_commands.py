@@ -14,7 +14,7 @@ from bus_frames import (
     encode_command,
     sample_frames_by_tick,
 )
-from hexload_tools import project
+from hexload import project
 from loop import NOTHING_COMES_S, PLATFORM
 
 pytestmark = pytest.mark.vcan

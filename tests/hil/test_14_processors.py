@@ -10,7 +10,7 @@ import subprocess
 import pytest
 
 from bus_frames import answers_of, sent_with_the_ticks
-from hexload_tools import zynqmp_r5
+from hexload_dev import zynqmp_r5
 from loop import PAPER_S, PAPER_TICKS, PLATFORM, Controller, Loop
 
 pytestmark = [pytest.mark.vcan, pytest.mark.needs("emulator")]

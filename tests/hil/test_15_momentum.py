@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from bus_frames import LOAD_PARAMETERS, PROFILES, Frame, assert_fits_contract, decode
-from hexload_tools import project
-from hexload_tools.log_file import read_log
+from hexload import project
+from hexload.io.log_file import read_log
 from loop import Recording, estimates, read_meta
 from momentum_scenario import HEAVY, PICK_UP_S, TICKS, platform_of, write
 from test_04_convergence import CHANNELS, quantised, step_of

@@ -7,7 +7,7 @@ import sys
 
 import pytest
 
-from hexload_tools import project
+from hexload import project
 from lcm_listener import PATIENT, SLOW_MACHINE, Controller, Relay, private_url
 from momentum_scenario import platform_of, write
 
@@ -91,7 +91,7 @@ def test_the_momentum_filter_over_lcm_gives_the_bytes_of_the_run_in_process_and_
 
 def test_one_command_runs_simulator_and_controller_over_lcm(url, tmp_path):
     words = ["sim", "paper", "--feed", f"lcm:{url}", "--duration", "1", "--out", tmp_path / "run", *PATIENT]
-    result = subprocess.run([sys.executable, "-m", "hexload_tools", *map(str, words)], capture_output=True, text=True)
+    result = subprocess.run([sys.executable, "-m", "hexload_dev", *map(str, words)], capture_output=True, text=True)
     assert result.returncode == 0, result.stderr
     assert "1001 samples, 1001 answers, 0 missing" in result.stdout
     bus = json.loads((tmp_path / "run" / "meta.json").read_text())["bus"]

@@ -10,8 +10,8 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from conftest import ended_programs
-from hexload_tools import project
-from hexload_tools.run_directory import read_run
+from hexload import project
+from hexload.io.run_directory import read_run
 from lcm_listener import PATIENT, Controller, Listener, private_url
 
 PLATFORM = project.SCENARIOS / "platforms" / "paper.toml"
@@ -129,7 +129,7 @@ def recorded_ticks(log):
 def replay(log, platform, out):
     """The remarks on the log."""
     words = ["replay", log, "--platform", platform, "--out", out]
-    result = subprocess.run([sys.executable, "-m", "hexload_tools", *map(str, words)], capture_output=True, text=True)
+    result = subprocess.run([sys.executable, "-m", "hexload_dev", *map(str, words)], capture_output=True, text=True)
     assert result.returncode == 0, result.stderr
     lines = result.stdout.splitlines()
     return [line.removeprefix("log:").strip() for line in lines if line.startswith("log:")]

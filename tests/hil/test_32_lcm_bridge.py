@@ -14,7 +14,8 @@ import pytest
 
 import momentum_scenario
 from bus_frames import BY_ID, BY_THE_CLOCK, PARAMETERS, PROFILES
-from hexload_tools import bus_document, project
+from hexload import project
+from hexload_dev import bus_document
 from lcm_listener import PATIENCE_S, PATIENT, Listener, private_url
 from loop import read_meta
 from momentum_scenario import TICKS as MOMENTUM_TICKS

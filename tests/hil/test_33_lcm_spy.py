@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from PIL import Image, ImageGrab
 
-from hexload_tools import project
+from hexload import project
 from lcm_listener import PATIENCE_S, PATIENT, SLOW_MACHINE, private_url
 
 PLATFORM = project.SCENARIOS / "platforms" / "paper.toml"
@@ -114,7 +114,7 @@ def has_changed(box, before):
 def test_lcm_spy_decodes_every_type_and_shows_live_values(display, start, ecu, simulator, tmp_path):
     # GIVEN lcm-spy as the user starts it, when it hears
     url = private_url()
-    spy = start(sys.executable, "-m", "hexload_tools", "spy", "--url", url)
+    spy = start(sys.executable, "-m", "hexload_dev", "spy", "--url", url)
     spy.wait_for(f"^Found {len(TYPES)} LCM types$")
     main = window("LCM Spy")
     assert main is not None
@@ -141,6 +141,6 @@ def test_lcm_spy_decodes_every_type_and_shows_live_values(display, start, ecu, s
 
 def test_without_a_screen_the_remedy_is_named(start, monkeypatch):
     monkeypatch.delenv("DISPLAY", raising=False)
-    program = start(sys.executable, "-m", "hexload_tools", "spy")
+    program = start(sys.executable, "-m", "hexload_dev", "spy")
     assert program.wait() == 1
     program.wait_for("^hexload: DISPLAY: found no X display, expected one .* xvfb-run -a tools/hexload spy$")

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from hexload_tools import target
+from hexload_dev import target
 
 ROOT = Path(os.environ["HEXLOAD_SOURCE_DIR"])
 BUILD = Path(os.environ["HEXLOAD_BUILD_DIR"])

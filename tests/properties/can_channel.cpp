@@ -1,12 +1,12 @@
-#include "ports/linux/can_channel.hpp"
-#include "ports/linux/channel_name.hpp"
-#include "ports/linux/python_can_frame.hpp"
+#include "transport/can_channel.hpp"
+#include "transport/channel_name.hpp"
+#include "transport/python_can_frame.hpp"
 
 #include <doctest/doctest.h>
 
 #include <algorithm>
 
-using namespace hexload::port;
+using namespace hexload::transport;
 
 namespace {
 

@@ -1,4 +1,4 @@
-#include "can_link.hpp"
+#include "links/can_link.hpp"
 
 #include "app/app.h"
 #include "bus/sample_assembly.h"
@@ -36,7 +36,7 @@ struct Controller {
 };
 
 // A bus with that controller on it. Time passes only while somebody waits for a frame.
-class ScriptedChannel final : public hexload::port::CanChannel {
+class ScriptedChannel final : public hexload::transport::CanChannel {
   public:
     ScriptedChannel(Controller& controller, Clock::time_point& now, bool& is_up)
         : controller_(controller), now_(now), is_up_(is_up) {

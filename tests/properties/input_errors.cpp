@@ -1,6 +1,6 @@
 #include "support.hpp"
 
-#include <hexload_sim/input_error.hpp>
+#include "platform_file/input_error.hpp"
 #include <hexload_sim/trajectory.hpp>
 
 #include <array>

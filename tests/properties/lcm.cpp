@@ -1,4 +1,4 @@
-#include "ports/linux/lcm_messages.hpp"
+#include "transport/lcm_messages.hpp"
 
 #include <hexload_lcm/session.hpp>
 
@@ -101,8 +101,8 @@ TEST_CASE("an answer of either filter is the same after its two messages") {
     for (const hexload_bus_filter_t filter : both_filters) {
         CAPTURE(hexload_bus_filter_name(filter));
         const hexload_bus_answer_t answer = some_answer(filter);
-        const estimate_t estimate = port::estimate_message(answer);
-        const auto again = port::answer_of(estimate, port::health_message(answer, 7));
+        const estimate_t estimate = transport::estimate_message(answer);
+        const auto again = transport::answer_of(estimate, transport::health_message(answer, 7));
         REQUIRE(again);
         CHECK(estimate.filter == hexload_bus_filter_name(filter));
         CHECK(estimate.count == parameters_of(filter));
@@ -127,9 +127,9 @@ TEST_CASE("an answer of either filter is the same after its two messages") {
 
 TEST_CASE("health is reported in words") {
     const hexload_bus_answer_t answer = some_answer(HEXLOAD_FILTER_PAPER);
-    CHECK(port::health_message(answer, 7).samples_missing == 7);
+    CHECK(transport::health_message(answer, 7).samples_missing == 7);
     // and its health bits 0, 2, 5, 7 and 8 are reported in words
-    CHECK(port::health_message(answer, 7).health ==
+    CHECK(transport::health_message(answer, 7).health ==
           std::string(hexload_health_name(HEXLOAD_HEALTH_LEG_OUT_OF_STROKE)) + ", " +
               hexload_health_name(HEXLOAD_HEALTH_RATE_RESEEDED) + ", " +
               hexload_health_name(HEXLOAD_HEALTH_COVARIANCE_BOUNDED) + ", " +
@@ -140,13 +140,13 @@ TEST_CASE("health is reported in words") {
 TEST_CASE("an answer with an unknown word, another filter or an impossible tick is refused") {
     const hexload_bus_answer_t answer = some_answer(HEXLOAD_FILTER_MOMENTUM);
     const std::string unknown_word = "asleep";
-    const estimate_t estimate = port::estimate_message(answer);
-    const health_t health = port::health_message(answer, 0);
+    const estimate_t estimate = transport::estimate_message(answer);
+    const health_t health = transport::health_message(answer, 0);
     const auto is_refused = [&](auto change) {
         estimate_t e = estimate;
         health_t h = health;
         change(e, h);
-        return !port::answer_of(e, h);
+        return !transport::answer_of(e, h);
     };
     CHECK_FALSE(is_refused([](estimate_t&, health_t&) {}));
     CHECK(is_refused([&](estimate_t& e, health_t&) { e.verdict = unknown_word; }));
@@ -171,44 +171,44 @@ TEST_CASE(
         sample.velocity_m_s[leg] = 10.5F + static_cast<float>(leg);
         sample.force_n[leg] = -100.25F - static_cast<float>(leg);
     }
-    leg_sample_t told = port::leg_sample_message(sample);
-    const auto sample_again = port::leg_sample_of(told);
+    leg_sample_t told = transport::leg_sample_message(sample);
+    const auto sample_again = transport::leg_sample_of(told);
     REQUIRE(sample_again);
     CHECK(sample_again->tick == 77);
     CHECK(sample_again->displacement_m[5] == sample.displacement_m[5]);
     CHECK(sample_again->velocity_m_s[4] == sample.velocity_m_s[4]);
     CHECK(sample_again->force_n[3] == sample.force_n[3]);
     told.tick = -1;
-    CHECK_FALSE(port::leg_sample_of(told));
+    CHECK_FALSE(transport::leg_sample_of(told));
 
-    command_t command = port::command_message({HEXLOAD_COMMAND_SET_KNOWN_MASS, 255, 512.5F}, 9);
+    command_t command = transport::command_message({HEXLOAD_COMMAND_SET_KNOWN_MASS, 255, 512.5F}, 9);
     CHECK(command.tick == 9);
-    const auto command_again = port::command_of(command);
+    const auto command_again = transport::command_of(command);
     REQUIRE(command_again);
     CHECK(command_again->kind == HEXLOAD_COMMAND_SET_KNOWN_MASS);
     CHECK(command_again->sequence == 255);
     CHECK(command_again->argument == 512.5F);
     command.id = 256;
-    CHECK_FALSE(port::command_of(command));
+    CHECK_FALSE(transport::command_of(command));
 
-    load_change_t change = port::load_change_message({4'294'967'295U, 65'535});
+    load_change_t change = transport::load_change_message({4'294'967'295U, 65'535});
     CHECK(change.tick == 4'294'967'295);
-    const auto change_again = port::load_change_of(change);
+    const auto change_again = transport::load_change_of(change);
     REQUIRE(change_again);
     CHECK(change_again->tick == 4'294'967'295U);
     CHECK(change_again->load_changes == 65'535);
     change.load_changes = 65'536;
-    CHECK_FALSE(port::load_change_of(change));
+    CHECK_FALSE(transport::load_change_of(change));
     change = {};
     change.tick = -1;
-    CHECK_FALSE(port::load_change_of(change));
+    CHECK_FALSE(transport::load_change_of(change));
 
     const hexload_bus_acknowledge_t acknowledge{HEXLOAD_COMMAND_START,        8,
                                                 HEXLOAD_RESULT_WRONG_STATE,   HEXLOAD_APP_FAULT,
                                                 HEXLOAD_FAULT_SAMPLE_TIMEOUT, HEXLOAD_BUS_FD};
-    acknowledge_t reply = port::acknowledge_message(acknowledge, 5);
+    acknowledge_t reply = transport::acknowledge_message(acknowledge, 5);
     CHECK(reply.done == 0);
-    const auto reply_again = port::acknowledge_of(reply);
+    const auto reply_again = transport::acknowledge_of(reply);
     REQUIRE(reply_again);
     CHECK(reply_again->kind == acknowledge.kind);
     CHECK(reply_again->sequence == acknowledge.sequence);
@@ -216,5 +216,5 @@ TEST_CASE(
     CHECK(reply_again->state == acknowledge.state);
     CHECK(reply_again->fault == acknowledge.fault);
     reply.result = reply.state;
-    CHECK_FALSE(port::acknowledge_of(reply));
+    CHECK_FALSE(transport::acknowledge_of(reply));
 }

@@ -1,7 +1,7 @@
-#include "ports/linux/can_channel.hpp"
+#include "transport/can_channel.hpp"
 
 #include "bus/slcan.h"
-#include "ports/linux/descriptor.hpp"
+#include "transport/descriptor.hpp"
 
 #include <doctest/doctest.h>
 
@@ -16,7 +16,7 @@
 #include <sys/socket.h>
 #include <termios.h>
 
-using namespace hexload::port;
+using namespace hexload::transport;
 using namespace std::chrono_literals;
 
 namespace {

@@ -2,7 +2,7 @@
 #pragma once
 
 #include <hexload_sim/dynamics.hpp>
-#include <hexload_sim/platform_file.hpp>
+#include "platform_file/platform_file.hpp"
 #include <hexload_sim/random.hpp>
 #include <hexload_sim/scenario.hpp>
 

@@ -16,9 +16,9 @@ from tempfile import TemporaryDirectory
 import hexload_native
 import numpy as np
 
-from hexload_tools import project
-from hexload_tools.errors import InputError
-from hexload_tools.excite import Wish, design, summary_of
+from hexload import project
+from hexload.cli.excite import Wish, design, summary_of
+from hexload.errors import InputError
 
 G = 9.81
 SETTLING_S = 3.0

@@ -12,12 +12,12 @@ import hexload_native
 import numpy as np
 import pytest
 
-from hexload_tools.campaign import one_case
-from hexload_tools.campaign.cases import FRICTION, Case, draw
-from hexload_tools.firmware_run import run_firmware
-from hexload_tools.load_summary import in_words
-from hexload_tools.log_file import read_log
-from hexload_tools.toml_document import read_toml, to_toml
+from hexload.campaign import one_case
+from hexload.campaign.cases import FRICTION, Case, draw
+from hexload.estimation.firmware_run import run_firmware
+from hexload.estimation.load_summary import in_words
+from hexload.io.log_file import read_log
+from hexload.io.toml_document import read_toml, to_toml
 
 SIMULATOR = Path(os.environ["HEXLOAD_BUILD_DIR"]) / "host_sim" / "hexload_sim"
 SCENARIOS = Path(os.environ["HEXLOAD_SOURCE_DIR"]) / "host_sim" / "scenarios"

@@ -14,12 +14,12 @@ import numpy as np
 import pytest
 from scipy.optimize import nnls
 
-from hexload_tools.campaign.cases import Case
-from hexload_tools.campaign.one_case import scale_of, simulate
-from hexload_tools.firmware_run import run_firmware
-from hexload_tools.log_file import read_log
-from hexload_tools.replay import replay_log
-from hexload_tools.uncertain_estimates import EARLY_S, early_covariances, estimates, start_of
+from hexload.campaign.cases import Case
+from hexload.campaign.one_case import scale_of, simulate
+from hexload.estimation.firmware_run import run_firmware
+from hexload.estimation.replay import replay_log
+from hexload.io.log_file import read_log
+from hexload_dev.uncertain_estimates import EARLY_S, early_covariances, estimates, start_of
 
 DATA = Path(__file__).parents[1] / "data"
 LOGS = ("multisine_eccentric", "paper_noisy", "work_motion")
@@ -191,7 +191,7 @@ def short_log(tmp_path) -> Path:
 
 
 def hexload(*arguments) -> subprocess.CompletedProcess:
-    return subprocess.run([sys.executable, "-m", "hexload_tools", *map(str, arguments)], capture_output=True, text=True)
+    return subprocess.run([sys.executable, "-m", "hexload_dev", *map(str, arguments)], capture_output=True, text=True)
 
 
 def test_replay_tells_the_body_and_the_nearest_one_when_no_body_has_the_estimate(short_log, tmp_path):

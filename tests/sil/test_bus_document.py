@@ -2,7 +2,7 @@
 
 import pytest
 
-from hexload_tools import bus_document as verb
+from hexload_dev import bus_document as verb
 
 
 @pytest.fixture(scope="module")

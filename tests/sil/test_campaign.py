@@ -12,14 +12,14 @@ import numpy as np
 import pytest
 from distributed import Client, LocalCluster
 
-from hexload_tools import project
-from hexload_tools.campaign import schedule, verb
-from hexload_tools.campaign.cases import LARGEST_BIAS_N, TARE_S, Case, draw
-from hexload_tools.campaign.store import Settings
-from hexload_tools.errors import InputError, ToolFailed
-from hexload_tools.log_file import read_log
+from hexload import project
+from hexload.campaign import schedule, verb
+from hexload.campaign.cases import LARGEST_BIAS_N, TARE_S, Case, draw
+from hexload.campaign.store import Settings
+from hexload.errors import InputError, ToolFailed
+from hexload.io.log_file import read_log
 
-CASES = "hexload_tools.campaign.cases"
+CASES = "hexload.campaign.cases"
 SHORT_S = 1.0
 TWO = Settings(("multisine",), 2, 1, SHORT_S)
 PATIENCE_S = 60.0
@@ -46,7 +46,7 @@ def copy(finished, tmp_path):
 
 
 def command(*arguments):
-    return [sys.executable, "-m", "hexload_tools", "campaign", *map(str, arguments)]
+    return [sys.executable, "-m", "hexload_dev", "campaign", *map(str, arguments)]
 
 
 def refusal(*arguments):
@@ -64,7 +64,7 @@ def contents(folder, pattern="cases/*.json"):
 def test_the_same_command_gives_the_same_numbers_with_and_without_a_cluster(finished, cluster, tmp_path):
     # GIVEN a campaign that ran on a cluster, by its scheduler's address
     with Client(cluster.scheduler_address) as client:
-        loaded = client.run(lambda: "hexload_tools.campaign.one_case" in __import__("sys").modules)
+        loaded = client.run(lambda: "hexload.campaign.one_case" in __import__("sys").modules)
     assert any(loaded.values())
     # WHEN the same runs on this machine's own cores THEN cases and summary are the same, byte by byte
     out = tmp_path / "own"

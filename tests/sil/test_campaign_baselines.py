@@ -8,11 +8,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from hexload_tools import bound, project
-from hexload_tools.campaign import baselines
-from hexload_tools.campaign.leg_regression import motion_of_legs
-from hexload_tools.campaign.one_case import scale_of
-from hexload_tools.log_file import read_log
+from hexload import project
+from hexload.campaign import baselines
+from hexload.campaign.one_case import scale_of
+from hexload.io.log_file import read_log
+from hexload.theory import bound
+from hexload.theory.leg_regression import motion_of_legs
 
 THETA = np.array([500.0, 30.0, -40.0, 150.0, 70.0, 80.0, 30.0, 1.0, -2.0, 0.5])
 PLATFORM = project.SCENARIOS / "platforms" / "paper.toml"

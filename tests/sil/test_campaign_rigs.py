@@ -6,11 +6,11 @@ import subprocess
 import numpy as np
 import pytest
 
-from hexload_tools import project
-from hexload_tools.campaign.cases import CLASSES, Case, draw
-from hexload_tools.campaign.one_case import simulate
-from hexload_tools.campaign.rigs import LAWS, WITHOUT_VELOCITY, draw_rig, with_rig
-from hexload_tools.toml_document import read_toml, to_toml
+from hexload import project
+from hexload.campaign.cases import CLASSES, Case, draw
+from hexload.campaign.one_case import simulate
+from hexload.campaign.rigs import LAWS, WITHOUT_VELOCITY, draw_rig, with_rig
+from hexload.io.toml_document import read_toml, to_toml
 
 SEEDS = range(40)
 RIG_CLASSES = [name for name, kind in CLASSES.items() if kind.rig]

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from hexload_tools.bound import THETA_NAMES
-from hexload_tools.campaign import statistics
-from hexload_tools.campaign.one_case import scale_of, settled_at
+from hexload.campaign import statistics
+from hexload.campaign.one_case import scale_of, settled_at
+from hexload.theory.bound import THETA_NAMES
 
 THETA = [500.0, 30.0, -40.0, 150.0, 70.0, 80.0, 30.0, 1.0, -2.0, 0.5]
 EMPTY = [0.0] * 10

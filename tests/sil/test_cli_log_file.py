@@ -5,8 +5,8 @@ import gzip
 import numpy as np
 import pytest
 
-from hexload_tools.errors import InputError
-from hexload_tools.log_file import COLUMNS, read_log
+from hexload.errors import InputError
+from hexload.io.log_file import COLUMNS, read_log
 
 HEADER = ",".join(COLUMNS)
 

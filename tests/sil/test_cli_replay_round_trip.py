@@ -5,15 +5,16 @@ import sys
 
 import pytest
 
-from hexload_tools import table3
-from hexload_tools.report import write_report
-from hexload_tools.run_directory import read_run
+from hexload.estimation import load_summary
+from hexload.io.run_directory import read_run
+from hexload.report import table3
+from hexload.report.page import write_report
 
 DURATION_S = "1.5"
 
 
 def hexload(*arguments):
-    return subprocess.run([sys.executable, "-m", "hexload_tools", *map(str, arguments)], capture_output=True, text=True)
+    return subprocess.run([sys.executable, "-m", "hexload_dev", *map(str, arguments)], capture_output=True, text=True)
 
 
 @pytest.fixture(scope="module", params=["safe", "printed"])
@@ -72,5 +73,5 @@ def test_the_report_of_a_real_run_has_its_numbers(run_directory, tmp_path):
     # THEN the table has the last line of the run's estimates, and a bound on each parameter
     page = (tmp_path / "page.html").read_text()
     for row in table3.compare(run):
-        assert f"{row.estimate:.{table3.DIGITS[row.name]}f}" in page
+        assert f"{row.estimate:.{load_summary.DIGITS[row.name]}f}" in page
         assert row.bound is not None and row.bound > 0

@@ -6,7 +6,7 @@ from threading import Event
 
 import pytest
 
-from hexload_tools import test as verb
+from hexload_dev import test as verb
 
 PATIENCE_S = 60.0
 

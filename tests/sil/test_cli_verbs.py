@@ -6,9 +6,9 @@ import sys
 
 import pytest
 
-from hexload_tools import project
-from hexload_tools.log_file import COLUMNS
-from hexload_tools.sim import known_scenarios, resolve_scenario
+from hexload import project
+from hexload.io.log_file import COLUMNS
+from hexload.simulation.sim import known_scenarios, resolve_scenario
 from synthetic_run import PLATFORM_TOML
 
 VERBS = ("demo", "test", "sim", "replay", "tare", "excite", "report", "campaign", "bench", "soak", "vm", "doctor")
@@ -17,7 +17,7 @@ GOOD_LOG = "\n".join([",".join(COLUMNS), *(f"{k / 1000}" + ",0" * 12 + ",1070" *
 
 def hexload(*arguments):
     return subprocess.run(
-        [sys.executable, "-m", "hexload_tools", *map(str, arguments)],
+        [sys.executable, "-m", "hexload_dev", *map(str, arguments)],
         capture_output=True,
         text=True,
         env=os.environ | {"COLUMNS": "200", "TERM": "dumb", "NO_COLOR": "1"},

@@ -15,10 +15,11 @@ from scipy.interpolate import CubicHermiteSpline
 from scipy.spatial.transform import Rotation
 
 from excite_machines import faults_of_run, random_platform, try_machine
-from hexload_tools import bound, excitation, project
-from hexload_tools.errors import InputError
-from hexload_tools.excite import ACTUATOR_KEYS, Wish, design, machine_of, problem_of, summary_of
-from hexload_tools.excite_check import QUANTITIES
+from hexload import project
+from hexload.cli.excite import ACTUATOR_KEYS, Wish, design, machine_of, problem_of, summary_of
+from hexload.cli.excite_check import QUANTITIES
+from hexload.errors import InputError
+from hexload.theory import bound, excitation
 
 PLATFORM = project.SCENARIOS / "platforms" / "paper.toml"
 PAPER_LIKE = (1.2, 19e3, 2.6)  # unloaded speed, stall force and pump of the default hydraulics, rounded
@@ -381,7 +382,7 @@ def test_actuators_come_from_the_platform_file_or_from_options(tmp_path):
 def hexload(*arguments):
     environment = os.environ | {"COLUMNS": "200", "TERM": "dumb", "NO_COLOR": "1"}
     return subprocess.run(
-        [sys.executable, "-m", "hexload_tools", *map(str, arguments)], capture_output=True, text=True, env=environment
+        [sys.executable, "-m", "hexload_dev", *map(str, arguments)], capture_output=True, text=True, env=environment
     )
 
 

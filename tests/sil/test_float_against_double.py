@@ -8,10 +8,10 @@ import hexload_native_double
 import numpy as np
 import pytest
 
-from hexload_tools.campaign.cases import Case
-from hexload_tools.campaign.one_case import simulate
-from hexload_tools.firmware_run import run_firmware
-from hexload_tools.log_file import read_log
+from hexload.campaign.cases import Case
+from hexload.campaign.one_case import simulate
+from hexload.estimation.firmware_run import run_firmware
+from hexload.io.log_file import read_log
 
 SECONDS = 60.0
 SETTLED_S = 1.0  # before, a parameter may be unknown to both, and the difference means nothing

@@ -7,7 +7,9 @@ from pathlib import Path
 
 import pytest
 
-from hexload_tools import lcm_log, project, spy
+from hexload import project
+from hexload.io import lcm_log
+from hexload_dev import spy
 
 SOURCE = Path(os.environ["HEXLOAD_SOURCE_DIR"])
 FILES = sorted((SOURCE / "lcm_types").glob("*.lcm"))

@@ -10,11 +10,11 @@ import numpy as np
 import pytest
 from scipy.stats import chi2
 
-from hexload_tools import project
-from hexload_tools.campaign import one_case
-from hexload_tools.campaign.cases import Case
-from hexload_tools.load_summary import load_changes_s
-from hexload_tools.log_file import read_log
+from hexload import project
+from hexload.campaign import one_case
+from hexload.campaign.cases import Case
+from hexload.estimation.load_summary import load_changes_s
+from hexload.io.log_file import read_log
 
 DURATION_S = 10.0
 SEEDS = range(1, 13)

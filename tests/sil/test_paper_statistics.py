@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from scipy.stats import chi2
 
-from hexload_tools.bound import paper_bound
+from hexload.theory.bound import paper_bound
 
 SIMULATOR = Path(os.environ["HEXLOAD_BUILD_DIR"]) / "host_sim" / "hexload_sim"
 SCENARIO = Path(os.environ["HEXLOAD_SOURCE_DIR"]) / "host_sim" / "scenarios" / "paper.toml"

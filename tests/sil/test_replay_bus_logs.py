@@ -13,10 +13,10 @@ import lcm
 import numpy as np
 import pytest
 
-from hexload_tools import project
-from hexload_tools.errors import InputError
-from hexload_tools.log_file import COLUMNS, LegLog, read_log
-from hexload_tools.log_formats import read_any_log
+from hexload import project
+from hexload.errors import InputError
+from hexload.io.log_file import COLUMNS, LegLog, read_log
+from hexload.io.log_formats import read_any_log
 
 SOURCE = Path(os.environ["HEXLOAD_SOURCE_DIR"])
 DATA = SOURCE / "tests" / "data"
@@ -134,7 +134,7 @@ PAPER, MOMENTUM = DATA / "paper_load.toml", DATA / "unknown_load.toml"
 
 
 def replay(log, out, platform=PAPER):
-    command = [sys.executable, "-m", "hexload_tools", "replay", log, "--platform", platform, "--out", out]
+    command = [sys.executable, "-m", "hexload_dev", "replay", log, "--platform", platform, "--out", out]
     return subprocess.run([*map(str, command)], capture_output=True, text=True)
 
 

@@ -10,8 +10,8 @@ import hexload_native_double
 import numpy as np
 import pytest
 
-from hexload_tools.load_summary import in_words, load_changes_s
-from hexload_tools.log_file import LegLog, read_log
+from hexload.estimation.load_summary import in_words, load_changes_s
+from hexload.io.log_file import LegLog, read_log
 
 DATA = Path(__file__).parents[1] / "data"
 NAMES = ["m", "hx", "hy", "hz", "Ixx", "Iyy", "Izz", "Ixy", "Ixz", "Iyz"]

@@ -9,7 +9,7 @@ import hexload_native_double
 import numpy as np
 import pytest
 
-from hexload_tools.log_file import LegLog, read_log
+from hexload.io.log_file import LegLog, read_log
 
 DATA = Path(__file__).parents[1] / "data"
 TRUTH = np.array([0.3, 25.0, 25.0, 25.0])  # dz in m; Ixx, Iyy, Izz about the load's centre of mass in kg m^2

@@ -6,12 +6,14 @@ import subprocess
 
 import pytest
 
-from hexload_tools import load_summary, project
-from hexload_tools.campaign.one_case import scale_of
-from hexload_tools.errors import InputError
-from hexload_tools.replay import print_summary, replay_log
-from hexload_tools.report import write_report
-from hexload_tools.run_directory import read_run
+from hexload import project
+from hexload.campaign.one_case import scale_of
+from hexload.cli.replay import print_summary
+from hexload.errors import InputError
+from hexload.estimation import load_summary
+from hexload.estimation.replay import replay_log
+from hexload.io.run_directory import read_run
+from hexload.report.page import write_report
 
 DATA = project.ROOT / "tests" / "data"
 UNKNOWN = DATA / "unknown_load.toml"

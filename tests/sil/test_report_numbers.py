@@ -3,9 +3,11 @@
 import numpy as np
 import pytest
 
-from hexload_tools import claims, load_summary, nis, table3
-from hexload_tools.figures import decimate, innovation, load_estimates
-from hexload_tools.run_directory import read_run
+from hexload.estimation import load_summary
+from hexload.io.run_directory import read_run
+from hexload.report import claims, table3
+from hexload.report.figures import decimate, innovation, load_estimates
+from hexload.theory import nis
 from synthetic_run import TILT_RAD, write_run
 
 TWO_PERIODS = 4001  # of (23), 2 s each, both ends included

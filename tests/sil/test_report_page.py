@@ -6,9 +6,9 @@ import sys
 
 import pytest
 
-from hexload_tools.errors import InputError
-from hexload_tools.report import write_report
-from hexload_tools.run_directory import FILES, read_run
+from hexload.errors import InputError
+from hexload.io.run_directory import FILES, read_run
+from hexload.report.page import write_report
 from synthetic_run import write_run
 
 
@@ -183,7 +183,7 @@ def test_a_refused_run_leaves_an_older_page_as_it_was(tmp_path):
     (run / "truth.csv").unlink()
     # WHEN the verb is run THEN it ends with status 2, one line, and nothing is written
     result = subprocess.run(
-        [sys.executable, "-m", "hexload_tools", "report", run, "--out", out], capture_output=True, text=True
+        [sys.executable, "-m", "hexload_dev", "report", run, "--out", out], capture_output=True, text=True
     )
     assert result.returncode == 2
     assert result.stderr.count("\n") == 1 and "found no truth.csv" in result.stderr

@@ -5,8 +5,8 @@ from pathlib import Path
 
 import pytest
 
-from hexload_tools import project
-from hexload_tools.run_directory import FILES, read_run
+from hexload import project
+from hexload.io.run_directory import FILES, read_run
 
 
 def simulate(out, folder: Path, *options) -> subprocess.CompletedProcess:

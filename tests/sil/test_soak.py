@@ -5,13 +5,13 @@ import sys
 
 import pytest
 
-from hexload_tools.soak import FAULTS, faults
+from hexload_dev.soak import FAULTS, faults
 
 CLEAN = {"nees": 9.0, "smallest_pivot": 0.2} | dict.fromkeys(FAULTS, 0)
 
 
 def soak(*arguments) -> subprocess.CompletedProcess:
-    return subprocess.run([sys.executable, "-m", "hexload_tools", "soak", *arguments], capture_output=True, text=True)
+    return subprocess.run([sys.executable, "-m", "hexload_dev", "soak", *arguments], capture_output=True, text=True)
 
 
 def test_steady_work_is_without_a_fault():

@@ -14,15 +14,16 @@ import numpy as np
 import pytest
 from scipy.stats import chi2
 
-from hexload_tools import leg_mass, project
-from hexload_tools.bound import THETA_NAMES, read_platform
-from hexload_tools.campaign.cases import LEG_BARS, Case
-from hexload_tools.campaign.one_case import LARGEST_TARE, TARE_RUN, scale_of, simulate
-from hexload_tools.errors import InputError
-from hexload_tools.leg_mass import find_leg_mass, without_leg_mass
-from hexload_tools.log_file import read_log
-from hexload_tools.replay import replay_log
-from hexload_tools.tare import make_tare, tare_for
+from hexload import project
+from hexload.campaign.cases import LEG_BARS, Case
+from hexload.campaign.one_case import LARGEST_TARE, TARE_RUN, scale_of, simulate
+from hexload.errors import InputError
+from hexload.estimation import leg_mass
+from hexload.estimation.leg_mass import find_leg_mass, without_leg_mass
+from hexload.estimation.replay import replay_log
+from hexload.estimation.tare import make_tare, tare_for
+from hexload.io.log_file import read_log
+from hexload.theory.bound import THETA_NAMES, read_platform
 
 LARGEST_OFFSET = 0.25
 LOAD = "mass_kg = 500.0\ncom_m = [0.06, -0.04, 0.30]\ninertia_com_kg_m2 = [25.0, 30.0, 20.0, 1.0, -2.0, 0.5]"
@@ -383,7 +384,7 @@ def test_a_wrong_tare_file_is_refused_and_file_and_key_are_named(rig, tmp_path, 
 def hexload(*arguments):
     environment = os.environ | {"COLUMNS": "200", "TERM": "dumb", "NO_COLOR": "1"}
     return subprocess.run(
-        [sys.executable, "-m", "hexload_tools", *map(str, arguments)], capture_output=True, text=True, env=environment
+        [sys.executable, "-m", "hexload_dev", *map(str, arguments)], capture_output=True, text=True, env=environment
     )
 
 

@@ -2,7 +2,7 @@
 as a deviation; ruff over all Python.
 
 A newer program finds other things. The deviations are those of the versions below; what other versions find is printed
-and not judged. ruff is of the version that tools/pyproject.toml names.
+and not judged. ruff is of the version that pyproject.toml names.
 """
 
 import json
@@ -16,7 +16,7 @@ from pathlib import Path
 
 import pytest
 
-from hexload_tools import project
+from hexload import project
 
 ROOT = Path(os.environ["HEXLOAD_SOURCE_DIR"])
 BUILD = Path(os.environ["HEXLOAD_BUILD_DIR"])
@@ -104,7 +104,7 @@ def test_cppcheck_and_misra_find_nothing_but_the_listed_deviations(tmp_path):
 def test_ruff_finds_nothing_in_the_python(verb):
     # GIVEN the environment's ruff WHEN it reads all Python THEN it finds nothing, and would lay out nothing otherwise
     ruff = Path(sys.executable).with_name("ruff")
-    status, output = run(ruff, *verb, "--no-cache", "--config", "tools/pyproject.toml", "tools", "tests")
+    status, output = run(ruff, *verb, "--no-cache", "--config", "pyproject.toml", "tools", "tests")
     assert status == 0, output
 
 

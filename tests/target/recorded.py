@@ -4,7 +4,7 @@ import json
 from functools import cache
 from pathlib import Path
 
-from hexload_tools.log_file import LegLog, read_log
+from hexload.io.log_file import LegLog, read_log
 
 DATA = Path(__file__).parents[1] / "data"
 LOGS = ("paper_clean", "paper_noisy", "multisine_eccentric", "work_motion", "load_pickup")

@@ -7,8 +7,8 @@ import time
 
 import can
 
-from hexload_tools import project
-from hexload_tools.bus_document import load_contract
+from hexload import project
+from hexload_dev.bus_document import load_contract
 
 PATIENCE_S = 60.0
 LOCKSTEP = 1.0  # argument of START

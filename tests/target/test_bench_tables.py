@@ -1,6 +1,6 @@
 """The controller's tables of `hexload bench`."""
 
-from hexload_tools import controller_bench, target
+from hexload_dev import controller_bench, target
 
 SHORT_MOTION_S = 1.0  # the figures of a longer motion are those of the budgets
 PUBLISHED = ("TinyEKF", "kalman-clib", "CMSIS-DSP, dense", "Eigen fixed-size, dense", "Eigen, block-structured")

@@ -14,8 +14,8 @@ import hexload_native
 import numpy as np
 import pytest
 
-from hexload_tools import target
-from hexload_tools.uncertain_estimates import early_covariances, estimates
+from hexload_dev import target
+from hexload_dev.uncertain_estimates import early_covariances, estimates
 from recorded import LOGS, log_of, platform_file
 
 SECONDS = 10.0

@@ -4,7 +4,7 @@ import subprocess
 
 import pytest
 
-from hexload_tools import mps2, target
+from hexload_dev import mps2, target
 
 LIBRARIES = ("target-cortex-m4f", "target-cortex-r5f")
 

@@ -4,8 +4,8 @@ import hexload_native
 import numpy as np
 import pytest
 
-from hexload_tools import target
-from hexload_tools.hard_inputs import hard_samples
+from hexload_dev import target
+from hexload_dev.hard_inputs import hard_samples
 from recorded import log_of, platform_file
 
 TICK_S = 1e-3

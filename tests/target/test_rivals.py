@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from hexload_tools import target
+from hexload_dev import target
 
 
 @pytest.mark.parametrize("preset", target.CORTEX_M7.values())

@@ -16,10 +16,11 @@ from socket import IPPROTO_TCP, TCP_NODELAY, create_server, socket
 import numpy as np
 import pytest
 
-from hexload_tools import mps2, project, target
-from hexload_tools.log_file import LegLog, read_log
-from hexload_tools.run_directory import PAPER_PARAMETERS, read_run
-from hexload_tools.virtual_controller import running_controller
+from hexload import project
+from hexload.io.log_file import LegLog, read_log
+from hexload.io.run_directory import PAPER_PARAMETERS, read_run
+from hexload.simulation.virtual_controller import running_controller
+from hexload_dev import mps2, target
 from recorded import log_of
 from slcan_peer import ANSWER_PERIOD, CONTRACT, FILTERS, Peer, decode
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from hexload_tools import mps2, target
+from hexload_dev import mps2, target
 from slcan_peer import Peer
 
 ENTRY = np.dtype([(name, "<u4") for name in ("counts", "us", "periods", "returns")])  # as in programs/ticks.c

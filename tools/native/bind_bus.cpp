@@ -4,7 +4,7 @@
 #include "bus/bus.h"
 #include "bus/sample_assembly.h"
 
-#include <hexload_sim/input_error.hpp>
+#include "platform_file/input_error.hpp"
 
 #include <nanobind/stl/array.h>
 #include <nanobind/stl/string.h>
@@ -16,7 +16,7 @@
 #include <vector>
 
 namespace nb = nanobind;
-using hexload::sim::InputError;
+using hexload::platform::InputError;
 
 namespace {
 

@@ -1,11 +1,12 @@
 #include "bindings.hpp"
 
-#include <hexload_sim/estimate_file.hpp>
-#include <hexload_sim/inproc_link.hpp>
-#include <hexload_sim/input_error.hpp>
+#include "links/estimate_file.hpp"
+#include "links/inproc_link.hpp"
+#include "platform_file/input_error.hpp"
 
-#include "firmware_config.hpp"
-#include "load_body.hpp"
+#include "links/firmware_sample.hpp"
+#include "platform_file/firmware_config.hpp"
+#include "links/load_body.hpp"
 
 #include "front_end/kinematics.h"
 

@@ -1,14 +1,14 @@
 #include "bindings.hpp"
 
 #include <hexload_sim/dynamics.hpp>
-#include <hexload_sim/input_error.hpp>
+#include "platform_file/input_error.hpp"
 #include <hexload_sim/kinematics.hpp>
-#include <hexload_sim/platform_file.hpp>
+#include "platform_file/platform_file.hpp"
 #include <hexload_sim/rotation.hpp>
 #include <hexload_sim/scaled_machine.hpp>
 #include <hexload_sim/scenario.hpp>
 #include <hexload_sim/simulator.hpp>
-#include <hexload_sim/tare.hpp>
+#include "platform_file/tare.hpp"
 
 #include <nanobind/eigen/dense.h>
 #include <nanobind/stl/array.h>

@@ -11,7 +11,7 @@ constexpr std::chrono::microseconds send_deadline{200};
 
 } // namespace
 
-CanFeed::CanFeed(std::unique_ptr<CanChannel> channel, hexload_bus_profile_t profile,
+CanFeed::CanFeed(std::unique_ptr<transport::CanChannel> channel, hexload_bus_profile_t profile,
                  const hexload_config_t& config, const hexload_app_settings_t& settings,
                  const PaintedStack& stack)
     : channel_(std::move(channel)), profile_(profile), stack_(stack) {
@@ -61,7 +61,7 @@ std::string CanFeed::description() const {
 }
 
 std::string CanFeed::summary() const {
-    const ChannelCounts& counts = channel_->counts();
+    const transport::ChannelCounts& counts = channel_->counts();
     std::string text = fmt::format(
         "{} frames sent, {} received, {} refused, {} periods overrun, {} bytes of stack never used",
         counts.sent, counts.received, node_.status.frames_refused, node_.status.overruns,

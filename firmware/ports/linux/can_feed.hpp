@@ -1,10 +1,11 @@
 // The controller on a CAN bus: hexload_node on a CanChannel.
 #pragma once
 
-#include "app/node.h"
-#include "can_channel.hpp"
 #include "feed.hpp"
 #include "painted_stack.hpp"
+
+#include "app/node.h"
+#include "transport/can_channel.hpp"
 
 namespace hexload::port {
 
@@ -12,7 +13,7 @@ class CanFeed final : public Feed {
   public:
     // `config` and `settings` are such that hexload_node_init() takes them, else std::invalid_argument.
     // `stack` is the one that the calls below run on.
-    CanFeed(std::unique_ptr<CanChannel> channel, hexload_bus_profile_t profile,
+    CanFeed(std::unique_ptr<transport::CanChannel> channel, hexload_bus_profile_t profile,
             const hexload_config_t& config, const hexload_app_settings_t& settings,
             const PaintedStack& stack);
 
@@ -39,7 +40,7 @@ class CanFeed final : public Feed {
   private:
     void tell_bus_state();
 
-    std::unique_ptr<CanChannel> channel_;
+    std::unique_ptr<transport::CanChannel> channel_;
     hexload_bus_profile_t profile_;
     const PaintedStack& stack_;
     hexload_node_t node_{};

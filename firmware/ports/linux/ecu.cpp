@@ -1,7 +1,8 @@
 #include "ecu.hpp"
 
-#include "descriptor.hpp"
 #include "state_report.hpp"
+
+#include "transport/descriptor.hpp"
 
 #include <fmt/format.h>
 
@@ -18,6 +19,8 @@
 
 namespace hexload::port {
 namespace {
+
+using transport::Descriptor;
 
 constexpr long period_ns = 1'000'000;
 

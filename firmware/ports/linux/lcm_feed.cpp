@@ -34,7 +34,7 @@ void LcmFeed::period(std::uint32_t periods) {
 }
 
 void LcmFeed::take(const leg_sample_t& message) {
-    const auto sample = leg_sample_of(message);
+    const auto sample = transport::leg_sample_of(message);
     if (!sample) {
         ++refused_;
         return;
@@ -43,11 +43,11 @@ void LcmFeed::take(const leg_sample_t& message) {
     hexload_bus_answer_t answer{};
     hexload_app_sample(&app_, &*sample, &answer);
     if (changes_noticed() != changes_before) { // before the answer, as on a CAN bus
-        load_change_t change = load_change_message({app_.change_tick, changes_noticed()});
+        load_change_t change = transport::load_change_message({app_.change_tick, changes_noticed()});
         load_changes_.send(change);
     }
-    estimate_t estimate = estimate_message(answer);
-    health_t health = health_message(answer, app_.samples_missing);
+    estimate_t estimate = transport::estimate_message(answer);
+    health_t health = transport::health_message(answer, app_.samples_missing);
     estimates_.send(estimate);
     healths_.send(health);
 }
@@ -59,7 +59,7 @@ std::uint16_t LcmFeed::changes_noticed() const {
 }
 
 void LcmFeed::take(const command_t& message) {
-    const auto command = command_of(message);
+    const auto command = transport::command_of(message);
     if (!command) {
         ++refused_;
         return;
@@ -75,7 +75,7 @@ void LcmFeed::take(const command_t& message) {
                        .fault = static_cast<std::uint8_t>(app_.fault),
                        .profile = HEXLOAD_BUS_FD};
     }
-    acknowledge_t reply = acknowledge_message(acknowledge, app_.last_tick);
+    acknowledge_t reply = transport::acknowledge_message(acknowledge, app_.last_tick);
     acknowledges_.send(reply);
 }
 

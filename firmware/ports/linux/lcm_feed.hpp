@@ -5,7 +5,8 @@
 #pragma once
 
 #include "feed.hpp"
-#include "lcm_messages.hpp"
+
+#include "transport/lcm_messages.hpp"
 
 #include <hexload_lcm/session.hpp>
 

@@ -1,16 +1,15 @@
 // hexload_ecu --bus NAME --platform FILE: the controller as a Linux process. With --feed lcm it is on LCM
 // instead of a bus.
-#include "can_channel.hpp"
 #include "can_feed.hpp"
 #include "ecu.hpp"
 #include "lcm_feed.hpp"
 #include "painted_stack.hpp"
-#include "real_time.hpp"
 
-#include "firmware_config.hpp"
-
-#include <hexload_sim/input_error.hpp>
-#include <hexload_sim/platform_file.hpp>
+#include "platform_file/firmware_config.hpp"
+#include "platform_file/input_error.hpp"
+#include "platform_file/platform_file.hpp"
+#include "transport/can_channel.hpp"
+#include "transport/real_time.hpp"
 
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
@@ -27,7 +26,8 @@
 namespace {
 
 namespace port = hexload::port;
-namespace sim = hexload::sim;
+namespace platform = hexload::platform;
+namespace transport = hexload::transport;
 namespace message = hexload::message;
 
 enum ExitStatus {
@@ -48,8 +48,8 @@ struct Options {
     std::string feed;
     std::string platform;
     hexload_bus_profile_t profile = HEXLOAD_BUS_FD;
-    std::optional<sim::EstimatorKind> estimator;
-    std::optional<sim::PaperPrior> prior;
+    std::optional<platform::EstimatorKind> estimator;
+    std::optional<platform::PaperPrior> prior;
     std::optional<std::uint32_t> sample_timeout_ms;
     bool real_time_priority = false;
     bool die_with_parent = false;
@@ -59,12 +59,12 @@ struct Options {
 void declare(CLI::App& app, Options& options) {
     const std::map<std::string, hexload_bus_profile_t> profiles = {{"fd", HEXLOAD_BUS_FD},
                                                                    {"classic", HEXLOAD_BUS_CLASSIC}};
-    const std::map<std::string, sim::PaperPrior> priors = {{"safe", sim::PaperPrior::safe},
-                                                           {"printed", sim::PaperPrior::printed}};
-    const std::map<std::string, sim::EstimatorKind> estimators = {
-        {"momentum", sim::EstimatorKind::momentum},
-        {"momentum_effects", sim::EstimatorKind::momentum_effects},
-        {"paper", sim::EstimatorKind::paper}};
+    const std::map<std::string, platform::PaperPrior> priors = {{"safe", platform::PaperPrior::safe},
+                                                                {"printed", platform::PaperPrior::printed}};
+    const std::map<std::string, platform::EstimatorKind> estimators = {
+        {"momentum", platform::EstimatorKind::momentum},
+        {"momentum_effects", platform::EstimatorKind::momentum_effects},
+        {"paper", platform::EstimatorKind::paper}};
     auto* source = app.add_option_group("source", "where samples and commands come from");
     auto* bus = source->add_option("--bus", options.bus,
                                    "socketcan:INTERFACE, udp_multicast:GROUP[:PORT], slcan:HOST:PORT or "
@@ -101,23 +101,23 @@ void block_ending_signals() {
     pthread_sigmask(SIG_BLOCK, &signals, nullptr);
 }
 
-sim::PlatformFile platform_of(const Options& options) {
-    sim::PlatformFile platform = sim::load_platform_file(options.platform);
-    platform.estimator.kind = options.estimator.value_or(platform.estimator.kind);
-    platform.estimator.prior = options.prior.value_or(platform.estimator.prior);
-    return platform;
+platform::PlatformFile platform_of(const Options& options) {
+    platform::PlatformFile file = platform::load_platform_file(options.platform);
+    file.estimator.kind = options.estimator.value_or(file.estimator.kind);
+    file.estimator.prior = options.prior.value_or(file.estimator.prior);
+    return file;
 }
 
 std::unique_ptr<port::Feed> make_feed(const Options& options, const port::PaintedStack& stack) {
-    const sim::PlatformFile platform = platform_of(options);
-    const hexload_config_t config = sim::checked_firmware_config(platform, platform.estimator, sim::tick_s);
+    const platform::PlatformFile file = platform_of(options);
+    const hexload_config_t config = platform::checked_firmware_config(file, file.estimator, platform::tick_s);
     hexload_app_settings_t settings;
     hexload_app_settings_default(&settings);
     settings.sample_timeout_ms = options.sample_timeout_ms.value_or(settings.sample_timeout_ms);
     if (!options.feed.empty()) {
         return std::make_unique<port::LcmFeed>(message::url_of(options.feed), config, settings);
     }
-    return std::make_unique<port::CanFeed>(port::open_can_channel(options.bus, options.profile),
+    return std::make_unique<port::CanFeed>(transport::open_can_channel(options.bus, options.profile),
                                            options.profile, config, settings, stack);
 }
 
@@ -127,7 +127,8 @@ ExitStatus run(const Options& options) {
     port::EcuEnd end = port::EcuEnd::signal;
     stack.run([&] {
         if (options.real_time_priority) {
-            fmt::print("hexload_ecu: {}\n", describe(port::request_real_time(port::controller_priority)));
+            const auto rights = transport::request_real_time(transport::controller_priority);
+            fmt::print("hexload_ecu: {}\n", describe(rights));
         }
         end = run_ecu(*feed, options.quiet);
     });
@@ -141,11 +142,11 @@ ExitStatus run(const Options& options) {
 }
 
 ExitStatus status_of(const std::exception& error) {
-    if (dynamic_cast<const port::ChannelNameError*>(&error) != nullptr ||
+    if (dynamic_cast<const transport::ChannelNameError*>(&error) != nullptr ||
         dynamic_cast<const message::UrlError*>(&error) != nullptr) {
         return exit_bad_input;
     }
-    if (dynamic_cast<const port::ChannelError*>(&error) != nullptr ||
+    if (dynamic_cast<const transport::ChannelError*>(&error) != nullptr ||
         dynamic_cast<const message::SessionError*>(&error) != nullptr) {
         return exit_no_bus;
     }

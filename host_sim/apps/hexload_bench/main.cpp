@@ -1,7 +1,8 @@
 // hexload_bench SCENARIO.toml: wall time of the plant alone and of the closed loop with the firmware, on one
 // thread and without files. Prints one JSON object; `hexload bench` reads it.
-#include <hexload_sim/inproc_link.hpp>
-#include <hexload_sim/platform_file.hpp>
+#include "links/inproc_link.hpp"
+#include "platform_file/platform_file.hpp"
+
 #include <hexload_sim/scenario.hpp>
 #include <hexload_sim/simulator.hpp>
 
@@ -13,12 +14,14 @@
 
 namespace {
 
+namespace platform = hexload::platform;
 namespace sim = hexload::sim;
 
 constexpr int exit_bad_input = 2;
 constexpr int repetitions = 3; // the shortest counts: what disturbs it only makes it longer
 
-double wall_time_s(const sim::PlatformFile& platform, const sim::Scenario& scenario, bool with_firmware) {
+double wall_time_s(const platform::PlatformFile& platform, const sim::Scenario& scenario,
+                   bool with_firmware) {
     double shortest = std::numeric_limits<double>::infinity();
     for (int i = 0; i < repetitions; ++i) {
         sim::Simulator simulator(platform, scenario);
@@ -40,7 +43,7 @@ int main(int argc, char** argv) {
     }
     try {
         const sim::Scenario scenario = sim::load_scenario(argv[1]);
-        const sim::PlatformFile platform = sim::load_platform_file(scenario.platform);
+        const platform::PlatformFile platform = platform::load_platform_file(scenario.platform);
         fmt::print("{{\"simulated_s\": {}, \"substeps\": {}, \"plant_s\": {}, \"closed_loop_s\": {}}}\n",
                    scenario.duration_s, scenario.substeps, wall_time_s(platform, scenario, false),
                    wall_time_s(platform, scenario, true));

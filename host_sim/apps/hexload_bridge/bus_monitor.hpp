@@ -5,7 +5,8 @@
 #include "bus/answer_assembly.h"
 #include "bus/sample_assembly.h"
 
-#include <hexload/bus_statistics_t.hpp>
+#include <hexload_lcm/bus_statistics_t.hpp>
+#include <hexload_lcm/namespace.hpp>
 
 #include <chrono>
 #include <cstdint>

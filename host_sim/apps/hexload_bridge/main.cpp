@@ -1,8 +1,8 @@
 // hexload_bridge --bus NAME: listens on a CAN bus, never sends, and publishes on LCM what the bus carried.
 #include "bus_monitor.hpp"
 
-#include "ports/linux/can_channel.hpp"
-#include "ports/linux/lcm_messages.hpp"
+#include "transport/can_channel.hpp"
+#include "transport/lcm_messages.hpp"
 
 #include <hexload_lcm/session.hpp>
 
@@ -17,7 +17,7 @@ namespace {
 
 namespace bridge = hexload::bridge;
 namespace message = hexload::message;
-namespace port = hexload::port;
+namespace transport = hexload::transport;
 using Clock = std::chrono::steady_clock;
 
 enum ExitStatus {
@@ -60,7 +60,7 @@ void declare(CLI::App& app, Options& options) {
 class Teller {
   public:
     explicit Teller(const Options& options)
-        : channel_(port::open_can_channel(options.bus, options.profile)), monitor_(options.profile),
+        : channel_(transport::open_can_channel(options.bus, options.profile)), monitor_(options.profile),
           session_(options.lcm), tells_samples_(options.samples) {}
 
     void wait_and_tell() {
@@ -98,26 +98,26 @@ class Teller {
   private:
     void tell(const bridge::BusEvent& event) {
         if (event.sample && tells_samples_) {
-            auto sample = port::leg_sample_message(*event.sample);
+            auto sample = transport::leg_sample_message(*event.sample);
             samples_.send(sample);
         }
         if (event.answer) {
-            auto estimate = port::estimate_message(*event.answer);
-            auto health = port::health_message(*event.answer, monitor_.samples_missing());
+            auto estimate = transport::estimate_message(*event.answer);
+            auto health = transport::health_message(*event.answer, monitor_.samples_missing());
             estimates_.send(estimate);
             healths_.send(health);
         }
         if (event.load_change) {
-            auto change = port::load_change_message(*event.load_change);
+            auto change = transport::load_change_message(*event.load_change);
             load_changes_.send(change);
         }
         if (event.acknowledge) {
-            auto acknowledge = port::acknowledge_message(*event.acknowledge, monitor_.newest_tick());
+            auto acknowledge = transport::acknowledge_message(*event.acknowledge, monitor_.newest_tick());
             acknowledges_.send(acknowledge);
         }
     }
 
-    std::unique_ptr<port::CanChannel> channel_;
+    std::unique_ptr<transport::CanChannel> channel_;
     bridge::BusMonitor monitor_;
     message::Session session_;
     message::Publisher<hexload::leg_sample_t> samples_{session_};
@@ -151,10 +151,10 @@ ExitStatus run(const Options& options) {
 }
 
 ExitStatus status_of(const std::exception& error) {
-    const bool is_transport = dynamic_cast<const port::ChannelError*>(&error) != nullptr ||
+    const bool is_transport = dynamic_cast<const transport::ChannelError*>(&error) != nullptr ||
                               dynamic_cast<const message::SessionError*>(&error) != nullptr;
-    return is_transport && dynamic_cast<const port::ChannelNameError*>(&error) == nullptr ? exit_no_transport
-                                                                                          : exit_bad_input;
+    const bool is_name = dynamic_cast<const transport::ChannelNameError*>(&error) != nullptr;
+    return is_transport && !is_name ? exit_no_transport : exit_bad_input;
 }
 
 } // namespace

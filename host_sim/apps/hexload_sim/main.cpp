@@ -2,19 +2,18 @@
 // process or on a controller at the other end of a bus, and writes a run directory.
 #include "options.hpp"
 
-#include "can_link.hpp"
-#include "firmware_config.hpp"
-#include "lcm_link.hpp"
-#include "lcm_publisher.hpp"
+#include "links/can_link.hpp"
+#include "links/estimate_file.hpp"
+#include "links/inproc_link.hpp"
+#include "links/lcm_link.hpp"
+#include "links/lcm_publisher.hpp"
+#include "platform_file/firmware_config.hpp"
+#include "platform_file/input_error.hpp"
+#include "transport/real_time.hpp"
 
-#include <hexload_sim/estimate_file.hpp>
-#include <hexload_sim/inproc_link.hpp>
-#include <hexload_sim/input_error.hpp>
 #include <hexload_sim/run_directory.hpp>
 #include <hexload_sim/scenario.hpp>
 #include <hexload_sim/simulator.hpp>
-
-#include "ports/linux/real_time.hpp"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -29,8 +28,9 @@
 
 namespace {
 
+namespace platform = hexload::platform;
 namespace sim = hexload::sim;
-namespace port = hexload::port;
+namespace transport = hexload::transport;
 namespace message = hexload::message;
 
 constexpr std::uint32_t ticks_per_progress = 200;
@@ -45,22 +45,23 @@ sim::Scenario scenario_of(const Options& options) {
     return scenario;
 }
 
-sim::PlatformFile platform_of(const Options& options, const sim::Scenario& scenario) {
-    sim::PlatformFile platform = sim::load_platform_file(scenario.platform);
+platform::PlatformFile platform_of(const Options& options, const sim::Scenario& scenario) {
+    platform::PlatformFile platform = platform::load_platform_file(scenario.platform);
     platform.estimator.kind = options.estimator.value_or(platform.estimator.kind);
     platform.estimator.prior = options.prior.value_or(platform.estimator.prior);
     return platform;
 }
 
-std::unique_ptr<sim::EstimatorLink> make_link(const Options& options, const sim::PlatformFile& platform) {
+std::unique_ptr<sim::EstimatorLink> make_link(const Options& options,
+                                              const platform::PlatformFile& platform) {
     if (options.is_in_process()) {
         if (options.lockstep) {
-            throw sim::InputError("--lockstep: found with --bus inproc, expected a bus to wait for");
+            throw platform::InputError("--lockstep: found with --bus inproc, expected a bus to wait for");
         }
         return sim::make_inproc_link(platform, platform.estimator);
     }
-    (void)sim::checked_firmware_config(platform, platform.estimator,
-                                       sim::tick_s); // the controller has the same file
+    (void)platform::checked_firmware_config(platform, platform.estimator,
+                                            platform::tick_s); // the controller has the same file
     const double timeout_s =
         options.answer_timeout_s.value_or(options.real_time ? real_time_timeout_s : lockstep_timeout_s);
     sim::CanLinkSettings settings;
@@ -74,12 +75,13 @@ std::unique_ptr<sim::EstimatorLink> make_link(const Options& options, const sim:
         return options.real_time ? sim::make_real_time_lcm_link(url, settings)
                                  : sim::make_lockstep_lcm_link(url, settings);
     }
-    auto channel = port::open_can_channel(options.bus, options.profile);
+    auto channel = transport::open_can_channel(options.bus, options.profile);
     return options.real_time ? sim::make_real_time_link(std::move(channel), settings)
                              : sim::make_lockstep_link(std::move(channel), settings);
 }
 
-std::unique_ptr<sim::LcmPublisher> make_publisher(const Options& options, const sim::PlatformFile& platform) {
+std::unique_ptr<sim::LcmPublisher> make_publisher(const Options& options,
+                                                  const platform::PlatformFile& platform) {
     if (options.publish.empty()) {
         return nullptr;
     }
@@ -122,7 +124,7 @@ void print_pacing(const sim::PacingCounts& pacing) {
 }
 
 // The mass that the estimator was given, and where that is not the load which the scenario has.
-void print_told(const sim::Scenario& scenario, const sim::PlatformFile& platform) {
+void print_told(const sim::Scenario& scenario, const platform::PlatformFile& platform) {
     if (!platform.known_mass_kg) {
         return;
     }
@@ -135,7 +137,7 @@ void print_told(const sim::Scenario& scenario, const sim::PlatformFile& platform
     }
 }
 
-void print_summary(const sim::Scenario& scenario, const sim::PlatformFile& platform,
+void print_summary(const sim::Scenario& scenario, const platform::PlatformFile& platform,
                    const sim::RunResult& result, const sim::EstimatorLink& link,
                    const std::optional<sim::EstimateRow>& last, double elapsed_s) {
     const sim::RunCounts& counts = result.counts;
@@ -206,7 +208,7 @@ struct RealTime {
     explicit RealTime(bool wanted) : is_wanted(wanted) {
         // On a single processor a simulator that is too slow would leave nothing to the controller.
         if (wanted && std::thread::hardware_concurrency() > 1) {
-            rights = port::request_real_time(port::simulator_priority);
+            rights = transport::request_real_time(transport::simulator_priority);
         }
     }
     sim::PacingResult result(sim::Pacing mode) const {
@@ -219,12 +221,12 @@ struct RealTime {
     bool is_wanted;
     sim::MonotonicClock clock;
     sim::Pacer pacer{clock};
-    port::RealTimeRights rights;
+    transport::RealTimeRights rights;
 };
 
 ExitStatus simulate(const Options& options) {
     const sim::Scenario scenario = scenario_of(options);
-    const sim::PlatformFile platform = platform_of(options, scenario);
+    const platform::PlatformFile platform = platform_of(options, scenario);
     sim::Simulator simulator(platform, scenario);
     const auto link = make_link(options, platform);
     const auto publisher = make_publisher(options, platform);
@@ -289,9 +291,9 @@ ExitStatus status_of(const std::exception& error) {
     if (const auto* link = dynamic_cast<const sim::LinkError*>(&error)) {
         return status_of(link->failure());
     }
-    const bool is_name = dynamic_cast<const port::ChannelNameError*>(&error) != nullptr ||
+    const bool is_name = dynamic_cast<const transport::ChannelNameError*>(&error) != nullptr ||
                          dynamic_cast<const message::UrlError*>(&error) != nullptr;
-    const bool is_transport = dynamic_cast<const port::ChannelError*>(&error) != nullptr ||
+    const bool is_transport = dynamic_cast<const transport::ChannelError*>(&error) != nullptr ||
                               dynamic_cast<const message::SessionError*>(&error) != nullptr;
     return is_transport && !is_name ? exit_bus_down : exit_bad_input;
 }

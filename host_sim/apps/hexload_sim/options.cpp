@@ -10,6 +10,7 @@
 
 namespace {
 
+namespace platform = hexload::platform;
 namespace sim = hexload::sim;
 
 constexpr const char* footer = "Exit status: 0 done, 2 bad option or file, 3 the controller is silent, 4 it "
@@ -24,15 +25,16 @@ constexpr const char* footer = "Exit status: 0 done, 2 bad option or file, 3 the
 template <typename Enum> std::map<std::string, Enum> by_name(std::initializer_list<Enum> values) {
     std::map<std::string, Enum> names;
     for (const Enum value : values) {
-        names.emplace(sim::name_of(value), value);
+        names.emplace(name_of(value), value);
     }
     return names;
 }
 
 void declare_experiment(CLI::App& app, Options& options) {
-    const auto estimators = by_name(
-        {sim::EstimatorKind::paper, sim::EstimatorKind::momentum, sim::EstimatorKind::momentum_effects});
-    const auto priors = by_name({sim::PaperPrior::safe, sim::PaperPrior::printed});
+    using platform::EstimatorKind;
+    const auto estimators =
+        by_name({EstimatorKind::paper, EstimatorKind::momentum, EstimatorKind::momentum_effects});
+    const auto priors = by_name({platform::PaperPrior::safe, platform::PaperPrior::printed});
     app.add_option("scenario", options.scenario, "scenario file (TOML)")->required();
     app.add_option("--out", options.out, "run directory to write")->required();
     app.add_option("--seed", options.seed, "seed of motion and noise")

@@ -2,9 +2,9 @@
 #pragma once
 
 #include "bus/bus.h"
+#include "platform_file/platform_file.hpp"
 
 #include <hexload_sim/pacer.hpp>
-#include <hexload_sim/platform_file.hpp>
 
 #include <cstdint>
 #include <optional>
@@ -26,8 +26,8 @@ struct Options {
     std::optional<std::int64_t> seed;
     std::optional<double> duration_s;
     std::optional<std::int64_t> substeps;
-    std::optional<hexload::sim::EstimatorKind> estimator;
-    std::optional<hexload::sim::PaperPrior> prior;
+    std::optional<hexload::platform::EstimatorKind> estimator;
+    std::optional<hexload::platform::PaperPrior> prior;
     std::string bus = "inproc";
     hexload_bus_profile_t profile = HEXLOAD_BUS_FD;
     std::string feed;    // lcm or lcm:URL: the controller is there, not on a bus

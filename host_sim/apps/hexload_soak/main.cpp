@@ -1,9 +1,10 @@
 // hexload_soak SCENARIO.toml SECONDS SEED: simulator and momentum estimator in one loop for hours, in
 // constant memory and without files. Prints a JSON object for each tenth of the time and one at the end;
 // `hexload soak` reads them.
-#include "firmware_config.hpp"
+#include "links/firmware_sample.hpp"
+#include "platform_file/firmware_config.hpp"
+#include "platform_file/input_error.hpp"
 
-#include <hexload_sim/input_error.hpp>
 #include <hexload_sim/scenario.hpp>
 #include <hexload_sim/simulator.hpp>
 
@@ -16,6 +17,7 @@
 
 namespace {
 
+namespace platform = hexload::platform;
 namespace sim = hexload::sim;
 
 constexpr int exit_bad_input = 2;
@@ -90,7 +92,7 @@ void print_report(const hexload_t& estimator, const Soak& soak, bool is_last) {
         "{{\"t_s\": {:.3f}, \"nees\": {:.6g}, \"largest_error_sigmas\": {:.6g}, \"sigma\": [{:.6g}], "
         "\"smallest_pivot\": {:.6g}, \"bad_variances\": {}, \"inconsistent_ticks\": {}, "
         "\"load_changes\": {}, \"restarts\": {}, \"misstated_ticks\": {}, \"refused\": {}, \"last\": {}}}\n",
-        soak.ticks * sim::tick_s, soak.nees, soak.largest_error_sigmas,
+        soak.ticks * platform::tick_s, soak.nees, soak.largest_error_sigmas,
         fmt::join(sigma.data(), sigma.data() + parameters, ", "), soak.smallest_pivot, soak.bad_variances,
         soak.inconsistent_ticks, count[HEXLOAD_HEALTH_LOAD_CHANGED],
         count[HEXLOAD_HEALTH_FILTER_RESTARTED] - soak.restarts_before, count[HEXLOAD_HEALTH_NOISE_MISSTATED],
@@ -99,14 +101,14 @@ void print_report(const hexload_t& estimator, const Soak& soak, bool is_last) {
 }
 
 void soak(const sim::Scenario& scenario) {
-    const sim::PlatformFile platform = sim::load_platform_file(scenario.platform);
-    sim::EstimatorSettings settings = platform.estimator;
-    settings.kind = sim::EstimatorKind::momentum;
-    const hexload_config_t config = sim::checked_firmware_config(platform, settings, sim::tick_s);
+    const platform::PlatformFile platform = platform::load_platform_file(scenario.platform);
+    platform::EstimatorSettings settings = platform.estimator;
+    settings.kind = platform::EstimatorKind::momentum;
+    const hexload_config_t config = platform::checked_firmware_config(platform, settings, platform::tick_s);
     sim::Simulator simulator(platform, scenario);
     static hexload_t estimator;
     if (const hexload_status_t status = hexload_init(&estimator, &config); status != HEXLOAD_OK) {
-        throw sim::InputError(hexload_status_name(status));
+        throw platform::InputError(hexload_status_name(status));
     }
     const std::uint32_t report_ticks = std::max(1u, (simulator.ticks() - 1) / reports);
     Soak soak;
@@ -147,11 +149,11 @@ int main(int argc, char** argv) {
         sim::Scenario scenario = sim::load_scenario(argv[1]);
         scenario.duration_s = std::stod(argv[2]);
         scenario.seed = std::stoll(argv[3]);
-        if (!(scenario.duration_s > settling_ticks * sim::tick_s) ||
+        if (!(scenario.duration_s > settling_ticks * platform::tick_s) ||
             scenario.duration_s > sim::duration_max_s) {
-            throw sim::InputError(
+            throw platform::InputError(
                 fmt::format("duration: found {} s, expected more than {} s, in which the filter settles",
-                            scenario.duration_s, settling_ticks * sim::tick_s));
+                            scenario.duration_s, settling_ticks * platform::tick_s));
         }
         soak(scenario);
     } catch (const std::exception& error) {

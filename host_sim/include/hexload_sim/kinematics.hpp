@@ -1,7 +1,9 @@
 // Inverse and forward kinematics and the velocity Jacobian: (1)-(3) with the errata of A, B, R.
 #pragma once
 
-#include <hexload_sim/geometry.hpp>
+#include "platform_file/geometry.hpp"
+
+#include <hexload_sim/types.hpp>
 
 #include <optional>
 

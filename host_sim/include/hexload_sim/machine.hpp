@@ -2,8 +2,9 @@
 // drawing has them, a platform heavier or lighter than weighed. Estimator and servo know the platform file.
 #pragma once
 
+#include "platform_file/platform_file.hpp"
+
 #include <hexload_sim/gravity.hpp>
-#include <hexload_sim/platform_file.hpp>
 
 #include <array>
 #include <cstdint>

@@ -1,7 +1,8 @@
 // Hydraulic legs and their servo for a machine of which only speed and force are known.
 #pragma once
 
-#include <hexload_sim/platform_file.hpp>
+#include "platform_file/platform_file.hpp"
+
 #include <hexload_sim/scenario.hpp>
 
 namespace hexload::sim {

@@ -2,9 +2,10 @@
 // The low-passes come first and are part of the plant.
 #pragma once
 
+#include "platform_file/platform_file.hpp"
+
 #include <hexload_sim/estimator_link.hpp>
 #include <hexload_sim/low_pass.hpp>
-#include <hexload_sim/platform_file.hpp>
 #include <hexload_sim/random.hpp>
 
 #include <cstdint>

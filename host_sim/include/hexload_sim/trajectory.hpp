@@ -1,7 +1,8 @@
 // Reference motions of the platform (the signal generator of the paper's Figure 4).
 #pragma once
 
-#include <hexload_sim/geometry.hpp>
+#include "platform_file/geometry.hpp"
+
 #include <hexload_sim/types.hpp>
 
 #include <cstdint>

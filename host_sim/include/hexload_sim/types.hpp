@@ -1,18 +1,12 @@
-// Vectors, matrices and the two motion types that every stage of the plant shares.
+// What every stage of the plant shares: the machine and its vectors as the platform file has them, and how
+// it moves.
 #pragma once
 
-#include <Eigen/Core>
+#include "platform_file/types.hpp"
 
 namespace hexload::sim {
 
-using Vector3 = Eigen::Vector3d;
-using Matrix3 = Eigen::Matrix3d;
-using Vector6 = Eigen::Matrix<double, 6, 1>; // six legs, or a twist/wrench with the linear part first
-using Matrix6 = Eigen::Matrix<double, 6, 6>;
-using Matrix36 = Eigen::Matrix<double, 3, 6>; // one column per leg
-using Legs = Eigen::Array<double, 6, 1>;      // six legs, element-wise arithmetic
-
-inline constexpr double tick_s = 1e-3; // sampling period of controller and estimator
+using namespace platform; // the machine, in the words of its file
 
 // Pose of platform frame A in base frame B.
 struct Pose {

@@ -2,6 +2,8 @@
 // counting.
 #pragma once
 
+#include <hexload_lcm/namespace.hpp>
+
 #include <lcm/lcm-cpp.hpp>
 
 #include <chrono>

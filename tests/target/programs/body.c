@@ -1,5 +1,5 @@
 /// Describes estimates inside the controller and brings them to their nearest bodies: arguments IN OUT, files
-/// of the host in the format of tools/hexload_tools/target.py.
+/// of the host in the format of tools/python/hexload_dev/target.py.
 #include "hexload/body.h"
 
 #include "arguments.h"

@@ -1,6 +1,6 @@
 /// Replays a log inside the controller with the momentum estimator, or as the program `momentum_effects` with
 /// that which finds bias and friction too: arguments LOG OUT, files of the host in the format of
-/// tools/hexload_tools/target.py.
+/// tools/python/hexload_dev/target.py.
 #include "hexload/momentum.h"
 
 #include "arguments.h"

@@ -1,5 +1,5 @@
 /// Runs the filters of rivals.h on one problem: argument OUT, a file of the host, see
-/// tools/hexload_tools/target.py.
+/// tools/python/hexload_dev/target.py.
 #include "rivals.h"
 
 #include "instruction_counter.h"

@@ -1,0 +1,83 @@
+#include "firmware_config.hpp"
+
+#include "estimator_code.hpp"
+#include "input_error.hpp"
+
+#include <algorithm>
+
+namespace hexload::platform {
+
+namespace {
+
+hexload_real_t real(double value) {
+    return static_cast<hexload_real_t>(value);
+}
+
+template <int size, std::size_t count>
+void copy(const Eigen::Matrix<double, size, 1>& from, hexload_real_t (&to)[count]) {
+    static_assert(size == count);
+    std::transform(from.begin(), from.end(), to, real);
+}
+
+} // namespace
+
+hexload_config_t firmware_config(const PlatformFile& platform, const EstimatorSettings& settings,
+                                 double sampling_s) {
+    hexload_config_t config;
+    hexload_config_default(&config);
+    config.kind = kind_of(settings.kind);
+    config.tick_s = real(sampling_s);
+    for (std::size_t leg = 0; leg < HEXLOAD_LEGS; leg++) {
+        copy(platform.geometry.base_hinges_m[leg], config.geometry.base_hinge_m[leg]);
+        copy(platform.geometry.platform_hinges_m[leg], config.geometry.platform_hinge_m[leg]);
+    }
+    copy(platform.geometry.home_leg_length_m, config.geometry.home_leg_length_m);
+    config.geometry.stroke_min_m = real(platform.geometry.stroke_min_m);
+    config.geometry.stroke_max_m = real(platform.geometry.stroke_max_m);
+
+    const Matrix3& inertia = platform.platform.inertia_kg_m2;
+    config.platform.mass_kg = real(platform.platform.mass_kg);
+    copy(platform.platform.com_m, config.platform.com_m);
+    config.platform.inertia_kg_m2[HEXLOAD_I_XX] = real(inertia(0, 0));
+    config.platform.inertia_kg_m2[HEXLOAD_I_YY] = real(inertia(1, 1));
+    config.platform.inertia_kg_m2[HEXLOAD_I_ZZ] = real(inertia(2, 2));
+    config.platform.inertia_kg_m2[HEXLOAD_I_XY] = real(inertia(0, 1));
+    config.platform.inertia_kg_m2[HEXLOAD_I_XZ] = real(inertia(0, 2));
+    config.platform.inertia_kg_m2[HEXLOAD_I_YZ] = real(inertia(1, 2));
+
+    config.gravity_m_s2 = real(platform.gravity_m_s2);
+    config.sensors.displacement_sigma_m = real(platform.sensors.displacement_sigma_m);
+    config.sensors.velocity_sigma_m_s = real(platform.sensors.velocity_sigma_m_s);
+    config.sensors.force_sigma_n = real(platform.sensors.force_sigma_n);
+    hexload_config_set_momentum(&config);
+    if (platform.known_mass_kg) {
+        hexload_config_set_known_mass(&config, real(*platform.known_mass_kg));
+    }
+    hexload_config_set_prior(&config,
+                             settings.prior == PaperPrior::safe ? HEXLOAD_PRIOR_SAFE : HEXLOAD_PRIOR_PRINTED);
+    const auto override_with = [](const std::optional<double>& value, hexload_real_t& field) {
+        field = value ? real(*value) : field;
+    };
+    override_with(settings.bias_sigma_n, config.actuator_effects.prior_bias_sigma_n);
+    override_with(settings.coulomb_sigma_n, config.actuator_effects.prior_coulomb_sigma_n);
+    override_with(settings.viscous_sigma_n_s_m, config.actuator_effects.prior_viscous_sigma_n_s_m);
+    override_with(settings.friction_speed_m_s, config.actuator_effects.friction_speed_m_s);
+    return config;
+}
+
+hexload_config_t checked_firmware_config(const PlatformFile& platform, const EstimatorSettings& settings,
+                                         double sampling_s) {
+    if (settings.kind == EstimatorKind::paper && !platform.known_mass_kg) {
+        throw InputError(
+            "load.known_mass_kg: found nothing, expected the load's mass, which the paper's filter needs");
+    }
+    const hexload_config_t config = firmware_config(platform, settings, sampling_s);
+    const char* bad_field = nullptr;
+    if (hexload_config_check(&config, &bad_field) != HEXLOAD_OK) {
+        throw InputError(std::string("the estimator refuses its configuration: ") + bad_field +
+                         " is out of range");
+    }
+    return config;
+}
+
+} // namespace hexload::platform

@@ -1,0 +1,149 @@
+#include "platform_file.hpp"
+
+#include "toml_fields.hpp"
+
+#include <fmt/format.h>
+
+namespace hexload::platform {
+namespace {
+
+constexpr std::array<Choice<EstimatorKind>, 3> estimator_kinds{
+    {{"momentum", EstimatorKind::momentum},
+     {"momentum_effects", EstimatorKind::momentum_effects},
+     {"paper", EstimatorKind::paper}}};
+constexpr std::array<Choice<PaperPrior>, 2> paper_priors{
+    {{"safe", PaperPrior::safe}, {"printed", PaperPrior::printed}}};
+
+void read_home_leg_length(TomlReader& table, Vector6& home_leg_length_m, bool is_one_number) {
+    constexpr std::string_view key = "home_leg_length_m";
+    table.require(key);
+    if (is_one_number) {
+        double length_m = 0.0;
+        table.number(key, length_m, positive);
+        home_leg_length_m.setConstant(length_m);
+    } else {
+        table.numbers(key, {home_leg_length_m.data(), 6}, positive);
+    }
+}
+
+Geometry read_geometry(TomlReader table, bool one_home_leg_length) {
+    Geometry geometry;
+    table.require("base_hinges_m");
+    table.points("base_hinges_m", geometry.base_hinges_m);
+    table.require("platform_hinges_m");
+    table.points("platform_hinges_m", geometry.platform_hinges_m);
+    read_home_leg_length(table, geometry.home_leg_length_m, one_home_leg_length);
+    std::array<double, 2> stroke_m{};
+    table.require("stroke_m");
+    table.numbers("stroke_m", stroke_m);
+    table.refuse_unknown_keys();
+    if (!(stroke_m[0] < stroke_m[1])) {
+        table.fail("stroke_m", fmt::format("[{}, {}]", stroke_m[0], stroke_m[1]),
+                   "[min, max] with min < max");
+    }
+    geometry.stroke_min_m = stroke_m[0];
+    geometry.stroke_max_m = stroke_m[1];
+    geometry.home_height_m = derive_home_height_m(geometry);
+    if (const auto fault = find_geometry_fault(geometry)) {
+        table.fail(fault->key, fault->found, fault->expected);
+    }
+    return geometry;
+}
+
+PlatformBody read_platform_body(TomlReader table) {
+    PlatformBody platform;
+    table.require("mass_kg");
+    table.number("mass_kg", platform.mass_kg, positive);
+    table.require("com_m");
+    table.vector3("com_m", platform.com_m);
+    table.require("inertia_kg_m2");
+    table.tensor("inertia_kg_m2", platform.inertia_kg_m2);
+    table.refuse_unknown_keys();
+    // Positive, not just non-negative as for a load: the empty platform must have a mass matrix with an
+    // inverse.
+    const Matrix3 inertia_com_kg_m2 = mass_properties(platform).inertia_com_kg_m2();
+    const auto fault = find_inertia_fault(inertia_com_kg_m2, InertiaRule::positive);
+    if (fault) {
+        table.fail("inertia_kg_m2", *fault, "all positive, none above the sum of the other two");
+    }
+    return platform;
+}
+
+double read_gravity_m_s2(TomlReader table) {
+    double gravity_m_s2 = 0.0;
+    table.require("gravity_m_s2");
+    table.number("gravity_m_s2", gravity_m_s2, non_negative);
+    table.refuse_unknown_keys();
+    return gravity_m_s2;
+}
+
+SensorSigma read_sensor_sigma(TomlReader table) {
+    SensorSigma sigma;
+    for (const auto& [key, value] : {std::pair{"displacement_sigma_m", &sigma.displacement_sigma_m},
+                                     std::pair{"velocity_sigma_m_s", &sigma.velocity_sigma_m_s},
+                                     std::pair{"force_sigma_n", &sigma.force_sigma_n}}) {
+        table.require(key);
+        table.number(key, *value, positive); // the estimator weighs measurements by them
+    }
+    table.refuse_unknown_keys();
+    return sigma;
+}
+
+std::optional<double> read_known_mass_kg(TomlReader table) {
+    std::optional<double> known_mass_kg;
+    table.optional_number("known_mass_kg", known_mass_kg, non_negative);
+    table.refuse_unknown_keys();
+    return known_mass_kg;
+}
+
+EstimatorSettings read_estimator(TomlReader table) {
+    EstimatorSettings settings;
+    table.choice("kind", settings.kind, estimator_kinds);
+    table.choice("prior", settings.prior, paper_priors);
+    table.optional_number("bias_sigma_n", settings.bias_sigma_n, non_negative);
+    table.optional_number("coulomb_sigma_n", settings.coulomb_sigma_n, non_negative);
+    table.optional_number("viscous_sigma_n_s_m", settings.viscous_sigma_n_s_m, non_negative);
+    table.optional_number("friction_speed_m_s", settings.friction_speed_m_s, positive);
+    table.refuse_unknown_keys();
+    return settings;
+}
+
+ActuatorSettings read_actuators(TomlReader table) {
+    ActuatorSettings settings;
+    table.optional_number("leg_speed_m_s", settings.leg_speed_m_s, positive);
+    table.optional_number("leg_force_n", settings.leg_force_n, positive);
+    table.optional_number("speed_sum_m_s", settings.speed_sum_m_s, positive);
+    table.refuse_unknown_keys();
+    return settings;
+}
+
+} // namespace
+
+std::string_view name_of(EstimatorKind kind) {
+    return name_in(estimator_kinds, kind);
+}
+
+std::string_view name_of(PaperPrior prior) {
+    return name_in(paper_priors, prior);
+}
+
+PlatformFile load_platform_file(const std::filesystem::path& path) {
+    const toml::table root = parse_toml_file(path);
+    TomlReader reader(path.string(), root);
+    for (const char* section : {"geometry", "platform", "environment", "sensors"}) {
+        reader.require(section);
+    }
+    PlatformFile file;
+    file.geometry =
+        read_geometry(reader.table("geometry"), root["geometry"]["home_leg_length_m"].is_number());
+    file.platform = read_platform_body(reader.table("platform"));
+    file.gravity_m_s2 = read_gravity_m_s2(reader.table("environment"));
+    file.sensors = read_sensor_sigma(reader.table("sensors"));
+    file.known_mass_kg = read_known_mass_kg(reader.table("load"));
+    file.estimator = read_estimator(reader.table("estimator"));
+    file.actuators = read_actuators(reader.table("actuators"));
+    reader.refuse_unknown_keys();
+    return file;
+}
+
+} // namespace hexload::platform

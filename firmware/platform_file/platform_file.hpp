@@ -1,0 +1,67 @@
+// The platform file: everything about the machine that estimator and simulator must agree on.
+#pragma once
+
+#include "geometry.hpp"
+#include "mass_properties.hpp"
+
+#include <filesystem>
+#include <optional>
+#include <string_view>
+
+namespace hexload::platform {
+
+// Standard deviations of white sensor noise per leg and sample.
+struct SensorSigma {
+    double displacement_sigma_m = 0.0;
+    double velocity_sigma_m_s = 0.0;
+    double force_sigma_n = 0.0;
+};
+
+enum class EstimatorKind {
+    momentum,         // all ten parameters, any motion
+    momentum_effects, // and the force sensors' biases and the legs' friction
+    paper,            // the paper's filter: dz, Ixx, Iyy, Izz at known mass
+};
+
+enum class PaperPrior {
+    safe,    // diag(1e-4 x3, 0.1, 500 x3)
+    printed, // the paper's diag(1, 1, 1, 1, 10, 500, 500)
+};
+
+// As in the platform file.
+std::string_view name_of(EstimatorKind kind);
+std::string_view name_of(PaperPrior prior);
+
+struct EstimatorSettings {
+    EstimatorKind kind = EstimatorKind::momentum;
+    PaperPrior prior = PaperPrior::safe;
+    // What is known beforehand of the machine's effects, per leg; nothing: the firmware's default. Sigma 0:
+    // none.
+    std::optional<double> bias_sigma_n;
+    std::optional<double> coulomb_sigma_n;
+    std::optional<double> viscous_sigma_n_s_m;
+    std::optional<double> friction_speed_m_s;
+};
+
+// What the actuators can do, section [actuators]; nothing: not stated. Only motions are designed by it.
+struct ActuatorSettings {
+    std::optional<double> leg_speed_m_s; // of one leg, without load
+    std::optional<double> leg_force_n;   // at standstill
+    std::optional<double> speed_sum_m_s; // of six legs at the same time: what the supply feeds
+};
+
+struct PlatformFile {
+    Geometry geometry;
+    PlatformBody platform;
+    double gravity_m_s2 = 9.81;
+    SensorSigma sensors;
+    std::optional<double> known_mass_kg; // of the load
+    EstimatorSettings estimator;
+    ActuatorSettings actuators;
+};
+
+// Reads and checks a platform file. Throws InputError: file missing, TOML syntax, unknown or missing key,
+// wrong type or length, value out of range, a body or a machine that cannot exist.
+PlatformFile load_platform_file(const std::filesystem::path& path);
+
+} // namespace hexload::platform

@@ -1,0 +1,124 @@
+#include "can_wire.hpp"
+
+#include "can_link.hpp"
+#include "firmware_sample.hpp"
+
+#include "platform_file/input_error.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <utility>
+
+namespace hexload::sim {
+
+namespace {
+
+constexpr std::chrono::microseconds command_deadline{1000};
+
+} // namespace
+
+CanWire::CanWire(std::unique_ptr<transport::CanChannel> channel, hexload_bus_profile_t profile)
+    : channel_(std::move(channel)), profile_(profile) {
+    hexload_answer_assembly_init(&assembly_, profile_);
+}
+
+void CanWire::send(const hexload_bus_command_t& command) {
+    hexload_bus_frame_t frame;
+    if (hexload_bus_encode_command(&command, &frame) == HEXLOAD_BUS_OK) {
+        channel_->send(frame,
+                       command_deadline); // a lost one is sent again by whoever waits for its acknowledge
+    }
+}
+
+bool CanWire::send(const LegSample& sample, std::chrono::microseconds deadline) {
+    const hexload_leg_sample_t legs = firmware_sample(sample);
+    hexload_bus_frame_t frames[HEXLOAD_BUS_SAMPLE_FRAMES];
+    const int count = hexload_bus_encode_sample(profile_, &legs, frames, &saturated_);
+    if (count < 0) {
+        throw InputError(fmt::format("sample of tick {}: found a channel that is not finite", sample.tick));
+    }
+    newest_tick_ = sample.tick;
+    return std::all_of(frames, frames + count, [&](const hexload_bus_frame_t& frame) {
+        return channel_->send(frame, deadline / count);
+    });
+}
+
+std::optional<BusNews> CanWire::read(std::chrono::microseconds timeout) {
+    const auto frame = channel_->receive(timeout);
+    if (!frame) {
+        return std::nullopt;
+    }
+    if (auto answer = read_answer(*frame)) {
+        return answer;
+    }
+    hexload_bus_acknowledge_t acknowledge;
+    if (hexload_bus_decode_acknowledge(&*frame, &acknowledge) == HEXLOAD_BUS_OK) {
+        return acknowledge;
+    }
+    if (hexload_bus_decode_status(&*frame, &status_) == HEXLOAD_BUS_OK) {
+        return status_;
+    }
+    hexload_bus_load_change_t change;
+    if (hexload_bus_decode_load_change(&*frame, &change) == HEXLOAD_BUS_OK) {
+        return change;
+    }
+    return UnrelatedFrame{};
+}
+
+std::optional<BusNews> CanWire::read_answer(const hexload_bus_frame_t& frame) {
+    AnswerPart part;
+    hexload_bus_answer_t answer;
+    const hexload_bus_status_t status =
+        hexload_answer_assembly_add(&assembly_, &frame, newest_tick_, &part.answered_tick, &answer);
+    switch (status) {
+    case HEXLOAD_BUS_OK:
+        part.whole = answer;
+        part.ends_tick = true;
+        return part;
+    case HEXLOAD_BUS_PARTIAL:
+        part.ends_tick = profile_ == HEXLOAD_BUS_CLASSIC;
+        return part;
+    case HEXLOAD_BUS_OTHER:
+        return std::nullopt;
+    case HEXLOAD_BUS_ERR_TICK:
+        throw LinkError(
+            LinkFailure::second_controller,
+            fmt::format("{}: two answers to one tick, near tick {}: a second controller is on the bus",
+                        name(), newest_tick_));
+    case HEXLOAD_BUS_ERR_PROFILE:
+        throw LinkError(LinkFailure::wrong_profile,
+                        fmt::format("{}: a controller answers in another profile than {}", name(),
+                                    hexload_bus_profile_name(profile_)));
+    default:
+        return UnrelatedFrame{}; // damaged: the answer stays incomplete and is missed
+    }
+}
+
+BusCounts CanWire::counts() const {
+    const transport::ChannelCounts& channel = channel_->counts();
+    BusCounts counts;
+    counts.name = channel_->name();
+    counts.profile = hexload_bus_profile_name(profile_);
+    counts.advice = channel_->advice();
+    counts.saturated = saturated_;
+    counts.frames_sent = channel.sent;
+    counts.frames_received = channel.received;
+    counts.send_retries = channel.send_retries;
+    counts.send_failures = channel.send_failures;
+    counts.receive_drops = channel.receive_drops;
+    counts.error_frames = channel.error_frames;
+    return counts;
+}
+
+std::unique_ptr<EstimatorLink> make_lockstep_link(std::unique_ptr<transport::CanChannel> channel,
+                                                  const CanLinkSettings& settings) {
+    return make_lockstep_link(std::make_unique<CanWire>(std::move(channel), settings.profile), settings);
+}
+
+std::unique_ptr<EstimatorLink> make_real_time_link(std::unique_ptr<transport::CanChannel> channel,
+                                                   const CanLinkSettings& settings) {
+    return make_real_time_link(std::make_unique<CanWire>(std::move(channel), settings.profile), settings);
+}
+
+} // namespace hexload::sim

@@ -1,0 +1,196 @@
+#include "controller_session.hpp"
+
+#include "estimate_row.hpp"
+
+#include "app/app.h"
+#include "platform_file/estimator_code.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+namespace hexload::sim {
+
+namespace {
+
+const char* name_of(hexload_bus_command_kind_t kind) {
+    switch (kind) {
+    case HEXLOAD_COMMAND_START:
+        return "START";
+    case HEXLOAD_COMMAND_STOP:
+        return "STOP";
+    case HEXLOAD_COMMAND_RESET:
+        return "RESET";
+    case HEXLOAD_COMMAND_SELECT_FILTER:
+        return "SELECT_FILTER";
+    default:
+        return "command";
+    }
+}
+
+LinkFailure failure_of(hexload_app_fault_t fault) {
+    switch (fault) {
+    case HEXLOAD_FAULT_SECOND_CONTROLLER:
+        return LinkFailure::second_controller;
+    case HEXLOAD_FAULT_WRONG_PROFILE:
+        return LinkFailure::wrong_profile;
+    case HEXLOAD_FAULT_BUS_DOWN:
+        return LinkFailure::bus_down;
+    default:
+        return LinkFailure::controller_fault;
+    }
+}
+
+bool ends_with_new_start(hexload_app_fault_t fault) {
+    return fault == HEXLOAD_FAULT_NONE || fault == HEXLOAD_FAULT_SAMPLE_TIMEOUT ||
+           fault == HEXLOAD_FAULT_BUS_DOWN;
+}
+
+} // namespace
+
+ControllerSession::ControllerSession(std::unique_ptr<ControllerWire> wire, const LinkSettings& settings)
+    : wire_(std::move(wire)), settings_(settings) {}
+
+void ControllerSession::fail(LinkFailure failure, const std::string& message) const {
+    throw LinkError(failure, wire_->name() + ": " + message);
+}
+
+void ControllerSession::tell(const std::string& message) const {
+    settings_.tell(wire_->name() + ": " + message);
+}
+
+void ControllerSession::send_command(hexload_bus_command_kind_t kind, float argument) {
+    ++sequence_;
+    acknowledged_.reset(sequence_);
+    wire_->send(hexload_bus_command_t{static_cast<std::uint8_t>(kind), sequence_, argument});
+}
+
+void ControllerSession::command(hexload_bus_command_kind_t kind, float argument,
+                                std::chrono::milliseconds timeout) {
+    const auto end = now() + timeout;
+    auto next = now();
+    for (auto time = next; time < end; time = now()) {
+        if (time >= next) {
+            send_command(kind, argument);
+            next += command_repeat;
+        }
+        const auto wait = std::chrono::ceil<std::chrono::microseconds>(std::min(next, end) - time);
+        const auto news = read(std::max(wait, std::chrono::microseconds{1}));
+        const auto* acknowledge = news ? std::get_if<hexload_bus_acknowledge_t>(&*news) : nullptr;
+        if (acknowledge == nullptr || acknowledge->kind != kind) {
+            continue;
+        }
+        if (acknowledge->result != HEXLOAD_RESULT_DONE) {
+            refuse_fault(acknowledge->fault, true);
+            fail(
+                LinkFailure::controller_fault,
+                fmt::format("the controller refuses {}: {}", name_of(kind),
+                            hexload_bus_result_name(static_cast<hexload_bus_result_t>(acknowledge->result))));
+        }
+        return;
+    }
+    if (!is_up()) {
+        fail(LinkFailure::bus_down, "the bus is down");
+    }
+    fail(LinkFailure::silent_controller,
+         fmt::format(
+             "no controller acknowledges {} within {} ms: is hexload_ecu, or the controller, running there?",
+             name_of(kind), timeout.count()));
+}
+
+bool ControllerSession::send(const LegSample& sample, std::chrono::microseconds deadline) {
+    newest_tick_ = sample.tick;
+    return wire_->send(sample, deadline);
+}
+
+std::optional<BusNews> ControllerSession::read(std::chrono::microseconds timeout) {
+    auto news = wire_->read(timeout);
+    if (news) {
+        if (const auto* part = std::get_if<AnswerPart>(&*news)) {
+            note_answered(*part);
+        } else if (const auto* acknowledge = std::get_if<hexload_bus_acknowledge_t>(&*news)) {
+            check_acknowledge(*acknowledge);
+        } else if (const auto* change = std::get_if<hexload_bus_load_change_t>(&*news)) {
+            note_load_change(*change);
+        }
+    }
+    return news;
+}
+
+// The count goes up by one with each event, and from 0 again after a start of the controller.
+void ControllerSession::note_load_change(const hexload_bus_load_change_t& change) {
+    const std::uint32_t before = change.load_changes > changes_counted_ ? changes_counted_ : 0;
+    events_missing_ += change.load_changes > before ? change.load_changes - before - 1U : 0U;
+    changes_counted_ = change.load_changes;
+    load_changes_s_.push_back(static_cast<double>(change.tick) / 1000.0);
+}
+
+bool ControllerSession::is_of_estimator(const hexload_bus_answer_t& answer) const {
+    return answer.filter == hexload_bus_filter_of(kind_of(settings_.estimator));
+}
+
+BusCounts ControllerSession::counts() const {
+    BusCounts counts = wire_->counts();
+    counts.events_missing = events_missing_;
+    return counts;
+}
+
+void ControllerSession::note_answered(const AnswerPart& part) {
+    if (last_answered_ == part.answered_tick) {
+        fail(LinkFailure::second_controller,
+             fmt::format("two answers to tick {}: a second controller is on the bus", part.answered_tick));
+    }
+    if (part.ends_tick) {
+        last_answered_ = part.answered_tick;
+    }
+}
+
+void ControllerSession::check_acknowledge(const hexload_bus_acknowledge_t& acknowledge) {
+    if (acknowledged_.test(acknowledge.sequence)) {
+        fail(LinkFailure::second_controller,
+             "two acknowledges of one command: a second controller is on the bus");
+    }
+    acknowledged_.set(acknowledge.sequence);
+    if (acknowledge.profile != wire_->profile()) {
+        const char* spoken =
+            hexload_bus_profile_name(static_cast<hexload_bus_profile_t>(acknowledge.profile));
+        fail(LinkFailure::wrong_profile,
+             fmt::format(
+                 "the controller speaks the profile {0}, this simulator {1}: give both --profile {0} or {1}",
+                 spoken, hexload_bus_profile_name(wire_->profile())));
+    }
+}
+
+void ControllerSession::refuse_fault(std::uint8_t fault, bool any) const {
+    const auto known = static_cast<hexload_app_fault_t>(fault);
+    if (known != HEXLOAD_FAULT_NONE && (any || !ends_with_new_start(known))) {
+        fail(failure_of(known), fmt::format("the controller is in fault since tick {} or before: {}",
+                                            newest_tick_, hexload_app_fault_name(known)));
+    }
+}
+
+std::optional<EstimateRow> AnswerBook::take(const hexload_bus_answer_t& answer) {
+    refused_ = answer.refused;
+    const bool estimates = answer.state == HEXLOAD_APP_ESTIMATING || answer.state == HEXLOAD_APP_CONVERGED;
+    if (answer.status != HEXLOAD_OK) {
+        last_status_ = static_cast<hexload_status_t>(answer.status);
+        return std::nullopt;
+    }
+    if (!estimates) {
+        return std::nullopt;
+    }
+    for (int bit = 0; bit < HEXLOAD_HEALTH_BITS; bit++) {
+        health_count_[bit] += (answer.health >> bit) & 1U;
+    }
+    return estimate_row(answer.estimate, static_cast<double>(answer.tick) / 1000.0, answer.health);
+}
+
+std::string AnswerBook::last_refusal() const {
+    return hexload_status_name(last_status_);
+}
+
+std::vector<HealthCount> AnswerBook::health_counts() const {
+    return named_health_counts(health_count_);
+}
+
+} // namespace hexload::sim

@@ -1,0 +1,54 @@
+#include "estimate_file.hpp"
+
+#include "write_error.hpp"
+
+#include <fmt/format.h>
+
+#include <iterator>
+
+namespace hexload::sim {
+
+void EstimateFile::Closer::operator()(std::FILE* file) const noexcept {
+    std::fclose(file);
+}
+
+EstimateFile::EstimateFile(const std::filesystem::path& path,
+                           std::span<const std::string_view> parameter_names)
+    : path_(path), file_(std::fopen(path.c_str(), "w")), parameter_count_(parameter_names.size()) {
+    if (!file_) {
+        throw_write_error(path_);
+    }
+    fmt::memory_buffer line;
+    fmt::format_to(std::back_inserter(line), "t");
+    for (const std::string_view name : parameter_names) {
+        fmt::format_to(std::back_inserter(line), ",{}", name);
+    }
+    for (const std::string_view name : parameter_names) {
+        fmt::format_to(std::back_inserter(line), ",s_{}", name);
+    }
+    fmt::format_to(std::back_inserter(line), ",nis,verdict\n");
+    std::fwrite(line.data(), 1, line.size(), file_.get());
+}
+
+void EstimateFile::write(const EstimateRow& row) {
+    fmt::memory_buffer line;
+    fmt::format_to(std::back_inserter(line), "{:.9g}", row.t_s);
+    for (std::size_t k = 0; k < parameter_count_; k++) {
+        fmt::format_to(std::back_inserter(line), ",{:.9g}", row.value[k]);
+    }
+    for (std::size_t k = 0; k < parameter_count_; k++) {
+        fmt::format_to(std::back_inserter(line), ",{:.9g}", row.sigma[k]);
+    }
+    fmt::format_to(std::back_inserter(line), ",{:.9g},{}\n", row.nis, row.verdict);
+    if (std::fwrite(line.data(), 1, line.size(), file_.get()) != line.size()) {
+        throw_write_error(path_);
+    }
+}
+
+void EstimateFile::close() {
+    if (std::fclose(file_.release()) != 0) {
+        throw_write_error(path_);
+    }
+}
+
+} // namespace hexload::sim

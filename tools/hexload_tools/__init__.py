@@ -1,1 +1,0 @@
-"""Command line, log reader and report of hexload."""

@@ -1,0 +1,164 @@
+"""The campaign's page, self-contained HTML, and its table on the terminal."""
+
+from collections.abc import Sequence
+
+import jinja2
+import numpy as np
+import plotly.graph_objects as go
+import plotly.offline
+from numpy.typing import NDArray
+from rich import box
+from rich.table import Table
+
+from hexload.campaign import campaign_figures
+from hexload.campaign.cases import CLASSES, TARED
+from hexload.campaign.one_case import code_version
+from hexload.campaign.statistics import ALARM_DUE_S, FAILURE_NEES, Alarms, ClassStatistics, FailedCase, Times
+from hexload.campaign.store import Settings
+from hexload.estimation.load_summary import EFFECT_UNITS, EFFECT_WORDS
+from hexload.theory.bound import THETA_NAMES
+
+Array = NDArray[np.float64]
+
+TEMPLATE = "campaign_report.html.jinja"
+UNITS = ("kg", "kg m", "kg m", "kg m", *(6 * ["kg m²"]))
+METHODS = {
+    "momentum": "momentum filter",
+    "momentum_effects": "momentum filter with bias and friction",
+    TARED: "momentum filter with tare",
+    "paper": "paper's filter, told the mass",
+    "ls_raw": "least squares, raw differences",
+    "ls_zero_phase": "least squares, zero-phase filter",
+    "rls": "recursive least squares",
+    "tls": "total least squares",
+    "iv": "instrumental variables",
+}
+DASH = "–"
+
+
+def render(
+    settings: Settings,
+    statistics: Sequence[ClassStatistics],
+    by_class: dict[str, list[dict]],
+    failed: dict[str, tuple[FailedCase, ...]],
+) -> str:
+    """`by_class`: results with numbers, of the classes in `statistics`. `failed`: the other cases of every class."""
+    drawn = {}
+    if statistics:
+        drawn = {
+            "ratios": campaign_figures.ratios(statistics),
+            "rivals": campaign_figures.rivals(statistics, METHODS),
+            "nees": campaign_figures.nees(by_class),
+            "settling": campaign_figures.settling(by_class),
+        }
+    environment = jinja2.Environment(
+        loader=jinja2.PackageLoader("hexload.campaign", "."),
+        autoescape=True,
+        trim_blocks=True,
+        lstrip_blocks=True,
+        undefined=jinja2.StrictUndefined,
+    )
+    environment.filters |= {"fixed": fixed, "percent": percent, "time": time}
+    environment.filters |= {"alarms": alarm_text, "three": three_digits, "largest": largest}
+    return environment.get_template(TEMPLATE).render(
+        settings=settings,
+        code=code_version(),
+        classes=CLASSES,
+        methods=METHODS,
+        names=THETA_NAMES,
+        units=UNITS,
+        effects={name: f"{words}, {EFFECT_UNITS[name]}" for name, words in EFFECT_WORDS.items()},
+        has_tare=any(entry.controller == TARED for entry in statistics),
+        has_effects=any(entry.effects is not None for entry in statistics),
+        statistics=statistics,
+        failed=[case for cases in failed.values() for case in cases],
+        failure_nees=FAILURE_NEES,
+        alarm_due_s=ALARM_DUE_S,
+        figures={name: _to_html(figure, f"{name}-figure") for name, figure in drawn.items()},
+        plotly_js=plotly.offline.get_plotlyjs(),
+    )
+
+
+def terminal_table(statistics: Sequence[ClassStatistics], failed: dict[str, tuple[FailedCase, ...]]) -> Table:
+    title = (
+        "controller's filter: RMSE / bound, mean of ten and worst; NEES (ideal 10), NIS (6); "
+        "s to 5 %, to 1 % of scale; largest error in %; alarms"
+    )
+    table = Table(title=title, title_justify="left", box=box.SIMPLE_HEAD, padding=(0, 1, 0, 0))
+    errors = ("/ bound", "worst", "NEES", "in 95 %", "NIS", "failed")
+    for heading in ("class", "runs", *errors, "5 %", "p95", "1 %", "max %", "told", "latest ms", "false"):
+        table.add_column(heading, justify="left" if heading == "class" else "right", no_wrap=True)
+    for entry in statistics:
+        one, alarms = entry.own, entry.alarms
+        within_5, within_1 = one.times.get("within_5"), one.times.get("within_1")
+        table.add_row(
+            entry.name,
+            str(entry.runs),
+            fixed(one.ratio_mean, 2),
+            f"{one.ratio_worst:.2f} {one.worst_name}",
+            fixed(one.nees_mean, 1),
+            percent(one.nees_in_band),
+            fixed(one.nis_mean, 2),
+            str(one.failures + len(entry.failed)),
+            time(within_5, "median"),
+            time(within_5, "p95"),
+            time(within_1, "median"),
+            largest(one.largest_percent),
+            f"{len(alarms.delays_s)}/{alarms.changes}",
+            fixed(1e3 * alarms.delays_s.max(), 0) if len(alarms.delays_s) else DASH,
+            str(alarms.false),
+        )
+    judged = {entry.name for entry in statistics}
+    for name, cases in failed.items():
+        if name not in judged:
+            table.add_row(name, "0", *(len(errors) - 1) * [DASH], str(len(cases)), *7 * [DASH])
+    return table
+
+
+def fixed(value: float | None, digits: int) -> str:
+    """A number with a fixed count of decimals, from 100 on with none, in powers of ten where it would be long; a dash where
+    there is none."""
+    if value is None or not np.isfinite(value):
+        return DASH
+    digits = digits if abs(value) < 100.0 else 0
+    return f"{value:.{digits}f}" if abs(value) < 1e5 else f"{value:.1e}"
+
+
+def three_digits(value: float | None) -> str:
+    return DASH if value is None else f"{value:.3g}"
+
+
+def largest(values: Array | None) -> str:
+    return three_digits(None if values is None else float(values.max()))
+
+
+def percent(share: float | None) -> str:
+    return DASH if share is None else f"{100.0 * share:.0f} %"
+
+
+def time(times: Times | None, which: str) -> str:
+    if times is None:
+        return DASH
+    value = getattr(times, which)
+    return f"{value:.2f}" if np.isfinite(value) else "never"
+
+
+def alarm_text(alarms: Alarms) -> str:
+    false = f"{alarms.false} false in {alarms.runs_with_false} runs" if alarms.false else "none false"
+    if alarms.changes == 0:
+        return false
+    if len(alarms.delays_s) == 0:
+        return f"all {alarms.missed} missed, {false}"
+    worst_ms, median_ms = 1e3 * alarms.delays_s.max(), 1e3 * np.median(alarms.delays_s)
+    return f"{median_ms:.0f} ms median, {worst_ms:.0f} ms latest, {alarms.missed} of {alarms.changes} missed, {false}"
+
+
+def _to_html(figure: go.Figure, identifier: str) -> str:
+    return figure.to_html(
+        full_html=False,
+        include_plotlyjs=False,
+        div_id=identifier,
+        default_width="100%",
+        default_height=f"{figure.layout.height}px",
+        config={"displayModeBar": False, "responsive": True},
+    )

@@ -1,0 +1,220 @@
+"""One case: simulate, run the firmware's estimators and the baselines on its log, compare with truth and bound.
+
+Runs in the processes of the scheduler, on this machine or another.
+"""
+
+import functools
+import hashlib
+import json
+import shutil
+import subprocess
+import tempfile
+from dataclasses import asdict, replace
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hexload import project
+from hexload.campaign import baselines, cases, rigs
+from hexload.campaign.baselines import Answer
+from hexload.campaign.cases import MOTION_FILE, TARED, Case, Setup
+from hexload.errors import InputError, ToolFailed
+from hexload.estimation import leg_mass, tare
+from hexload.estimation.load_summary import load_changes_s
+from hexload.io import log_file
+from hexload.io.log_file import LegLog, read_log
+from hexload.io.toml_document import to_toml
+from hexload.theory import bound, leg_regression
+from hexload.theory.bound import scale_of
+
+Array = NDArray[np.float64]
+
+WITHIN = {"within_5": 0.05, "within_1": 0.01}
+START_S = 0.2  # of a load: the mean NIS leaves out what the first tick of a filter makes of an unknown load
+TARE_RUN = "tare_run"
+FAILURE = "failure"  # key of a result that has no numbers
+LARGEST_TARE = 0.45  # of the platform's own parameters
+TEN = len(bound.THETA_NAMES)
+
+
+@functools.cache
+def code_version() -> str:
+    """Digest of what decides the numbers of a case: programs, modules, the platform and the friction of the cases."""
+    modules = [
+        Path(module.__file__) for module in (cases, rigs, leg_regression, baselines, bound, log_file, tare, leg_mass)
+    ]
+    native = Path(project.native_module().__file__)
+    platform = project.SCENARIOS / "platforms" / "paper.toml"
+    digest = hashlib.sha256()
+    for path in (Path(__file__), *modules, native, project.simulator(), platform, cases.FRICTION):
+        digest.update(path.read_bytes())
+    return digest.hexdigest()[:16]
+
+
+def run_case(case: Case, keep: Path | None) -> dict:
+    """What is stored of a case; of one whose log is refused, as a user's would be, the reason as its FAILURE.
+
+    `keep`: a folder for the run's files, in a folder of its name. Raises ToolFailed.
+    """
+    with tempfile.TemporaryDirectory(prefix="hexload-campaign-") as name:
+        folder = Path(name)
+        directory = simulate(case, folder)
+        if keep is not None:
+            shutil.copytree(directory, keep / case.name, dirs_exist_ok=True)
+        try:
+            result = _evaluate(cases.draw(case), folder, directory)
+        except InputError as refusal:
+            result = {FAILURE: str(refusal).replace(f"{folder}/", "")}  # the same in whatever folder
+    return {"code": code_version(), "case": asdict(case), **result}
+
+
+def simulate(case: Case, folder: Path) -> Path:
+    """The run directory of a case, in `folder`; its platform file lies beside it. Raises ToolFailed."""
+    setup = cases.draw(case)
+    (folder / "platform.toml").write_text(to_toml(setup.platform))
+    (folder / "scenario.toml").write_text(to_toml(setup.scenario))
+    if setup.motion_rows is not None:
+        header = "t,x,y,z,roll,pitch,yaw"
+        np.savetxt(folder / MOTION_FILE, setup.motion_rows, fmt="%.12g", delimiter=",", header=header, comments="")
+    if setup.tare_scenario is not None:
+        (folder / "tare_scenario.toml").write_text(to_toml(setup.tare_scenario))
+        _simulate(case, setup.kind, folder / "tare_scenario.toml", folder / TARE_RUN)
+    _simulate(case, setup.kind, folder / "scenario.toml", folder / "run")
+    return folder / "run"
+
+
+def _simulate(case: Case, estimator: str, scenario: Path, out: Path) -> None:
+    command = [project.simulator(), scenario, "--out", out, "--estimator", estimator, "--quiet"]
+    finished = subprocess.run(command, capture_output=True, text=True, stdin=subprocess.DEVNULL)
+    if finished.returncode != 0:
+        said = finished.stderr.strip()
+        raise ToolFailed(f"case {case.name}: the simulator ended with status {finished.returncode}: {said}")
+
+
+def _evaluate(setup: Setup, folder: Path, directory: Path) -> dict:
+    meta = json.loads((directory / "meta.json").read_text())
+    load = meta["loads"][-1]
+    theta, since_s = np.array(load["theta"]), load["at_s"]
+    found = None if setup.tare_scenario is None else _make_tare(folder)
+    platform = bound.read_platform(folder / "platform.toml")
+    if found is not None:
+        platform = replace(platform, theta=platform.theta + found.offset.theta)
+    whole = _as_float32(read_log(directory / "log.csv"))
+    tared = whole if found is None else _as_float32(found.taken_off(whole))
+    log = _from(tared, since_s)
+    t_s = log.t_s - since_s
+
+    logs = {name: tared if name == TARED else whole for name in setup.filters}
+    replays = {name: _replay_filter(folder, name, seen, found) for name, seen in logs.items()}
+    estimators = {name: _score(_load_answer(replay, since_s), theta, t_s) for name, replay in replays.items()}
+    if load["mass_kg"] > 0:  # the paper's filter must be told a mass
+        estimators["paper"] = _score(_replay_paper(folder, load["mass_kg"], log), theta, t_s)
+    own = replays[setup.filters[0]]
+    prior_sigma = own["sigma"][0]  # the filter runs behind: its first row is still its prior
+    stated = setup.platform["sensors"]
+    for name, answer in baselines.baselines(log, platform, prior_sigma[:TEN], stated["force_sigma_n"]).items():
+        estimators[name] = _score(answer, theta, t_s)
+
+    sigma = bound.Sigmas(meta["sensors"]["velocity_sigma_m_s"], meta["sensors"]["force_sigma_n"])
+    truth = bound.read_truth(directory / "truth.csv", from_s=since_s)
+    machine = None if setup.effects is None else setup.effects.machine
+    limit = bound.crlb(platform, truth, theta, sigma, prior_sigma, dt_s=meta["tick_s"], machine=machine)[-1]
+    return {
+        "theta": theta.tolist(),
+        "bound": limit[:TEN].tolist(),
+        "controller": setup.filters[0],
+        "estimators": estimators,
+        "effects": None if setup.effects is None else _score_effects(own, theta, setup.effects.values, limit[TEN:]),
+        "changes_s": [change["at_s"] for change in meta["loads"][1:]],
+        "alarms_s": load_changes_s(own),
+        "verdict": own["verdict"][-1],
+        "health": {name: ticks for name, ticks in own["health_counts"].items() if ticks},
+    }
+
+
+def _make_tare(folder: Path) -> tare.MachineTare:
+    """Of the run of the empty platform. Raises InputError."""
+    tare.make_tare(folder / TARE_RUN / "log.csv", folder / "platform.toml", folder / "tare.toml", LARGEST_TARE)
+    native, machine = project.native_module(), folder / "platform.toml"
+    return tare.tare_for(folder / "tare.toml", native, native.load_platform(str(machine)), machine)
+
+
+def _replay_filter(folder: Path, name: str, log: LegLog, found: tare.MachineTare | None) -> dict:
+    """A momentum filter by its name in the campaign; with the tare, its covariance has the tare's too."""
+    if name != TARED or found is None:
+        return _replay(folder, folder / "platform.toml", name, log)
+    result = _replay(folder, folder / "platform.toml", "momentum", log, found.offset)
+    return result | {"covariance": result["covariance"] + np.diag(found.offset.sigma**2)}
+
+
+def _load_answer(replay: dict, since_s: float) -> Answer:
+    """The load's part of what a momentum filter says."""
+    is_now = replay["t"] >= since_s - 1e-9
+    value = replay["value"][is_now, :TEN]
+    return Answer(value[-1], replay["covariance"][:TEN, :TEN], value, replay["nis"][is_now])
+
+
+def _score_effects(replay: dict, theta: Array, values: Array, limit: Array) -> dict:
+    """Of the machine's effects; the NEES is that of load and machine together."""
+    error = replay["value"][-1] - np.concatenate([theta, values])
+    nees = float(error @ np.linalg.solve(replay["covariance"], error))
+    return {"error": error[TEN:].tolist(), "bound": limit.tolist(), "nees": nees}
+
+
+def _as_float32(log: LegLog) -> LegLog:
+    """The controller's samples are float32; the log has their shortest decimals."""
+    legs = (log.displacement_m, log.velocity_m_s, log.force_n)
+    return LegLog(log.t_s, *(values.astype(np.float32).astype(np.float64) for values in legs))
+
+
+def _from(log: LegLog, from_s: float) -> LegLog:
+    rows = log.t_s >= from_s - 1e-9
+    return LegLog(log.t_s[rows], log.displacement_m[rows], log.velocity_m_s[rows], log.force_n[rows])
+
+
+def _replay(folder: Path, platform: Path, estimator: str, log: LegLog, offset=None) -> dict:
+    native = project.native_module()
+    legs = (log.displacement_m, log.velocity_m_s, log.force_n)
+    return native.replay(
+        native.load_platform(str(platform)), estimator, None, log.t_s, *legs, str(folder / "estimates.csv"), offset
+    )
+
+
+def _replay_paper(folder: Path, mass_kg: float, log: LegLog) -> Answer:
+    """The paper's filter, told the mass, with what it takes for granted: centre of mass on the axis, no products."""
+    platform = folder / "platform_paper.toml"
+    platform.write_text((folder / "platform.toml").read_text() + to_toml({"load": {"known_mass_kg": mass_kg}}))
+    result = _replay(folder, platform, "paper", log)
+    dz, inertia = result["value"][:, 0], result["value"][:, 1:]
+    history = np.zeros((len(dz), TEN))
+    history[:, 0], history[:, 3] = mass_kg, mass_kg * dz
+    history[:, 4:7] = inertia
+    history[:, 4:6] += mass_kg * dz[:, None] ** 2  # about O_A, by the parallel-axis theorem
+    return Answer(history[-1], np.full((TEN, TEN), np.nan), history, result["nis"])
+
+
+def _score(answer: Answer, theta: Array, t_s: Array) -> dict:
+    """Final errors, NEES, mean NIS, and when the estimate came within a share of the scale for good.
+
+    None: never, or the method does not tell.
+    """
+    error = answer.theta - theta
+    score: dict = {"error": error.tolist(), "nees": None, "nis": None}
+    if np.isfinite(answer.covariance).all():
+        score["nees"] = float(error @ np.linalg.solve(answer.covariance, error))
+    if answer.nis is not None:
+        score["nis"] = float(answer.nis[t_s >= START_S].mean())
+    scale = scale_of(theta)
+    if answer.history is not None and scale is not None:
+        relative = np.abs(answer.history - theta) / scale
+        score |= {name: settled_at(t_s, relative.max(axis=1), share) for name, share in WITHIN.items()}
+        score["mass_and_moments_within_2"] = settled_at(t_s, relative[:, :4].max(axis=1), 0.02)
+    return score
+
+
+def settled_at(t_s: Array, deviation: Array, limit: float) -> float | None:
+    """The first time from which the deviation stays within the limit."""
+    outside = np.flatnonzero(~(deviation <= limit))
+    first = outside[-1] + 1 if len(outside) else 0
+    return round(float(t_s[first]), 6) if first < len(t_s) else None

@@ -1,0 +1,101 @@
+"""The folder of a campaign: one file per finished case, written whole or not at all, so that a campaign can go on."""
+
+import json
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
+
+from hexload.campaign.cases import Case
+from hexload.errors import InputError
+from hexload.io.atomic_file import replaced_when_done
+
+SETTINGS = "campaign.json"
+
+
+@dataclass(frozen=True)
+class Settings:
+    classes: tuple[str, ...]
+    runs: int
+    seed: int
+    duration_s: float
+
+    def cases(self) -> list[Case]:
+        seeds = range(self.seed, self.seed + self.runs)
+        return [Case(name, seed, self.duration_s) for name in self.classes for seed in seeds]
+
+
+class Store:
+    def __init__(self, folder: Path):
+        self.folder = folder
+        self._results = folder / "cases"
+
+    def open(self, settings: Settings, code: str, restart: bool) -> list[str]:
+        """Makes the folder one of this campaign; returns what there is to say of what it held.
+
+        Raises InputError when the results of another version of the code are in it, unless they are to be done again.
+        """
+        if self.folder.exists() and not self.folder.is_dir():
+            raise InputError(f"{self.folder}: found a file, expected a folder for the campaign, or none yet")
+        if self.folder.is_dir() and any(self.folder.iterdir()) and not (self.folder / SETTINGS).is_file():
+            raise InputError(
+                f"{self.folder}: found other files and no {SETTINGS}, expected a campaign's folder, or none yet"
+            )
+        remarks = self._compare(settings, code, restart) if (self.folder / SETTINGS).is_file() else []
+        self._results.mkdir(parents=True, exist_ok=True)
+        if restart:
+            for path in self._results.glob("*.json"):
+                path.unlink()
+        _write_json(self.folder / SETTINGS, {"code": code, **asdict(settings)})
+        return remarks
+
+    def _compare(self, settings: Settings, code: str, restart: bool) -> list[str]:
+        path = self.folder / SETTINGS
+        try:
+            before = json.loads(path.read_text())
+            found = {name: before[name] for name in ("code", *asdict(settings))}
+        except (ValueError, KeyError, TypeError):
+            raise InputError(
+                f"{path}: found no settings of a campaign, expected those that hexload campaign writes"
+            ) from None
+        if found["code"] != code and not restart:
+            raise InputError(
+                f"{path}: found results of code {found['code']}, expected {code}, the version that runs now: "
+                "take another --out, or do all cases again with --restart"
+            )
+        changes = [
+            f"{name} was {found[name]}, is {value}"
+            for name, value in json.loads(json.dumps(asdict(settings))).items()
+            if found[name] != value
+        ]
+        return [f"the campaign in {self.folder} has changed: {'; '.join(changes)}"] if changes else []
+
+    def split(self, cases: Sequence[Case], code: str) -> tuple[dict[Case, dict], list[str]]:
+        """The cases that are done, and remarks on results that cannot be used and are done again."""
+        done, remarks = {}, []
+        for case in cases:
+            path = self._path(case)
+            if not path.is_file():
+                continue
+            fault = None
+            try:
+                result = json.loads(path.read_text())
+                if result["code"] != code or result["case"] != asdict(case):
+                    fault = f"it is of code {result['code']} and {result['case']}"
+            except (ValueError, KeyError, TypeError):
+                fault = "it is not whole"
+            if fault is None:
+                done[case] = result
+            else:
+                remarks.append(f"{path}: done again, as {fault}")
+        return done, remarks
+
+    def write(self, case: Case, result: dict) -> None:
+        _write_json(self._path(case), result)
+
+    def _path(self, case: Case) -> Path:
+        return self._results / f"{case.name}.json"
+
+
+def _write_json(path: Path, content: dict) -> None:
+    with replaced_when_done(path) as temporary:
+        temporary.write_text(json.dumps(content, indent=1, allow_nan=False) + "\n")

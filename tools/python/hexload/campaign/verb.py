@@ -1,0 +1,109 @@
+"""`hexload campaign`: checks what is asked, runs the cases that are not done yet, writes page and summary."""
+
+import dataclasses
+import json
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+from rich.console import Console
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+
+from hexload import project
+from hexload.campaign import campaign_report, schedule
+from hexload.campaign.cases import CLASSES, DEFAULT_CLASSES, Case
+from hexload.campaign.one_case import FAILURE, code_version
+from hexload.campaign.statistics import failed_cases, summarise
+from hexload.campaign.store import Settings, Store
+from hexload.errors import InputError
+from hexload.io.atomic_file import replaced_when_done
+
+DEFAULT_OUT = project.RUNS / "campaign"
+TABLE_WIDTH = 150  # where there is no terminal to ask
+DURATION_S = (1.0, 3600.0)  # the baselines leave out a tenth of a second at both ends, the load may change at 40 %
+
+
+def parse_classes(text: str | None) -> tuple[str, ...]:
+    """Names with commas between them, or all."""
+    if text is None:
+        return DEFAULT_CLASSES
+    names = tuple(CLASSES) if text == "all" else tuple(name.strip() for name in text.split(","))
+    for name in names:
+        if name not in CLASSES:
+            raise InputError(f"--classes: found '{name}', expected all, or some of: {', '.join(CLASSES)}")
+    return tuple(dict.fromkeys(names))
+
+
+def run_campaign(settings: Settings, out: Path, scheduler: str | None, keep: bool, restart: bool) -> Path:
+    """Returns the page. Prints the summary; progress and remarks go to stderr."""
+    if not DURATION_S[0] <= settings.duration_s <= DURATION_S[1]:
+        low, high = DURATION_S
+        raise InputError(f"--duration: found {settings.duration_s:g} s, expected {low:g} to {high:g} s")
+    project.ensure_built("hexload_sim_app", "hexload_native")
+    code = code_version()
+    store = Store(out)
+    remarks = store.open(settings, code, restart)
+    cases = settings.cases()
+    done, more = store.split(cases, code)
+    missing = [case for case in cases if case not in done]
+    if done:
+        more.append(f"{len(done)} of {len(cases)} cases are done already, {len(missing)} to go")
+    for remark in (*remarks, *more):
+        print(f"hexload: {remark}", file=sys.stderr)
+    if missing:
+        done |= _run(missing, code, store, scheduler, out / "runs" if keep else None)
+    return _conclude(settings, done, out)
+
+
+def _run(cases: Sequence[Case], code: str, store: Store, scheduler: str | None, keep: Path | None) -> dict[Case, dict]:
+    if keep is not None:
+        keep.mkdir(exist_ok=True)
+        keep = keep.resolve()
+    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
+    done = {}
+    with schedule.connected(scheduler) as client, Progress(*columns, console=Console(stderr=True)) as progress:
+        task = progress.add_task("cases", total=len(cases))
+        try:
+            for case, result in schedule.results(client, cases, code, keep):
+                store.write(case, result)
+                done[case] = result
+                progress.advance(task)
+        except KeyboardInterrupt:
+            print(f"hexload: {len(done)} of {len(cases)} cases were done; the same command goes on", file=sys.stderr)
+            raise
+    return done
+
+
+def _conclude(settings: Settings, done: dict[Case, dict], out: Path) -> Path:
+    by_class = {name: [done[case] for case in settings.cases() if case.class_name == name] for name in settings.classes}
+    failed = {name: failed_cases(results) for name, results in by_class.items()}
+    judged = {name: results for name, results in by_class.items() if len(results) > len(failed[name])}
+    statistics = [summarise(name, results) for name, results in judged.items()]
+    summary = [_plain(entry) for entry in statistics]
+    summary += [{"name": name, "runs": 0, "failed": _plain(failed[name])} for name in by_class if name not in judged]
+    with replaced_when_done(out / "summary.json") as temporary:
+        temporary.write_text(json.dumps(summary, indent=1) + "\n")
+    page = out / "report.html"
+    with_numbers = {name: [result for result in results if FAILURE not in result] for name, results in judged.items()}
+    with replaced_when_done(page) as temporary:
+        text = campaign_report.render(settings, statistics, with_numbers, failed)
+        temporary.write_text(text, encoding="utf-8")
+    console = Console(width=None if sys.stdout.isatty() else TABLE_WIDTH)
+    console.print(campaign_report.terminal_table(statistics, failed))
+    for case in (case for cases in failed.values() for case in cases):
+        console.print(f"failed: {case.name}: {case.reason}", markup=False, highlight=False)
+    return page
+
+
+def _plain(value: object) -> object:
+    """For JSON: arrays as lists, infinite times as null."""
+    if dataclasses.is_dataclass(value):
+        return _plain({field.name: getattr(value, field.name) for field in dataclasses.fields(value)})
+    if isinstance(value, dict):
+        return {key: _plain(entry) for key, entry in value.items()}
+    if isinstance(value, (list, tuple, np.ndarray)):
+        return [_plain(entry) for entry in value]
+    if isinstance(value, (float, np.floating)):
+        return float(value) if np.isfinite(value) else None
+    return value

@@ -1,0 +1,376 @@
+"""The command line: verbs, their options and examples. Each verb's work is in the module of its name."""
+
+import sys
+from pathlib import Path
+from typing import Annotated, Literal
+
+import typer
+
+from hexload.errors import InputError, ToolFailed
+
+app = typer.Typer(
+    name="hexload",
+    help="Identifies the load of a Gough-Stewart platform: simulator, controller firmware, replay and report.\n\n"
+    "Start here:  hexload demo",
+    no_args_is_help=True,
+    add_completion=False,
+    rich_markup_mode="rich",
+    context_settings={"help_option_names": ["-h", "--help"]},
+)
+
+Estimator = Literal["paper", "momentum", "momentum_effects"]
+Prior = Literal["safe", "printed"]
+Profile = Literal["fd", "classic"]
+
+
+@app.command()
+def demo() -> None:
+    """The main job: simulator and controller in closed loop on the paper's motion, then the report.
+
+    Example:  hexload demo
+    """
+    from hexload.cli import demo as verb
+
+    verb.run_demo()
+
+
+@app.command()
+def sim(
+    scenario: Annotated[str, typer.Argument(help="Name of a scenario in host_sim/scenarios, or a .toml file.")],
+    out: Annotated[Path | None, typer.Option(help="Run directory.", show_default="build/runs/NAME-SEED")] = None,
+    seed: Annotated[
+        int | None, typer.Option(min=0, help="Seed of noise and trajectory, instead of the scenario's.")
+    ] = None,
+    duration: Annotated[float | None, typer.Option(help="Seconds, instead of the scenario's.")] = None,
+    substeps: Annotated[int | None, typer.Option(min=1, help="RK4 steps per tick, instead of the scenario's.")] = None,
+    estimator: Annotated[Estimator | None, typer.Option(help="Instead of the platform file's.")] = None,
+    prior: Annotated[Prior | None, typer.Option(help="Start covariance, instead of the platform file's.")] = None,
+    bus: Annotated[
+        str | None,
+        typer.Option(
+            help="Run simulator and controller as two programs on this bus: socketcan:INTERFACE, udp_multicast:GROUP[:PORT]; with --external-controller also slcan:HOST:PORT, slcan:DEVICE."
+        ),
+    ] = None,
+    profile: Annotated[
+        Profile | None, typer.Option(help="Frames of the bus: CAN FD or classic CAN.", show_default="fd")
+    ] = None,
+    lockstep: Annotated[
+        bool, typer.Option("--lockstep", help="Tick k + 1 follows when tick k is answered (default on a bus).")
+    ] = False,
+    real_time: Annotated[bool, typer.Option("--real-time", help="One tick per millisecond, by the clock.")] = False,
+    feed: Annotated[
+        str | None,
+        typer.Option(help="Run simulator and controller as two programs on LCM instead of a bus: lcm, lcm:URL."),
+    ] = None,
+    publish: Annotated[
+        str | None,
+        typer.Option(help="Tell the run on LCM, samples and truth, for hexload spy and lcm-logger: lcm, lcm:URL."),
+    ] = None,
+    answer_timeout: Annotated[
+        float | None,
+        typer.Option(help="Seconds of the controller's silence that end a run in lockstep, or are told in real time."),
+    ] = None,
+    external_controller: Annotated[
+        bool,
+        typer.Option("--external-controller", help="The controller is on the bus already: do not start hexload_ecu."),
+    ] = False,
+    force: Annotated[bool, typer.Option("--force", help="Overwrite the run directory given by --out.")] = False,
+    quiet: Annotated[bool, typer.Option("--quiet", help="No progress, no summary.")] = False,
+) -> None:
+    """Runs a scenario in closed loop and writes a run directory: log, truth, estimates, metadata.
+
+    Status on a bus: 3 the controller is silent, 4 it speaks another profile, 5 a second one is on the bus, 6 the bus is down, 7
+    the controller is in fault.
+
+    Example:  hexload sim paper --seed 7 --out runs/seven
+
+    Example:  hexload vm -- tools/hexload sim paper --bus socketcan:vcan0 --lockstep
+    """
+    from hexload.simulation import sim as verb
+
+    given = {
+        "--duration": duration,
+        "--substeps": substeps,
+        "--estimator": estimator,
+        "--prior": prior,
+        "--bus": bus,
+        "--profile": profile,
+        "--feed": feed,
+        "--publish": publish,
+        "--answer-timeout": answer_timeout,
+    }
+    options = [word for name, value in given.items() if value is not None for word in (name, str(value))]
+    flags = {"--force": force, "--quiet": quiet, "--lockstep": lockstep, "--real-time": real_time}
+    options += [name for name, wanted in flags.items() if wanted]
+    controller = None
+    if (bus not in (None, "inproc") or feed) and not external_controller:
+        controller = verb.controller_options(bus, feed, profile, estimator, prior, real_time)
+    print(verb.run_simulation(scenario, out, seed, tuple(options), controller))
+
+
+@app.command()
+def replay(
+    log: Annotated[
+        Path,
+        typer.Argument(
+            help="Leg log: .csv or .csv.gz (t,dl1..dl6,vl1..vl6,f1..f6 in SI units), candump, .blf, .asc or LCM event log."
+        ),
+    ],
+    platform: Annotated[Path, typer.Option(help="Platform file (.toml).")],
+    out: Annotated[Path, typer.Option(help="Estimates to write (.csv), one row per tick.")],
+    estimator: Annotated[Estimator | None, typer.Option(help="Instead of the platform file's.")] = None,
+    prior: Annotated[Prior | None, typer.Option(help="Start covariance, instead of the platform file's.")] = None,
+    tare: Annotated[Path | None, typer.Option(help="File of hexload tare, made with the same platform file.")] = None,
+    bodies: Annotated[
+        Path | None,
+        typer.Option(
+            help="The load as a body to write (.csv), one row per tick: centre of mass, central tensor, nearest possible body."
+        ),
+    ] = None,
+    report: Annotated[
+        Path | None,
+        typer.Option(help="Page to write (.html): the ten parameters, the load as a body, verdicts, signals."),
+    ] = None,
+) -> None:
+    """Runs the controller's own C code over a recorded log.
+
+    With --tare the empty platform is what its tare run found, and the sigmas tell the tare's uncertainty too. What the mass of
+    its legs needs beside is taken off the forces first: the firmware knows of no such mass.
+
+    All ten parameters (--estimator momentum) are shown as a body too: mass, centre of mass and tensor about it, whether any body
+    can have them, and if none can, the nearest one that a body can have.
+
+    Example:  hexload replay tests/data/paper_noisy.csv.gz --platform tests/data/paper_load.toml --out estimates.csv
+    """
+    from hexload.cli.replay import print_summary
+    from hexload.estimation.replay import replay_log
+
+    result = replay_log(log, platform, estimator, prior, out, tare, bodies, report)
+    print_summary(result, out, bodies, report)
+
+
+@app.command()
+def tare(
+    log: Annotated[
+        Path, typer.Argument(help="Leg log of the empty platform, in motion; formats as of hexload replay.")
+    ],
+    platform: Annotated[Path, typer.Option(help="Platform file (.toml).")],
+    out: Annotated[Path, typer.Option(help="Tare file to write (.toml), for hexload replay --tare.")],
+    largest_offset: Annotated[
+        float,
+        typer.Option(
+            min=0.0, max=0.45, help="More than this share of the platform's own parameters is taken for a load."
+        ),
+    ] = 0.25,
+) -> None:
+    """Finds how the empty platform differs from its platform file: leg mass, cables, what the drawing does not tell.
+
+    Runs the momentum estimator over the log. Of legs with mass the file also says what is no constant offset, which hexload replay
+    takes off the forces. Refused, and nothing written: an estimate that has not converged or is inconsistent,
+    a load that changes, and an offset of mass, moment of mass or inertia that is rather a load. A load below --largest-offset
+    cannot be told from a heavier platform.
+
+    Example:  hexload tare empty.csv --platform platform.toml --out tare.toml
+    """
+    from hexload.cli.tare import print_summary
+    from hexload.estimation.tare import make_tare
+
+    print_summary(make_tare(log, platform, out, largest_offset), out)
+
+
+@app.command()
+def excite(
+    platform: Annotated[Path, typer.Option(help="Platform file (.toml).")],
+    duration: Annotated[float, typer.Option(help="Seconds that the motion may take, run-in and run-out included.")],
+    out: Annotated[
+        Path, typer.Option(help="Trajectory to write (.csv: t,x,y,z,roll,pitch,yaw); a summary (.json) goes beside it.")
+    ],
+    scenario: Annotated[
+        str | None,
+        typer.Option(
+            help="Scenario whose hydraulics and servo bound the motion, instead of what the actuators can do."
+        ),
+    ] = None,
+    leg_speed: Annotated[
+        float | None,
+        typer.Option(help="Of an unloaded leg, m/s.", show_default="actuators.leg_speed_m_s of the platform file"),
+    ] = None,
+    leg_force: Annotated[
+        float | None,
+        typer.Option(help="Of a leg at standstill, N.", show_default="actuators.leg_force_n of the platform file"),
+    ] = None,
+    speed_sum: Annotated[
+        float | None,
+        typer.Option(
+            help="Of six legs at a time, m/s: what pump or supply feeds.",
+            show_default="actuators.speed_sum_m_s of the platform file",
+        ),
+    ] = None,
+    mass: Annotated[
+        float | None,
+        typer.Option(help="Expected load, kg.", show_default="the platform file's known mass, or twice the platform's"),
+    ] = None,
+    mass_max: Annotated[
+        float | None,
+        typer.Option(help="Heaviest load that may be on the platform, kg.", show_default="1.5 times the expected one"),
+    ] = None,
+    height: Annotated[
+        float | None,
+        typer.Option(help="Of its centre of mass over the platform, m.", show_default="3/4 of the hinges' radius"),
+    ] = None,
+    seed: Annotated[int, typer.Option(min=0, help="Of the random starts; the same seed gives the same motion.")] = 1,
+    starts: Annotated[int, typer.Option(min=1, help="Searches, each from another random motion.")] = 4,
+    iterations: Annotated[int, typer.Option(min=1, help="Steps of each search at most.")] = 60,
+    sines: Annotated[int, typer.Option(min=2, max=30, help="Frequencies in each of the six coordinates.")] = 8,
+    frequency_max: Annotated[float, typer.Option(help="Highest of them, Hz; the servo's bandwidth.")] = 2.5,
+    tilt_max: Annotated[float, typer.Option(help="Of the platform's normal against the vertical, deg.")] = 30.0,
+    condition_max: Annotated[
+        float | None,
+        typer.Option(
+            help="Of the Jacobian, Frobenius, moments by the hinges' radius; 1 at best.",
+            show_default="3 times that of home",
+        ),
+    ] = None,
+    distance_min: Annotated[
+        float | None,
+        typer.Option(help="Of that Jacobian to a singular one, 1 / |J^-1|.", show_default="0.3 of that of home"),
+    ] = None,
+) -> None:
+    """Finds a motion that identifies a load as well as the machine's stroke, actuators and supply allow in a given time.
+
+    Six finite Fourier series, from rest at home to rest at home, for the smallest worst bound on the ten parameters relative to their
+    scales, inside limits of stroke, speed, supply, force, tilt, condition and distance to singularity. Then simulated with servo and
+    no, the expected and the heaviest load; scaled down, or refused, when the machine does not follow or leaves its workspace.
+    The tables show each limit with the margin left, and the bounds beside those of the paper's motion and of the multisine.
+
+    Example:  hexload excite --platform tests/data/paper_load.toml --scenario multisine --duration 5 --out excite.csv
+    """
+    from hexload.cli import excite as verb
+
+    wish = verb.Wish(
+        platform,
+        duration,
+        scenario,
+        mass,
+        height,
+        seed,
+        starts,
+        iterations,
+        sines,
+        frequency_max,
+        mass_max,
+        (leg_speed, leg_force, speed_sum),
+        tilt_max,
+        condition_max,
+        distance_min,
+    )
+    verb.print_summary(verb.design(wish, out), wish, out)
+
+
+@app.command()
+def report(
+    runs: Annotated[list[Path], typer.Argument(help="One or several run directories.", metavar="RUN_DIR...")],
+    out: Annotated[
+        Path | None,
+        typer.Option(
+            help="Page to write (.html).", show_default="RUN_DIR/report.html; of several: build/runs/report.html"
+        ),
+    ] = None,
+) -> None:
+    """Writes one self-contained HTML page: tracking, signals, estimates, consistency, configuration; of the paper's filter
+    Table 3, of the momentum filters the ten parameters with verdicts in words and the load as a body.
+
+    Example:  hexload report build/runs/paper-1 --out paper.html
+    """
+    from hexload.report import page as verb
+
+    out = out or verb.default_page(runs)
+    verb.write_report(runs, out)
+    print(out)
+
+
+@app.command()
+def campaign(
+    classes: Annotated[
+        str | None,
+        typer.Option(
+            help="Classes of cases, with commas between them, or all. A wrong one is answered with their names.",
+            show_default="multisine,paper,paper_rest,work",
+        ),
+    ] = None,
+    runs: Annotated[int, typer.Option(min=1, max=100_000, help="Cases of each class.")] = 48,
+    seed: Annotated[int, typer.Option(min=0, help="Of the first case of each class; the others count on from it.")] = 1,
+    duration: Annotated[float, typer.Option(help="Seconds of each case.")] = 10.0,
+    out: Annotated[
+        Path | None,
+        typer.Option(help="Folder of the campaign; one that is there goes on.", show_default="build/runs/campaign"),
+    ] = None,
+    scheduler: Annotated[
+        str | None,
+        typer.Option(
+            metavar="ADDRESS",
+            help="Scheduler of a Dask cluster, tcp://HOST:PORT.",
+            show_default="all cores of this machine",
+        ),
+    ] = None,
+    keep: Annotated[
+        bool, typer.Option("--keep", help="Keep the run directory of each case, on the machine that ran it.")
+    ] = False,
+    restart: Annotated[bool, typer.Option("--restart", help="Do the cases again that are done.")] = False,
+) -> None:
+    """Many seeded runs with loads, servos, motions and machines drawn anew: how good are the estimators, and how honest?
+
+    Compares the momentum filter, with bias and friction or a tare where the class has them, the paper's filter, least
+    squares, recursive and total least squares and instrumental variables with the Cramer-Rao bound of each case. Writes
+    report.html, summary.json and a file per case; the same command gives the same numbers, and goes on where it was
+    interrupted. Workers of a cluster need this version, built, and start with tools on the PYTHONPATH.
+
+    Example:  hexload campaign --classes multisine,work_pick_up --runs 24 --out build/runs/loads
+    """
+    from hexload.campaign import verb
+    from hexload.campaign.store import Settings
+
+    settings = Settings(verb.parse_classes(classes), runs, seed, duration)
+    print(verb.run_campaign(settings, out or verb.DEFAULT_OUT, scheduler, keep, restart))
+
+
+@app.command()
+def bridge(
+    bus: Annotated[
+        str,
+        typer.Option(
+            help="Bus to listen on: socketcan:INTERFACE, udp_multicast:GROUP[:PORT], slcan:HOST:PORT, slcan:DEVICE."
+        ),
+    ],
+    profile: Annotated[Profile | None, typer.Option(help="Frames of the bus.", show_default="fd")] = None,
+    lcm: Annotated[str | None, typer.Option(help="LCM's URL.", show_default="udpm://239.255.76.67:7667?ttl=0")] = None,
+    samples: Annotated[
+        bool, typer.Option("--samples", help="Publish the leg samples too, as the bus rounds them.")
+    ] = False,
+) -> None:
+    """Listens on a CAN bus, never sends, and publishes on LCM what it carried: estimates, health, bus statistics.
+
+    Ends with Ctrl-C, with a summary.
+
+    Example:  hexload bridge --bus socketcan:can0 --samples
+    """
+    from hexload.simulation import bridge as verb
+
+    given = {"--bus": bus, "--profile": profile, "--lcm": lcm}
+    options = [word for name, value in given.items() if value is not None for word in (name, value)]
+    verb.run_bridge((*options, *(["--samples"] if samples else [])))
+
+
+def main() -> None:
+    """Runs a verb; a refusal ends with one line on stderr and the status of its kind."""
+    try:
+        sys.exit(app(prog_name="hexload", standalone_mode=False))
+    except (InputError, ToolFailed) as error:
+        if str(error):
+            print(f"hexload: {error}", file=sys.stderr)
+        sys.exit(error.exit_code)
+    except typer.TyperException as error:  # a wrong option or argument
+        print(f"hexload: {error.format_message()} (see hexload --help)", file=sys.stderr)
+        sys.exit(2)
+    except (typer.Abort, KeyboardInterrupt):
+        sys.exit(130)

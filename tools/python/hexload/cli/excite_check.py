@@ -1,0 +1,178 @@
+"""Whether a machine with its servo can run a motion: simulated with several loads, before anybody runs it.
+
+The simulator has rigid-body dynamics, actuators, servo and end stops. A run is safe when in each tick, until the
+platform stands still after the motion's end without shaking, the legs keep away from their end stops, tilt, condition and distance to
+singularity keep their limits on the side of the singularity on which home is, actuators and supply are not asked for
+more than they have, and no leg is behind its reference by so much that its valve is fully open.
+"""
+
+from dataclasses import dataclass
+from pathlib import Path
+from types import ModuleType
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hexload.errors import InputError
+from hexload.theory.bound import Trajectory, leg_jacobian, rotation_from_rpy
+from hexload.theory.excitation import Limits, Problem, home_posture, leg_displacement, posture, posture_ratios
+
+Array = NDArray[np.float64]
+
+SETTLING_S = 2.0  # simulated beyond the end of the motion
+REST_WINDOW_TICKS = 500  # at its end
+AT_REST = 0.01  # of the speed of a leg
+STILL = 1e-4  # of the speed of a leg: below this it does not matter whether it grows
+GROWTH = 1.5  # from one window to the next: the servo is unstable
+QUANTITIES = (
+    "stroke_share",
+    "leg_speed_m_s",
+    "speed_sum_m_s",
+    "leg_force_n",
+    "tilt_rad",
+    "condition",
+    "distance",
+    "leg_error_m",
+    "rest_speed_m_s",
+)
+
+
+@dataclass(frozen=True)
+class Machine:
+    """What must not be exceeded; the limits of a motion keep a margin to it."""
+
+    limits: Limits
+    leg_error_m: float  # the valve is fully open
+
+    def allowed(self) -> dict[str, float]:
+        limits = self.limits
+        return {
+            "stroke_share": 1.0,
+            "leg_speed_m_s": limits.leg_speed_m_s,
+            "speed_sum_m_s": limits.speed_sum_m_s,
+            "leg_force_n": limits.leg_force_n,
+            "tilt_rad": limits.tilt_rad,
+            "condition": limits.condition,
+            "distance": limits.distance,
+            "leg_error_m": self.leg_error_m,
+            "rest_speed_m_s": AT_REST * limits.leg_speed_m_s,
+        }
+
+
+@dataclass(frozen=True)
+class Use:
+    """The extremes of a run, and as shares of what is allowed; beyond 1: unsafe."""
+
+    load: str
+    extremes: dict[str, float]
+    shares: dict[str, float]
+
+    @property
+    def worst(self) -> str:
+        return max(self.shares, key=self.shares.__getitem__)
+
+    @property
+    def is_safe(self) -> bool:
+        return self.shares[self.worst] <= 1.0
+
+
+def simulate(
+    native: ModuleType, scenario, platform, problem: Problem, machine: Machine, file: Path, loads: dict[str, Array]
+) -> list[Use]:
+    """One run with each load. `loads`: theta, on the platform's axis; `file`: the trajectory. Raises InputError."""
+    uses = []
+    for name, theta in loads.items():
+        try:
+            rows = scenario.simulated(platform, file, native_load(native, theta), problem.duration_s + SETTLING_S)
+        except ValueError as error:
+            raise InputError(f"simulation with {name} load: {error}") from None
+        uses.append(_use_of(name, problem, machine, rows))
+    return uses
+
+
+def native_load(native: ModuleType, theta: Array):
+    """The load of these parameters; massless: none."""
+    if theta[0] == 0.0:
+        return native.Load(0.0, np.zeros(3), np.zeros((3, 3)))
+    com = theta[1:4] / theta[0]
+    xx, yy, zz, xy, xz, yz = theta[4:]
+    about_origin = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+    return native.Load(theta[0], com, about_origin - theta[0] * (com @ com * np.eye(3) - np.outer(com, com)))
+
+
+def _use_of(name: str, problem: Problem, machine: Machine, rows: Array) -> Use:
+    if not np.isfinite(rows).all():
+        nothing = dict.fromkeys(QUANTITIES, float("nan"))
+        return Use(name, nothing, dict.fromkeys(QUANTITIES, float("inf")))
+    pose, reference = (_trajectory_of_poses(rows[:, k : k + 6]) for k in (0, 6))
+    displacement, speed, force = rows[:, 12:18], np.abs(rows[:, 18:24]), np.abs(rows[:, 24:30])
+    limits, jacobian = machine.limits, leg_jacobian(problem.platform, pose)
+    found = posture(problem, pose, jacobian)
+    wanted = leg_displacement(problem, reference)
+    extremes = {
+        "stroke_share": np.maximum(displacement / limits.stroke_max_m, displacement / limits.stroke_min_m).max(),
+        "leg_speed_m_s": speed.max(),
+        "speed_sum_m_s": speed.sum(axis=1).max(),
+        "leg_force_n": force.max(),
+        "tilt_rad": found.tilt_rad.max(),
+        "condition": found.condition.max(),
+        "distance": found.distance.min(),
+        "leg_error_m": np.abs(displacement - wanted).max(),
+        "rest_speed_m_s": speed[-REST_WINDOW_TICKS:].max(),
+    }
+    shares = {key: extremes[key] / most for key, most in machine.allowed().items()}
+    shares |= dict(zip(("tilt_rad", "condition", "distance"), posture_ratios(problem, found, limits).max(axis=0)))
+    if (np.linalg.det(jacobian) * np.linalg.det(jacobian[0]) <= 0.0).any():
+        shares["distance"] = float("inf")  # through the singularity between two ticks
+    before = speed[-2 * REST_WINDOW_TICKS : -REST_WINDOW_TICKS].max()
+    if extremes["rest_speed_m_s"] > max(GROWTH * before, STILL * limits.leg_speed_m_s):
+        shares["rest_speed_m_s"] = float("inf")  # it shakes more and more
+    return Use(name, {key: float(value) for key, value in extremes.items()}, {k: float(v) for k, v in shares.items()})
+
+
+def planned_use(problem: Problem, machine: Machine, forces: Array, rows: Array) -> dict[str, float]:
+    """What the motion itself asks for. `rows`: q and twist at each tick; `forces`: shares of the planned force."""
+    truth = Trajectory(rows[:, :3], rotation_from_rpy(rows[:, 3:6]), rows[:, 6:9], rows[:, 9:12])
+    found, limits = posture(problem, truth), machine.limits
+    speed = np.abs(np.einsum("nij,nj->ni", leg_jacobian(problem.platform, truth), rows[:, 6:]))
+    displacement = leg_displacement(problem, truth)
+    return {
+        "stroke_share": float(np.maximum(displacement / limits.stroke_max_m, displacement / limits.stroke_min_m).max()),
+        "leg_speed_m_s": float(speed.max()),
+        "speed_sum_m_s": float(speed.sum(axis=1).max()),
+        "leg_force_n": float(forces.max() * problem.limits.leg_force_n),
+        "tilt_rad": float(found.tilt_rad.max()),
+        "condition": float(found.condition.max()),
+        "distance": float(found.distance.min()),
+    }
+
+
+def check_home(problem: Problem, machine: Machine) -> None:
+    """Home itself must be far enough from a singularity. Raises InputError."""
+    home = home_posture(problem)
+    if not home.condition[0] < problem.limits.condition:
+        raise InputError(
+            f"--condition-max: found {machine.limits.condition:.3g}, of which a motion may use "
+            f"{problem.limits.condition:.3g}, expected more than the {home.condition[0]:.3g} of the home pose"
+        )
+    if not home.distance[0] > problem.limits.distance:
+        raise InputError(
+            f"--distance-min: found {machine.limits.distance:.3g}, to which a motion keeps "
+            f"{problem.limits.distance:.3g}, expected less than the {home.distance[0]:.3g} of the home pose"
+        )
+
+
+def refusal(use: Use, machine: Machine, tries: int) -> str:
+    key = use.worst
+    found = use.extremes[key]
+    what = "no finite pose" if np.isnan(found) else f"{key} {found:.4g}"
+    bound = "at least" if key == "distance" else "at most"
+    return (
+        f"no motion found that the simulated machine follows, in {tries} tries, each smaller than the one before: "
+        f"with {use.load} load found {what}, expected {bound} {machine.allowed()[key]:.4g}; nothing is written: "
+        "a faster servo, stronger actuators, a lower --frequency-max or a lighter --mass may help"
+    )
+
+
+def _trajectory_of_poses(q: Array) -> Trajectory:
+    return Trajectory(q[:, :3], rotation_from_rpy(q[:, 3:6]), np.zeros((len(q), 3)), np.zeros((len(q), 3)))

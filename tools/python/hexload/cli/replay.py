@@ -1,0 +1,51 @@
+"""`hexload replay` on the terminal."""
+
+from pathlib import Path
+
+from rich.console import Console
+from rich.table import Table
+
+from hexload.estimation import load_summary
+
+
+def print_summary(result: dict, out: Path, bodies: Path | None = None, report: Path | None = None) -> None:
+    """The final estimates on the terminal, and the files that have been written."""
+    table = Table()
+    for heading in ("parameter", "estimate", "sigma", "verdict"):
+        table.add_column(heading, justify="right" if heading in ("estimate", "sigma") else "left")
+    for row in load_summary.parameters(result):
+        numbers = (f"{value:.{row.digits}f}" for value in (row.value, row.sigma))
+        table.add_row(f"{row.symbol}, {row.unit}", *numbers, row.words)
+    Console().print(table)
+    if "body" in result:
+        Console().print(_body_table(result["body"]))
+        print(f"body:      {load_summary.consistent_in_words(result['body'])}")
+    print(f"verdict:   {result['verdict'][-1]} after {len(result['t'])} ticks")
+    print(f"health:    {load_summary.health_in_words(result['health_counts']) or 'no remark'}")
+    if times_s := load_summary.load_changes_s(result):
+        print(f"new load:  noticed {load_summary.moments_in_words(times_s)}")
+    if result["refused"]:
+        print(f"refused:   {result['refused']} samples, the first at {result['first_refusal']}")
+    for remark in result["remarks"]:
+        print(f"log:       {remark}")
+    print(f"estimates: {out}")
+    if bodies is not None:
+        print(f"bodies:    {bodies}")
+    if report is not None:
+        print(f"page:      {report}")
+
+
+def _body_table(body: dict) -> Table:
+    """The load as a body: what is not known is a dash."""
+    table = Table()
+    table.add_column("load as a body")
+    headings = {"value": "estimate", "sigma": "sigma"}
+    if not body["is_consistent"]:
+        headings["nearest"] = "nearest possible"
+    for heading in headings.values():
+        table.add_column(heading, justify="right")
+    for row in load_summary.body_numbers(body):
+        numbers = (getattr(row, key) for key in headings)
+        words = ("-" if number is None else f"{number:.{row.digits}f}" for number in numbers)
+        table.add_row(f"{row.name}, {row.unit}", *words)
+    return table

@@ -1,0 +1,43 @@
+"""Leg samples as arrays: what is given is checked and named before the firmware sees it."""
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from hexload.errors import InputError
+from hexload.io.log_file import LegLog
+
+LEGS = 6
+
+
+def leg_log(t: ArrayLike, dl: ArrayLike, vl: ArrayLike, f: ArrayLike) -> LegLog:
+    """t (n,) in s, strictly increasing, n >= 2; dl, vl, f (n, 6) in m, m/s, N. Raises InputError."""
+    t_s = np.ascontiguousarray(t, float)
+    if t_s.ndim != 1 or len(t_s) < 2:
+        raise InputError(f"t: found shape {t_s.shape}, expected (n,) with at least 2 rows")
+    legs = [_finite(name, values, (len(t_s), LEGS)) for name, values in (("dl", dl), ("vl", vl), ("f", f))]
+    late = np.flatnonzero(~(np.diff(t_s) > 0.0))
+    if late.size or not np.isfinite(t_s).all():
+        row = int(late[0]) + 1 if late.size else 0
+        raise InputError(f"t: row {row}: found {t_s[row]:.9g}, expected finite times, each later than the one before")
+    return LegLog(t_s, *legs)
+
+
+def one_sample(dl: ArrayLike, vl: ArrayLike, f: ArrayLike) -> tuple[NDArray[np.float64], ...]:
+    """(6,) each, in m, m/s, N. Not a number is left to the firmware, which refuses it. Raises InputError."""
+    return tuple(_shaped(name, values, (LEGS,)) for name, values in (("dl", dl), ("vl", vl), ("f", f)))
+
+
+def _finite(name: str, values: ArrayLike, shape: tuple[int, ...]) -> NDArray[np.float64]:
+    array = _shaped(name, values, shape)
+    wrong = np.argwhere(~np.isfinite(array))
+    if wrong.size:
+        row, leg = wrong[0]
+        raise InputError(f"{name}: row {row}, leg {leg + 1}: found {array[row, leg]}, expected a finite number")
+    return array
+
+
+def _shaped(name: str, values: ArrayLike, shape: tuple[int, ...]) -> NDArray[np.float64]:
+    array = np.ascontiguousarray(values, float)
+    if array.shape != shape:
+        raise InputError(f"{name}: found shape {array.shape}, expected {shape}")
+    return array

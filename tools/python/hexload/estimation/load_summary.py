@@ -1,0 +1,129 @@
+"""What is said of a replay's end, on terminal and page: each parameter's verdict in words, the load as a body."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import zip_longest
+
+from hexload.theory.bound import unit_of
+
+# Of the paper's four parameters.
+SYMBOLS = {"dz": "Δz", "Ixx": "Ixx", "Iyy": "Iyy", "Izz": "Izz"}
+UNITS = {"dz": "m", "Ixx": "kg m²", "Iyy": "kg m²", "Izz": "kg m²"}
+DIGITS = {"dz": 6, "Ixx": 2, "Iyy": 2, "Izz": 2}
+
+EFFECT_WORDS = {"bias": "force bias", "coulomb": "Coulomb friction", "viscous": "viscous friction"}  # of each leg
+EFFECT_UNITS = {"bias": "N", "coulomb": "N", "viscous": "N s/m"}
+TEN_DIGITS = 4  # of the momentum filter's parameters, in kg, kg m and kg m^2
+BODY_UNITS = {"m": "kg", "c": "m", "I": "kg m²"}
+BODY_DIGITS = {"m": TEN_DIGITS, "c": 6, "I": TEN_DIGITS}
+MOMENTS = 8  # that are told one by one
+
+# What has not moved when a parameter is not excited.
+MISSING_MOTION = {
+    "m": "no weight and no acceleration",
+    "hx": "no weight and no acceleration",
+    "hy": "no weight and no acceleration",
+    "hz": "no tilt and no horizontal acceleration",
+    "dz": "no roll and no pitch acceleration",
+    "Ixx": "no roll acceleration",
+    "Iyy": "no pitch acceleration",
+    "Izz": "no yaw acceleration",
+    "Ixy": "no roll and no pitch acceleration",
+    "Ixz": "no roll and no yaw acceleration",
+    "Iyz": "no pitch and no yaw acceleration",
+}
+
+
+def in_words(name: str, verdict: str, hidden: str | None = None) -> str:
+    """A parameter's verdict with its reason. `hidden`: why it cannot be told from the machine's own effects."""
+    if hidden is not None and verdict != "inconsistent":
+        return f"{verdict.replace('_', ' ')}: {hidden}"
+    if verdict == "not_excited":
+        return f"not excited: {MISSING_MOTION[name]} in the last 10 s, or too little"
+    if verdict == "inconsistent":
+        return "inconsistent: friction, other noise or another load than the model's"
+    return verdict
+
+
+def unit_of_parameter(name: str) -> str:
+    """Of any parameter of any estimator."""
+    return UNITS.get(name) or EFFECT_UNITS.get(name[:-1]) or unit_of(name)
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """One parameter at the end of a replay, in SI units."""
+
+    name: str
+    symbol: str
+    unit: str
+    digits: int  # after the point, of value and sigma
+    value: float
+    sigma: float
+    words: str  # the verdict; of the machine's effects, which have none, nothing
+
+
+def parameters(result: dict) -> list[Parameter]:
+    """Of what hexload_native.replay returns."""
+    has_ten = "m" in result["names"]
+    rows = []
+    columns = (result["names"], result["value"][-1], result["sigma"][-1], result["parameter_verdict"])
+    for name, value, sigma, verdict in zip_longest(*columns):
+        unit = unit_of_parameter(name)
+        words = "" if verdict is None else in_words(name, verdict, result["hidden"].get(name))
+        digits = TEN_DIGITS if has_ten else DIGITS[name]
+        rows.append(Parameter(name, SYMBOLS.get(name, name), unit, digits, float(value), float(sigma), words))
+    return rows
+
+
+@dataclass(frozen=True)
+class BodyNumber:
+    """Of the load as a body: mass, centre of mass, tensor about it. None where it is not known."""
+
+    name: str
+    unit: str
+    digits: int
+    value: float | None
+    sigma: float | None
+    nearest: float | None  # of the nearest parameters that a body can have
+
+
+def body_numbers(body: dict) -> list[BodyNumber]:
+    columns = (body["names"], body["value"], body["sigma"], body["nearest"])
+    return [
+        BodyNumber(name, BODY_UNITS[name[0]], BODY_DIGITS[name[0]], *map(_known, numbers))
+        for name, *numbers in zip(*columns, strict=True)
+    ]
+
+
+def _known(number: float) -> float | None:
+    return None if math.isnan(number) else float(number)
+
+
+def consistent_in_words(body: dict) -> str:
+    if body["is_consistent"]:
+        return "possible: a body can have these parameters"
+    if math.isnan(body["distance_sigmas"]):
+        return "impossible: no body can have these parameters, nor any near them"
+    distance = f"{body['distance_sigmas']:.2f} sigma off"
+    return f"impossible: no body can have these parameters; the nearest that one can have are {distance}"
+
+
+def load_changes_s(result: dict) -> list[float]:
+    """When the firmware has noticed another load."""
+    bit = list(result["health_counts"]).index("load changed")  # they are in the order of the bits
+    return [float(t_s) for t_s in result["t"][result["health"].astype(int) >> bit & 1 == 1]]
+
+
+def moments_in_words(times_s: Sequence[float]) -> str:
+    """Of at least one event."""
+    if len(times_s) > MOMENTS:
+        return f"{len(times_s)} times, first at {times_s[0]:.3f} s, last at {times_s[-1]:.3f} s"
+    return f"at {', '.join(f'{t_s:.3f} s' for t_s in times_s)}"
+
+
+def health_in_words(ticks_of: dict[str, int]) -> str:
+    """The bits that were set, and in how many ticks; nothing if none was."""
+    remarks = ((name, ticks) for name, ticks in ticks_of.items() if ticks)
+    return ", ".join(f"{name} in {ticks} tick{'s' if ticks > 1 else ''}" for name, ticks in remarks)

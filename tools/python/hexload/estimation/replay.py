@@ -1,0 +1,68 @@
+"""`hexload replay`: runs the firmware's own C over a recorded log."""
+
+from contextlib import AbstractContextManager, nullcontext
+from pathlib import Path
+
+from hexload.errors import InputError
+from hexload.estimation.firmware_run import load_platform, native_firmware, run_firmware
+from hexload.estimation.tare import tare_for
+from hexload.io.atomic_file import replaced_when_done
+from hexload.io.log_file import LegLog
+from hexload.io.log_formats import read_any_log
+
+
+def replay_log(
+    log: Path,
+    platform_file: Path,
+    estimator: str | None,
+    prior: str | None,
+    out: Path,
+    tare: Path | None = None,
+    bodies: Path | None = None,
+    report: Path | None = None,
+) -> dict:
+    """Writes the estimates CSV to `out`, one row per log row, and returns what hexload_native.replay returns, with the
+    log reader's remarks.
+
+    `estimator` and `prior` override the platform file's [estimator] table. `tare`: file of `hexload tare`, made with
+    the same platform. `bodies`: a CSV for the load as a body, one row per log row. `report`: a page, of all ten
+    parameters.
+    """
+    _refuse_same_files({"--out": out, "--bodies": bodies, "--report": report})
+    samples = read_any_log(log)
+    native = native_firmware()
+    platform = load_platform(native, platform_file)
+    found = None if tare is None else tare_for(tare, native, platform, platform_file)
+    legs, offset = (samples, None) if found is None else (found.taken_off(samples), found.offset)
+    files = f"{log} with {platform_file}" + ("" if tare is None else f" and {tare}")
+    with replaced_when_done(out) as temporary, _replaced(bodies) as body_file, _replaced(report) as page:
+        try:
+            result = run_firmware(native, platform, legs, temporary, estimator, prior, offset, body_file)
+        except ValueError as error:
+            raise InputError(f"{files}: {error}") from None
+        if page is not None:
+            tared = "" if tare is None else f" and the tare {tare.name}"
+            description = f"Replayed with {platform_file.name}{tared}."
+            _write_page(page, result, samples, log.name, description, platform.known_mass_kg)
+    return result | {"remarks": samples.remarks}
+
+
+def _replaced(path: Path | None) -> AbstractContextManager[Path | None]:
+    return nullcontext() if path is None else replaced_when_done(path)
+
+
+def _refuse_same_files(files: dict[str, Path | None]) -> None:
+    named: dict[Path, str] = {}
+    for option, path in files.items():
+        if path is not None and (other := named.setdefault(path.absolute(), option)) != option:
+            raise InputError(f"{path}: found the same file for {other} and {option}, expected two")
+
+
+def _write_page(
+    page: Path, result: dict, samples: LegLog, title: str, description: str, known_mass_kg: float | None
+) -> None:
+    if "body" not in result:
+        raise InputError("--report: found the estimator paper, expected momentum or momentum_effects")
+    from hexload.report.page import render_replay  # draws; a replay without a page needs none of it
+
+    page.write_text(render_replay(result, samples, title, description, known_mass_kg), encoding="utf-8")

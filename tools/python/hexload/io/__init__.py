@@ -1,0 +1,1 @@
+"""Files: leg logs of every kind, run directories, TOML."""

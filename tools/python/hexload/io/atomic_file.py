@@ -1,0 +1,25 @@
+"""Files that appear whole or not at all."""
+
+import os
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from hexload.errors import InputError
+
+
+@contextmanager
+def replaced_when_done(path: Path) -> Iterator[Path]:
+    """Yields a temporary name beside `path`; renames it to `path` when the block ends well, else removes it."""
+    if not path.parent.is_dir():
+        raise InputError(f"{path}: cannot be written, found no folder {path.parent}, expected an existing one")
+    if path.is_dir():
+        raise InputError(f"{path}: cannot be written, found a folder, expected a file name")
+    temporary = path.with_name(f".{path.name}.{os.getpid()}.part")
+    try:
+        yield temporary
+        temporary.replace(path)
+    except OSError as error:
+        raise InputError(f"{path}: cannot be written, {error.strerror}") from error
+    finally:
+        temporary.unlink(missing_ok=True)

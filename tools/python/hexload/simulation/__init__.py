@@ -1,0 +1,1 @@
+"""The simulator, the virtual controller and the bridge as child processes."""

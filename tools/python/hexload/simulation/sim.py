@@ -1,0 +1,92 @@
+"""`hexload sim`: resolves the scenario's name and runs the simulator, with the estimator in process or on a bus."""
+
+import subprocess
+import tomllib
+from pathlib import Path
+
+from hexload import project
+from hexload.errors import InputError, ToolFailed
+from hexload.simulation.virtual_controller import running_controller
+
+
+def known_scenarios() -> list[str]:
+    return sorted(path.stem for path in project.SCENARIOS.glob("*.toml"))
+
+
+def resolve_scenario(name_or_file: str) -> Path:
+    """A scenario file, or the name of one in host_sim/scenarios."""
+    known = known_scenarios()
+    if name_or_file in known:
+        return project.SCENARIOS / f"{name_or_file}.toml"
+    path = Path(name_or_file)
+    if path.is_file():
+        return path
+    if path.suffix == ".toml":
+        raise InputError(f"{name_or_file}: found no such file, expected a scenario (.toml)")
+    raise InputError(f"unknown scenario '{name_or_file}', expected a .toml file or one of: {', '.join(known)}")
+
+
+def default_directory(scenario: Path, seed: int | None) -> Path:
+    """build/runs/NAME-SEED."""
+    if seed is None:
+        try:
+            seed = tomllib.loads(scenario.read_text(encoding="utf-8"))["simulation"]["seed"]
+        except (tomllib.TOMLDecodeError, UnicodeDecodeError, KeyError, TypeError):
+            seed = 0  # the simulator refuses such a file, and says why
+    return project.RUNS / f"{scenario.stem}-{seed}"
+
+
+def platform_file(scenario: Path) -> Path:
+    """The platform file that a scenario names."""
+    try:
+        named = tomllib.loads(scenario.read_text(encoding="utf-8"))["platform"]
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise InputError(f"{scenario}: found no valid TOML ({error}), expected a scenario") from None
+    except KeyError:
+        raise InputError(f"{scenario}: platform: found nothing, expected this key") from None
+    return scenario.parent / str(named)
+
+
+def run_simulation(
+    name_or_file: str,
+    out: Path | None = None,
+    seed: int | None = None,
+    options: tuple = (),
+    controller: tuple | None = None,
+) -> Path:
+    """Runs a scenario and returns the run directory. `options`: further arguments of hexload_sim, passed as they are.
+
+    Only the default directory is overwritten without asking: it is the tool's own. `controller`: options of hexload_ecu, which
+    then runs as long as the simulator does; None: no such program is started. Raises ToolFailed with the status of the
+    one that failed, the simulator's if both did.
+    """
+    scenario = resolve_scenario(name_or_file)
+    directory = out or default_directory(scenario, seed)
+    project.ensure_built("hexload_sim_app", *(() if controller is None else ("hexload_ecu",)))
+    command = [project.simulator(), scenario, "--out", directory, *options]
+    if seed is not None:
+        command += ["--seed", str(seed)]
+    if out is None:
+        directory.parent.mkdir(parents=True, exist_ok=True)
+        command += ["--force"]
+    status = _run(command, scenario, controller)
+    if status != 0:
+        raise ToolFailed(exit_code=status if status > 0 else 1)
+    return directory
+
+
+def controller_options(
+    bus: str | None, feed: str | None, profile: str | None, estimator: str | None, prior: str | None, real_time: bool
+) -> tuple:
+    """Options of a hexload_ecu that fits a simulator with these."""
+    given = {"--bus": bus, "--feed": feed, "--profile": profile, "--estimator": estimator, "--prior": prior}
+    words = [word for name, value in given.items() if value is not None for word in (name, value)]
+    return (*words, *(("--real-time-priority",) if real_time else ()))
+
+
+def _run(command: list, scenario: Path, controller: tuple | None) -> int:
+    if controller is None:
+        return subprocess.run(command).returncode
+    with running_controller(platform_file(scenario), controller) as process:
+        status = subprocess.run(command).returncode
+    return status or process.returncode

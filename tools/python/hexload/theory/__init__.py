@@ -1,0 +1,1 @@
+"""Formulas on arrays: the Cramer-Rao bound, motions that excite, regressions, consistency."""

@@ -1,0 +1,324 @@
+"""Writes the document of the CAN contract, firmware/bus/README.md, from hexload.dbc.
+
+Frames, signals, bus load, quantisation. `tools/hexload bus-document` writes it anew after a change of the DBC; a test fails
+while it is out of date.
+"""
+
+import math
+import tomllib
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import cantools
+from cantools.database.can import Database, Message, Signal
+
+from hexload.io.atomic_file import replaced_when_done
+from hexload.project import ROOT, SCENARIOS
+
+DBC = ROOT / "firmware" / "bus" / "hexload.dbc"
+DOCUMENT = DBC.with_name("README.md")
+PLATFORM = SCENARIOS / "platforms" / "paper.toml"
+
+MOST_LOAD = 0.9  # part of the time that the bus is busy, in the worst case
+MOST_QUANTISATION = 0.1  # rms error over nominal noise
+
+NOMINAL_BIT_S = 1e-6
+DATA_MBIT_S = 5  # of FD, the rate that the contract is laid out for
+OTHER_DATA_MBIT_S = (2, 4, 8)
+
+
+def load_contract() -> Database:
+    return cantools.database.load_file(DBC)
+
+
+# Frames
+
+
+def profile(message: Message) -> str:
+    """fd, classic or both."""
+    attribute = message.dbc.attributes.get("HexloadProfile")
+    return ("fd", "classic", "both")[attribute.value] if attribute else "both"
+
+
+def filter_of(message: Message) -> str:
+    """paper, momentum or both: the filter that answers with it."""
+    attribute = message.dbc.attributes.get("HexloadFilter")
+    return ("paper", "momentum", "both")[attribute.value] if attribute else "both"
+
+
+def messages_of(contract: Database, name: str, filter_name: str) -> list[Message]:
+    """Of a profile, with answers of a filter."""
+    return [
+        message
+        for message in contract.messages
+        if profile(message) in (name, "both") and filter_of(message) in (filter_name, "both")
+    ]
+
+
+def classic_bits(length: int) -> int:
+    """Longest classic data frame with an 11-bit identifier, interframe space included."""
+    return 8 * length + 44 + (34 + 8 * length - 1) // 4 + 3
+
+
+@dataclass(frozen=True)
+class FdBits:
+    """Longest FD data frame with an 11-bit identifier and bit-rate switch, interframe space included.
+
+    A bit in which the rate changes (BRS, CRC delimiter) is counted at the nominal rate, which is the longer.
+    """
+
+    nominal: int
+    data: int
+
+
+def fd_bits(length: int) -> FdBits:
+    head, tail = 17, 13  # SOF .. BRS; CRC delimiter, ACK, its delimiter, EOF, interframe space
+    crc, fixed_stuff = (17, 6) if length <= 16 else (21, 7)
+    stuff = (head + 5 + 8 * length - 1) // 4  # in SOF .. data field
+    head_stuff = (head - 1) // 4  # at most so many of them at the nominal rate
+    return FdBits(head + head_stuff + tail, 5 + 8 * length + stuff - head_stuff + 4 + crc + fixed_stuff)
+
+
+def frame_time_s(message: Message, data_mbit_s: float) -> float:
+    if not message.is_fd:
+        return classic_bits(message.length) * NOMINAL_BIT_S
+    bits = fd_bits(message.length)
+    return bits.nominal * NOMINAL_BIT_S + bits.data * 1e-6 / data_mbit_s
+
+
+def load(message: Message, data_mbit_s: float) -> float:
+    """Part of the time that the frame keeps the bus busy; 0 for one that is sent on demand."""
+    return frame_time_s(message, data_mbit_s) / (message.cycle_time * 1e-3) if message.cycle_time else 0.0
+
+
+def bus_load(contract: Database, name: str, filter_name: str, data_mbit_s: float = DATA_MBIT_S) -> float:
+    """Of all cyclic frames of a profile with answers of a filter, at a nominal rate of 1 Mbit/s."""
+    return sum(load(message, data_mbit_s) for message in messages_of(contract, name, filter_name))
+
+
+# Quantisation
+
+
+def nominal_noise() -> dict[str, float]:
+    """Standard deviation of the paper platform's sensors, by the first word of the signal's name."""
+    with PLATFORM.open("rb") as file:
+        sensors = tomllib.load(file)["sensors"]
+    return {
+        "displacement": sensors["displacement_sigma_m"],
+        "velocity": sensors["velocity_sigma_m_s"],
+        "force": sensors["force_sigma_n"],
+    }
+
+
+@dataclass(frozen=True)
+class Quantisation:
+    message: str
+    signal: str
+    unit: str
+    step: float
+    noise: float
+
+    @property
+    def rms_error(self) -> float:
+        """Of rounding to the nearest step: step / sqrt(12)."""
+        return self.step / math.sqrt(12)
+
+    @property
+    def ratio(self) -> float:
+        return self.rms_error / self.noise
+
+
+def quantisations(contract: Database) -> Iterator[Quantisation]:
+    """Of every signal that carries a sensor's channel."""
+    noise = nominal_noise()
+    for message in contract.messages:
+        for signal in message.signals:
+            kind = signal.name.split("_")[0]
+            if kind in noise:
+                yield Quantisation(message.name, signal.name, signal.unit, float(signal.scale), noise[kind])
+
+
+# The document
+
+FILTER_TITLES = {"paper": "the paper's filter", "momentum": "the momentum filter"}
+ANSWER_PAGES = {"paper": 13, "momentum": 26}  # of one answer
+
+
+def answer_age_ticks(contract: Database, pages: int) -> int:
+    """From the tick that an answer describes to that of its last page."""
+    return (pages - 1) * contract.get_message_by_name("AnswerPage").cycle_time
+
+
+def number(value: float) -> str:
+    return str(int(value)) if value == int(value) and abs(value) < 1e15 else f"{value:.10g}"
+
+
+def table(header: list[str], rows: list[list[str]]) -> list[str]:
+    lines = [header, ["---"] * len(header), *rows]
+    return ["| " + " | ".join(cell.replace("|", "\\|") for cell in line) + " |" for line in lines] + [""]
+
+
+def rate(message: Message) -> str:
+    return f"{message.cycle_time} ms" if message.cycle_time else "on demand"
+
+
+def frames_table(contract: Database) -> list[str]:
+    return table(
+        ["id", "name", "profile", "format", "bytes", "sender", "every", "what"],
+        [
+            [
+                f"`0x{message.frame_id:03X}`",
+                message.name,
+                profile(message),
+                "FD" if message.is_fd else "classic",
+                str(message.length),
+                ", ".join(message.senders),
+                rate(message),
+                message.comment,
+            ]
+            for message in contract.messages
+        ],
+    )
+
+
+def signal_type(signal: Signal) -> str:
+    if signal.is_float:
+        return f"float{signal.length}"
+    return f"{'i' if signal.is_signed else 'u'}{signal.length}"
+
+
+FLOAT32_MAX = float.fromhex("0x1.fffffep127")
+
+
+def signal_range(signal: Signal) -> str:
+    if signal.is_float and signal.maximum == FLOAT32_MAX:
+        return "0 or more" if signal.minimum == 0 else "any finite"
+    return f"{number(float(signal.minimum))} .. {number(float(signal.maximum))}"
+
+
+def meaning(signal: Signal) -> str:
+    if not signal.choices:
+        return signal.comment
+    return signal.comment + " " + ", ".join(f"{code} {name}" for code, name in sorted(signal.choices.items())) + "."
+
+
+def signals_table(message: Message) -> list[str]:
+    return table(
+        ["signal", "page", "bits", "type", "factor", "range", "unit", "what"],
+        [
+            [
+                signal.name,
+                ", ".join(map(str, signal.multiplexer_ids or [])),
+                f"{signal.start} .. {signal.start + signal.length - 1}",
+                signal_type(signal),
+                number(float(signal.scale)),
+                signal_range(signal),
+                signal.unit or "code",
+                meaning(signal),
+            ]
+            for signal in sorted(message.signals, key=lambda signal: (signal.multiplexer_ids or [-1], signal.start))
+        ],
+    )
+
+
+def load_table(contract: Database, name: str, filter_name: str) -> list[str]:
+    rows = [
+        [
+            message.name,
+            rate(message),
+            f"{frame_time_s(message, DATA_MBIT_S) * 1e6:.1f}",
+            f"{100 * load(message, DATA_MBIT_S):.2f}",
+        ]
+        for message in messages_of(contract, name, filter_name)
+        if message.cycle_time
+    ]
+    total = ["**all**", "", "", f"**{100 * bus_load(contract, name, filter_name):.2f}**"]
+    return table(["frame", "every", "longest, us", "load, %"], [*rows, total])
+
+
+def other_rates(contract: Database, filter_name: str) -> str:
+    loads = [
+        f"{100 * bus_load(contract, 'fd', filter_name, mbit_s):.1f} % at {mbit_s} Mbit/s"
+        for mbit_s in OTHER_DATA_MBIT_S
+    ]
+    return f"With other data rates: {', '.join(loads)}. Above 100 % the profile does not fit at 1 kHz.\n"
+
+
+def quantisation_table(contract: Database) -> list[str]:
+    return table(
+        ["frame", "signal", "step", "rms error", "nominal noise", "unit", "error / noise"],
+        [
+            [q.message, q.signal, number(q.step), f"{q.rms_error:.3g}", number(q.noise), q.unit, f"{q.ratio:.3f}"]
+            for q in quantisations(contract)
+            if q.message in ("LegSampleFd", "LegSample1") and q.signal[-1] not in "23456"
+        ],
+    )
+
+
+FRAMES_TEXT = """\
+# The CAN contract
+
+Written by `tools/hexload bus-document` from [hexload.dbc](hexload.dbc) and
+[paper.toml](../../host_sim/scenarios/platforms/paper.toml): change those, not this page.
+
+Two profiles carry the same quantities, with 11-bit identifiers and little-endian signals. The **fd** profile sends a leg
+sample in one frame and answers it with three. The **classic** profile, for controllers and adapters without FD, sends a leg
+sample in six frames of 8 bytes and one page of the answer at every second tick. Frames marked *both* are the same in either.
+
+The command *select filter* says which estimator runs from the next start on. The paper's filter answers with four parameters:
+EstimateFd, SigmaFd and HealthFd, or 13 pages. The momentum filter, with actuator effects or without, answers with all ten:
+LoadFd, LoadSigmaFd and HealthFd, or 26 pages. A round of pages describes one tick, so that a classic answer is
+{paper_age} ticks (paper) or {momentum_age} ticks (momentum) old when its last page comes. A load change is reported at once: by LoadChange, before the answer to the sample at which it was
+detected; by the health bit in that answer, or in the next page 0; and by a count that stays in ControllerStatus.
+
+A checksum stands in the last bytes of its frame and goes over all bytes before it. Channels beyond a signal's range arrive as
+its end, and are counted; the most negative number of a channel is not used. Numbers that are not finite are not sent, and are
+refused when they come. C code: [bus.h](bus.h) for single frames, [sample_assembly.h](sample_assembly.h) and
+[answer_assembly.h](answer_assembly.h) for whole samples and answers.
+
+## Frames
+"""
+
+LOAD_TEXT = """\
+## Bus load
+
+Longest frames, with worst-case bit stuffing and the interframe space of 3 bits; n is the number of data bytes.
+
+- Classic, 11-bit identifier: 8n + 44 + floor((34 + 8n - 1) / 4) + 3 bits.
+- FD (ISO 11898-1:2015), 11-bit identifier, bit-rate switch. At the nominal rate: 17 bits from SOF to BRS, up to 4 stuff bits
+  among them, and 13 from the CRC delimiter to the end of the interframe space. At the data rate: 5 bits (ESI, DLC), 8n, the rest
+  of the floor((22 + 8n - 1) / 4) stuff bits up to the end of the data, 4 of the stuff count, a CRC of 17 bits with 6 fixed stuff
+  bits (n <= 16) or of 21 bits with 7. BRS and CRC delimiter, in which the rate changes, are counted at the nominal rate.
+
+Commands, acknowledges and LoadChange come on demand, {command_us:.0f} us each at 1 Mbit/s, and are not in the sums.
+"""
+
+QUANTISATION_TEXT = """\
+## Quantisation
+
+Rounding to the nearest step makes an error of step / sqrt(12) rms. Nominal noise is that of the paper's platform. Legs 2 to 6 are
+like leg 1.
+"""
+
+
+def document() -> str:
+    contract = load_contract()
+    ages = {f"{name}_age": answer_age_ticks(contract, pages) for name, pages in ANSWER_PAGES.items()}
+    lines = [FRAMES_TEXT.format(**ages), *frames_table(contract), "## Signals", ""]
+    for message in contract.messages:
+        lines += [f"### `0x{message.frame_id:03X}` {message.name}", "", message.comment, "", *signals_table(message)]
+    command_us = classic_bits(8) * NOMINAL_BIT_S * 1e6
+    lines += [LOAD_TEXT.format(command_us=command_us)]
+    lines += ["### Classic at 1 Mbit/s, either filter", "", *load_table(contract, "classic", "momentum")]
+    for filter_name, title in FILTER_TITLES.items():
+        lines += [f"### FD at 1 Mbit/s, data at {DATA_MBIT_S} Mbit/s, {title}", ""]
+        lines += [*load_table(contract, "fd", filter_name), other_rates(contract, filter_name)]
+    lines += [QUANTISATION_TEXT, *quantisation_table(contract)]
+    return "\n".join(lines).rstrip("\n") + "\n"
+
+
+def write_document() -> Path:
+    with replaced_when_done(DOCUMENT) as part:
+        part.write_text(document())
+    return DOCUMENT

@@ -1,0 +1,153 @@
+"""The command line of a clone: the verbs of hexload.cli, for which it builds what they need, and the developers' own."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from hexload import project
+from hexload.cli.app import app, main
+from hexload_dev import build
+
+project.build_with(build.ensure_built)
+
+
+@app.command()
+def test(
+    preset: Annotated[list[str] | None, typer.Option(help="Only this build preset; may be repeated.")] = None,
+    quick: Annotated[bool, typer.Option("--quick", help="Only the preset host.")] = False,
+    regex: Annotated[
+        str | None, typer.Option("-R", "--regex", help="Only tests whose name matches, with all that they print.")
+    ] = None,
+    label: Annotated[
+        str | None,
+        typer.Option(
+            "-L",
+            "--label",
+            help="Only tests of this kind: unit, install, properties, crosscheck, sil, hil, target, budget or static; a regex.",
+        ),
+    ] = None,
+) -> None:
+    """Builds and runs every test; the last line reads 'N passed, N failed'.
+
+    The CAN tests run on this kernel when vcan0 is up with mtu 72, else in the virtual machine (hexload vm). A machine that
+    can have neither skips them and says so; with HEXLOAD_REQUIRE_VCAN=1, or CI=true, that is a failure. Results are in
+    build/junit, what the CAN and LCM tests leave behind is in build/artefacts.
+
+    In less than a minute, with what it builds:  hexload test --quick -L unit
+
+    Example:  hexload test --quick -R kinematics
+    """
+    from hexload_dev import test as verb
+
+    raise typer.Exit(verb.run_tests(["host"] if quick else preset, regex, label))
+
+
+@app.command()
+def soak(
+    scenario: Annotated[
+        str, typer.Argument(help="Name of a scenario in host_sim/scenarios, or a .toml file, with one load throughout.")
+    ] = "work",
+    hours: Annotated[
+        float,
+        typer.Option(min=0.017, help="Simulated time; the first minute, in which the filter settles, is not judged."),
+    ] = 8.0,
+    seed: Annotated[int, typer.Option(min=0, help="Of noise and trajectory.")] = 1,
+) -> None:
+    """Runs hours of simulated motion through the momentum estimator and looks for drift: covariance, false events, errors.
+
+    Faster than real time, in one process, in constant memory, without files. Status 1 when something is found.
+
+    Example:  hexload soak --hours 8
+    """
+    from hexload.simulation import sim
+    from hexload_dev import soak as verb
+
+    raise typer.Exit(verb.run_soak(sim.resolve_scenario(scenario), hours, seed))
+
+
+@app.command()
+def bench() -> None:
+    """Measures the simulator's speed beside MuJoCo's, and the firmware's instructions and memory on a Cortex-M7.
+
+    The controller is emulated; its instructions are counted stage by stage, and beside those of other filters.
+
+    Example:  hexload bench
+    """
+    from hexload_dev import bench as verb
+
+    verb.run_bench()
+
+
+@app.command()
+def spy(
+    url: Annotated[
+        str, typer.Option(help="LCM's URL; the default stays within this computer.")
+    ] = "udpm://239.255.76.67:7667?ttl=0",
+) -> None:
+    """Opens lcm-spy with hexload's types, so that it decodes what simulator, controller and bridge publish.
+
+    A double click on a channel opens it, one on a number draws it. Without a screen: xvfb-run -a tools/hexload spy.
+
+    Example:  hexload spy & hexload sim paper --real-time --publish lcm
+    """
+    from hexload_dev import spy as verb
+
+    verb.run_spy(url)
+
+
+@app.command(context_settings={"allow_interspersed_args": False})
+def vm(
+    command: Annotated[list[str], typer.Argument(help="Command and its arguments.", metavar="-- COMMAND...")],
+    out: Annotated[
+        Path | None, typer.Option(help="Folder that the guest sees as /out.", show_default="build/vm")
+    ] = None,
+    memory: Annotated[int, typer.Option(min=256, help="MiB; half of it is the room for files.")] = 1024,
+    cpus: Annotated[int, typer.Option(min=1, help="Processors.")] = 2,
+    timeout: Annotated[
+        float | None, typer.Option(min=0, help="Seconds that COMMAND may take; then the status is 124.")
+    ] = None,
+    kvm: Annotated[
+        bool, typer.Option("--kvm", help="Hardware virtualisation: faster; can hang in a nested machine.")
+    ] = False,
+) -> None:
+    """Runs COMMAND in a small virtual machine whose kernel has CAN: vcan0 is up, for classic and FD frames.
+
+    For machines without AF_CAN (containers, CI runners, WSL2). COMMAND runs as root, in the current folder, on the
+    machine's own files; its output and exit status are passed on, its input is empty. What it writes vanishes, except in
+    /out. HEXLOAD_*, LCM_*, PYTHONPATH, PATH and CI are passed on; HEXLOAD_VM=1 and HEXLOAD_ARTEFACTS=/out are set. The only
+    network is loopback, with multicast for LCM. The guest's console is in console.log in the folder of --out.
+
+    Example:  hexload vm -- sh -c 'candump -n 1 vcan0 & sleep 1; cansend vcan0 123#11'
+    """
+    from hexload_dev import vm as verb
+
+    machine = verb.Machine(out or verb.DEFAULT_OUT, memory, cpus, timeout, kvm)
+    raise typer.Exit(verb.run_in_guest(command, machine))
+
+
+@app.command()
+def doctor() -> None:
+    """Says what this machine can do of what the tests need (CAN, multicast, LCM spy, real time), and how to mend the rest.
+
+    Status 0 when `hexload test` has all that it needs, directly or in the virtual machine; else 1. Changes nothing.
+
+    Example:  hexload doctor
+    """
+    from hexload_dev import doctor as verb
+
+    raise typer.Exit(verb.run_doctor())
+
+
+@app.command(hidden=True)
+def bus_document() -> None:
+    """Writes firmware/bus/README.md anew from hexload.dbc, after a change of the CAN contract.
+
+    Example:  hexload bus-document
+    """
+    from hexload_dev import bus_document as verb
+
+    print(verb.write_document())
+
+
+__all__ = ["main"]
