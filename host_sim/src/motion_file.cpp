@@ -12,7 +12,7 @@
 namespace hexload::sim {
 namespace {
 
-constexpr std::string_view header = "t,x,y,z,roll,pitch,yaw";
+constexpr std::string_view header_of_motions = "t,x,y,z,roll,pitch,yaw";
 constexpr std::array<const char*, 7> column_names{"t", "x", "y", "z", "roll", "pitch", "yaw"};
 
 std::string_view without_carriage_return(std::string_view line) {
@@ -49,8 +49,8 @@ std::vector<MotionFileRow> read_motion_file(const std::filesystem::path& path) {
     }
     std::string line;
     std::getline(stream, line);
-    if (without_carriage_return(line) != header) {
-        throw InputError(file, 1, "header", "\"" + line + "\"", "\"" + std::string(header) + "\"");
+    if (without_carriage_return(line) != header_of_motions) {
+        throw InputError(file, 1, "header", "\"" + line + "\"", "\"" + std::string(header_of_motions) + "\"");
     }
     std::vector<MotionFileRow> rows;
     for (std::size_t line_number = 2; std::getline(stream, line); ++line_number) {
