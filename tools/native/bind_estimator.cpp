@@ -1,7 +1,7 @@
 #include "bindings.hpp"
 
-#include <hexload_sim/inproc_link.hpp>
-#include <hexload_sim/input_error.hpp>
+#include "links/inproc_link.hpp"
+#include "platform_file/input_error.hpp"
 
 #include <nanobind/eigen/dense.h>
 #include <nanobind/stl/optional.h>

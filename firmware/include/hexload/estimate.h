@@ -50,7 +50,7 @@ enum hexload_paper_parameter {
 
 enum {
     HEXLOAD_PARAMETERS_MAX = HEXLOAD_LOAD_DIM,
-    HEXLOAD_EFFECTS_DIM = (int)HEXLOAD_EFFECT_KINDS * (int)HEXLOAD_LEGS,
+    HEXLOAD_EFFECTS_DIM = +HEXLOAD_EFFECT_KINDS * +HEXLOAD_LEGS,
     /// Numbers of a symmetric matrix of theta, the lower triangle by rows.
     HEXLOAD_LOAD_COVARIANCES = HEXLOAD_LOAD_DIM * (HEXLOAD_LOAD_DIM + 1) / 2,
     HEXLOAD_MEASUREMENTS_MAX = 6,

@@ -20,7 +20,7 @@
 HEXLOAD_DECLS_BEGIN
 
 enum {
-    HEXLOAD_UNKNOWNS_MAX = (int)HEXLOAD_LOAD_DIM + (int)HEXLOAD_EFFECTS_DIM,
+    HEXLOAD_UNKNOWNS_MAX = +HEXLOAD_LOAD_DIM + +HEXLOAD_EFFECTS_DIM,
     /// Numbers of a symmetric matrix of all unknowns, the lower triangle by rows.
     HEXLOAD_COVARIANCES_MAX = HEXLOAD_UNKNOWNS_MAX * (HEXLOAD_UNKNOWNS_MAX + 1) / 2,
 };

@@ -194,8 +194,8 @@ typedef struct hexload_momentum_supervisor {
 
 enum {
     /// Rows of the effects in a lower triangle by rows that begins with the momentum filter's states.
-    HEXLOAD_EFFECTS_COVARIANCES = (int)HEXLOAD_EFFECTS_DIM * (int)HEXLOAD_MOMENTUM_STATES +
-                                  (int)HEXLOAD_EFFECTS_DIM * ((int)HEXLOAD_EFFECTS_DIM + 1) / 2,
+    HEXLOAD_EFFECTS_COVARIANCES = +HEXLOAD_EFFECTS_DIM * +HEXLOAD_MOMENTUM_STATES +
+                                  +HEXLOAD_EFFECTS_DIM * (+HEXLOAD_EFFECTS_DIM + 1) / 2,
 };
 
 /// Eighteen states that go with those of a momentum filter.
