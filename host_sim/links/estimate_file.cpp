@@ -8,7 +8,7 @@
 
 namespace hexload::sim {
 
-void EstimateFile::Closer::operator()(std::FILE* file) const noexcept {
+void FileCloser::operator()(std::FILE* file) const noexcept {
     std::fclose(file);
 }
 
@@ -46,6 +46,42 @@ void EstimateFile::write(const EstimateRow& row) {
 }
 
 void EstimateFile::close() {
+    if (std::fclose(file_.release()) != 0) {
+        throw_write_error(path_);
+    }
+}
+
+TraceFile::TraceFile(const std::filesystem::path& path, std::size_t dimension)
+    : path_(path), file_(std::fopen(path.c_str(), "w")) {
+    if (!file_) {
+        throw_write_error(path_);
+    }
+    fmt::memory_buffer line;
+    fmt::format_to(std::back_inserter(line), "t");
+    for (const char* prefix : {"e", "v"}) {
+        for (std::size_t k = 1; k <= dimension; k++) {
+            fmt::format_to(std::back_inserter(line), ",{}{}", prefix, k);
+        }
+    }
+    fmt::format_to(std::back_inserter(line), ",nis,gate\n");
+    std::fwrite(line.data(), 1, line.size(), file_.get());
+}
+
+void TraceFile::write(double t_s, const UpdateTrace& trace) {
+    fmt::memory_buffer line;
+    fmt::format_to(std::back_inserter(line), "{:.9g}", t_s);
+    for (const auto* numbers : {&trace.innovation, &trace.variance}) {
+        for (std::size_t k = 0; k < trace.dimension; k++) {
+            fmt::format_to(std::back_inserter(line), ",{:.9g}", (*numbers)[k]);
+        }
+    }
+    fmt::format_to(std::back_inserter(line), ",{:.9g},{}\n", trace.nis, trace.gate);
+    if (std::fwrite(line.data(), 1, line.size(), file_.get()) != line.size()) {
+        throw_write_error(path_);
+    }
+}
+
+void TraceFile::close() {
     if (std::fclose(file_.release()) != 0) {
         throw_write_error(path_);
     }

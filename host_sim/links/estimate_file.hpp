@@ -11,6 +11,10 @@
 
 namespace hexload::sim {
 
+struct FileCloser {
+    void operator()(std::FILE* file) const noexcept;
+};
+
 class EstimateFile {
   public:
     // Creates or empties the file. Throws InputError when it cannot be written; so do write() and close().
@@ -21,12 +25,23 @@ class EstimateFile {
     void close();
 
   private:
-    struct Closer {
-        void operator()(std::FILE* file) const noexcept;
-    };
     std::filesystem::path path_;
-    std::unique_ptr<std::FILE, Closer> file_;
+    std::unique_ptr<std::FILE, FileCloser> file_;
     std::size_t parameter_count_;
+};
+
+// The trace CSV, a row for each estimate: t, of the measurement; the innovations; their variances; nis; gate.
+class TraceFile {
+  public:
+    // Creates or empties the file. Throws InputError when it cannot be written; so do write() and close().
+    TraceFile(const std::filesystem::path& path, std::size_t dimension);
+
+    void write(double t_s, const UpdateTrace& trace);
+    void close();
+
+  private:
+    std::filesystem::path path_;
+    std::unique_ptr<std::FILE, FileCloser> file_;
 };
 
 } // namespace hexload::sim

@@ -58,8 +58,8 @@ std::vector<ConfoundedParameter> confounded_parameters(const hexload_effects_est
                                        effects.fastest_leg_m_s)});
         } else if ((effects.confounded_with_bias >> k & 1U) != 0) {
             confounded.push_back({names[k],
-                              "the force sensors' bias and load cannot be separated: too little tilt "
-                              "and acceleration of late"});
+                                  "the force sensors' bias and load cannot be separated: too little tilt "
+                                  "and acceleration of late"});
         }
     }
     return confounded;

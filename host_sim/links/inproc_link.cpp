@@ -6,8 +6,10 @@
 #include "platform_file/firmware_config.hpp"
 #include "platform_file/input_error.hpp"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
+#include <iterator>
 
 namespace hexload::sim {
 
@@ -43,8 +45,8 @@ void add_tare_sigma(EstimateRow& row, const Vector10& tare_sigma, const hexload_
 class InprocLink final : public EstimatorLink {
   public:
     InprocLink(const PlatformFile& platform, const EstimatorSettings& settings, double sampling_s,
-               const std::optional<Tare>& tare)
-        : kind_(settings.kind),
+               const std::optional<Tare>& tare, Traces traces)
+        : kind_(settings.kind), traces_(traces),
           config_(checked_firmware_config(tare ? with_tare(platform, tare->theta) : platform, settings,
                                           sampling_s)),
           tare_(tare) {
@@ -61,7 +63,9 @@ class InprocLink final : public EstimatorLink {
 
     std::span<const EstimateRow> step(const LegSample& sample) override {
         const hexload_leg_sample_t legs = firmware_sample(sample);
-        last_status_ = hexload_tick(&estimator_, &config_, &legs, &estimate_);
+        last_status_ = traces_ == Traces::yes
+                           ? hexload_trace(&estimator_, &config_, &legs, &estimate_, &trace_)
+                           : hexload_tick(&estimator_, &config_, &legs, &estimate_);
         if (last_status_ != HEXLOAD_OK) {
             return {};
         }
@@ -112,16 +116,32 @@ class InprocLink final : public EstimatorLink {
         return matrix;
     }
 
+    std::optional<UpdateTrace> trace() const override {
+        static constexpr std::array<std::string_view, 3> gates = {"none", "accepted", "rejected"};
+        if (traces_ == Traces::no || last_status_ != HEXLOAD_OK) {
+            return std::nullopt;
+        }
+        UpdateTrace trace{.tick = trace_.tick,
+                          .dimension = trace_.dimension,
+                          .nis = static_cast<double>(trace_.nis),
+                          .gate = gates.at(trace_.gate)};
+        std::copy(std::begin(trace_.innovation), std::end(trace_.innovation), trace.innovation.begin());
+        std::copy(std::begin(trace_.variance), std::end(trace_.variance), trace.variance.begin());
+        return trace;
+    }
+
     std::vector<ConfoundedParameter> confounded_parameters() const override {
         return sim::confounded_parameters(effects_);
     }
 
   private:
     EstimatorKind kind_;
+    Traces traces_;
     hexload_config_t config_;
     std::optional<Tare> tare_;
     hexload_t estimator_{};
     hexload_estimate_t estimate_{};
+    hexload_trace_t trace_{};
     hexload_effects_estimate_t effects_{}; // zeros of a kind that has none
     hexload_status_t last_status_ = HEXLOAD_OK;
     EstimateRow row_;
@@ -132,8 +152,8 @@ class InprocLink final : public EstimatorLink {
 
 std::unique_ptr<EstimatorLink> make_inproc_link(const PlatformFile& platform,
                                                 const EstimatorSettings& settings, double sampling_s,
-                                                const std::optional<Tare>& tare) {
-    return std::make_unique<InprocLink>(platform, settings, sampling_s, tare);
+                                                const std::optional<Tare>& tare, Traces traces) {
+    return std::make_unique<InprocLink>(platform, settings, sampling_s, tare, traces);
 }
 
 } // namespace hexload::sim

@@ -11,11 +11,15 @@
 
 namespace hexload::sim {
 
+enum class Traces { no, yes };
+
 // Starts an estimator for samples that are sampling_s apart. Throws InputError where the platform file lacks
 // what the estimator needs: a known load mass for the paper's filter, a home pose. With a tare the platform
-// is the platform file's and the tare's together, and the sigmas include the tare's uncertainty.
+// is the platform file's and the tare's together, and the sigmas include the tare's uncertainty. With traces
+// the link has trace().
 std::unique_ptr<EstimatorLink> make_inproc_link(const PlatformFile& platform,
                                                 const EstimatorSettings& settings, double sampling_s = tick_s,
-                                                const std::optional<Tare>& tare = std::nullopt);
+                                                const std::optional<Tare>& tare = std::nullopt,
+                                                Traces traces = Traces::no);
 
 } // namespace hexload::sim

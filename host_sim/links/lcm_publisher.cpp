@@ -68,8 +68,22 @@ void LcmPublisher::publish(const Tick& tick, const Load& load) {
     wrenches_.send(wrench);
 }
 
+void LcmPublisher::publish(const UpdateTrace& trace) {
+    innovation_t message{};
+    message.tick = trace.tick;
+    message.dimension = static_cast<std::int32_t>(trace.dimension);
+    for (std::size_t k = 0; k < trace.dimension; k++) {
+        message.innovation.push_back(static_cast<float>(trace.innovation[k]));
+        message.variance.push_back(static_cast<float>(trace.variance[k]));
+    }
+    message.nis = static_cast<float>(trace.nis);
+    message.gate = trace.gate;
+    innovations_.send(message);
+}
+
 std::uint64_t LcmPublisher::failed() const {
-    return samples_.failed() + states_.failed() + loads_.failed() + wrenches_.failed();
+    return samples_.failed() + states_.failed() + loads_.failed() + wrenches_.failed() +
+           innovations_.failed();
 }
 
 } // namespace hexload::sim

@@ -4,6 +4,7 @@ import os
 import re
 import shutil
 import signal
+import socket
 import subprocess
 import time
 from collections.abc import Callable, Iterator
@@ -224,6 +225,14 @@ def place(kind, can_interface) -> Iterator[tuple]:
 def make_loop(kind, place, simulator, can_interface) -> Callable[..., Loop]:
     """make_loop(start): the chosen controller with the simulator."""
     return lambda start: Loop(start, kind, place, simulator, can_interface)
+
+
+@pytest.fixture
+def free_bus() -> str:
+    """A UDP multicast bus on a port that nobody has."""
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
+        probe.bind(("", 0))
+        return f"udp_multicast:239.74.163.2:{probe.getsockname()[1]}"
 
 
 @pytest.fixture(scope="session")

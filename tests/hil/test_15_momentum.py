@@ -1,6 +1,5 @@
 """The momentum filter over the bus: all ten parameters, and a changed load as an event, in either profile."""
 
-import socket
 from pathlib import Path
 
 import numpy as np
@@ -81,15 +80,12 @@ def check_run(
 
 @pytest.mark.parametrize("profile", PROFILES)
 def test_over_udp_multicast_all_ten_are_the_firmwares_and_a_new_load_is_an_event(
-    start, ecu, simulator, scenario, profile, tmp_path
+    start, ecu, simulator, scenario, profile, free_bus, tmp_path
 ):
     # GIVEN the loop of two programs in lockstep, without a CAN bus
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
-        probe.bind(("", 0))
-        bus = f"udp_multicast:239.74.163.2:{probe.getsockname()[1]}"
-    controller = start(ecu, "--bus", bus, "--profile", profile, "--platform", platform_of(scenario))
+    controller = start(ecu, "--bus", free_bus, "--profile", profile, "--platform", platform_of(scenario))
     controller.wait_for("ready on")
-    program = start(simulator, scenario, "--out", tmp_path / "run", "--bus", bus, "--profile", profile, *PATIENT)
+    program = start(simulator, scenario, "--out", tmp_path / "run", "--bus", free_bus, "--profile", profile, *PATIENT)
     assert program.wait() == 0
     check_run(scenario, profile, tmp_path / "run", program.output, tmp_path)
     # and the controller says it too

@@ -144,3 +144,26 @@ def test_each_parameter_has_a_verdict_with_its_reason(tmp_path):
     assert in_words("Iyy", "not_excited") == "not excited: no pitch acceleration in the last 10 s, or too little"
     assert [in_words(name, "not_excited") for name in result["names"]]
     assert in_words("m", "converged") == "converged"
+
+
+def test_the_trace_has_the_measurement_update_of_each_row(tmp_path):
+    # GIVEN two seconds of a log WHEN it is replayed with a trace
+    log, rows = log_of("multisine_eccentric"), slice(2000)
+    platform = hexload_native.load_platform(DATA / "unknown_load.toml")
+    legs = [np.ascontiguousarray(part[rows]) for part in (log.displacement_m, log.velocity_m_s, log.force_n)]
+    t_s = np.ascontiguousarray(log.t_s[rows])
+    trace_file, plain_file, out = (tmp_path / name for name in ("trace.csv", "plain.csv", "estimates.csv"))
+    hexload_native.replay(platform, "momentum", None, t_s, *legs, str(plain_file))
+    result = hexload_native.replay(platform, "momentum", None, t_s, *legs, str(out), None, None, str(trace_file))
+    # THEN the estimates are those of a replay without, and the trace has a row for each
+    assert out.read_bytes() == plain_file.read_bytes()
+    header, *lines = trace_file.read_text().splitlines()
+    assert header == "t," + ",".join(f"{kind}{k}" for kind in "ev" for k in range(1, 7)) + ",nis,gate"
+    table = [line.split(",") for line in lines]
+    assert len(table) == len(t_s)
+    # AND once the window is full each row is an accepted update of a constant time ago, with the NIS of its estimate
+    settled = table[500:]
+    assert {row[-1] for row in settled} == {"accepted"}
+    delays_s = t_s[500:] - np.array([float(row[0]) for row in settled])
+    assert np.ptp(delays_s) < 1e-6 and 0.05 < delays_s[0] < 0.1
+    assert np.allclose([float(row[-2]) for row in settled], result["nis"][500:], rtol=1e-5)

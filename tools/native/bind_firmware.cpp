@@ -5,6 +5,7 @@
 #include "platform_file/input_error.hpp"
 
 #include "links/firmware_sample.hpp"
+#include "platform_file/estimator_code.hpp"
 #include "platform_file/firmware_config.hpp"
 #include "links/load_body.hpp"
 
@@ -180,15 +181,17 @@ class Answer {
 nb::dict replay(const PlatformFile& platform, const std::optional<std::string>& estimator,
                 const std::optional<std::string>& prior, const Column& t, const LegColumns& displacement_m,
                 const LegColumns& velocity_m_s, const LegColumns& force_n, const std::string& out_path,
-                const std::optional<Tare>& tare, const std::optional<std::string>& bodies_path) {
+                const std::optional<Tare>& tare, const std::optional<std::string>& bodies_path,
+                const std::optional<std::string>& trace_path) {
     const std::size_t rows = t.shape(0);
     if (rows < 2 || displacement_m.shape(0) != rows || velocity_m_s.shape(0) != rows ||
         force_n.shape(0) != rows) {
         throw InputError("log: expected two rows or more, and as many in each channel");
     }
     const double sampling_s = sampling_period_s(t);
+    const EstimatorSettings settings = override_settings(platform.estimator, estimator, prior);
     const auto link =
-        make_inproc_link(platform, override_settings(platform.estimator, estimator, prior), sampling_s, tare);
+        make_inproc_link(platform, settings, sampling_s, tare, trace_path ? Traces::yes : Traces::no);
     EstimateFile file(out_path, link->parameter_names());
     std::optional<BodyFile> bodies;
     if (bodies_path) {
@@ -196,6 +199,10 @@ nb::dict replay(const PlatformFile& platform, const std::optional<std::string>& 
             throw InputError("bodies: found the estimator paper, expected momentum");
         }
         bodies.emplace(*bodies_path);
+    }
+    std::optional<TraceFile> traces;
+    if (trace_path) {
+        traces.emplace(*trace_path, hexload_describe(kind_of(settings.kind))->measurements);
     }
     Answer answer;
     std::string first_refusal;
@@ -208,6 +215,10 @@ nb::dict replay(const PlatformFile& platform, const std::optional<std::string>& 
         if (!estimate.empty()) {
             file.write(estimate.front());
             answer.add(estimate.front(), link->parameter_names().size());
+            if (const auto trace = link->trace()) {
+                // Ticks count from the first row, modulo 2^32: early ones of a delayed filter lie before it.
+                traces->write(t(0) + sampling_s * static_cast<std::int32_t>(trace->tick), *trace);
+            }
             if (bodies) {
                 bodies->write(t(row), load_body(estimate.front(), link->covariance()));
             }
@@ -221,6 +232,9 @@ nb::dict replay(const PlatformFile& platform, const std::optional<std::string>& 
     file.close();
     if (bodies) {
         bodies->close();
+    }
+    if (traces) {
+        traces->close();
     }
     return std::move(answer).finish(*link, first_refusal);
 }
@@ -333,6 +347,7 @@ void bind_firmware(nb::module_& module) {
         "replay", &replay, nb::arg("platform"), nb::arg("estimator").none(), nb::arg("prior").none(),
         nb::arg("t"), nb::arg("displacement_m"), nb::arg("velocity_m_s"), nb::arg("force_n"),
         nb::arg("out_path"), nb::arg("tare").none() = nb::none(), nb::arg("bodies_path").none() = nb::none(),
+        nb::arg("trace_path").none() = nb::none(),
         "Runs the firmware over a log: t [n] s, legs [n, 6] in m, m/s, N. Writes the estimates CSV "
         "and returns it as a\n"
         "dict of arrays, with health counts, each parameter's last verdict and the number of refused "

@@ -58,7 +58,8 @@ std::unique_ptr<sim::EstimatorLink> make_link(const Options& options,
         if (options.lockstep) {
             throw platform::InputError("--lockstep: found with --bus inproc, expected a bus to wait for");
         }
-        return sim::make_inproc_link(platform, platform.estimator);
+        return sim::make_inproc_link(platform, platform.estimator, platform::tick_s, std::nullopt,
+                                     options.publish.empty() ? sim::Traces::no : sim::Traces::yes);
     }
     (void)platform::checked_firmware_config(platform, platform.estimator,
                                             platform::tick_s); // the controller has the same file
@@ -244,6 +245,9 @@ ExitStatus simulate(const Options& options) {
             recorder.write(tick, rows);
             if (publisher) {
                 publisher->publish(tick, simulator.load());
+                if (const auto trace = link->trace(); trace && !rows.empty()) {
+                    publisher->publish(*trace);
+                }
             }
         },
         options.real_time ? &real_time.pacer : nullptr);

@@ -92,6 +92,16 @@ struct BusCounts {
     std::uint64_t events_missing = 0; // load changes that were counted and not reported
 };
 
+// The measurement update of one tick; hexload_trace_t of the firmware says what is measured and its units.
+struct UpdateTrace {
+    std::uint32_t tick = 0;             // of the measurement, sampling periods
+    std::size_t dimension = 0;          // 6 or 3
+    std::array<double, 6> innovation{}; // measured minus predicted
+    std::array<double, 6> variance{};   // of the innovation, as the filter expects it
+    double nis = 0.0;                   // normalised innovation squared
+    std::string_view gate;              // none, accepted or rejected; none: the numbers are 0
+};
+
 class EstimatorLink {
   public:
     EstimatorLink() = default;
@@ -132,6 +142,11 @@ class EstimatorLink {
     // Parameters that have not converged because the machine hides them, after the last sample.
     virtual std::vector<ConfoundedParameter> confounded_parameters() const {
         return {};
+    }
+
+    // The measurement update of the last sample. Nothing: the sample was refused, or this link has no traces.
+    virtual std::optional<UpdateTrace> trace() const {
+        return std::nullopt;
     }
 
     // Nothing: there is no bus.

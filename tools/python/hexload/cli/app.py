@@ -131,6 +131,12 @@ def replay(
         Path | None,
         typer.Option(help="Page to write (.html): the ten parameters, the load as a body, verdicts, signals."),
     ] = None,
+    trace: Annotated[
+        Path | None,
+        typer.Option(
+            help="Measurement updates to write (.csv), one row per tick: innovations, their variances, NIS, gate."
+        ),
+    ] = None,
 ) -> None:
     """Runs the controller's own C code over a recorded log.
 
@@ -145,8 +151,8 @@ def replay(
     from hexload.cli.replay import print_summary
     from hexload.estimation.replay import replay_log
 
-    result = replay_log(log, platform, estimator, prior, out, tare, bodies, report)
-    print_summary(result, out, bodies, report)
+    result = replay_log(log, platform, estimator, prior, out, tare, bodies, report, trace)
+    print_summary(result, out, bodies, report, trace)
 
 
 @app.command()

@@ -8,7 +8,9 @@ from rich.table import Table
 from hexload.estimation import load_summary
 
 
-def print_summary(result: dict, out: Path, bodies: Path | None = None, report: Path | None = None) -> None:
+def print_summary(
+    result: dict, out: Path, bodies: Path | None = None, report: Path | None = None, trace: Path | None = None
+) -> None:
     """The final estimates on the terminal, and the files that have been written."""
     table = Table()
     for heading in ("parameter", "estimate", "sigma", "verdict"):
@@ -31,6 +33,8 @@ def print_summary(result: dict, out: Path, bodies: Path | None = None, report: P
     print(f"estimates: {out}")
     if bodies is not None:
         print(f"bodies:    {bodies}")
+    if trace is not None:
+        print(f"trace:     {trace}")
     if report is not None:
         print(f"page:      {report}")
 

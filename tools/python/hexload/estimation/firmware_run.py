@@ -32,12 +32,14 @@ def run_firmware(
     prior: str | None = None,
     tare=None,
     bodies: Path | None = None,
+    trace: Path | None = None,
 ) -> dict:
     """What hexload_native.replay returns of these samples; writes the estimates CSV to `out`, and to `bodies` what they
-    say of the load as a body. Raises ValueError."""
+    say of the load as a body, to `trace` the measurement update of each tick. Raises ValueError."""
     legs = [_as_float32(part) for part in (samples.displacement_m, samples.velocity_m_s, samples.force_n)]
     body_path = None if bodies is None else str(bodies)
-    return native.replay(platform, estimator, prior, samples.t_s, *legs, str(out), tare, body_path)
+    trace_path = None if trace is None else str(trace)
+    return native.replay(platform, estimator, prior, samples.t_s, *legs, str(out), tare, body_path, trace_path)
 
 
 def _as_float32(values: NDArray[np.float64]) -> NDArray[np.float64]:

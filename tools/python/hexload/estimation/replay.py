@@ -20,24 +20,30 @@ def replay_log(
     tare: Path | None = None,
     bodies: Path | None = None,
     report: Path | None = None,
+    trace: Path | None = None,
 ) -> dict:
     """Writes the estimates CSV to `out`, one row per log row, and returns what hexload_native.replay returns, with the
     log reader's remarks.
 
     `estimator` and `prior` override the platform file's [estimator] table. `tare`: file of `hexload tare`, made with
     the same platform. `bodies`: a CSV for the load as a body, one row per log row. `report`: a page, of all ten
-    parameters.
+    parameters. `trace`: a CSV of each tick's measurement update.
     """
-    _refuse_same_files({"--out": out, "--bodies": bodies, "--report": report})
+    _refuse_same_files({"--out": out, "--bodies": bodies, "--report": report, "--trace": trace})
     samples = read_any_log(log)
     native = native_firmware()
     platform = load_platform(native, platform_file)
     found = None if tare is None else tare_for(tare, native, platform, platform_file)
     legs, offset = (samples, None) if found is None else (found.taken_off(samples), found.offset)
     files = f"{log} with {platform_file}" + ("" if tare is None else f" and {tare}")
-    with replaced_when_done(out) as temporary, _replaced(bodies) as body_file, _replaced(report) as page:
+    with (
+        replaced_when_done(out) as temporary,
+        _replaced(bodies) as body_file,
+        _replaced(trace) as trace_file,
+        _replaced(report) as page,
+    ):
         try:
-            result = run_firmware(native, platform, legs, temporary, estimator, prior, offset, body_file)
+            result = run_firmware(native, platform, legs, temporary, estimator, prior, offset, body_file, trace_file)
         except ValueError as error:
             raise InputError(f"{files}: {error}") from None
         if page is not None:

@@ -1,0 +1,179 @@
+#include "hexload/hexload.h"
+#include "front_end/kinematics.h"
+#include "motion.h"
+
+#include <math.h>
+#include <string.h>
+
+void setUp(void) {}
+void tearDown(void) {}
+
+static const body_t eccentric = {312.0, {-0.09, 0.13, 0.27}, {17.0, 21.0, 12.0, 2.0, -1.0, 1.5}};
+static const hexload_kind_t kinds[HEXLOAD_KINDS] = {HEXLOAD_KIND_PAPER, HEXLOAD_KIND_MOMENTUM,
+                                                    HEXLOAD_KIND_MOMENTUM_EFFECTS};
+
+static hexload_config_t config_of(hexload_kind_t kind) {
+    hexload_config_t config = paper_machine();
+    config.kind = kind;
+    return config;
+}
+
+/// A sample of a random motion with the stated noise.
+static hexload_leg_sample_t sample_at(const hexload_config_t* config, uint32_t tick, uint64_t* seed) {
+    const motion_t motion = random_motion(7, 0.05, 0.1);
+    hexload_kinematics_t kinematics;
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_OK, hexload_kinematics_init(&kinematics, config));
+    hexload_leg_sample_t sample =
+        perfect_sample(config, &eccentric, &motion, (double)kinematics.home_height_m, tick);
+    add_noise(config, seed, &sample);
+    return sample;
+}
+
+static void test_every_kind_is_described_by_names_and_units(void) {
+    static const uint32_t parameters[HEXLOAD_KINDS] = {4, 10, 10};
+    static const uint32_t effects[HEXLOAD_KINDS] = {0, 0, 18};
+    static const uint32_t measurements[HEXLOAD_KINDS] = {3, 6, 6};
+    static const char* const names[HEXLOAD_KINDS] = {"paper", "momentum", "momentum_effects"};
+    for (int n = 0; n < HEXLOAD_KINDS; n++) {
+        const hexload_descriptor_t* descriptor = hexload_describe(kinds[n]);
+        TEST_ASSERT_EQUAL_STRING(names[n], descriptor->name);
+        TEST_ASSERT_EQUAL_UINT32(parameters[n], descriptor->parameters);
+        TEST_ASSERT_EQUAL_UINT32(effects[n], descriptor->effects);
+        TEST_ASSERT_EQUAL_UINT32(measurements[n], descriptor->measurements);
+        for (uint32_t k = 0; k < parameters[n] + effects[n]; k++) {
+            TEST_ASSERT_TRUE(strlen(descriptor->unknown[k].name) > 0);
+            TEST_ASSERT_TRUE(strlen(descriptor->unknown[k].unit) > 0);
+        }
+    }
+    TEST_ASSERT_EQUAL_STRING("kg", hexload_describe(HEXLOAD_KIND_MOMENTUM)->unknown[HEXLOAD_LOAD_M].unit);
+    TEST_ASSERT_EQUAL_STRING("viscous6", hexload_describe(HEXLOAD_KIND_MOMENTUM_EFFECTS)->unknown[27].name);
+    TEST_ASSERT_NULL(hexload_describe(HEXLOAD_KINDS));
+}
+
+static void test_a_kind_that_there_is_not_is_refused_and_named(void) {
+    hexload_config_t config = config_of(HEXLOAD_KINDS);
+    const char* bad_field = NULL;
+    static hexload_t estimator;
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_ERR_CONFIG, hexload_init(&estimator, &config));
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_ERR_CONFIG, hexload_config_check(&config, &bad_field));
+    TEST_ASSERT_EQUAL_STRING("kind", bad_field);
+}
+
+static void test_before_the_first_sample_the_prior_is_read(void) {
+    for (int n = 0; n < HEXLOAD_KINDS; n++) {
+        const hexload_config_t config = config_of(kinds[n]);
+        static hexload_t estimator;
+        hexload_estimate_t estimate;
+        hexload_real_t covariance[HEXLOAD_COVARIANCES_MAX];
+        TEST_ASSERT_EQUAL_INT(HEXLOAD_OK, hexload_init(&estimator, &config));
+        hexload_read(&estimator, &estimate);
+        TEST_ASSERT_EQUAL_INT(HEXLOAD_VERDICT_NOT_EXCITED, estimate.verdict);
+        TEST_ASSERT_EQUAL_UINT32(0, hexload_health(&estimator)->refused);
+        // the covariance is diagonal, with the sigmas that are read, and as long as the unknowns say
+        const hexload_descriptor_t* descriptor = hexload_describe(kinds[n]);
+        const uint32_t unknowns = descriptor->parameters + descriptor->effects;
+        TEST_ASSERT_EQUAL_UINT32(unknowns * (unknowns + 1) / 2, hexload_covariance(&estimator, covariance));
+        for (uint32_t i = 0, entry = 0; i < unknowns; i++) {
+            for (uint32_t j = 0; j <= i; j++, entry++) {
+                if (i != j) {
+                    TEST_ASSERT_TRUE(covariance[entry] == HEXLOAD_REAL(0.0));
+                } else if (i < descriptor->parameters) {
+                    const double sigma = (double)estimate.sigma[i];
+                    TEST_ASSERT_DOUBLE_WITHIN(1e-6 * sigma * sigma, sigma * sigma, (double)covariance[entry]);
+                }
+            }
+        }
+    }
+}
+
+/// 1,500 ticks of motion through the interface, with a trace of each, and through the estimator itself.
+static void run_traced(hexload_kind_t kind, double* innovation_ratio, double* nis_mean) {
+    const hexload_config_t config = config_of(kind);
+    const uint32_t dimension = hexload_describe(kind)->measurements;
+    static hexload_t traced, plain;
+    hexload_estimate_t estimate, expected;
+    hexload_trace_t trace;
+    uint64_t seed = 3;
+    uint32_t updates = 0;
+    *innovation_ratio = 0.0;
+    *nis_mean = 0.0;
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_OK, hexload_init(&traced, &config));
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_OK, hexload_init(&plain, &config));
+    for (uint32_t tick = 0; tick < 1500; tick++) {
+        const hexload_leg_sample_t sample = sample_at(&config, tick, &seed);
+        TEST_ASSERT_EQUAL_INT(HEXLOAD_OK, hexload_tick(&plain, &config, &sample, &expected));
+        TEST_ASSERT_EQUAL_INT(HEXLOAD_OK, hexload_trace(&traced, &config, &sample, &estimate, &trace));
+        TEST_ASSERT_EQUAL_MEMORY(expected.value, estimate.value, sizeof estimate.value);
+        TEST_ASSERT_EQUAL_UINT32(dimension, trace.dimension);
+        if (trace.gate == HEXLOAD_GATE_ACCEPTED && tick >= 1000) {
+            updates++;
+            *nis_mean += (double)trace.nis;
+            for (uint32_t k = 0; k < dimension; k++) {
+                const double e = (double)trace.innovation[k];
+                *innovation_ratio += e * e / (double)trace.variance[k] / (double)dimension;
+            }
+        }
+    }
+    TEST_ASSERT_TRUE(updates > 450);
+    *innovation_ratio /= updates;
+    *nis_mean /= updates;
+}
+
+static void test_a_trace_leaves_the_estimate_and_its_innovations_have_the_variance_it_gives(void) {
+    // GIVEN samples with the stated noise WHEN they are traced THEN estimates are those of a tick without,
+    // and squares of innovations over their variances have a mean of 1. The mean of 500 ticks of six (three)
+    // correlated chi-squares has a sigma of at most sqrt(2 / 500) = 0.063; four of them are allowed
+    for (int n = 1; n < HEXLOAD_KINDS; n++) { // of a load off the axis the paper's innovations are no noise
+        double ratio, nis;
+        run_traced(kinds[n], &ratio, &nis);
+        TEST_ASSERT_DOUBLE_WITHIN(0.25, 1.0, ratio);
+        TEST_ASSERT_DOUBLE_WITHIN(0.25 * 6.0, 6.0, nis);
+    }
+}
+
+static void test_a_gated_innovation_of_the_papers_estimator_is_traced_as_rejected(void) {
+    const hexload_config_t config = config_of(HEXLOAD_KIND_PAPER);
+    static hexload_t estimator;
+    hexload_estimate_t estimate;
+    hexload_trace_t trace;
+    const hexload_leg_sample_t still = {.tick = 0};
+    hexload_leg_sample_t next = {.tick = 1};
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_OK, hexload_init(&estimator, &config));
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_OK, hexload_trace(&estimator, &config, &still, &estimate, &trace));
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_GATE_NONE, trace.gate);
+    // WHEN a leg's speed is wrong by 400 of its sigmas THEN the update is rejected, and the trace says by
+    // what
+    next.velocity_m_s[0] = HEXLOAD_REAL(0.4);
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_OK, hexload_trace(&estimator, &config, &next, &estimate, &trace));
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_GATE_REJECTED, trace.gate);
+    TEST_ASSERT_TRUE(trace.nis > config.paper.gate_nis);
+    // WHEN a sample is refused THEN the trace stays as it was
+    const hexload_trace_t before = trace;
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_ERR_TICK, hexload_trace(&estimator, &config, &next, &estimate, &trace));
+    TEST_ASSERT_EQUAL_MEMORY(&before, &trace, sizeof trace);
+    TEST_ASSERT_EQUAL_UINT32(1, hexload_health(&estimator)->refused);
+}
+
+static void test_only_the_estimator_of_actuator_effects_has_effects(void) {
+    hexload_estimate_t estimate = {0};
+    for (int n = 0; n < HEXLOAD_KINDS; n++) {
+        const hexload_config_t config = config_of(kinds[n]);
+        static hexload_t estimator;
+        hexload_effects_estimate_t effects = {.fastest_leg_m_s = HEXLOAD_REAL(-1.0)};
+        const bool has_effects = kinds[n] == HEXLOAD_KIND_MOMENTUM_EFFECTS;
+        TEST_ASSERT_EQUAL_INT(HEXLOAD_OK, hexload_init(&estimator, &config));
+        TEST_ASSERT_EQUAL(has_effects, hexload_read_effects(&estimator, &estimate, &effects));
+        TEST_ASSERT_EQUAL(has_effects, effects.fastest_leg_m_s == HEXLOAD_REAL(0.0));
+    }
+}
+
+int main(void) {
+    UNITY_BEGIN();
+    RUN_TEST(test_every_kind_is_described_by_names_and_units);
+    RUN_TEST(test_a_kind_that_there_is_not_is_refused_and_named);
+    RUN_TEST(test_before_the_first_sample_the_prior_is_read);
+    RUN_TEST(test_a_trace_leaves_the_estimate_and_its_innovations_have_the_variance_it_gives);
+    RUN_TEST(test_a_gated_innovation_of_the_papers_estimator_is_traced_as_rejected);
+    RUN_TEST(test_only_the_estimator_of_actuator_effects_has_effects);
+    return UNITY_END();
+}
