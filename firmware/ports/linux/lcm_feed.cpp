@@ -39,10 +39,10 @@ void LcmFeed::take(const leg_sample_t& message) {
         ++refused_;
         return;
     }
-    const std::uint16_t changes_before = changes_noticed();
     hexload_bus_answer_t answer{};
     hexload_app_sample(&app_, &*sample, &answer);
-    if (changes_noticed() != changes_before) { // before the answer, as on a CAN bus
+    if (answer.status == HEXLOAD_OK &&
+        hexload_app_has_load_changed(&app_, sample->tick)) { // before the answer, as on a CAN bus
         load_change_t change = transport::load_change_message({app_.change_tick, changes_noticed()});
         load_changes_.send(change);
     }

@@ -91,18 +91,18 @@ static inline void downdate6(hexload_real_t* row, const hexload_real_t u[6], con
     }
 }
 
-/// The same for two rows, which share what is read of X.
-static inline void downdate6_twice(hexload_real_t* row, hexload_real_t* next_row, const hexload_real_t u[6],
-                                   const hexload_real_t next_u[6], const hexload_real_t* X, int columns,
-                                   int count) {
+/// The same for a row and the next one of a matrix with as many columns as X: they share what is read of X.
+static inline void downdate6_twice(hexload_real_t* row, hexload_real_t u[2][6], const hexload_real_t* X,
+                                   int columns, int count) {
+    hexload_real_t* next_row = row + columns;
     for (int j = 0; j < count; j++) {
         hexload_real_t left = row[j];
         hexload_real_t next_left = next_row[j];
         HEXLOAD_UNROLL
         for (int a = 0; a < 6; a++) {
             const hexload_real_t x = X[a * columns + j];
-            left = hexload_fma(-u[a], x, left);
-            next_left = hexload_fma(-next_u[a], x, next_left);
+            left = hexload_fma(-u[0][a], x, left);
+            next_left = hexload_fma(-u[1][a], x, next_left);
         }
         row[j] = left;
         next_row[j] = next_left;

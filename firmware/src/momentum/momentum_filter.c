@@ -272,7 +272,7 @@ static void correct(hexload_momentum_filter_t* self, measurement_t* measured,
         read_column(&U.load[0][0], DIM, i + 1, u[1]);
         correct_theta(self, i, dot6(u[0], e));
         correct_theta(self, i + 1, dot6(u[1], e));
-        downdate6_twice(self->load_cov[i], self->load_cov[i + 1], u[0], u[1], &U.load[0][0], DIM, i + 1);
+        downdate6_twice(self->load_cov[i], u, &U.load[0][0], DIM, i + 1);
         downdate6(&self->load_cov[i + 1][i + 1], u[1], &U.load[0][i + 1], DIM, 1);
     }
     for (int i = 0; i < DIM; i++) {
@@ -285,9 +285,8 @@ static void correct(hexload_momentum_filter_t* self, measurement_t* measured,
         read_column(&U.momentum[0][0], 6, i + 1, u[1]);
         self->momentum[i] += dot6(u[0], e);
         self->momentum[i + 1] += dot6(u[1], e);
-        downdate6_twice(self->cross_cov[i], self->cross_cov[i + 1], u[0], u[1], &U.load[0][0], DIM, DIM);
-        downdate6_twice(self->momentum_cov[i], self->momentum_cov[i + 1], u[0], u[1], &U.momentum[0][0], 6,
-                        i + 1);
+        downdate6_twice(self->cross_cov[i], u, &U.load[0][0], DIM, DIM);
+        downdate6_twice(self->momentum_cov[i], u, &U.momentum[0][0], 6, i + 1);
         downdate6(&self->momentum_cov[i + 1][i + 1], u[1], &U.momentum[0][i + 1], 6, 1);
     }
     if (left != NULL) {
