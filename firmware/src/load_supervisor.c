@@ -7,8 +7,35 @@
 
 enum { DIM = HEXLOAD_LOAD_DIM };
 
+/// Mean NIS of the filter over FIT_S: twice the ideal, and five times, beyond which no verdict is worth
+/// anything. Of one tick LARGEST_NIS counts at most.
+#define FIT_S HEXLOAD_REAL(1.0)
+#define FIT_NIS HEXLOAD_REAL(12.0)
+#define MISFIT_NIS HEXLOAD_REAL(30.0)
+#define LARGEST_NIS HEXLOAD_REAL(120.0)
+
+/// A filter that has begun anew explains everything for a while.
+#define UNFIT_S HEXLOAD_REAL(10.0)
+
+enum {
+    FEWEST_TICKS = 20,
+    JUDGED_TICKS = 100, ///< before, innovations have not said yet whether the machine fits its model
+};
+
 void hexload_load_supervisor_init(hexload_load_supervisor_t* self) {
-    *self = (hexload_load_supervisor_t){.nis_mean = CHI_SQUARE_6_MEAN};
+    *self = (hexload_load_supervisor_t){.nis_mean = CHI_SQUARE_6_MEAN, .fit_nis = CHI_SQUARE_6_MEAN};
+}
+
+hexload_fit_t hexload_load_supervisor_fit(const hexload_load_supervisor_t* self,
+                                          const hexload_config_t* config) {
+    hexload_real_t rubbing_n = HEXLOAD_REAL(0.0);
+    for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
+        rubbing_n += config->rig.coulomb_n[leg];
+    }
+    if (self->unfit_s > HEXLOAD_REAL(0.0)) {
+        return HEXLOAD_FIT_NONE;
+    }
+    return rubbing_n > HEXLOAD_REAL(0.0) ? HEXLOAD_FIT_FRICTION : HEXLOAD_FIT_NOISE;
 }
 
 void hexload_load_supervisor_forget(hexload_load_supervisor_t* self) {
@@ -113,9 +140,23 @@ void hexload_load_supervisor_hear(hexload_load_supervisor_t* self, const hexload
     self->nis_mean += config->tick_s / config->momentum.nis_time_constant_s * (monitor->nis - self->nis_mean);
 }
 
+/// A mean over all ticks at first, as if FEWEST_TICKS ideal ones had gone before.
+static void measure_fit(hexload_load_supervisor_t* self, const hexload_config_t* config,
+                        const hexload_momentum_filter_t* filter) {
+    const hexload_real_t share = hexload_max(
+        config->tick_s / FIT_S, HEXLOAD_REAL(1.0) / (hexload_real_t)(FEWEST_TICKS + self->fit_ticks));
+    self->fit_ticks += self->fit_ticks < UINT32_MAX / 2 ? 1 : 0;
+    self->fit_nis += share * (hexload_min(filter->nis, LARGEST_NIS) - self->fit_nis);
+    if (self->fit_nis > FIT_NIS) {
+        self->unfit_s = UNFIT_S;
+    }
+    self->unfit_s = hexload_max(HEXLOAD_REAL(0.0), self->unfit_s - config->tick_s);
+}
+
 void hexload_load_supervisor_watch(hexload_load_supervisor_t* self, const hexload_config_t* config,
                                    const hexload_momentum_filter_t* filter, const hexload_motion_t* motion,
                                    uint32_t gap_ticks) {
+    measure_fit(self, config, filter);
     const hexload_momentum_config_t* momentum = &config->momentum;
     self->elapsed_ticks += gap_ticks;
     if (gap_ticks == 0) { // the twist of before is another motion's
@@ -189,7 +230,7 @@ static hexload_verdict_t judge_parameter(const hexload_load_supervisor_t* self,
                                          const hexload_config_t* config, hexload_real_t scale,
                                          hexload_real_t sigma, int parameter) {
     const hexload_momentum_config_t* momentum = &config->momentum;
-    if (sigma <= momentum->converged_relative_sigma * scale) {
+    if (sigma <= momentum->converged_relative_sigma * scale && self->fit_ticks >= JUDGED_TICKS) {
         return HEXLOAD_VERDICT_CONVERGED;
     }
     const hexload_real_t ticks = momentum->excitation_time_constant_s / config->tick_s;
@@ -199,15 +240,20 @@ static hexload_verdict_t judge_parameter(const hexload_load_supervisor_t* self,
 }
 
 void hexload_load_supervisor_judge(hexload_load_supervisor_t* self, const hexload_config_t* config,
-                                   const hexload_momentum_filter_t* filter, hexload_estimate_t* estimate,
+                                   const hexload_momentum_filter_t* filter,
+                                   const hexload_consider_t* consider, hexload_estimate_t* estimate,
                                    uint32_t* health) {
     hexload_real_t scale[DIM];
-    hexload_momentum_filter_read(filter, estimate->value, estimate->sigma);
+    hexload_momentum_filter_read(filter, estimate->value, estimate->own_sigma);
+    memcpy(estimate->sigma, estimate->own_sigma, sizeof estimate->sigma);
+    hexload_consider_widen(consider, config, estimate->sigma);
     estimate->nis = filter->nis;
     estimate->nis_mean = self->nis_mean;
     estimate->verdict = HEXLOAD_VERDICT_CONVERGED;
     find_scales(filter, scale);
-    const bool is_consistent = self->nis_mean <= config->momentum.inconsistent_nis && is_possible(estimate);
+    const bool is_misfit = self->fit_nis > MISFIT_NIS;
+    const bool is_consistent =
+        !is_misfit && self->nis_mean <= config->momentum.inconsistent_nis && is_possible(estimate);
     for (int k = 0; k < DIM; k++) {
         const hexload_verdict_t verdict = is_consistent
                                               ? judge_parameter(self, config, scale[k], estimate->sigma[k], k)
@@ -222,5 +268,8 @@ void hexload_load_supervisor_judge(hexload_load_supervisor_t* self, const hexloa
     }
     if (!is_consistent) {
         hexload_health_set(health, HEXLOAD_HEALTH_INCONSISTENT);
+    }
+    if (is_misfit) {
+        hexload_health_set(health, HEXLOAD_HEALTH_MODEL_MISFIT);
     }
 }

@@ -7,9 +7,9 @@
 #include <stddef.h>
 
 // The lasting memory of an estimator: 4-byte numbers, or 8-byte ones in the reference build.
-_Static_assert(sizeof(hexload_machine_t) <= (size_t)16 * 1024 * sizeof(hexload_real_t) / sizeof(float) ||
+_Static_assert(sizeof(hexload_machine_t) <= (size_t)18 * 1024 * sizeof(hexload_real_t) / sizeof(float) ||
                    HEXLOAD_LAG_TICKS_MAX > 82,
-               "an estimator fits in 16 KiB");
+               "an estimator fits in 18 KiB");
 
 hexload_status_t hexload_machine_init(hexload_machine_t* self, const hexload_config_t* config) {
     const hexload_status_t status = hexload_momentum_init(&self->momentum, config);
@@ -21,9 +21,11 @@ hexload_status_t hexload_machine_init(hexload_machine_t* self, const hexload_con
 }
 
 /// The load monitor looks at what is left of the forces without the machine's effects.
-static void watch_load(hexload_machine_t* self, const hexload_config_t* config,
-                       const hexload_leg_sample_t* sample, momentum_tick_t* tick) {
-    hexload_leg_sample_t clean = *sample;
+static void watch_load(hexload_machine_t* self, const hexload_config_t* config, momentum_tick_t* tick) {
+    if (!tick->is_aligned) {
+        return;
+    }
+    hexload_leg_sample_t clean = tick->sample;
     hexload_sensors_t sensors = tick->sensors;
     hexload_machine_filter_clean(&self->filter, config, HEXLOAD_LOAD_MONITOR_MEMORY_S, &clean, &sensors);
     momentum_frame_watch(&self->momentum, config, &clean, &sensors, tick);
@@ -42,11 +44,10 @@ static void forget_load(hexload_machine_t* self, const hexload_config_t* config)
 }
 
 /// One sample of lag_ticks ago.
-static void filter_past(hexload_machine_t* self, const hexload_config_t* config,
-                        const hexload_leg_sample_t* sample, momentum_tick_t* tick) {
+static void filter_past(hexload_machine_t* self, const hexload_config_t* config, momentum_tick_t* tick) {
     hexload_momentum_t* momentum = &self->momentum;
     momentum_past_t past;
-    if (!momentum_frame_take(momentum, config, sample, tick, &past)) {
+    if (!momentum_frame_take(momentum, config, tick, &past)) {
         return;
     }
     if (past.is_new_load) {
@@ -68,8 +69,8 @@ hexload_status_t hexload_machine_tick(hexload_machine_t* self, const hexload_con
     if (status != HEXLOAD_OK) {
         return status;
     }
-    watch_load(self, config, sample, &tick);
-    filter_past(self, config, sample, &tick);
+    watch_load(self, config, &tick);
+    filter_past(self, config, &tick);
     const bool is_finite = hexload_momentum_filter_is_finite(&momentum->filter) &&
                            hexload_machine_filter_is_finite(&self->filter);
     momentum_frame_end(momentum, config, sample, is_finite, &tick, estimate);

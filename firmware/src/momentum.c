@@ -6,9 +6,9 @@
 #include <stddef.h>
 
 // The lasting memory of an estimator: 4-byte numbers, or 8-byte ones in the reference build.
-_Static_assert(sizeof(hexload_momentum_t) <= (size_t)12 * 1024 * sizeof(hexload_real_t) / sizeof(float) ||
+_Static_assert(sizeof(hexload_momentum_t) <= (size_t)15 * 1024 * sizeof(hexload_real_t) / sizeof(float) ||
                    HEXLOAD_LAG_TICKS_MAX > 82,
-               "an estimator fits in 12 KiB");
+               "an estimator fits in 15 KiB");
 
 HEXLOAD_RARE hexload_status_t hexload_momentum_init(hexload_momentum_t* self,
                                                     const hexload_config_t* config) {
@@ -23,26 +23,29 @@ HEXLOAD_RARE hexload_status_t hexload_momentum_init(hexload_momentum_t* self,
     }
     *self = (hexload_momentum_t){.kinematics = kinematics, .past_kinematics = kinematics};
     hexload_leg_sample_init(&self->leg_gate);
+    hexload_rig_history_init(&self->history);
+    hexload_rig_twists_init(&self->twists);
+    hexload_rig_slide_init(&self->slide);
     hexload_noise_meter_init(&self->noise_meter);
     hexload_load_monitor_init(&self->monitor);
     hexload_smoother_init(&self->smoother, config);
     hexload_momentum_filter_init(&self->filter, config);
+    hexload_consider_init(&self->consider);
     hexload_load_supervisor_init(&self->supervisor);
     return HEXLOAD_OK;
 }
 
 /// One sample of lag_ticks ago.
-static void filter_past(hexload_momentum_t* self, const hexload_config_t* config,
-                        const hexload_leg_sample_t* sample, momentum_tick_t* tick) {
+static void filter_past(hexload_momentum_t* self, const hexload_config_t* config, momentum_tick_t* tick) {
     momentum_past_t past;
-    if (!momentum_frame_take(self, config, sample, tick, &past)) {
+    if (!momentum_frame_take(self, config, tick, &past)) {
         return;
     }
     if (past.is_new_load) {
         hexload_momentum_filter_forget(&self->filter, config);
     }
-    hexload_momentum_filter_step(&self->filter, config, &tick->sensors, &self->smoother.constants,
-                                 &past.sample, &past.motion, &self->past_kinematics.jacobian);
+    hexload_consider_step(&self->consider, &self->filter, config, &tick->sensors, &self->smoother.constants,
+                          &past.sample, &past.motion, &self->past_kinematics.jacobian);
     hexload_load_supervisor_watch(&self->supervisor, config, &self->filter, &past.motion,
                                   past.sample.gap_ticks);
 }
@@ -54,8 +57,8 @@ hexload_status_t hexload_momentum_tick(hexload_momentum_t* self, const hexload_c
     if (status != HEXLOAD_OK) {
         return status;
     }
-    momentum_frame_watch(self, config, sample, &tick.sensors, &tick);
-    filter_past(self, config, sample, &tick);
+    momentum_frame_watch(self, config, &tick.sample, &tick.sensors, &tick);
+    filter_past(self, config, &tick);
     momentum_frame_end(self, config, sample, hexload_momentum_filter_is_finite(&self->filter), &tick,
                        estimate);
     hexload_health_count(&self->health, tick.health);

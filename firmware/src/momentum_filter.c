@@ -96,9 +96,9 @@ static void move_covariance(hexload_momentum_filter_t* self, hexload_real_t G[PU
 
 /// mu+ = mu + dt/2 (u + u_last) + Gbar (theta + theta_platform).
 static void predict(hexload_momentum_filter_t* self, const hexload_config_t* config,
-                    const hexload_sensors_t* sensors, const hexload_motion_t* motion,
-                    const hexload_momentum_input_t* input, uint32_t gap_ticks) {
-    const hexload_real_t dt_s = config->tick_s * (hexload_real_t)gap_ticks;
+                    const hexload_sensors_t* sensors, const hexload_smooth_sample_t* sample,
+                    const hexload_motion_t* motion, const hexload_momentum_input_t* input) {
+    const hexload_real_t dt_s = config->tick_s * (hexload_real_t)sample->gap_ticks;
     const hexload_real_t impulse_sigma_n_s = dt_s * sensors->force_sigma_n;
     hexload_real_t variance[HEXLOAD_LEGS];
     hexload_real_t columns[HEXLOAD_LEGS][6];
@@ -110,7 +110,7 @@ static void predict(hexload_momentum_filter_t* self, const hexload_config_t* con
     move_covariance(self, G);
     for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
         momentum_of_push(motion, leg, columns[leg]);
-        variance[leg] = impulse_sigma_n_s * impulse_sigma_n_s;
+        variance[leg] = impulse_sigma_n_s * impulse_sigma_n_s + dt_s * dt_s * sample->force_variance_n2[leg];
     }
     momentum_add_noise(columns, variance, self->momentum_cov);
 }
@@ -311,11 +311,12 @@ void momentum_filter_update(hexload_momentum_filter_t* self, const hexload_confi
     hexload_momentum_input_t input;
     find_residue(sample, motion, jacobian, &residue);
     momentum_read_input(motion, sample->sample.force_n, &input);
+    momentum_take_off(motion, sample->leg_wrench, &input);
     if (sample->gap_ticks == 0) {
         seed_momentum(self, sensors, motion, jacobian, &residue);
         self->nis = CHI_SQUARE_6_MEAN;
     } else {
-        predict(self, config, sensors, motion, &input, sample->gap_ticks);
+        predict(self, config, sensors, sample, motion, &input);
         measure(self, motion, &residue, &measured);
         measurement_noise(self, sensors, motion, jacobian, &residue,
                           correlated_ticks(smoother, sensors, &residue), measured.S);

@@ -10,7 +10,9 @@
 /// The present tick.
 typedef struct momentum_tick {
     uint32_t health;
-    uint32_t gap_ticks;
+    bool is_aligned;             ///< all channels of one instant are there; without, nothing can be filtered
+    uint32_t gap_ticks;          ///< of that instant, periods since the last one
+    hexload_leg_sample_t sample; ///< of that instant, without known delays, offsets and gains
     hexload_motion_t motion;
     hexload_sensors_t sensors; ///< sigmas to use
 } momentum_tick_t;
@@ -35,11 +37,10 @@ void momentum_frame_watch(hexload_momentum_t* self, const hexload_config_t* conf
                           const hexload_leg_sample_t* sample, const hexload_sensors_t* sensors,
                           momentum_tick_t* tick);
 
-/// Puts the sample into the smoother and takes the one of lag_ticks ago, with the motion there.
+/// Puts the aligned sample into the smoother and takes the one of lag_ticks ago, with the motion there.
 /// @return false when there is none.
 HEXLOAD_MUST_USE bool momentum_frame_take(hexload_momentum_t* self, const hexload_config_t* config,
-                                          const hexload_leg_sample_t* sample, momentum_tick_t* tick,
-                                          momentum_past_t* past);
+                                          momentum_tick_t* tick, momentum_past_t* past);
 
 /// Judges the estimate.
 /// @param is_finite every number of the filter is: if not, or if no body has had these parameters for long,

@@ -14,6 +14,8 @@
 #define HEXLOAD_LOAD_MONITOR_H
 
 #include "hexload/momentum_filter.h"
+#include "hexload/rig.h"
+#include "hexload/wrench_monitor.h"
 
 HEXLOAD_DECLS_BEGIN
 
@@ -32,20 +34,25 @@ typedef struct hexload_load_monitor {
     hexload_real_t nis_mean; ///< leaky; ideal 6
     hexload_real_t drift[6]; ///< leaky mean of the last 5 ms' innovations in sigmas, by direction
     uint32_t ticks;          ///< since the start, up to those that it takes to settle
+    hexload_wrench_monitor_t wrench;
+    hexload_rig_slide_t slide;
 } hexload_load_monitor_t;
 
 /// mu comes with the next sample.
 void hexload_load_monitor_init(hexload_load_monitor_t* self);
 
+/// The same for another load on the same machine.
+void hexload_load_monitor_restart(hexload_load_monitor_t* self);
+
 /// One sample of the present.
+/// @param fit but for HEXLOAD_FIT_NOISE the machine's own past says what is noise (wrench_monitor.h).
 /// @param gap_ticks periods since the last; but for 1 mu begins anew, and the sample tells nothing.
 /// @return true when the load has changed. Reentrant, constant time.
-HEXLOAD_MUST_USE bool hexload_load_monitor_step(hexload_load_monitor_t* self, const hexload_config_t* config,
-                                                const hexload_sensors_t* sensors,
-                                                const hexload_momentum_filter_t* filter,
-                                                const hexload_leg_sample_t* sample,
-                                                const hexload_motion_t* motion,
-                                                const hexload_leg_blocks_t* jacobian, uint32_t gap_ticks);
+HEXLOAD_MUST_USE bool
+hexload_load_monitor_step(hexload_load_monitor_t* self, const hexload_config_t* config,
+                          const hexload_sensors_t* sensors, const hexload_momentum_filter_t* filter,
+                          const hexload_leg_sample_t* sample, const hexload_motion_t* motion,
+                          const hexload_leg_blocks_t* jacobian, hexload_fit_t fit, uint32_t gap_ticks);
 
 HEXLOAD_DECLS_END
 

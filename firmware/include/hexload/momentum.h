@@ -9,6 +9,7 @@
 #ifndef HEXLOAD_MOMENTUM_H
 #define HEXLOAD_MOMENTUM_H
 
+#include "hexload/consider.h"
 #include "hexload/load_supervisor.h"
 #include "hexload/noise_meter.h"
 
@@ -16,12 +17,16 @@ HEXLOAD_DECLS_BEGIN
 
 typedef struct hexload_momentum {
     hexload_leg_gate_t leg_gate;
+    hexload_rig_history_t history;
     hexload_kinematics_t kinematics; ///< at the present tick
     hexload_noise_meter_t noise_meter;
     hexload_load_monitor_t monitor;
     hexload_smoother_t smoother;
+    hexload_rig_twists_t twists;          ///< of the smoother
+    hexload_rig_slide_t slide;            ///< likewise
     hexload_kinematics_t past_kinematics; ///< lag_ticks ago, or more after a gap
     hexload_momentum_filter_t filter;
+    hexload_consider_t consider;
     hexload_load_supervisor_t supervisor;
     hexload_health_t health;
     uint32_t change_tick; ///< of the first sample with the new load
