@@ -16,12 +16,16 @@ HEXLOAD_DECLS_BEGIN
 
 typedef struct hexload_momentum {
     hexload_leg_gate_t leg_gate;
+    hexload_rig_history_t history;
     hexload_kinematics_t kinematics; ///< at the present tick
     hexload_noise_estimator_t noise_estimator;
     hexload_load_monitor_t monitor;
     hexload_smoother_t smoother;
+    hexload_rig_twists_t twists;             ///< of the smoother
+    hexload_rig_slide_t slide;               ///< by its speeds
     hexload_kinematics_t delayed_kinematics; ///< lag_ticks ago, or more after a gap
     hexload_momentum_filter_t filter;
+    hexload_consider_t consider;
     hexload_momentum_supervisor_t supervisor;
     hexload_health_t health;
     uint32_t change_tick; ///< of the first sample with the new load
