@@ -19,6 +19,44 @@ void copy(const Eigen::Matrix<double, size, 1>& from, hexload_real_t (&to)[count
     std::transform(from.begin(), from.end(), to, real);
 }
 
+hexload_rig_direction_t firmware_direction(const RigDirection& from) {
+    hexload_rig_direction_t to{};
+    copy(from.force_offset_n, to.force_offset_n);
+    copy(from.force_gain, to.force_gain);
+    copy(from.coulomb_n, to.coulomb_n);
+    copy(from.viscous_n_s_m, to.viscous_n_s_m);
+    std::ranges::transform(from.gravity_m_s2, to.gravity_m_s2, real);
+    copy(from.platform, to.platform);
+    for (std::size_t leg = 0; leg < HEXLOAD_LEGS; leg++) {
+        copy(from.base_hinges_m[leg], to.base_hinge_m[leg]);
+        copy(from.platform_hinges_m[leg], to.platform_hinge_m[leg]);
+    }
+    return to;
+}
+
+void put_rig(const RigSettings& rig, hexload_config_t& config) {
+    hexload_rig_config_t& to = config.rig;
+    copy(rig.force_offset_n, to.force_offset_n);
+    copy(rig.force_gain, to.force_gain);
+    copy(rig.coulomb_n, to.coulomb_n);
+    copy(rig.stribeck_n, to.stribeck_n);
+    copy(rig.viscous_n_s_m, to.viscous_n_s_m);
+    to.stribeck_speed_m_s = real(rig.stribeck_speed_m_s);
+    to.reversal_speed_m_s = real(rig.reversal_speed_m_s);
+    to.presliding_m = real(rig.presliding_m);
+    to.leg_inertia_kg_m2 = real(rig.leg_inertia_kg_m2);
+    to.leg_slide_kg_m = real(rig.leg_slide_kg_m);
+    to.leg_tilt_kg_m = real(rig.leg_tilt_kg_m);
+    static_assert(HEXLOAD_RIG_DIRECTIONS_MAX == 8, "as many as with_rig_file() takes");
+    to.direction_count = static_cast<std::uint32_t>(rig.directions.size());
+    std::ranges::transform(rig.directions, to.direction, firmware_direction);
+    hexload_real_t gravity_m_s2[3];
+    copy(rig.gravity_m_s2, gravity_m_s2);
+    if (hexload_config_set_gravity(&config, gravity_m_s2) != HEXLOAD_OK) {
+        throw InputError("rig.gravity_m_s2: expected a vector that points down");
+    }
+}
+
 } // namespace
 
 hexload_config_t firmware_config(const PlatformFile& platform, const EstimatorSettings& settings,
@@ -49,6 +87,11 @@ hexload_config_t firmware_config(const PlatformFile& platform, const EstimatorSe
     config.sensors.displacement_sigma_m = real(platform.sensors.displacement_sigma_m);
     config.sensors.velocity_sigma_m_s = real(platform.sensors.velocity_sigma_m_s);
     config.sensors.force_sigma_n = real(platform.sensors.force_sigma_n);
+    config.rig.force_delay_s = real(platform.sensors.force_delay_s);
+    config.rig.velocity_delay_s = real(platform.sensors.velocity_delay_s);
+    if (platform.rig) {
+        put_rig(*platform.rig, config);
+    }
     hexload_config_set_momentum(&config);
     if (platform.known_mass_kg) {
         hexload_config_set_known_mass(&config, real(*platform.known_mass_kg));

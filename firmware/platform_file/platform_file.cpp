@@ -4,6 +4,8 @@
 
 #include <fmt/format.h>
 
+#include <numbers>
+
 namespace hexload::platform {
 namespace {
 
@@ -77,6 +79,20 @@ double read_gravity_m_s2(TomlReader table) {
     return gravity_m_s2;
 }
 
+// Of second order, as Butterworth's: what it does to a signal well below its bandwidth.
+double delay_of_low_pass_s(const std::optional<double>& bandwidth_hz) {
+    return bandwidth_hz ? std::numbers::sqrt2 / (2.0 * std::numbers::pi * *bandwidth_hz) : 0.0;
+}
+
+// Read by `hexload commission`; here only that they are what they should be.
+void check_tolerances(TomlReader table) {
+    for (const char* key : {"force_gain", "force_offset_n", "hinge_m", "tilt_rad"}) {
+        std::optional<double> tolerance;
+        table.optional_number(key, tolerance, non_negative);
+    }
+    table.refuse_unknown_keys();
+}
+
 SensorSigma read_sensor_sigma(TomlReader table) {
     SensorSigma sigma;
     for (const auto& [key, value] : {std::pair{"displacement_sigma_m", &sigma.displacement_sigma_m},
@@ -85,6 +101,14 @@ SensorSigma read_sensor_sigma(TomlReader table) {
         table.require(key);
         table.number(key, *value, positive); // the estimator weighs measurements by them
     }
+    std::optional<double> force_hz;
+    std::optional<double> velocity_hz;
+    std::optional<double> force_delay_s;
+    table.optional_number("force_bandwidth_hz", force_hz, positive);
+    table.optional_number("velocity_bandwidth_hz", velocity_hz, positive);
+    table.optional_number("force_delay_s", force_delay_s, non_negative);
+    sigma.force_delay_s = force_delay_s.value_or(0.0) + delay_of_low_pass_s(force_hz);
+    sigma.velocity_delay_s = delay_of_low_pass_s(velocity_hz);
     table.refuse_unknown_keys();
     return sigma;
 }
@@ -142,6 +166,7 @@ PlatformFile load_platform_file(const std::filesystem::path& path) {
     file.known_mass_kg = read_known_mass_kg(reader.table("load"));
     file.estimator = read_estimator(reader.table("estimator"));
     file.actuators = read_actuators(reader.table("actuators"));
+    check_tolerances(reader.table("tolerances"));
     reader.refuse_unknown_keys();
     return file;
 }

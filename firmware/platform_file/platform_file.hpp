@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <optional>
 #include <string_view>
+#include <vector>
 
 namespace hexload::platform {
 
@@ -15,6 +16,9 @@ struct SensorSigma {
     double displacement_sigma_m = 0.0;
     double velocity_sigma_m_s = 0.0;
     double force_sigma_n = 0.0;
+    // How late a channel is after the displacements, its low-pass filter included.
+    double force_delay_s = 0.0;
+    double velocity_delay_s = 0.0;
 };
 
 enum class EstimatorKind {
@@ -50,6 +54,34 @@ struct ActuatorSettings {
     std::optional<double> speed_sum_m_s; // of six legs at the same time: what the supply feeds
 };
 
+// What commissioning has found beyond geometry and body; as in firmware's hexload_rig_config_t.
+struct RigDirection {
+    Vector6 force_offset_n = Vector6::Zero();
+    Vector6 force_gain = Vector6::Zero();
+    Vector6 coulomb_n = Vector6::Zero();
+    Vector6 viscous_n_s_m = Vector6::Zero();
+    std::array<double, 2> gravity_m_s2{};
+    Eigen::Matrix<double, 10, 1> platform = Eigen::Matrix<double, 10, 1>::Zero(); // order of theta
+    std::array<Vector3, 6> base_hinges_m{};
+    std::array<Vector3, 6> platform_hinges_m{};
+};
+
+struct RigSettings {
+    Vector6 force_offset_n = Vector6::Zero();
+    Vector6 force_gain = Vector6::Zero();
+    Vector6 coulomb_n = Vector6::Zero();
+    Vector6 stribeck_n = Vector6::Zero();
+    Vector6 viscous_n_s_m = Vector6::Zero();
+    double stribeck_speed_m_s = 0.01;
+    double reversal_speed_m_s = 0.001;
+    double presliding_m = 0.0;
+    double leg_inertia_kg_m2 = 0.0;
+    double leg_slide_kg_m = 0.0;
+    double leg_tilt_kg_m = 0.0;
+    Vector3 gravity_m_s2 = Vector3(0.0, 0.0, -9.81); // base axes
+    std::vector<RigDirection> directions;            // of what is still open, one standard deviation each
+};
+
 struct PlatformFile {
     Geometry geometry;
     PlatformBody platform;
@@ -58,6 +90,7 @@ struct PlatformFile {
     std::optional<double> known_mass_kg; // of the load
     EstimatorSettings estimator;
     ActuatorSettings actuators;
+    std::optional<RigSettings> rig; // of a rig file, whose hinges and body then stand above
 };
 
 // Reads and checks a platform file. Throws InputError: file missing, TOML syntax, unknown or missing key,

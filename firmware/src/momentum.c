@@ -4,9 +4,9 @@
 #include "momentum_tick.h"
 
 // The lasting memory of an estimator: 4-byte numbers, or 8-byte ones in the reference build.
-_Static_assert(sizeof(hexload_momentum_t) <= (size_t)12 * 1024 * sizeof(hexload_real_t) / sizeof(float) ||
+_Static_assert(sizeof(hexload_momentum_t) <= (size_t)15 * 1024 * sizeof(hexload_real_t) / sizeof(float) ||
                    HEXLOAD_LAG_TICKS_MAX > 82,
-               "an estimator fits in 12 KiB");
+               "an estimator fits in 15 KiB");
 
 HEXLOAD_RARE hexload_status_t hexload_momentum_init(hexload_momentum_t* self,
                                                     const hexload_config_t* config) {
@@ -21,10 +21,14 @@ HEXLOAD_RARE hexload_status_t hexload_momentum_init(hexload_momentum_t* self,
     }
     *self = (hexload_momentum_t){.kinematics = kinematics, .delayed_kinematics = kinematics};
     hexload_leg_sample_init(&self->leg_gate);
+    hexload_rig_history_init(&self->history);
+    hexload_rig_twists_init(&self->twists);
+    hexload_rig_slide_init(&self->slide);
     hexload_noise_estimator_init(&self->noise_estimator);
     hexload_load_monitor_init(&self->monitor);
     hexload_smoother_init(&self->smoother, config);
     hexload_momentum_filter_init(&self->filter, config);
+    hexload_consider_init(&self->consider);
     hexload_momentum_supervisor_init(&self->supervisor);
     self->is_mass_known = config->momentum.prior_mass_sigma_kg < hexload_momentum_open_mass_sigma_kg(config);
     return HEXLOAD_OK;

@@ -1,7 +1,8 @@
 /// @file momentum_tick.h
 /// The tick of the momentum estimator, on one screen. Internal.
 ///
-///     pose -> load monitor -> smooth motion of lag_ticks ago -> filter -> verdict
+///     channels of one instant -> pose -> load monitor -> smooth motion of lag_ticks ago -> forces without
+///     the rig's own -> filter -> verdict
 ///
 /// Inline, so that an estimator without a stage for actuator effects, or a tick without a trace, holds and
 /// links nothing of either: `effects` and `update` are NULL there at compile time.
@@ -10,37 +11,61 @@
 
 #include "actuator_effects/actuator_effects.h"
 #include "actuator_effects/identifiability.h"
+#include "algebra/leg_blocks.h"
 #include "configuration/health.h"
 #include "front_end/leg_sample.h"
 #include "front_end/noise_estimator.h"
 #include "hexload/momentum.h"
+#include "momentum/consider.h"
 #include "momentum/load_monitor.h"
 #include "momentum/momentum_filter.h"
 #include "momentum/momentum_supervisor.h"
 #include "momentum/smoother.h"
+#include "rig/rig.h"
 
 #include <stddef.h>
 
 /// Ticks before the alarm at which the load may have changed already: the filter forgets then.
 enum { HEXLOAD_ALARM_DELAY_TICKS = 6 };
 
-/// Checks the sample, finds pose and twist and the effective sigmas.
+/// What the present tick points to.
+typedef struct hexload_present_memory {
+    hexload_leg_sample_t aligned; ///< all channels of one instant, without the rig's offsets and gains
+    hexload_motion_t motion;      ///< there
+} hexload_present_memory_t;
+
+/// Checks the sample, brings its channels to one instant, finds pose and twist there and the effective sigmas.
+/// @param[out] now its sample is NULL while late channels leave no instant complete.
 static inline hexload_status_t read_present(hexload_momentum_t* self, const hexload_config_t* config,
-                                            hexload_motion_t* motion, hexload_present_tick_t* now,
+                                            const hexload_leg_sample_t* sample,
+                                            hexload_present_memory_t* memory, hexload_present_tick_t* now,
                                             uint32_t* health) {
-    hexload_status_t status =
-        hexload_leg_sample_check(&self->leg_gate, config, now->sample, &now->gap_ticks, health);
+    uint32_t gap_ticks = 0;
+    bool has_instant = false;
+    hexload_status_t status = hexload_leg_sample_check(&self->leg_gate, config, sample, &gap_ticks, health);
     if (status == HEXLOAD_OK) {
-        status = hexload_kinematics_solve(&self->kinematics, config, now->sample, motion);
+        has_instant = hexload_rig_align(&self->history, config, sample, gap_ticks, &memory->aligned,
+                                        &now->gap_ticks);
+    }
+    if (has_instant) {
+        status = hexload_kinematics_solve(&self->kinematics, config, &memory->aligned, &memory->motion);
     }
     if (status != HEXLOAD_OK) {
         return hexload_health_refuse(&self->health, status);
     }
-    now->motion = motion;
-    hexload_leg_sample_accept(&self->leg_gate, now->sample);
-    hexload_noise_estimator_step(&self->noise_estimator, config, now->sample, now->gap_ticks);
+    now->sample = has_instant ? &memory->aligned : NULL;
+    now->motion = &memory->motion;
+    hexload_leg_sample_accept(&self->leg_gate, sample);
+    hexload_rig_history_store(&self->history, sample, gap_ticks, has_instant);
+    hexload_noise_estimator_step(&self->noise_estimator, config, sample, gap_ticks);
     hexload_noise_estimator_read(&self->noise_estimator, &config->sensors, &now->sensors, health);
     return HEXLOAD_OK;
+}
+
+/// A known mass that is wrong is no fault of the machine: until a first change it may be that.
+static inline hexload_fit_t fit_of(const hexload_momentum_t* self, const hexload_config_t* config) {
+    const hexload_fit_t fit = hexload_momentum_supervisor_fit(&self->supervisor, config);
+    return fit == HEXLOAD_FIT_NONE && self->is_mass_known && !self->is_changing ? HEXLOAD_FIT_NOISE : fit;
 }
 
 /// Is it still the same load? Reported at once; the filter forgets when it reaches the change.
@@ -58,7 +83,8 @@ static inline void watch_load(hexload_momentum_t* self, const hexload_config_t* 
         hexload_actuator_effects_clean(&effects->filter, config, HEXLOAD_LOAD_MONITOR_MEMORY_S,
                                        &without_effects, &seen.sensors);
     }
-    if (hexload_load_monitor_step(&self->monitor, config, &self->filter, &seen) && !self->is_changing) {
+    if (hexload_load_monitor_step(&self->monitor, config, &self->filter, fit_of(self, config), &seen) &&
+        !self->is_changing) {
         self->is_changing = true;
         self->change_tick = now->sample->tick - HEXLOAD_ALARM_DELAY_TICKS;
         hexload_health_set(health, HEXLOAD_HEALTH_LOAD_CHANGED);
@@ -70,7 +96,7 @@ static inline void watch_load(hexload_momentum_t* self, const hexload_config_t* 
 /// biases have taken what a wrong known mass weighs too much, and a first change may be just that coming out.
 static inline void forget_load(hexload_momentum_t* self, const hexload_config_t* config,
                                hexload_effects_stage_t* effects) {
-    hexload_load_monitor_init(&self->monitor);
+    hexload_load_monitor_restart(&self->monitor);
     hexload_momentum_supervisor_forget(&self->supervisor);
     hexload_momentum_filter_forget(&self->filter, config);
     if (effects != NULL && self->is_mass_known) {
@@ -80,6 +106,19 @@ static inline void forget_load(hexload_momentum_t* self, const hexload_config_t*
     }
     self->is_mass_known = false;
     self->is_changing = false;
+}
+
+/// Takes off what the rig's own parameters make of a sample of the past.
+static inline void take_off_rig(hexload_momentum_t* self, const hexload_config_t* config,
+                                hexload_delayed_tick_t* past) {
+    hexload_smooth_sample_t* smooth = &past->smooth;
+    hexload_real_t twist[6];
+    hexload_real_t acceleration[6];
+    hexload_rig_compensate(&self->slide, config, smooth->smooth_velocity_m_s, smooth->gap_ticks,
+                           smooth->sample.force_n, smooth->force_variance_n2);
+    hexload_leg_blocks_solve(past->motion.jacobian, smooth->smooth_velocity_m_s, twist);
+    hexload_rig_accelerate(&self->twists, config, twist, smooth->gap_ticks, acceleration);
+    hexload_rig_leg_wrench(config, &smooth->sample, &past->motion, twist, acceleration, smooth->leg_wrench);
 }
 
 /// Puts the sample into the smoother and takes that of lag_ticks ago out, with the motion there.
@@ -100,6 +139,7 @@ static inline bool take_delayed(hexload_momentum_t* self, const hexload_config_t
     }
     past->sensors = &now->sensors;
     past->smoother = &self->smoother.constants;
+    take_off_rig(self, config, past);
     return true;
 }
 
@@ -121,7 +161,7 @@ static inline void filter(hexload_momentum_t* self, const hexload_config_t* conf
                           hexload_effects_stage_t* effects, hexload_delayed_tick_t* past,
                           hexload_momentum_update_t* update) {
     if (effects == NULL) {
-        hexload_momentum_filter_step(&self->filter, config, past, update);
+        hexload_consider_step(&self->consider, &self->filter, config, past, update);
     } else if (!hexload_actuator_effects_step(&effects->filter, &self->filter, config, past, update)) {
         self->is_interrupted = true;
         past->smooth.gap_ticks = 1; // at rest, time goes on
@@ -137,6 +177,7 @@ static inline void filter(hexload_momentum_t* self, const hexload_config_t* conf
 static inline void restart(hexload_momentum_t* self, const hexload_config_t* config,
                            hexload_effects_stage_t* effects, uint32_t* health) {
     hexload_momentum_filter_init(&self->filter, config);
+    hexload_consider_init(&self->consider);
     hexload_load_monitor_init(&self->monitor);
     hexload_momentum_supervisor_forget(&self->supervisor);
     if (effects != NULL) {
@@ -154,15 +195,17 @@ static inline hexload_status_t hexload_momentum_run(hexload_momentum_t* self, co
                                                     hexload_estimate_t* estimate,
                                                     hexload_momentum_update_t* update) {
     uint32_t health = 0;
-    hexload_motion_t motion;
-    hexload_present_tick_t now = {.sample = sample};
+    hexload_present_memory_t memory;
+    hexload_present_tick_t now;
     hexload_delayed_tick_t past;
-    const hexload_status_t status = read_present(self, config, &motion, &now, &health);
+    const hexload_status_t status = read_present(self, config, sample, &memory, &now, &health);
     if (status != HEXLOAD_OK) {
         return status;
     }
-    watch_load(self, config, effects, &now, &health);
-    if (take_delayed(self, config, &now, &past, &health)) {
+    if (now.sample != NULL) {
+        watch_load(self, config, effects, &now, &health);
+    }
+    if (now.sample != NULL && take_delayed(self, config, &now, &past, &health)) {
         join(self, config, effects, &past.smooth);
         filter(self, config, effects, &past, update);
     }
@@ -170,10 +213,12 @@ static inline hexload_status_t hexload_momentum_run(hexload_momentum_t* self, co
         (effects != NULL && !hexload_actuator_effects_is_finite(&effects->filter))) {
         restart(self, config, effects, &health);
     }
-    hexload_momentum_supervisor_judge(&self->supervisor, config, &self->filter, estimate, &health);
+    hexload_momentum_supervisor_judge(&self->supervisor, config, &self->filter, &self->consider, estimate,
+                                      &health);
     if (effects != NULL) {
         hexload_identifiability_judge(&effects->identifiability, estimate, &health);
     }
+    hexload_momentum_supervisor_hold_back(&self->supervisor, estimate);
     estimate->tick = sample->tick;
     hexload_health_count(&self->health, health);
     return HEXLOAD_OK;

@@ -4,6 +4,7 @@
 #include "platform_file/input_error.hpp"
 #include <hexload_sim/kinematics.hpp>
 #include "platform_file/platform_file.hpp"
+#include "platform_file/rig_file.hpp"
 #include <hexload_sim/rotation.hpp>
 #include <hexload_sim/scaled_machine.hpp>
 #include <hexload_sim/scenario.hpp>
@@ -136,7 +137,11 @@ void bind_platform(nb::module_& module) {
         .def_prop_ro("displacement_sigma_m",
                      [](const PlatformFile& p) { return p.sensors.displacement_sigma_m; })
         .def_prop_ro("velocity_sigma_m_s", [](const PlatformFile& p) { return p.sensors.velocity_sigma_m_s; })
-        .def_prop_ro("force_sigma_n", [](const PlatformFile& p) { return p.sensors.force_sigma_n; });
+        .def_prop_ro("force_sigma_n", [](const PlatformFile& p) { return p.sensors.force_sigma_n; })
+        .def_prop_ro(
+            "force_delay_s", [](const PlatformFile& p) { return p.sensors.force_delay_s; },
+            "how late forces are after displacements, low-pass filter included")
+        .def_prop_ro("velocity_delay_s", [](const PlatformFile& p) { return p.sensors.velocity_delay_s; });
     nb::class_<Tare>(module, "Tare", "Empty platform less platform file.")
         .def(
             "__init__",
@@ -149,6 +154,8 @@ void bind_platform(nb::module_& module) {
     module.def("with_own_load", &with_own_load, nb::arg("platform"), nb::arg("share"),
                "The platform file in which this share of the empty platform counts as an unknown load.");
     module.def("load_platform", &load_platform_file, nb::arg("path"), "Reads and checks a platform file.");
+    module.def("with_rig", &with_rig_file, nb::arg("platform"), nb::arg("path"),
+               "The platform as a rig file of hexload commission says that it is. Raises ValueError.");
 }
 
 void bind_scenario(nb::module_& module) {

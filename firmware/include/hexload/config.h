@@ -27,6 +27,11 @@ typedef enum hexload_kind { // codes of the bus, too
     HEXLOAD_KINDS ///< how many there are
 } hexload_kind_t;
 
+enum {
+    HEXLOAD_RIG_DELAY_TICKS_MAX = 8, ///< ticks by which forces or velocities may be late
+    HEXLOAD_RIG_DIRECTIONS_MAX = 8,  ///< of what commissioning leaves open
+};
+
 /// Entries of an inertia tensor, in this order. Products are tensor entries: IXY = -integral of x y dm.
 enum hexload_inertia {
     HEXLOAD_I_XX,
@@ -104,6 +109,50 @@ typedef struct hexload_actuator_effects_config {
     hexload_real_t friction_speed_m_s;        ///< v0 of v / sqrt(v^2 + v0^2): 71 % of Coulomb's; 1e-6..10
 } hexload_actuator_effects_config_t;
 
+/// One way in which the constants of the rig may all be off together, by one standard deviation: estimates
+/// less truth. Ways are independent of each other.
+typedef struct hexload_rig_direction {
+    hexload_real_t force_offset_n[HEXLOAD_LEGS];      ///< N
+    hexload_real_t force_gain[HEXLOAD_LEGS];          ///< N/N
+    hexload_real_t coulomb_n[HEXLOAD_LEGS];           ///< N
+    hexload_real_t viscous_n_s_m[HEXLOAD_LEGS];       ///< N s/m
+    hexload_real_t gravity_m_s2[2];                   ///< m/s^2: x and y of its vector, base axes
+    hexload_real_t platform[4 + HEXLOAD_I_DIM];       ///< kg, kg m, kg m^2: order of enum hexload_load_parameter
+    hexload_real_t base_hinge_m[HEXLOAD_LEGS][3];     ///< m, base axes
+    hexload_real_t platform_hinge_m[HEXLOAD_LEGS][3]; ///< m, platform axes
+} hexload_rig_direction_t;
+
+/// What commissioning has found of the machine beyond geometry and platform: by how much each leg's sensor is
+/// off the force on the platform. 0 everywhere: the machine is its model.
+///
+///     shown(t + force_delay) = (1 + gain) (force + friction(v)) + offset
+///     friction(v) = (coulomb + stribeck exp(-(v / stribeck_speed)^2)) s + viscous v
+///     s follows tanh(v / reversal_speed) over presliding: ds/dt = |v| / presliding (tanh(v / reversal_speed)
+///     - s)
+typedef struct hexload_rig_config {
+    hexload_real_t force_offset_n[HEXLOAD_LEGS]; ///< N; -1e6..1e6
+    hexload_real_t force_gain[HEXLOAD_LEGS];     ///< N/N, beyond 1; -0.5..0.5
+    hexload_real_t coulomb_n[HEXLOAD_LEGS];      ///< N; 0..1e6
+    hexload_real_t stribeck_n[HEXLOAD_LEGS];     ///< N, more at rest; -coulomb_n..1e6
+    hexload_real_t viscous_n_s_m[HEXLOAD_LEGS];  ///< N s/m; 0..1e8
+    hexload_real_t stribeck_speed_m_s;           ///< m/s; 1e-6..10
+    hexload_real_t reversal_speed_m_s;           ///< m/s, 76 % of dry friction; 1e-6..10
+    hexload_real_t presliding_m; ///< m, motion over which friction turns after the speed; 0..0.01
+    /// s, how late forces are after displacements, low-pass filter included: of second order with bandwidth
+    /// f, sqrt(2) / (2 pi f). 0..HEXLOAD_RIG_DELAY_TICKS_MAX ticks; the estimate runs as far behind as the
+    /// later of the two channels, rounded up to ticks.
+    hexload_real_t force_delay_s;
+    hexload_real_t velocity_delay_s; ///< s, the same of velocities
+    /// Mass of the legs, all alike, beside what of it moves with the upper hinge, which counts as platform: B
+    /// and C of the mass B / l^2 - C / l that resists at the hinge across a leg of length l, and D of the
+    /// weight D g / l that tilts it.
+    hexload_real_t leg_inertia_kg_m2; ///< kg m^2, B; -1e6..1e6
+    hexload_real_t leg_slide_kg_m;    ///< kg m, C; -1e6..1e6
+    hexload_real_t leg_tilt_kg_m;     ///< kg m, D; -1e6..1e6
+    uint32_t direction_count;         ///< of direction; 0..HEXLOAD_RIG_DIRECTIONS_MAX
+    hexload_rig_direction_t direction[HEXLOAD_RIG_DIRECTIONS_MAX]; ///< what of all this is still open
+} hexload_rig_config_t;
+
 typedef struct hexload_config {
     hexload_kind_t kind;                                ///< of the estimator that hexload_init() starts
     hexload_real_t tick_s;                              ///< sampling period; 1e-4..5e-3
@@ -114,6 +163,7 @@ typedef struct hexload_config {
     hexload_paper_config_t paper;                       ///< for HEXLOAD_KIND_PAPER alone
     hexload_momentum_config_t momentum;                 ///< for the two momentum kinds
     hexload_actuator_effects_config_t actuator_effects; ///< for HEXLOAD_KIND_MOMENTUM_EFFECTS alone
+    hexload_rig_config_t rig;                           ///< what commissioning has found; zeros: the machine is its model
 } hexload_config_t;
 
 /// Start covariance of the paper's filter.
@@ -147,6 +197,13 @@ void hexload_config_set_momentum(hexload_config_t* config);
 /// sigma of a thousandth until a load change is detected, instead of the one of
 /// hexload_config_set_momentum(). hexload_config_set_prior() goes with it.
 void hexload_config_set_known_mass(hexload_config_t* config, hexload_real_t mass_kg);
+
+/// Gravity as a vector in base axes, of a base that is not level: sets gravity_m_s2 to its length and turns
+/// the base hinges into axes whose z points against it, in which all of the firmware works. No other result
+/// depends on how those axes are turned about z; a vector straight down leaves every number as it is.
+/// @return HEXLOAD_ERR_CONFIG when the vector is not finite or points up: config is then unchanged.
+HEXLOAD_MUST_USE hexload_status_t hexload_config_set_gravity(hexload_config_t* config,
+                                                             const hexload_real_t gravity_m_s2[3]);
 
 /// Checks every field's range.
 /// @param[out] bad_field name of the first field outside its range, e.g. "geometry.home_leg_length_m"; static

@@ -70,6 +70,8 @@ typedef struct hexload_estimate {
     /// hexload_paper_parameter. Units as there.
     hexload_real_t value[HEXLOAD_PARAMETERS_MAX];
     hexload_real_t sigma[HEXLOAD_PARAMETERS_MAX]; ///< standard deviation of each, same units
+    /// The filter's part of sigma, without what of the rig is open; same units.
+    hexload_real_t own_sigma[HEXLOAD_PARAMETERS_MAX];
     hexload_verdict_t parameter_verdict[HEXLOAD_PARAMETERS_MAX]; ///< of each
     hexload_verdict_t verdict; ///< the worst of them
     hexload_real_t nis;        ///< normalised innovation squared, 1; ideal mean 6, of the paper's estimator 3

@@ -16,12 +16,16 @@ HEXLOAD_DECLS_BEGIN
 
 typedef struct hexload_momentum {
     hexload_leg_gate_t leg_gate;               ///< last accepted sample
+    hexload_rig_history_t history;             ///< samples of late, to look up what was late
     hexload_kinematics_t kinematics;           ///< at the present tick
     hexload_noise_estimator_t noise_estimator; ///< effective sigmas of the sensors
     hexload_load_monitor_t monitor;            ///< detects load changes, at the present tick
     hexload_smoother_t smoother;               ///< motion of lag_ticks ago
+    hexload_rig_twists_t twists;               ///< of the smoother, for the acceleration of legs with mass
+    hexload_rig_slide_t slide;                 ///< how friction has turned, by the smoother's speeds
     hexload_kinematics_t delayed_kinematics;   ///< lag_ticks ago, or more after a gap
     hexload_momentum_filter_t filter;          ///< theta and mu, of lag_ticks ago
+    hexload_consider_t consider;               ///< what the rig's open constants do to theta
     hexload_momentum_supervisor_t supervisor;  ///< verdicts
     hexload_health_t health;                   ///< bits and counters
     uint32_t change_tick;                      ///< first tick after the last load change

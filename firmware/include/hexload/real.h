@@ -73,6 +73,14 @@ static inline hexload_real_t hexload_fma(hexload_real_t a, hexload_real_t b, hex
 #define HEXLOAD_RARE
 #endif
 
+/// Before a function with a frame of its own: as a part of its caller its memory would lie on the stack under
+/// all that the caller calls afterwards.
+#if defined(__GNUC__)
+#define HEXLOAD_APART __attribute__((noinline))
+#else
+#define HEXLOAD_APART
+#endif
+
 /// Larger and smaller of two numbers; with a NaN the second argument.
 static inline hexload_real_t hexload_max(hexload_real_t a, hexload_real_t b) {
     return a > b ? a : b;

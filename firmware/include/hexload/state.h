@@ -65,6 +65,33 @@ typedef struct hexload_noise_estimator {
     hexload_real_t ratio[HEXLOAD_NOISE_KINDS];
 } hexload_noise_estimator_t;
 
+enum {
+    /// Ticks of the past from which the late channels of the oldest are made.
+    HEXLOAD_RIG_HISTORY = HEXLOAD_RIG_DELAY_TICKS_MAX + 1,
+    HEXLOAD_RIG_TWISTS = 5, ///< ticks over which an acceleration is the change of the twist
+};
+
+/// The last samples of the sensors, oldest overwritten first.
+typedef struct hexload_rig_history {
+    hexload_leg_sample_t past[HEXLOAD_RIG_HISTORY];
+    uint32_t stored;      ///< consecutive ticks in it, at most all
+    uint32_t next;        ///< place of the next one
+    uint32_t since_ticks; ///< periods from the last sample that came out to the last stored
+    bool has_begun;       ///< a sample has come out
+} hexload_rig_history_t;
+
+/// Where friction stands between its two directions, of each leg; -1..1.
+typedef struct hexload_rig_slide {
+    hexload_real_t share[HEXLOAD_LEGS];
+} hexload_rig_slide_t;
+
+/// Twists of the last ticks, for an acceleration.
+typedef struct hexload_rig_twists {
+    hexload_real_t past[HEXLOAD_RIG_TWISTS][6];
+    uint32_t stored; ///< consecutive ticks in it, at most all
+    uint32_t next;
+} hexload_rig_twists_t;
+
 /// Ticks of leg forces that the noise estimator looks at.
 enum { HEXLOAD_FORCE_HISTORY = 3 };
 
@@ -167,6 +194,35 @@ typedef struct hexload_momentum_filter {
     hexload_real_t nis;             ///< of the last sample, 6 degrees of freedom; 6 when there was none
 } hexload_momentum_filter_t;
 
+typedef struct hexload_consider {
+    hexload_real_t load[HEXLOAD_RIG_DIRECTIONS_MAX][HEXLOAD_LOAD_DIM]; ///< T, rows of theta
+    hexload_real_t momentum[HEXLOAD_RIG_DIRECTIONS_MAX][6];            ///< T, rows of mu
+    /// Error of mu' beside that of theta; one direction in each tick, as forces change little in so many.
+    hexload_real_t drive[HEXLOAD_RIG_DIRECTIONS_MAX][6];
+    uint32_t next; ///< direction whose drive is looked at next
+} hexload_consider_t;
+
+enum {
+    HEXLOAD_WRENCH_PARTS = 3,   ///< of y
+    HEXLOAD_WRENCH_SQUARES = 6, ///< of y y^T, the lower triangle by rows
+    HEXLOAD_WRENCH_BINS = 4,    ///< of the 200 ms that do not count yet
+};
+
+typedef struct hexload_wrench_monitor {
+    hexload_real_t residual[6];                                      ///< r, about the home point
+    hexload_real_t regressor[6][HEXLOAD_LOAD_DIM];                   ///< A
+    hexload_real_t last_regressor[6][HEXLOAD_LOAD_DIM];              ///< Y of the last tick
+    hexload_real_t friction[HEXLOAD_WRENCH_SQUARES];                 ///< what slow legs leave open of y y^T
+    hexload_real_t mean_square[HEXLOAD_WRENCH_SQUARES];              ///< C
+    hexload_real_t bin[HEXLOAD_WRENCH_BINS][HEXLOAD_WRENCH_SQUARES]; ///< means of 50 ms each
+    hexload_real_t filling[HEXLOAD_WRENCH_SQUARES];                  ///< the next bin, so far
+    hexload_real_t filled_s;                                         ///< time in it
+    hexload_real_t motion_s; ///< time that counts in C, up to its memory
+    uint32_t bins;           ///< filled since the last change, at most all
+    uint32_t next_bin;       ///< the oldest
+    uint32_t ticks;          ///< since the last change; 0: there is no last tick
+} hexload_wrench_monitor_t;
+
 typedef struct hexload_load_monitor {
     hexload_real_t momentum[6];             ///< mu of the present; N s, N m s
     hexload_real_t covariance[6][6];        ///< the lower triangle counts
@@ -179,10 +235,16 @@ typedef struct hexload_load_monitor {
     hexload_real_t nis_mean;                      ///< leaky; ideal 6
     hexload_real_t drift[6]; ///< leaky mean of the last 5 ms' innovations in sigmas, by direction
     uint32_t ticks;          ///< since the start, up to those that it takes to settle
+    hexload_wrench_monitor_t wrench;
+    hexload_rig_slide_t slide; ///< by the speeds of the velocity sensors
 } hexload_load_monitor_t;
 
 typedef struct hexload_momentum_supervisor {
     hexload_real_t nis_mean; ///< of the load monitor, leaky; starts at its ideal, 6
+    /// Of the filter, each tick bounded, leaky over a second, also over changes of the load; ideal 6.
+    hexload_real_t fit_nis;
+    hexload_real_t unfit_s; ///< for so long the machine still counts as one that is not its model
+    uint32_t fit_ticks;     ///< in the mean, since the start
     /// Information per tick that the motion gives on each parameter if the others were known, 1 / its unit
     /// squared: leaky mean over excitation_time_constant_s.
     hexload_real_t information[HEXLOAD_LOAD_DIM];

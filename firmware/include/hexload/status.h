@@ -41,7 +41,9 @@ typedef enum hexload_health_bit {
     HEXLOAD_HEALTH_LOAD_CHANGED = 10, ///< load change detected: identification begins anew
     HEXLOAD_HEALTH_NOISE_MISSTATED =
         11, ///< the sensors' noise is not the stated one; measured sigmas are used
-    HEXLOAD_HEALTH_BITS = 12
+    HEXLOAD_HEALTH_MODEL_MISFIT =
+        12, ///< the machine does not fit its model: commission it, whatever the load
+    HEXLOAD_HEALTH_BITS = 13
 } hexload_health_bit_t;
 
 /// Health of the last accepted tick and how often each bit was set since the start. Counters saturate.

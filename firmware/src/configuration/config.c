@@ -50,6 +50,7 @@ void hexload_config_default(hexload_config_t* config) {
                      .converged_relative_sigma = HEXLOAD_REAL(0.05),
                      .excitation_time_constant_s = HEXLOAD_REAL(10.0)},
         .actuator_effects = {.friction_speed_m_s = HEXLOAD_REAL(5e-3)},
+        .rig = {.stribeck_speed_m_s = HEXLOAD_REAL(0.01), .reversal_speed_m_s = HEXLOAD_REAL(0.001)},
     };
     *config = paper_machine;
     hexload_config_set_prior(config, HEXLOAD_PRIOR_SAFE);
@@ -223,6 +224,91 @@ static const char* check_momentum(const hexload_config_t* config) {
     return first_bad(fields, sizeof fields / sizeof fields[0]);
 }
 
+static bool are_in(const hexload_real_t values[HEXLOAD_LEGS], hexload_real_t least, hexload_real_t most) {
+    for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
+        if (!is_in(values[leg], least, most)) {
+            return false;
+        }
+    }
+    return true;
+}
+
+/// Dry friction at rest is none that pushes.
+static bool is_dry_friction(const hexload_rig_config_t* rig) {
+    for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
+        if (!is_in(rig->stribeck_n[leg], -rig->coulomb_n[leg], MILLION)) {
+            return false;
+        }
+    }
+    return true;
+}
+
+static bool are_directions(const hexload_rig_config_t* rig) {
+    for (uint32_t n = 0; n < HEXLOAD_RIG_DIRECTIONS_MAX && n < rig->direction_count; n++) {
+        const hexload_rig_direction_t* direction = &rig->direction[n];
+        if (!are_finite(direction->force_offset_n, HEXLOAD_LEGS) ||
+            !are_finite(direction->force_gain, HEXLOAD_LEGS) ||
+            !are_finite(direction->coulomb_n, HEXLOAD_LEGS) ||
+            !are_finite(direction->viscous_n_s_m, HEXLOAD_LEGS) || !are_finite(direction->gravity_m_s2, 2) ||
+            !are_finite(direction->platform, 4 + HEXLOAD_I_DIM) ||
+            !are_finite(&direction->base_hinge_m[0][0], 3 * HEXLOAD_LEGS) ||
+            !are_finite(&direction->platform_hinge_m[0][0], 3 * HEXLOAD_LEGS)) {
+            return false;
+        }
+    }
+    return true;
+}
+
+/// The first bad field of what commissioning has found.
+static const char* check_rig(const hexload_config_t* config) {
+    const hexload_rig_config_t* rig = &config->rig;
+    const hexload_real_t zero = HEXLOAD_REAL(0.0);
+    const hexload_real_t half = HEXLOAD_REAL(0.5);
+    const hexload_real_t ten = HEXLOAD_REAL(10.0);
+    const hexload_real_t micro = HEXLOAD_REAL(1e-6);
+    const hexload_real_t latest_s = (hexload_real_t)HEXLOAD_RIG_DELAY_TICKS_MAX * config->tick_s;
+    const field_t fields[] = {
+        {"rig.force_offset_n", are_in(rig->force_offset_n, -MILLION, MILLION)},
+        {"rig.force_gain", are_in(rig->force_gain, -half, half)},
+        {"rig.coulomb_n", are_in(rig->coulomb_n, zero, MILLION)},
+        {"rig.stribeck_n", is_dry_friction(rig)},
+        {"rig.viscous_n_s_m", are_in(rig->viscous_n_s_m, zero, HEXLOAD_REAL(1e8))},
+        {"rig.stribeck_speed_m_s", is_in(rig->stribeck_speed_m_s, micro, ten)},
+        {"rig.reversal_speed_m_s", is_in(rig->reversal_speed_m_s, micro, ten)},
+        {"rig.presliding_m", is_in(rig->presliding_m, zero, HEXLOAD_REAL(0.01))},
+        {"rig.force_delay_s", is_in(rig->force_delay_s, zero, latest_s)},
+        {"rig.velocity_delay_s", is_in(rig->velocity_delay_s, zero, latest_s)},
+        {"rig.leg_inertia_kg_m2", is_in(rig->leg_inertia_kg_m2, -MILLION, MILLION)},
+        {"rig.leg_slide_kg_m", is_in(rig->leg_slide_kg_m, -MILLION, MILLION)},
+        {"rig.leg_tilt_kg_m", is_in(rig->leg_tilt_kg_m, -MILLION, MILLION)},
+        {"rig.direction_count", rig->direction_count <= HEXLOAD_RIG_DIRECTIONS_MAX},
+        {"rig.direction", are_directions(rig)},
+    };
+    return first_bad(fields, sizeof fields / sizeof fields[0]);
+}
+
+hexload_status_t hexload_config_set_gravity(hexload_config_t* config, const hexload_real_t gravity_m_s2[3]) {
+    const hexload_real_t size =
+        hexload_sqrt(gravity_m_s2[0] * gravity_m_s2[0] + gravity_m_s2[1] * gravity_m_s2[1] +
+                     gravity_m_s2[2] * gravity_m_s2[2]);
+    if (!isfinite(size) || !(gravity_m_s2[2] < HEXLOAD_REAL(0.0))) {
+        return HEXLOAD_ERR_CONFIG;
+    }
+    // The shortest turn from u, upwards in base axes, to z: b - (u + z) (u + z) b / (1 + u z) + 2 z (u b).
+    const hexload_real_t u[3] = {-gravity_m_s2[0] / size, -gravity_m_s2[1] / size, -gravity_m_s2[2] / size};
+    for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
+        hexload_real_t* b = config->geometry.base_hinge_m[leg];
+        const hexload_real_t aside_m = u[0] * b[0] + u[1] * b[1];
+        const hexload_real_t share = aside_m / (HEXLOAD_REAL(1.0) + u[2]) + b[2];
+        const hexload_real_t up_m = aside_m + u[2] * b[2];
+        b[0] -= u[0] * share;
+        b[1] -= u[1] * share;
+        b[2] = up_m;
+    }
+    config->gravity_m_s2 = size;
+    return HEXLOAD_OK;
+}
+
 hexload_status_t hexload_config_check(const hexload_config_t* config, const char** bad_field) {
     const char* name = check_machine(config);
     if (name == NULL) {
@@ -230,6 +316,9 @@ hexload_status_t hexload_config_check(const hexload_config_t* config, const char
     }
     if (name == NULL) {
         name = check_momentum(config);
+    }
+    if (name == NULL) {
+        name = check_rig(config);
     }
     if (bad_field != NULL) {
         *bad_field = name;

@@ -47,6 +47,8 @@ const char* hexload_health_name(hexload_health_bit_t bit) {
         return "load changed";
     case HEXLOAD_HEALTH_NOISE_MISSTATED:
         return "noise misstated";
+    case HEXLOAD_HEALTH_MODEL_MISFIT:
+        return "model misfit";
     case HEXLOAD_HEALTH_BITS:
     default:
         return "unknown health bit";

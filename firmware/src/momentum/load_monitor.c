@@ -3,6 +3,7 @@
 #include "algebra/chi_square.h"
 #include "algebra/linalg.h"
 #include "momentum/momentum_model.h"
+#include "rig/rig.h"
 
 #include <string.h>
 
@@ -32,6 +33,15 @@ void hexload_load_monitor_init(hexload_load_monitor_t* self) {
     *self = (hexload_load_monitor_t){.nis = CHI_SQUARE_6_MEAN, .nis_mean = CHI_SQUARE_6_MEAN};
 }
 
+void hexload_load_monitor_restart(hexload_load_monitor_t* self) {
+    const hexload_wrench_monitor_t wrench = self->wrench;
+    const hexload_rig_slide_t slide = self->slide;
+    hexload_load_monitor_init(self);
+    self->wrench = wrench;
+    self->slide = slide;
+    hexload_wrench_monitor_restart(&self->wrench);
+}
+
 /// mu of the measured twist.
 HEXLOAD_RARE static void seed(hexload_load_monitor_t* self, const hexload_real_t body[DIM],
                               const hexload_present_tick_t* now) {
@@ -50,30 +60,54 @@ HEXLOAD_RARE static void seed(hexload_load_monitor_t* self, const hexload_real_t
 
 /// A force that jumps between two ticks is not a trapezoid: its second difference, beyond three sigma of
 /// noise, counts as an error of a quarter of the jump.
-static hexload_real_t force_variance(const hexload_load_monitor_t* self, const hexload_present_tick_t* now,
-                                     int leg) {
-    const hexload_real_t variance = now->sensors.force_sigma_n * now->sensors.force_sigma_n;
+static hexload_real_t force_variance(const hexload_load_monitor_t* self, hexload_real_t sigma_n, int leg,
+                                     const hexload_real_t force_n[HEXLOAD_LEGS]) {
+    const hexload_real_t variance = sigma_n * sigma_n;
     if (self->ticks < 2) {
         return variance;
     }
-    const hexload_real_t jump_n = now->sample->force_n[leg] - HEXLOAD_REAL(2.0) * self->last_force_n[0][leg] +
-                                  self->last_force_n[1][leg];
+    const hexload_real_t jump_n =
+        force_n[leg] - HEXLOAD_REAL(2.0) * self->last_force_n[0][leg] + self->last_force_n[1][leg];
     const hexload_real_t beyond = jump_n * jump_n - HEXLOAD_REAL(54.0) * variance; // 9 (1 + 4 + 1)
     return variance + hexload_max(HEXLOAD_REAL(0.0), beyond) / HEXLOAD_REAL(16.0);
 }
 
+/// Forces of the present, and what the rig's own parameters make of them.
+typedef struct push {
+    hexload_momentum_input_t input;
+    hexload_real_t force_n[HEXLOAD_LEGS];     ///< of the legs on the platform
+    hexload_real_t variance_n2[HEXLOAD_LEGS]; ///< of what is not known of them
+} push_t;
+
+/// By the legs' speeds of this tick and the acceleration of the one before.
+static void find_push(hexload_load_monitor_t* self, const hexload_config_t* config,
+                      const hexload_present_tick_t* now, push_t* push) {
+    hexload_real_t acceleration[6];
+    hexload_real_t wrench[6];
+    memcpy(push->force_n, now->sample->force_n, sizeof push->force_n);
+    hexload_rig_compensate(&self->slide, config, now->sample->velocity_m_s, now->gap_ticks, push->force_n,
+                           push->variance_n2);
+    hexload_momentum_read_input(now->motion, push->force_n, &push->input);
+    memcpy(acceleration, self->acceleration, sizeof acceleration);
+    acceleration[2] -= config->gravity_m_s2;
+    hexload_rig_leg_wrench(config, now->sample, now->motion, now->motion->twist, acceleration, wrench);
+    hexload_momentum_take_off(now->motion, wrench, &push->input);
+}
+
 static void predict(hexload_load_monitor_t* self, const hexload_config_t* config,
                     const hexload_real_t body[DIM], const hexload_present_tick_t* now,
-                    const hexload_momentum_input_t* input) {
+                    const push_t* push) {
     const hexload_real_t dt_s = config->tick_s;
     hexload_real_t variance[HEXLOAD_LEGS];
     hexload_real_t columns[HEXLOAD_LEGS][6];
     hexload_real_t G[PULLED][LIFTED];
-    hexload_momentum_pull(&self->last_input, input, dt_s * config->gravity_m_s2, G);
-    hexload_momentum_move(self->momentum, &self->last_input, input, dt_s, G, body);
+    hexload_momentum_pull(&self->last_input, &push->input, dt_s * config->gravity_m_s2, G);
+    hexload_momentum_move(self->momentum, &self->last_input, &push->input, dt_s, G, body);
     for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
         hexload_momentum_of_push(now->motion, leg, columns[leg]);
-        variance[leg] = dt_s * dt_s * force_variance(self, now, leg);
+        variance[leg] =
+            dt_s * dt_s *
+            (force_variance(self, now->sensors.force_sigma_n, leg, push->force_n) + push->variance_n2[leg]);
     }
     hexload_momentum_add_noise(columns, variance, self->covariance);
 }
@@ -148,11 +182,10 @@ static bool has_drifted(const hexload_load_monitor_t* self, hexload_real_t share
     return dot6(self->drift, self->drift) * (HEXLOAD_REAL(2.0) - share) > ALARM_DRIFT * share;
 }
 
-static void remember(hexload_load_monitor_t* self, const hexload_leg_sample_t* sample,
-                     const hexload_momentum_input_t* input) {
-    self->last_input = *input;
+static void remember(hexload_load_monitor_t* self, const push_t* push) {
+    self->last_input = push->input;
     memcpy(self->last_force_n[1], self->last_force_n[0], sizeof self->last_force_n[1]);
-    memcpy(self->last_force_n[0], sample->force_n, sizeof self->last_force_n[0]);
+    memcpy(self->last_force_n[0], push->force_n, sizeof self->last_force_n[0]);
     if (self->ticks < SETTLED_TICKS) {
         self->ticks++;
         self->nis_mean = CHI_SQUARE_6_MEAN;
@@ -176,24 +209,41 @@ static void follow_filter(hexload_load_monitor_t* self, const hexload_momentum_f
     }
 }
 
+/// Whether another wrench acts than the known load's, by the machine's own past.
+static bool is_wrong_wrench(hexload_load_monitor_t* self, const hexload_config_t* config,
+                            const hexload_momentum_filter_t* filter, hexload_fit_t fit,
+                            const hexload_present_tick_t* now, const push_t* push) {
+    const hexload_push_t seen = {now->motion, &self->last_input, &push->input, push->variance_n2};
+    if (now->gap_ticks != 1) {
+        hexload_wrench_monitor_restart(&self->wrench);
+    }
+    return hexload_wrench_monitor_step(&self->wrench, config, filter, fit, &seen);
+}
+
 bool hexload_load_monitor_step(hexload_load_monitor_t* self, const hexload_config_t* config,
-                               const hexload_momentum_filter_t* filter, const hexload_present_tick_t* now) {
+                               const hexload_momentum_filter_t* filter, hexload_fit_t fit,
+                               const hexload_present_tick_t* now) {
     const hexload_real_t drift_share = DRIFT_1_S * config->tick_s;
     hexload_real_t body[DIM];
-    hexload_momentum_input_t input;
-    hexload_momentum_read_input(now->motion, now->sample->force_n, &input);
+    push_t push;
+    find_push(self, config, now, &push);
     follow_filter(self, filter, now->motion, body);
     if (self->ticks == 0 || now->gap_ticks != 1) {
         seed(self, body, now);
         memcpy(self->late_twist, now->motion->twist, sizeof self->late_twist);
         self->nis = CHI_SQUARE_6_MEAN;
     } else {
-        predict(self, config, body, now, &input);
+        predict(self, config, body, now, &push);
         add_unknown(self, filter, now->motion, config->tick_s);
         self->nis = correct(self, body, now, drift_share);
         self->nis_mean += config->tick_s / HEXLOAD_LOAD_MONITOR_MEMORY_S * (self->nis - self->nis_mean);
     }
+    const bool is_wrong = is_wrong_wrench(self, config, filter, fit, now, &push);
     follow_acceleration(self, config, now->motion->twist);
-    remember(self, now->sample, &input);
-    return self->nis_mean > ALARM_NIS || has_drifted(self, drift_share);
+    remember(self, &push);
+    const bool is_alarm = self->nis_mean > ALARM_NIS || has_drifted(self, drift_share);
+    if (is_alarm && fit != HEXLOAD_FIT_NOISE && !is_wrong) {
+        self->ticks = 0; // mu begins anew, as errors of the model have moved it
+    }
+    return fit == HEXLOAD_FIT_NOISE ? is_alarm : is_wrong;
 }

@@ -15,6 +15,7 @@
 
 #include "front_end/present_tick.h"
 #include "momentum/momentum_filter.h"
+#include "momentum/wrench_monitor.h"
 
 /// Time constant of the mean, and how long an error of the parameters has added up in mu.
 #define HEXLOAD_LOAD_MONITOR_MEMORY_S HEXLOAD_REAL(0.05)
@@ -22,11 +23,15 @@
 /// mu comes with the next sample.
 void hexload_load_monitor_init(hexload_load_monitor_t* self);
 
+/// The same for another load on the same machine.
+void hexload_load_monitor_restart(hexload_load_monitor_t* self);
+
 /// One sample of the present. After a gap mu begins anew, and the sample shows nothing.
+/// @param fit but for HEXLOAD_FIT_NOISE the machine's own past says what is noise (wrench_monitor.h).
 /// @param now its force sigma covers what is not known of the forces.
 /// @return true when the load has changed. Reentrant, constant time.
 HEXLOAD_MUST_USE bool hexload_load_monitor_step(hexload_load_monitor_t* self, const hexload_config_t* config,
                                                 const hexload_momentum_filter_t* filter,
-                                                const hexload_present_tick_t* now);
+                                                hexload_fit_t fit, const hexload_present_tick_t* now);
 
 #endif

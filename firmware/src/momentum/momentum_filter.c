@@ -6,7 +6,6 @@
 #include "momentum/momentum_model.h"
 #include "configuration/momentum_prior.h"
 
-#include <stddef.h>
 #include <string.h>
 
 enum { DIM = HEXLOAD_LOAD_DIM };
@@ -106,7 +105,8 @@ static void predict(hexload_momentum_filter_t* self, const hexload_config_t* con
     move_covariance(self, G);
     for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
         hexload_momentum_of_push(&past->motion, leg, columns[leg]);
-        variance[leg] = impulse_sigma_n_s * impulse_sigma_n_s;
+        variance[leg] =
+            impulse_sigma_n_s * impulse_sigma_n_s + dt_s * dt_s * past->smooth.force_variance_n2[leg];
     }
     hexload_momentum_add_noise(columns, variance, self->momentum_cov);
 }
@@ -167,14 +167,6 @@ static hexload_real_t correlated_ticks(const hexload_delayed_tick_t* past, const
     return HEXLOAD_REAL(1.0) + HEXLOAD_REAL(0.5) * (hexload_real_t)past->smoother->lag_ticks * share;
 }
 
-/// The six leg speeds as a measurement of momentum: e = Y(V) (theta + theta_platform) - mu, H = [Y, -E] with
-/// the smooth twist, so that H's noise is not the innovation's.
-typedef struct measurement {
-    hexload_real_t Y[6][DIM];
-    hexload_real_t innovation[6];
-    hexload_real_t S[6][6]; ///< R first; lower triangle
-} measurement_t;
-
 /// Noise of e: that of the leg speeds by the cautious body, and the parameters' errors on the part of the
 /// twist that the smoother leaves out.
 static void measurement_noise(const hexload_momentum_filter_t* self, const hexload_delayed_tick_t* past,
@@ -201,8 +193,10 @@ static void measurement_noise(const hexload_momentum_filter_t* self, const hexlo
     }
 }
 
+/// The six leg speeds as a measurement of momentum: e = Y(V) (theta + theta_platform) - mu, H = [Y, -E] with
+/// the smooth twist, so that H's noise is not the innovation's.
 static void measure(const hexload_momentum_filter_t* self, const hexload_motion_t* motion,
-                    const residual_t* residual, measurement_t* measured) {
+                    const residual_t* residual, hexload_momentum_update_t* measured) {
     hexload_real_t body[DIM];
     hexload_momentum_regressor(motion, residual->smooth_twist, measured->Y);
     add_platform(self, body);
@@ -212,9 +206,9 @@ static void measure(const hexload_momentum_filter_t* self, const hexload_motion_
     }
 }
 
-/// H P with H = [-Y, E], and S = H P H^T + R.
-static void project_covariance(const hexload_momentum_filter_t* self, measurement_t* measured,
-                               hexload_momentum_projection_t* U) {
+/// U = -H P = [E, -Y] P, and L, which is R, becomes S = H P H^T + R; lower triangle.
+static void project_covariance(const hexload_momentum_filter_t* self, hexload_momentum_update_t* measured) {
+    hexload_momentum_projection_t* U = &measured->U;
     for (int a = 0; a < 6; a++) {
         const hexload_real_t* Y = measured->Y[a];
         for (int j = 0; j < DIM; j++) {
@@ -225,7 +219,7 @@ static void project_covariance(const hexload_momentum_filter_t* self, measuremen
                                 momentum_times_row(Y, self->cross_cov[b], a < 3);
         }
         for (int b = 0; b <= a; b++) {
-            measured->S[a][b] += U->momentum[a][b] - momentum_times_row(measured->Y[b], U->load[a], b < 3);
+            measured->L[a][b] += U->momentum[a][b] - momentum_times_row(measured->Y[b], U->load[a], b < 3);
         }
     }
 }
@@ -255,25 +249,24 @@ static void correct_theta(hexload_momentum_filter_t* self, int i, hexload_real_t
 }
 
 /// x += (H P)^T S^-1 e, P -= (H P)^T S^-1 H P, both by their whitened halves.
-static void correct(hexload_momentum_filter_t* self, measurement_t* measured,
-                    hexload_momentum_update_t* left) {
-    hexload_momentum_projection_t U;
+static void correct(hexload_momentum_filter_t* self, hexload_momentum_update_t* measured) {
+    hexload_momentum_projection_t* U = &measured->U;
     hexload_real_t u[2][6];
     const hexload_real_t* e = measured->innovation;
     inflate_covariance(self);
-    project_covariance(self, measured, &U);
-    hexload_cholesky6(measured->S);
-    whiten6(measured->S, &U.load[0][0], DIM);
-    whiten6(measured->S, &U.momentum[0][0], 6);
-    whiten6(measured->S, measured->innovation, 1);
+    project_covariance(self, measured);
+    hexload_cholesky6(measured->L);
+    whiten6(measured->L, &U->load[0][0], DIM);
+    whiten6(measured->L, &U->momentum[0][0], 6);
+    whiten6(measured->L, measured->innovation, 1);
     self->nis = dot6(e, e);
     for (int i = 0; i < DIM; i += 2) {
-        read_column(&U.load[0][0], DIM, i, u[0]);
-        read_column(&U.load[0][0], DIM, i + 1, u[1]);
+        read_column(&U->load[0][0], DIM, i, u[0]);
+        read_column(&U->load[0][0], DIM, i + 1, u[1]);
         correct_theta(self, i, dot6(u[0], e));
         correct_theta(self, i + 1, dot6(u[1], e));
-        downdate6_twice(self->load_cov[i], u, &U.load[0][0], DIM, i + 1);
-        downdate6(&self->load_cov[i + 1][i + 1], u[1], &U.load[0][i + 1], DIM, 1);
+        downdate6_twice(self->load_cov[i], u, &U->load[0][0], DIM, i + 1);
+        downdate6(&self->load_cov[i + 1][i + 1], u[1], &U->load[0][i + 1], DIM, 1);
     }
     for (int i = 0; i < DIM; i++) {
         for (int j = 0; j < i; j++) {
@@ -281,37 +274,31 @@ static void correct(hexload_momentum_filter_t* self, measurement_t* measured,
         }
     }
     for (int i = 0; i < 6; i += 2) {
-        read_column(&U.momentum[0][0], 6, i, u[0]);
-        read_column(&U.momentum[0][0], 6, i + 1, u[1]);
+        read_column(&U->momentum[0][0], 6, i, u[0]);
+        read_column(&U->momentum[0][0], 6, i + 1, u[1]);
         self->momentum[i] += dot6(u[0], e);
         self->momentum[i + 1] += dot6(u[1], e);
-        downdate6_twice(self->cross_cov[i], u, &U.load[0][0], DIM, DIM);
-        downdate6_twice(self->momentum_cov[i], u, &U.momentum[0][0], 6, i + 1);
-        downdate6(&self->momentum_cov[i + 1][i + 1], u[1], &U.momentum[0][i + 1], 6, 1);
-    }
-    if (left != NULL) {
-        memcpy(left->Y, measured->Y, sizeof left->Y);
-        memcpy(left->innovation, measured->innovation, sizeof left->innovation);
-        memcpy(left->L, measured->S, sizeof left->L);
-        left->U = U;
+        downdate6_twice(self->cross_cov[i], u, &U->load[0][0], DIM, DIM);
+        downdate6_twice(self->momentum_cov[i], u, &U->momentum[0][0], 6, i + 1);
+        downdate6(&self->momentum_cov[i + 1][i + 1], u[1], &U->momentum[0][i + 1], 6, 1);
     }
 }
 
 void hexload_momentum_filter_step(hexload_momentum_filter_t* self, const hexload_config_t* config,
                                   const hexload_delayed_tick_t* past, hexload_momentum_update_t* update) {
     residual_t residual;
-    measurement_t measured;
     hexload_momentum_input_t input;
     find_residual(past, &residual);
     hexload_momentum_read_input(&past->motion, past->smooth.sample.force_n, &input);
+    hexload_momentum_take_off(&past->motion, past->smooth.leg_wrench, &input);
     if (past->smooth.gap_ticks == 0) {
         seed_momentum(self, past, &residual);
         self->nis = CHI_SQUARE_6_MEAN;
     } else {
         predict(self, config, past, &input);
-        measure(self, &past->motion, &residual, &measured);
-        measurement_noise(self, past, &residual, measured.S);
-        correct(self, &measured, update);
+        measure(self, &past->motion, &residual, update);
+        measurement_noise(self, past, &residual, update->L);
+        correct(self, update);
     }
     self->last_input = input;
     memcpy(self->smooth_twist, residual.smooth_twist, sizeof self->smooth_twist);

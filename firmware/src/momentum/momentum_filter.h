@@ -44,8 +44,8 @@ void hexload_momentum_prior_sigma(const hexload_momentum_config_t* momentum,
 void hexload_momentum_filter_init(hexload_momentum_filter_t* self, const hexload_config_t* config);
 
 /// One time update and one measurement update. A sample with gap_ticks 0 is none: mu begins anew.
-/// @param[out] update what the measurement update leaves behind, for states that are carried along and for a
-///             trace; not written when mu began anew. NULL: not wanted.
+/// @param[out] update its working memory, and what the measurement update leaves behind, for states that are
+///             carried along and for a trace; not written when mu began anew.
 /// Reentrant; constant time but for a sample with gap_ticks 0, which is shorter.
 void hexload_momentum_filter_step(hexload_momentum_filter_t* self, const hexload_config_t* config,
                                   const hexload_delayed_tick_t* past, hexload_momentum_update_t* update);

@@ -132,6 +132,16 @@ void hexload_momentum_read_input(const hexload_motion_t* motion, const hexload_r
     }
 }
 
+void hexload_momentum_take_off(const hexload_motion_t* motion, const hexload_real_t wrench[6],
+                               hexload_momentum_input_t* input) {
+    hexload_real_t moved[3];
+    cross3(motion->p_m, &wrench[0], moved);
+    for (int k = 0; k < 3; k++) {
+        input->wrench[k] -= wrench[k];
+        input->wrench[3 + k] -= wrench[3 + k] + moved[k];
+    }
+}
+
 void hexload_momentum_pull(const hexload_momentum_input_t* last, const hexload_momentum_input_t* input,
                            hexload_real_t impulse_m_s, hexload_real_t G[PULLED][LIFTED]) {
     const hexload_real_t half = HEXLOAD_REAL(0.5) * impulse_m_s;

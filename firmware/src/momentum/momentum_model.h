@@ -32,6 +32,10 @@ void hexload_momentum_spread(const hexload_momentum_filter_t* filter, hexload_re
 void hexload_momentum_read_input(const hexload_motion_t* motion, const hexload_real_t force_n[HEXLOAD_LEGS],
                                  hexload_momentum_input_t* input);
 
+/// Takes a wrench about O_A off the input.
+void hexload_momentum_take_off(const hexload_motion_t* motion, const hexload_real_t wrench[6],
+                               hexload_momentum_input_t* input);
+
 /// Rows of G that are not zero, and its columns: gravity acts on P_z, H_x and H_y, through m, hx, hy and hz.
 enum { FIRST_PULLED = 2, PULLED = 3, LIFTED = 4 };
 

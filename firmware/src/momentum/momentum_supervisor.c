@@ -8,8 +8,35 @@
 
 enum { DIM = HEXLOAD_LOAD_DIM };
 
+/// Mean NIS of the filter over FIT_S: twice the ideal, and five times, beyond which no verdict is worth
+/// anything. Of one tick LARGEST_NIS counts at most.
+#define FIT_S HEXLOAD_REAL(1.0)
+#define FIT_NIS HEXLOAD_REAL(12.0)
+#define MISFIT_NIS HEXLOAD_REAL(30.0)
+#define LARGEST_NIS HEXLOAD_REAL(120.0)
+
+/// A filter that has begun anew explains everything for a while.
+#define UNFIT_S HEXLOAD_REAL(10.0)
+
+enum {
+    FEWEST_TICKS = 20,
+    JUDGED_TICKS = 100, ///< before, innovations have not said yet whether the machine fits its model
+};
+
 void hexload_momentum_supervisor_init(hexload_momentum_supervisor_t* self) {
-    *self = (hexload_momentum_supervisor_t){.nis_mean = CHI_SQUARE_6_MEAN};
+    *self = (hexload_momentum_supervisor_t){.nis_mean = CHI_SQUARE_6_MEAN, .fit_nis = CHI_SQUARE_6_MEAN};
+}
+
+hexload_fit_t hexload_momentum_supervisor_fit(const hexload_momentum_supervisor_t* self,
+                                              const hexload_config_t* config) {
+    hexload_real_t rubbing_n = HEXLOAD_REAL(0.0);
+    for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
+        rubbing_n += config->rig.coulomb_n[leg];
+    }
+    if (self->unfit_s > HEXLOAD_REAL(0.0)) {
+        return HEXLOAD_FIT_NONE;
+    }
+    return rubbing_n > HEXLOAD_REAL(0.0) ? HEXLOAD_FIT_FRICTION : HEXLOAD_FIT_NOISE;
 }
 
 void hexload_momentum_supervisor_forget(hexload_momentum_supervisor_t* self) {
@@ -117,11 +144,25 @@ void hexload_momentum_supervisor_hear(hexload_momentum_supervisor_t* self, const
     self->nis_mean += config->tick_s / config->momentum.nis_time_constant_s * (monitor->nis - self->nis_mean);
 }
 
+/// A mean over all ticks at first, as if FEWEST_TICKS ideal ones had gone before.
+static void measure_fit(hexload_momentum_supervisor_t* self, const hexload_config_t* config,
+                        const hexload_momentum_filter_t* filter) {
+    const hexload_real_t share = hexload_max(
+        config->tick_s / FIT_S, HEXLOAD_REAL(1.0) / (hexload_real_t)(FEWEST_TICKS + self->fit_ticks));
+    self->fit_ticks += self->fit_ticks < UINT32_MAX / 2 ? 1 : 0;
+    self->fit_nis += share * (hexload_min(filter->nis, LARGEST_NIS) - self->fit_nis);
+    if (self->fit_nis > FIT_NIS) {
+        self->unfit_s = UNFIT_S;
+    }
+    self->unfit_s = hexload_max(HEXLOAD_REAL(0.0), self->unfit_s - config->tick_s);
+}
+
 void hexload_momentum_supervisor_watch(hexload_momentum_supervisor_t* self, const hexload_config_t* config,
                                        const hexload_momentum_filter_t* filter,
                                        const hexload_delayed_tick_t* past) {
     const hexload_momentum_config_t* momentum = &config->momentum;
     const uint32_t gap_ticks = past->smooth.gap_ticks;
+    measure_fit(self, config, filter);
     self->elapsed_ticks += gap_ticks;
     if (gap_ticks == 0) { // the twist of before is another motion's
         memcpy(self->last_twist, filter->smooth_twist, sizeof self->last_twist);
@@ -176,15 +217,19 @@ static hexload_verdict_t judge_parameter(const hexload_momentum_supervisor_t* se
 }
 
 void hexload_momentum_supervisor_judge(hexload_momentum_supervisor_t* self, const hexload_config_t* config,
-                                       const hexload_momentum_filter_t* filter, hexload_estimate_t* estimate,
+                                       const hexload_momentum_filter_t* filter,
+                                       const hexload_consider_t* consider, hexload_estimate_t* estimate,
                                        uint32_t* health) {
     hexload_real_t scale[DIM];
-    hexload_momentum_filter_read(filter, estimate->value, estimate->sigma);
+    hexload_momentum_filter_read(filter, estimate->value, estimate->own_sigma);
+    memcpy(estimate->sigma, estimate->own_sigma, sizeof estimate->sigma);
+    hexload_consider_widen(consider, config, estimate->sigma);
     estimate->nis = filter->nis;
     estimate->nis_mean = self->nis_mean;
     estimate->verdict = HEXLOAD_VERDICT_CONVERGED;
     find_scales(filter, scale);
-    const bool fits_model = self->nis_mean <= config->momentum.inconsistent_nis &&
+    const bool is_misfit = self->fit_nis > MISFIT_NIS;
+    const bool fits_model = !is_misfit && self->nis_mean <= config->momentum.inconsistent_nis &&
                             hexload_pseudo_inertia_is_positive(estimate->value, estimate->sigma);
     for (int k = 0; k < DIM; k++) {
         const hexload_verdict_t verdict = fits_model
@@ -200,5 +245,20 @@ void hexload_momentum_supervisor_judge(hexload_momentum_supervisor_t* self, cons
     }
     if (!fits_model) {
         hexload_health_set(health, HEXLOAD_HEALTH_INCONSISTENT);
+    }
+    if (is_misfit) {
+        hexload_health_set(health, HEXLOAD_HEALTH_MODEL_MISFIT);
+    }
+}
+
+void hexload_momentum_supervisor_hold_back(const hexload_momentum_supervisor_t* self,
+                                           hexload_estimate_t* estimate) {
+    for (int k = 0; k < DIM && self->fit_ticks < JUDGED_TICKS; k++) {
+        if (estimate->parameter_verdict[k] == HEXLOAD_VERDICT_CONVERGED) {
+            estimate->parameter_verdict[k] = HEXLOAD_VERDICT_CONVERGING;
+        }
+        if (estimate->verdict == HEXLOAD_VERDICT_CONVERGED) {
+            estimate->verdict = HEXLOAD_VERDICT_CONVERGING;
+        }
     }
 }

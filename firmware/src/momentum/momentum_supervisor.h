@@ -4,6 +4,7 @@
 #define HEXLOAD_MOMENTUM_SUPERVISOR_H
 
 #include "hexload/estimate.h"
+#include "momentum/consider.h"
 #include "momentum/load_monitor.h"
 
 void hexload_momentum_supervisor_init(hexload_momentum_supervisor_t* self);
@@ -12,6 +13,11 @@ void hexload_momentum_supervisor_init(hexload_momentum_supervisor_t* self);
 /// in them too.
 void hexload_momentum_supervisor_hear(hexload_momentum_supervisor_t* self, const hexload_config_t* config,
                                       const hexload_load_monitor_t* monitor);
+
+/// How well the machine has fitted its model of late: by fit_nis, and by config->rig, whose friction has
+/// errors that are not noise.
+hexload_fit_t hexload_momentum_supervisor_fit(const hexload_momentum_supervisor_t* self,
+                                              const hexload_config_t* config);
 
 /// The filter has begun anew: innovations of before say nothing any more. What is known of the motion stays.
 void hexload_momentum_supervisor_forget(hexload_momentum_supervisor_t* self);
@@ -24,9 +30,15 @@ void hexload_momentum_supervisor_watch(hexload_momentum_supervisor_t* self, cons
 /// Fills in the estimate from the filter and judges it. A parameter that has not converged is converging when
 /// the motion of the last excitation_time_constant_s, gone on for as long again, would lower its sigma by a
 /// third at least.
-/// @param[in,out] health sets NOT_EXCITED, INCONSISTENT. Reentrant, constant time.
+/// @param[in,out] health sets NOT_EXCITED, INCONSISTENT, MODEL_MISFIT. Reentrant, constant time.
 void hexload_momentum_supervisor_judge(hexload_momentum_supervisor_t* self, const hexload_config_t* config,
-                                       const hexload_momentum_filter_t* filter, hexload_estimate_t* estimate,
+                                       const hexload_momentum_filter_t* filter,
+                                       const hexload_consider_t* consider, hexload_estimate_t* estimate,
                                        uint32_t* health);
+
+/// Nothing counts as converged while innovations have not said yet whether the machine fits its model. After
+/// all that judges.
+void hexload_momentum_supervisor_hold_back(const hexload_momentum_supervisor_t* self,
+                                           hexload_estimate_t* estimate);
 
 #endif

@@ -312,6 +312,8 @@ static void read_middle(hexload_smoother_t* self, const hexload_sensors_t* senso
     }
     out->sample.tick = self->middle_tick;
     read_forces(self, middle, out->sample.force_n);
+    memset(out->force_variance_n2, 0, sizeof out->force_variance_n2);
+    memset(out->leg_wrench, 0, sizeof out->leg_wrench);
     memcpy(out->smooth_velocity_m_s, self->held_m_s, sizeof self->held_m_s);
     if (self->entered >= window_ticks(self)) {
         fit_slopes(self, sensors->displacement_sigma_m, out->smooth_velocity_m_s);

@@ -29,6 +29,8 @@ typedef struct hexload_smooth_sample {
     hexload_leg_sample_t sample;
     hexload_real_t smooth_velocity_m_s[HEXLOAD_LEGS];
     uint32_t gap_ticks; ///< periods since the last one taken out; 0 for the first after a start
+    hexload_real_t force_variance_n2[HEXLOAD_LEGS]; ///< beside the sensors' noise; 0 of the smoother
+    hexload_real_t leg_wrench[6];                   ///< that the legs take, about O_A; 0 of the smoother
 } hexload_smooth_sample_t;
 
 /// Starts empty.

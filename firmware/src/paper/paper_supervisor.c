@@ -1,5 +1,7 @@
 #include "paper/paper_supervisor.h"
 
+#include <string.h>
+
 #include <stdbool.h>
 
 void hexload_paper_supervisor_init(hexload_paper_supervisor_t* self) {
@@ -48,6 +50,7 @@ void hexload_paper_supervisor_judge(hexload_paper_supervisor_t* self, const hexl
         estimate->parameter_verdict[k] = HEXLOAD_VERDICT_CONVERGED;
     }
     hexload_paper_filter_read(filter, estimate->value, estimate->sigma);
+    memcpy(estimate->own_sigma, estimate->sigma, sizeof estimate->own_sigma);
     // One spike must not turn the verdict: a tick raises the mean by half the way to the threshold at most.
     const hexload_real_t weight = config->tick_s / paper->nis_time_constant_s;
     const hexload_real_t most = HEXLOAD_REAL(0.5) * (paper->inconsistent_nis - HEXLOAD_REAL(3.0));

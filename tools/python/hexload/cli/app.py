@@ -121,6 +121,9 @@ def replay(
     estimator: Annotated[Estimator | None, typer.Option(help="Instead of the platform file's.")] = None,
     prior: Annotated[Prior | None, typer.Option(help="Start covariance, instead of the platform file's.")] = None,
     tare: Annotated[Path | None, typer.Option(help="File of hexload tare, made with the same platform file.")] = None,
+    rig: Annotated[
+        Path | None, typer.Option(help="File of hexload commission, made with the same platform file.")
+    ] = None,
     bodies: Annotated[
         Path | None,
         typer.Option(
@@ -151,7 +154,7 @@ def replay(
     from hexload.cli.replay import print_summary
     from hexload.estimation.replay import replay_log
 
-    result = replay_log(log, platform, estimator, prior, out, tare, bodies, report, trace)
+    result = replay_log(log, platform, estimator, prior, out, tare, bodies, report, trace, rig)
     print_summary(result, out, bodies, report, trace)
 
 
@@ -182,6 +185,44 @@ def tare(
     from hexload.estimation.tare import make_tare
 
     print_summary(make_tare(log, platform, out, largest_offset), out)
+
+
+@app.command("commission")
+def commission_verb(
+    log: Annotated[
+        Path, typer.Argument(help="Leg log of the empty platform, in motion; formats as of hexload replay.")
+    ],
+    platform: Annotated[Path, typer.Option(help="Platform file (.toml).")],
+    out: Annotated[Path, typer.Option(help="Rig file to write (.toml), for hexload replay --rig.")],
+    reference: Annotated[
+        Path | None,
+        typer.Option(help="Leg log with a known mass on the platform: tells the force sensors' common gain."),
+    ] = None,
+    reference_mass: Annotated[float | None, typer.Option(min=1.0, help="That mass, kg.")] = None,
+    loaded: Annotated[
+        bool,
+        typer.Option(
+            "--loaded", help="The platform carries a load: its own mass and inertia stay the platform file's."
+        ),
+    ] = False,
+    largest_offset: Annotated[
+        float,
+        typer.Option(min=0.0, help="More than this share beyond the platform's own parameters is taken for a load."),
+    ] = 0.75,
+) -> None:
+    """Finds what one machine is like beyond its platform file: friction, offsets, gains, delays, tilt, legs, hinges, platform.
+
+    One regression on 10 to 20 s of motion of all six axes with the empty platform. The table tolerances of the platform file says what is
+    known of gains, offsets, hinges and tilt. Without a reference mass the common gain stays the remaining error of every mass.
+    Refused, with the cause, and nothing written: forces that no empty platform on these legs takes, and a motion that tells too little.
+
+    Example:  hexload commission empty.csv --platform platform.toml --out rig.toml
+    """
+    from hexload.cli.commission import print_summary
+    from hexload.estimation.commission import Wish, commission
+
+    wish = Wish(log, platform, out, reference, reference_mass, loaded, largest_offset)
+    print_summary(commission(wish), out)
 
 
 @app.command()

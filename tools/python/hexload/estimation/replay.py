@@ -5,6 +5,7 @@ from pathlib import Path
 
 from hexload.errors import InputError
 from hexload.estimation.firmware_run import load_platform, native_firmware, run_firmware
+from hexload.estimation.rig_file import platform_with_rig
 from hexload.estimation.tare import tare_for
 from hexload.io.atomic_file import replaced_when_done
 from hexload.io.log_file import LegLog
@@ -21,21 +22,26 @@ def replay_log(
     bodies: Path | None = None,
     report: Path | None = None,
     trace: Path | None = None,
+    rig: Path | None = None,
 ) -> dict:
     """Writes the estimates CSV to `out`, one row per log row, and returns what hexload_native.replay returns, with the
     log reader's remarks.
 
     `estimator` and `prior` override the platform file's [estimator] table. `tare`: file of `hexload tare`, made with
-    the same platform. `bodies`: a CSV for the load as a body, one row per log row. `report`: a page, of all ten
+    the same platform; `rig`: of `hexload commission`, likewise. `bodies`: a CSV for the load as a body, one row per log row. `report`: a page, of all ten
     parameters. `trace`: a CSV of each tick's measurement update.
     """
     _refuse_same_files({"--out": out, "--bodies": bodies, "--report": report, "--trace": trace})
     samples = read_any_log(log)
     native = native_firmware()
+    if rig is not None and tare is not None:
+        raise InputError("--rig: found it with --tare, expected one of the two: a rig file says what a tare file says")
     platform = load_platform(native, platform_file)
+    if rig is not None:
+        platform = platform_with_rig(rig, native, platform, platform_file)
     found = None if tare is None else tare_for(tare, native, platform, platform_file)
     legs, offset = (samples, None) if found is None else (found.taken_off(samples), found.offset)
-    files = f"{log} with {platform_file}" + ("" if tare is None else f" and {tare}")
+    files = f"{log} with {platform_file}" + "".join(f" and {file}" for file in (tare, rig) if file is not None)
     with (
         replaced_when_done(out) as temporary,
         _replaced(bodies) as body_file,
@@ -48,6 +54,7 @@ def replay_log(
             raise InputError(f"{files}: {error}") from None
         if page is not None:
             tared = "" if tare is None else f" and the tare {tare.name}"
+            tared += "" if rig is None else f" and the rig {rig.name}"
             description = f"Replayed with {platform_file.name}{tared}."
             _write_page(page, result, samples, log.name, description, platform.known_mass_kg)
     return result | {"remarks": samples.remarks}

@@ -1,0 +1,108 @@
+#include "rig_file.hpp"
+
+#include "toml_fields.hpp"
+
+#include <fmt/format.h>
+
+namespace hexload::platform {
+namespace {
+
+void read_legs(TomlReader& table, std::string_view key, Vector6& legs, const Range& rule) {
+    table.require(key);
+    table.numbers(key, {legs.data(), 6}, rule);
+}
+
+void read_number(TomlReader& table, std::string_view key, double& value, const Range& rule) {
+    table.require(key);
+    table.number(key, value, rule);
+}
+
+Geometry read_hinges(TomlReader& table, Geometry geometry) {
+    table.require("base_hinges_m");
+    table.points("base_hinges_m", geometry.base_hinges_m);
+    table.require("platform_hinges_m");
+    table.points("platform_hinges_m", geometry.platform_hinges_m);
+    geometry.home_height_m = derive_home_height_m(geometry);
+    if (const auto fault = find_geometry_fault(geometry)) {
+        table.fail(fault->key, fault->found, fault->expected);
+    }
+    return geometry;
+}
+
+PlatformBody read_body(TomlReader& table) {
+    PlatformBody body;
+    read_number(table, "mass_kg", body.mass_kg, positive);
+    table.require("com_m");
+    table.vector3("com_m", body.com_m);
+    table.require("inertia_kg_m2");
+    table.tensor("inertia_kg_m2", body.inertia_kg_m2);
+    const auto fault = find_inertia_fault(mass_properties(body).inertia_com_kg_m2(), InertiaRule::positive);
+    if (fault) {
+        table.fail("inertia_kg_m2", *fault, "all positive, none above the sum of the other two");
+    }
+    return body;
+}
+
+RigSettings read_settings(TomlReader& table) {
+    RigSettings rig;
+    read_legs(table, "force_offset_n", rig.force_offset_n, any_number);
+    read_legs(table, "force_gain", rig.force_gain, any_number);
+    read_legs(table, "coulomb_n", rig.coulomb_n, non_negative);
+    read_legs(table, "stribeck_n", rig.stribeck_n, any_number);
+    read_legs(table, "viscous_n_s_m", rig.viscous_n_s_m, non_negative);
+    read_number(table, "stribeck_speed_m_s", rig.stribeck_speed_m_s, positive);
+    read_number(table, "reversal_speed_m_s", rig.reversal_speed_m_s, positive);
+    read_number(table, "presliding_m", rig.presliding_m, non_negative);
+    read_number(table, "leg_inertia_kg_m2", rig.leg_inertia_kg_m2, any_number);
+    read_number(table, "leg_slide_kg_m", rig.leg_slide_kg_m, any_number);
+    read_number(table, "leg_tilt_kg_m", rig.leg_tilt_kg_m, any_number);
+    table.require("gravity_m_s2");
+    table.vector3("gravity_m_s2", rig.gravity_m_s2);
+    if (!(rig.gravity_m_s2.z() < 0.0)) {
+        table.fail("gravity_m_s2", fmt::format("z = {}", rig.gravity_m_s2.z()), "a vector that points down");
+    }
+    return rig;
+}
+
+RigDirection read_direction(TomlReader table) {
+    RigDirection direction;
+    read_legs(table, "force_offset_n", direction.force_offset_n, any_number);
+    read_legs(table, "force_gain", direction.force_gain, any_number);
+    read_legs(table, "coulomb_n", direction.coulomb_n, any_number);
+    read_legs(table, "viscous_n_s_m", direction.viscous_n_s_m, any_number);
+    table.require("gravity_m_s2");
+    table.numbers("gravity_m_s2", direction.gravity_m_s2);
+    table.require("platform");
+    table.numbers("platform", {direction.platform.data(), 10});
+    table.require("base_hinges_m");
+    table.points("base_hinges_m", direction.base_hinges_m);
+    table.require("platform_hinges_m");
+    table.points("platform_hinges_m", direction.platform_hinges_m);
+    table.refuse_unknown_keys();
+    return direction;
+}
+
+} // namespace
+
+PlatformFile with_rig_file(PlatformFile platform, const std::filesystem::path& path) {
+    const toml::table root = parse_toml_file(path);
+    TomlReader reader(path.string(), root);
+    reader.require("rig");
+    TomlReader table = reader.table("rig");
+    platform.geometry = read_hinges(table, platform.geometry);
+    platform.platform = read_body(table);
+    platform.rig = read_settings(table);
+    for (TomlReader& direction : reader.tables("direction")) {
+        platform.rig->directions.push_back(read_direction(direction));
+    }
+    if (platform.rig->directions.size() > 8) {
+        reader.fail("direction", fmt::format("{} of them", platform.rig->directions.size()), "8 at most");
+    }
+    platform.gravity_m_s2 = platform.rig->gravity_m_s2.norm();
+    read_number(table, "force_delay_s", platform.sensors.force_delay_s, non_negative);
+    read_number(table, "velocity_delay_s", platform.sensors.velocity_delay_s, non_negative);
+    table.refuse_unknown_keys();
+    return platform;
+}
+
+} // namespace hexload::platform

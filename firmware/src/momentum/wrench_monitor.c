@@ -1,0 +1,208 @@
+#include "momentum/wrench_monitor.h"
+
+#include "algebra/linalg.h"
+#include "momentum/momentum_model.h"
+#include "rig/rig_friction.h"
+
+#include <string.h>
+
+#define MEMORY_S HEXLOAD_REAL(0.02)
+#define BIN_S HEXLOAD_REAL(0.05)
+#define LEARNING_S HEXLOAD_REAL(10.0)
+
+/// Motion before which nothing is known of the machine's errors.
+#define ARMED_S HEXLOAD_REAL(4.0)
+
+/// Chi-square with 3 degrees of freedom: 8e-11 of a normal y are beyond. A y that is not normal has been seen
+/// at 23.
+#define ALARM HEXLOAD_REAL(50.0)
+
+/// Least standard deviation of y: a share of the weight, at the platform's hinges for the moments.
+#define LEAST_SHARE HEXLOAD_REAL(0.005)
+
+/// A platform that is slower does not show its friction.
+#define MOVING_M_S HEXLOAD_REAL(0.01)
+
+/// On a machine that does not fit its model estimates take longer than their sigmas say.
+#define DOUBTFUL_S HEXLOAD_REAL(2.0)
+
+/// The first estimates of a load may be those of the ticks in which it came.
+enum { SETTLED_TICKS = HEXLOAD_LAG_TICKS_MAX * 5 / 4 };
+
+enum { DIM = HEXLOAD_LOAD_DIM, PARTS = HEXLOAD_WRENCH_PARTS, SQUARES = HEXLOAD_WRENCH_SQUARES };
+
+void hexload_wrench_monitor_init(hexload_wrench_monitor_t* self) {
+    memset(self, 0, sizeof *self);
+}
+
+void hexload_wrench_monitor_restart(hexload_wrench_monitor_t* self) {
+    memset(self->residual, 0, sizeof self->residual);
+    memset(self->regressor, 0, sizeof self->regressor);
+    memset(self->filling, 0, sizeof self->filling);
+    self->bins = 0;
+    self->filled_s = HEXLOAD_REAL(0.0);
+    self->ticks = 0;
+}
+
+/// Moves r and A on by a tick.
+static void observe(hexload_wrench_monitor_t* self, const hexload_config_t* config,
+                    const hexload_real_t body[DIM], const hexload_push_t* push) {
+    const hexload_real_t share = config->tick_s / MEMORY_S;
+    hexload_real_t Y[6][DIM];
+    hexload_real_t G[PULLED][LIFTED];
+    hexload_real_t due[6];
+    hexload_momentum_regressor(push->motion, push->motion->twist, Y);
+    hexload_momentum_pull(push->last, push->input, config->tick_s * config->gravity_m_s2, G);
+    for (int a = 0; a < 6; a++) {
+        due[a] = momentum_times_row(self->last_regressor[a], body, a < 3);
+    }
+    hexload_momentum_move(due, push->last, push->input, config->tick_s, G, body);
+    for (int a = 0; a < 6; a++) {
+        const hexload_real_t missing = (momentum_times_row(Y[a], body, a < 3) - due[a]) / config->tick_s;
+        self->residual[a] += share * (missing - self->residual[a]);
+        for (int k = 0; k < DIM; k++) {
+            hexload_real_t change = Y[a][k] - self->last_regressor[a][k];
+            if (a >= FIRST_PULLED && a < FIRST_PULLED + PULLED && k < LIFTED) {
+                change -= G[a - FIRST_PULLED][k];
+            }
+            self->regressor[a][k] += share * (change / config->tick_s - self->regressor[a][k]);
+        }
+    }
+    memcpy(self->last_regressor, Y, sizeof Y);
+}
+
+/// Where a leg is slow all of its friction may be wrong, and for as long as it is: by no past of moving legs
+/// is that known.
+static void observe_friction(hexload_wrench_monitor_t* self, const hexload_config_t* config,
+                             const hexload_push_t* seen) {
+    const hexload_real_t whole =
+        HEXLOAD_REAL(1.0) / (RIG_UNKNOWN_TICKS * RIG_UNKNOWN_SHARE * RIG_UNKNOWN_SHARE);
+    const hexload_real_t share = config->tick_s / MEMORY_S;
+    for (int i = 0; i < PARTS; i++) {
+        for (int j = 0; j <= i; j++) {
+            hexload_real_t sum = HEXLOAD_REAL(0.0);
+            for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
+                const hexload_real_t* push = &seen->motion->J[leg][2]; // F_z, M_x, M_y
+                sum = hexload_fma(whole * seen->variance_n2[leg] * push[i], push[j], sum);
+            }
+            self->friction[ROW(i) + j] += share * (sum - self->friction[ROW(i) + j]);
+        }
+    }
+}
+
+/// F_z, M_x, M_y about O_A of a wrench about the home point: M_x - p_y F_z + p_z F_y, M_y - p_z F_x + p_x
+/// F_z.
+static void read_parts(const hexload_motion_t* motion, const hexload_real_t wrench[6],
+                       hexload_real_t y[PARTS]) {
+    const hexload_real_t* p = motion->p_m;
+    y[0] = wrench[2];
+    y[1] = wrench[3] - (p[1] * wrench[2] - p[2] * wrench[1]);
+    y[2] = wrench[4] - (p[2] * wrench[0] - p[0] * wrench[2]);
+}
+
+/// A P A^T, friction and C, with its floor.
+static void find_spread(const hexload_wrench_monitor_t* self, const hexload_config_t* config,
+                        const hexload_momentum_filter_t* filter, const hexload_real_t body[DIM],
+                        const hexload_motion_t* motion, hexload_real_t S[3][3]) {
+    hexload_real_t A[PARTS][DIM];
+    hexload_real_t AP[DIM];
+    for (int k = 0; k < DIM; k++) {
+        hexload_real_t column[6];
+        hexload_real_t y[PARTS];
+        for (int a = 0; a < 6; a++) {
+            column[a] = self->regressor[a][k];
+        }
+        read_parts(motion, column, y);
+        for (int i = 0; i < PARTS; i++) {
+            A[i][k] = y[i];
+        }
+    }
+    const hexload_real_t* a = config->geometry.platform_hinge_m[0];
+    const hexload_real_t least_n = LEAST_SHARE * config->gravity_m_s2 * body[HEXLOAD_LOAD_M];
+    const hexload_real_t least_n_m2 = least_n * least_n * dot3(a, a);
+    for (int i = 0; i < PARTS; i++) {
+        for (int k = 0; k < DIM; k++) {
+            AP[k] = momentum_times_row(A[i], filter->load_cov[k], false);
+        }
+        for (int j = 0; j <= i; j++) {
+            S[i][j] = momentum_times_row(A[j], AP, false) + self->friction[ROW(i) + j] +
+                      self->mean_square[ROW(i) + j];
+        }
+        S[i][i] += i == 0 ? least_n * least_n : least_n_m2;
+    }
+}
+
+static bool is_moving(const hexload_motion_t* motion) {
+    hexload_real_t square = HEXLOAD_REAL(0.0);
+    for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
+        const hexload_real_t v = dot6(motion->J[leg], motion->twist);
+        square = hexload_max(square, v * v);
+    }
+    return square > MOVING_M_S * MOVING_M_S;
+}
+
+/// A bin goes to C when as many as there are have followed it: what a change does that is being noticed shall
+/// not excuse it.
+static void learn(hexload_wrench_monitor_t* self, const hexload_config_t* config,
+                  const hexload_real_t y[PARTS]) {
+    const hexload_real_t share = config->tick_s / BIN_S;
+    hexload_real_t* oldest = self->bin[self->next_bin];
+    for (int i = 0; i < PARTS; i++) {
+        for (int j = 0; j <= i; j++) {
+            self->filling[ROW(i) + j] += share * y[i] * y[j];
+        }
+    }
+    self->filled_s += config->tick_s;
+    if (self->filled_s < BIN_S) {
+        return;
+    }
+    if (self->bins == HEXLOAD_WRENCH_BINS) {
+        self->motion_s = hexload_min(self->motion_s + BIN_S, LEARNING_S);
+        for (int k = 0; k < SQUARES; k++) {
+            self->mean_square[k] += BIN_S / self->motion_s * (oldest[k] - self->mean_square[k]);
+        }
+    }
+    memcpy(oldest, self->filling, sizeof self->filling);
+    memset(self->filling, 0, sizeof self->filling);
+    self->next_bin = (self->next_bin + 1) % HEXLOAD_WRENCH_BINS;
+    self->bins += self->bins < HEXLOAD_WRENCH_BINS ? 1 : 0;
+    self->filled_s = HEXLOAD_REAL(0.0);
+}
+
+/// y^T S^-1 y.
+static hexload_real_t distance(hexload_real_t S[3][3], const hexload_real_t y[PARTS]) {
+    hexload_real_t L[3][3];
+    hexload_real_t x[3];
+    if (!cholesky3(S, L)) {
+        return HEXLOAD_REAL(0.0);
+    }
+    forward_substitute3(L, y, x);
+    return dot3(x, x);
+}
+
+bool hexload_wrench_monitor_step(hexload_wrench_monitor_t* self, const hexload_config_t* config,
+                                 const hexload_momentum_filter_t* filter, hexload_fit_t fit,
+                                 const hexload_push_t* push) {
+    const hexload_motion_t* motion = push->motion;
+    hexload_real_t body[DIM];
+    hexload_real_t y[PARTS];
+    hexload_real_t S[3][3];
+    if (self->ticks++ == 0) {
+        hexload_momentum_regressor(motion, motion->twist, self->last_regressor);
+        return false;
+    }
+    for (int k = 0; k < DIM; k++) {
+        body[k] = filter->platform[k] + filter->theta[k];
+    }
+    observe(self, config, body, push);
+    observe_friction(self, config, push);
+    read_parts(motion, self->residual, y);
+    find_spread(self, config, filter, body, motion, S);
+    if (is_moving(motion)) {
+        learn(self, config, y);
+    }
+    const hexload_real_t since_s = config->tick_s * (hexload_real_t)self->ticks;
+    const bool is_settled = self->ticks > SETTLED_TICKS && (fit != HEXLOAD_FIT_NONE || since_s > DOUBTFUL_S);
+    self->ticks = self->ticks < UINT32_MAX / 2 ? self->ticks : self->ticks - 1;
+    return is_settled && self->motion_s >= ARMED_S && distance(S, y) > ALARM;
+}

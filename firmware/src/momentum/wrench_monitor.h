@@ -1,0 +1,47 @@
+/// @file wrench_monitor.h
+/// Whether another wrench acts on the platform than the known load's, on a machine that is not quite its
+/// model.
+///
+/// White noise says nothing of how large the errors of such a machine are; its own past does. A momentum
+/// observer with a memory of 20 ms (De Luca, Mattone 2005) gives the wrench that is missing,
+///
+///     r += b (dY / dt theta - u - G theta - r),   A likewise of the regressors,   b = tick / 20 ms
+///
+/// of which F_z, M_x and M_y about O_A, y, are compared with what the parameters' errors explain, A P A^T,
+/// and with C, the mean of y y^T over the last 10 s of motion, up to 200 ms ago: y^T (A P A^T + C)^-1 y. A
+/// load that comes or goes is weight, which these three show.
+#ifndef HEXLOAD_WRENCH_MONITOR_H
+#define HEXLOAD_WRENCH_MONITOR_H
+
+#include "momentum/momentum_filter.h"
+
+/// How well the machine has fitted its model of late.
+typedef enum hexload_fit {
+    HEXLOAD_FIT_NOISE,    ///< the sensors' noise is all there is to an innovation
+    HEXLOAD_FIT_FRICTION, ///< and errors of a friction that is known
+    HEXLOAD_FIT_NONE,     ///< not
+} hexload_fit_t;
+
+/// What moves the platform at the present tick.
+typedef struct hexload_push {
+    const hexload_motion_t* motion;
+    const hexload_momentum_input_t* last;  ///< what moved mu at the tick before
+    const hexload_momentum_input_t* input; ///< what moves it now
+    const hexload_real_t* variance_n2;     ///< of each leg's friction, as of hexload_rig_compensate()
+} hexload_push_t;
+
+/// Starts from nothing.
+void hexload_wrench_monitor_init(hexload_wrench_monitor_t* self);
+
+/// The load is another one, or a tick is missing: what the machine's errors are like stays.
+void hexload_wrench_monitor_restart(hexload_wrench_monitor_t* self);
+
+/// One sample of the present.
+/// @param fit of none: the estimates of another load are given two seconds, as their sigmas mean little.
+/// @return true when y does not fit, and C is of 4 s of motion at least. Reentrant, constant time.
+HEXLOAD_MUST_USE bool hexload_wrench_monitor_step(hexload_wrench_monitor_t* self,
+                                                  const hexload_config_t* config,
+                                                  const hexload_momentum_filter_t* filter, hexload_fit_t fit,
+                                                  const hexload_push_t* push);
+
+#endif

@@ -1,0 +1,38 @@
+"""`hexload commission` on the terminal."""
+
+from pathlib import Path
+
+import numpy as np
+from rich.console import Console
+from rich.table import Table
+
+from hexload.estimation.rig_model import LEGS
+
+
+def print_summary(result: dict, out: Path) -> None:
+    """What was found, on the terminal."""
+    rig, sigma = result["rig"], result["sigma"]
+    table = Table()
+    for heading in ("leg", "offset, N", "gain, %", "Coulomb, N", "at rest + N", "viscous, N s/m"):
+        table.add_column(heading, justify="right")
+    for leg in range(LEGS):
+        cells = (
+            f"{factor * rig[key][leg]:.{digits}f} +- {factor * sigma[key][leg]:.{digits}f}"
+            for key, factor, digits in (
+                ("force_offset_n", 1.0, 1),
+                ("force_gain", 100.0, 2),
+                ("coulomb_n", 1.0, 1),
+                ("stribeck_n", 1.0, 1),
+                ("viscous_n_s_m", 1.0, 1),
+            )
+        )
+        table.add_row(str(leg + 1), *cells)
+    Console().print(table)
+    tilt = np.degrees(np.asarray(rig["gravity_m_s2"][:2]) / np.linalg.norm(rig["gravity_m_s2"]))
+    print(f"platform:  {rig['mass_kg']:.2f} +- {sigma['mass_kg']:.2f} kg with what of the legs moves with it")
+    print(f"base:      {tilt[0]:+.3f}, {tilt[1]:+.3f} degrees off level (x, y)")
+    print(f"delays:    forces {1e3 * rig['force_delay_s']:.2f} ms, velocities {1e3 * rig['velocity_delay_s']:.2f} ms")
+    print(f"residual:  {result['residual_n']:.2f} N of {result['duration_s']:.1f} s")
+    for name, words in result["words"].items():
+        print(f"{name + ':':<10} {words}")
+    print(f"rig:       {out}")

@@ -1,0 +1,383 @@
+"""`hexload commission`: what one machine is like beyond its platform file, from a run of the empty platform.
+
+The regression is in rig_regression.py; here stand what is known beforehand, what is refused, and the words.
+"""
+
+import tomllib
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.signal import butter, sosfiltfilt
+from scipy.stats import chi2
+
+from hexload.errors import InputError
+from hexload.estimation import rig_file, rig_model, rig_regression
+from hexload.estimation.firmware_run import load_platform, native_firmware
+from hexload.estimation.rig_model import LEGS, Geometry
+from hexload.estimation.rig_regression import FRICTION, SLICES, UNKNOWNS, Found, Start
+from hexload.io.atomic_file import replaced_when_done
+from hexload.io.log_file import LegLog
+from hexload.io.log_formats import read_any_log
+from hexload.theory.bound import THETA_NAMES, unit_of
+
+Array = NDArray[np.float64]
+
+GAIN_TOLERANCE = 0.01  # of a load cell and of a drawing, where the platform file declares none
+HINGE_TOLERANCE_M = 1e-3
+DELAY_SIGMA_S = 1e-3
+MIXED = ("leg_mass", *FRICTION)  # groups that are none unless they stand out of the noise
+DECLARED = ("offset", "delay", "gain", "hinges")  # groups with a tolerance
+DOUBT = 1e-3  # of that
+TOLD_SHARE = 1e-6
+SHORTEST_S = 4.0
+LONGEST_GAP_S = 0.02
+LEAST_SPEED_M_S = 0.01
+UNSURE_SHARE = 0.05  # of the platform's own scale: beyond, the motion tells too little
+UNEXPLAINED_SHARE = 0.2  # of the forces' own changes
+GRANTED_SIGMAS = 3.0
+KEPT_SHARE = 0.7  # of the declared tolerance: a run that leaves more has told nothing
+VELOCITY_HZ = 40.0
+LOAD_SHARES = (0.5, 3.0)  # of the platform's mass: loads whose errors are looked at
+LEAST_DELAY_TICKS = 0.1
+
+
+@dataclass(frozen=True)
+class Run:
+    name: str
+    log: LegLog
+
+
+@dataclass(frozen=True)
+class Wish:
+    log: Path
+    platform: Path
+    out: Path
+    reference: Path | None = None
+    reference_mass_kg: float | None = None
+    loaded: bool = False
+    largest_offset: float = 0.75
+
+
+@dataclass(frozen=True)
+class Machine:
+    platform_file: Path
+    geometry: Geometry
+    theta: Array
+    gravity_m_s2: float
+    tolerances: dict[str, float]
+    force_delay_s: float
+    velocity_delay_s: float
+
+    @property
+    def scale(self) -> Array:
+        """What a parameter of the platform is compared with: its mass, that at the hinges, its mean moment of inertia."""
+        radius_m = np.linalg.norm(self.geometry.platform_hinges_m, axis=1).mean()
+        return np.repeat([self.theta[0], self.theta[0] * radius_m, self.theta[4:7].mean()], [1, 3, 6])
+
+
+def commission(wish: Wish) -> dict:
+    """Writes the rig file and returns what print_summary() needs. Raises InputError."""
+    native = native_firmware()
+    platform = load_platform(native, wish.platform)
+    machine = _machine(platform, wish.platform)
+    if (wish.reference is None) != (wish.reference_mass_kg is None):
+        raise InputError("--reference: found it without --reference-mass or the other way round, expected both or none")
+    run = _run(wish.log)
+    with replaced_when_done(wish.out) as temporary:
+        found = _fit(run, machine, _start(machine))
+        _refuse(run, machine, found, wish)
+        words = _identifiability(found, _start(machine))
+        if wish.reference is not None:
+            found = _with_reference(found, machine, _run(wish.reference), wish.reference_mass_kg)
+        delay_s = _velocity_delay(run, machine)
+        rig, sigma = _tables(found, machine, delay_s, wish.loaded)
+        source = {
+            "empty_log": wish.log.name,
+            "reference_log": "" if wish.reference is None else wish.reference.name,
+            "duration_s": float(run.log.t_s[-1] - run.log.t_s[0]),
+            "residual_n": found.residual_n,
+        }
+        temporary.write_text(
+            rig_file.document(rig, sigma, source, _directions(run, found, machine, wish.loaded), platform),
+            encoding="utf-8",
+        )
+        rig_file.platform_with_rig(temporary, native, platform, wish.platform)  # what the firmware takes
+    return {"rig": rig, "sigma": sigma, "words": words, **source}
+
+
+def _machine(platform, path: Path) -> Machine:
+    table = tomllib.loads(path.read_text(encoding="utf-8"))
+    declared = table.get("tolerances", {})
+    return Machine(
+        path,
+        Geometry(
+            np.array(platform.base_hinges_m), np.array(platform.platform_hinges_m), np.array(platform.home_leg_length_m)
+        ),
+        np.array(platform.theta),
+        platform.gravity_m_s2,
+        {
+            "gain": declared.get("force_gain", GAIN_TOLERANCE),
+            "hinges": declared.get("hinge_m", HINGE_TOLERANCE_M),
+            "offset": declared.get("force_offset_n", np.inf),
+            "tilt": declared.get("tilt_rad", np.inf),
+        },
+        platform.force_delay_s,
+        platform.velocity_delay_s,
+    )
+
+
+def _run(path: Path) -> Run:
+    """A log without gaps: short ones are bridged by lines."""
+    log = read_any_log(path)
+    dt_s = float(np.median(np.diff(log.t_s)))
+    duration_s = log.t_s[-1] - log.t_s[0]
+    if duration_s < SHORTEST_S:
+        raise InputError(f"{path}: found {duration_s:.3f} s, expected {SHORTEST_S:g} s of motion at least")
+    longest = int(np.argmax(np.diff(log.t_s)))
+    if (gap_s := np.diff(log.t_s)[longest]) > LONGEST_GAP_S:
+        raise InputError(
+            f"{path}: found no rows for {gap_s:.3f} s after t = {log.t_s[longest]:.3f} s, expected gaps of "
+            f"{LONGEST_GAP_S:g} s at most"
+        )
+    t_s = log.t_s[0] + dt_s * np.arange(round(duration_s / dt_s) + 1)
+    parts = (log.displacement_m, log.velocity_m_s, log.force_n)
+    return Run(
+        str(path), LegLog(t_s, *(np.stack([np.interp(t_s, log.t_s, leg) for leg in p.T], axis=1) for p in parts))
+    )
+
+
+def _start(machine: Machine) -> Start:
+    value, sigma = np.zeros(UNKNOWNS), np.full(UNKNOWNS, np.inf)
+    for name, tolerance in machine.tolerances.items():
+        sigma[SLICES[name]] = tolerance
+    value[SLICES["delay"]], sigma[SLICES["delay"]] = machine.force_delay_s, DELAY_SIGMA_S
+    return Start(value, sigma)
+
+
+def _fit(run: Run, machine: Machine, start: Start) -> Found:
+    """With all groups; without those of a mechanism that does not stand out of the noise; then with those that are as
+    declared held there. Their tolerances count on in the covariance."""
+    found = _regress(run, machine, start)
+    found, start = _without(run, machine, found, start, MIXED)
+    fewer, _ = _without(run, machine, found, start, DECLARED)
+    return replace(fewer, covariance=found.covariance, noise_covariance=found.noise_covariance)
+
+
+def _without(run: Run, machine: Machine, found: Found, start: Start, names: tuple[str, ...]) -> tuple[Found, Start]:
+    none = [name for name in names if not _stands_out(found, name, start)]
+    if "coulomb" in none:
+        none = [*{*none, "stribeck"}]  # a part of dry friction alone is none
+    if not none:
+        return found, start
+    sigma = start.sigma.copy()
+    for name in none:
+        sigma[SLICES[name]] = 0.0
+    fewer = replace(start, sigma=sigma)
+    return _regress(run, machine, fewer), fewer
+
+
+def _regress(run: Run, machine: Machine, start: Start) -> Found:
+    log = run.log
+    try:
+        return rig_regression.fit(
+            log.t_s, log.displacement_m, log.force_n, machine.geometry, machine.gravity_m_s2, start
+        )
+    except (ValueError, np.linalg.LinAlgError) as error:
+        raise InputError(
+            f"{run.name} with {machine.platform_file}: found {error}, expected a run of this machine"
+        ) from None
+
+
+def _stands_out(found: Found, name: str, start: Start) -> bool:
+    """Whether the group differs from its prior by more than noise alone makes it."""
+    part = SLICES[name]
+    covariance = found.noise_covariance[part, part]
+    if not np.any(covariance):
+        return False
+    change = found.value[part] - np.where(np.isfinite(start.value[part]), start.value[part], 0.0)
+    scale = np.sqrt(np.diag(covariance))
+    values, vectors = np.linalg.eigh(covariance / np.outer(scale, scale))
+    told = values > TOLD_SHARE * values.max()  # along the others the run says nothing, and the prior stays
+    square = np.sum((vectors[:, told].T @ (change / scale)) ** 2 / values[told])
+    return bool(square > chi2.ppf(1.0 - DOUBT, np.count_nonzero(told)))
+
+
+def _refuse(run: Run, machine: Machine, found: Found, wish: Wish) -> None:
+    sigma = np.sqrt(np.diag(found.covariance))
+    speeds = np.gradient(run.log.displacement_m, run.log.t_s, axis=0)
+    slowest = int(np.argmin(speeds.std(axis=0)))
+    if speeds[:, slowest].std() < LEAST_SPEED_M_S:
+        raise InputError(
+            f"{run.name}: found leg {slowest + 1} at {speeds[:, slowest].std():.2g} m/s (rms), expected "
+            f"{LEAST_SPEED_M_S:g} m/s at least: a livelier motion of all six axes"
+        )
+    _refuse_residual(run, found)
+    theta = SLICES["theta"]
+    unsure = sigma[theta] / (UNSURE_SHARE * machine.scale)
+    if unsure.max() > 1.0:
+        k = int(np.argmax(unsure))
+        raise InputError(
+            f"{run.name}: found {THETA_NAMES[k]} with a sigma of {sigma[k]:.3g} {unit_of(THETA_NAMES[k])}, expected "
+            f"{UNSURE_SHARE * machine.scale[k]:.3g} at most: a longer or livelier motion of all six axes"
+        )
+    rubbing, of_rubbing = found.value[SLICES["coulomb"]], sigma[SLICES["coulomb"]]
+    leg = int(np.argmin(rubbing + GRANTED_SIGMAS * of_rubbing))
+    if rubbing[leg] + GRANTED_SIGMAS * of_rubbing[leg] < 0.0:
+        raise InputError(
+            f"{run.name}: found friction of {rubbing[leg]:.3g} N that pushes leg {leg + 1}, expected one that brakes: "
+            "the sign of forces or displacements is not that of the platform file"
+        )
+    if wish.loaded:
+        return
+    excess = (np.abs(found.value[theta] - machine.theta) - GRANTED_SIGMAS * sigma[theta]) / machine.scale
+    k = int(np.argmax(excess))
+    if excess[k] > wish.largest_offset:
+        raise InputError(
+            f"{run.name}: the platform seems to carry a load: found {THETA_NAMES[k]} = {found.value[k]:.4g} "
+            f"{unit_of(THETA_NAMES[k])}, expected {machine.theta[k]:.4g} +- "
+            f"{wish.largest_offset * machine.scale[k]:.4g} of the empty platform with its legs "
+            "(--largest-offset allows more, --loaded takes the platform file's)"
+        )
+
+
+def _refuse_residual(run: Run, found: Found) -> None:
+    """Forces that the model does not explain: another machine, or a load that comes or goes."""
+    spread_n = float(np.std(run.log.force_n - run.log.force_n.mean(axis=0)))
+    left_n = float(np.sqrt(np.mean(found.residuals_n**2)))
+    if left_n > UNEXPLAINED_SHARE * spread_n:
+        worst = found.t_s[int(np.argmax(np.abs(found.residuals_n).max(axis=1)))]
+        leg = int(np.argmax(np.mean(found.residuals_n**2, axis=0)))
+        raise InputError(
+            f"{run.name}: found {left_n:.3g} N (rms) of the legs' {spread_n:.3g} N that no empty platform on these legs "
+            f"takes, most in leg {leg + 1}, largest at {worst:.3f} s; expected {UNEXPLAINED_SHARE * spread_n:.3g} N at most: "
+            "a load that comes or goes, something that touches the platform, or legs that are not those of the platform file"
+        )
+
+
+def _identifiability(found: Found, start: Start) -> dict[str, str]:
+    """What the run says of each group."""
+    sigma = np.sqrt(np.diag(found.covariance))
+    words = {}
+    for name, part in SLICES.items():
+        prior = start.sigma[part]
+        if not np.any(found.covariance[part, part]):
+            words[name] = "none: does not stand out of the noise"
+        elif np.isfinite(prior).all() and (sigma[part] > KEPT_SHARE * prior).all():
+            words[name] = "no more known than declared"
+        elif np.isfinite(prior).all() and (sigma[part] > KEPT_SHARE * prior).any():
+            words[name] = "found in part, the rest no more known than declared"
+        else:
+            words[name] = "found" if _stands_out(found, name, start) else "as declared"
+    return words
+
+
+def _with_reference(found: Found, machine: Machine, run: Run, mass_kg: float) -> Found:
+    """The common gain, which an empty run leaves to the declared tolerance: a known mass weighs r times itself."""
+    sigma = np.zeros(UNKNOWNS)
+    sigma[SLICES["theta"]] = np.inf
+    value = found.value.copy()
+    loaded = _regress(run, machine, Start(value, sigma))
+    weighed_kg = loaded.value[0] - found.value[0]
+    ratio, of_ratio = weighed_kg / mass_kg, np.sqrt(loaded.covariance[0, 0]) / mass_kg
+    tolerance = machine.tolerances["gain"]
+    if abs(ratio - 1.0) > 5.0 * np.hypot(tolerance, of_ratio):
+        raise InputError(
+            f"{run.name}: found a load of {weighed_kg:.4g} kg, expected --reference-mass {mass_kg:g} kg within five times the "
+            f"force gains' tolerance of {tolerance:g}"
+        )
+    mean = np.zeros(UNKNOWNS)
+    mean[SLICES["gain"]] = 1.0 / LEGS
+    known = (1.0 + mean @ found.value) * ratio - 1.0
+    gain = found.covariance @ mean / (mean @ found.covariance @ mean + of_ratio**2)
+    covariance = found.covariance - np.outer(gain, mean @ found.covariance)
+    return replace(found, value=found.value + gain * (known - mean @ found.value), covariance=covariance)
+
+
+def _velocity_delay(run: Run, machine: Machine) -> float:
+    """v shown = d' - delay d'' of the displacements, by least squares over all legs; what is not three sigmas off the
+    platform file's stays."""
+    dt_s = run.log.t_s[1] - run.log.t_s[0]
+    low_pass = butter(4, VELOCITY_HZ, fs=1.0 / dt_s, output="sos")
+    inner = slice(round(0.3 / dt_s), -round(0.3 / dt_s))
+    speed = np.gradient(sosfiltfilt(low_pass, run.log.displacement_m, axis=0), dt_s, axis=0)
+    rate = np.gradient(speed, dt_s, axis=0)[inner]
+    late = (speed - sosfiltfilt(low_pass, run.log.velocity_m_s, axis=0))[inner]
+    delay_s = float(np.sum(rate * late) / np.sum(rate**2))
+    left = late - delay_s * rate
+    of_delay = np.sqrt(np.mean(left**2) / np.sum(rate**2) / (2.0 * VELOCITY_HZ * dt_s))
+    is_stated = abs(delay_s - machine.velocity_delay_s) < max(GRANTED_SIGMAS * of_delay, LEAST_DELAY_TICKS * dt_s)
+    return machine.velocity_delay_s if is_stated else max(0.0, delay_s)
+
+
+def _tables(found: Found, machine: Machine, velocity_delay_s: float, loaded: bool) -> tuple[dict, dict]:
+    """[rig] and [sigma]."""
+    deviation = np.sqrt(np.diag(found.covariance))
+
+    def group(name: str) -> tuple[Array, Array]:
+        return found.value[SLICES[name]], deviation[SLICES[name]]
+
+    theta, of_theta = (machine.theta, np.zeros(10)) if loaded else group("theta")
+    hinges, of_hinges = group("hinges")
+    legs, of_legs = group("leg_mass")
+    coulomb = np.maximum(found.value[SLICES["coulomb"]], 0.0)
+    shifts, of_shifts = hinges.reshape(2, LEGS, 3), of_hinges.reshape(2, LEGS, 3)
+    gravity = rig_model.gravity_vector(machine.gravity_m_s2, found.value[SLICES["tilt"]])
+    pairs = {
+        "base_hinges_m": (machine.geometry.base_hinges_m + shifts[0], of_shifts[0]),
+        "platform_hinges_m": (machine.geometry.platform_hinges_m + shifts[1], of_shifts[1]),
+        "mass_kg": (theta[0], of_theta[0]),
+        "com_m": (theta[1:4] / theta[0], of_theta[1:4] / theta[0]),
+        "inertia_kg_m2": (theta[4:], of_theta[4:]),
+        "gravity_m_s2": (gravity, machine.gravity_m_s2 * np.append(group("tilt")[1], 0.0)),
+        "leg_inertia_kg_m2": (legs[0], of_legs[0]),
+        "leg_slide_kg_m": (legs[1], of_legs[1]),
+        "leg_tilt_kg_m": (legs[2], of_legs[2]),
+        "coulomb_n": (coulomb, group("coulomb")[1]),
+        "stribeck_n": (np.maximum(group("stribeck")[0], -coulomb), group("stribeck")[1]),
+        "viscous_n_s_m": (np.maximum(group("viscous")[0], 0.0), group("viscous")[1]),
+        "force_offset_n": group("offset"),
+        "force_gain": group("gain"),
+        "force_delay_s": (max(0.0, group("delay")[0][0]), group("delay")[1][0]),
+    }
+    rig = {key: value for key, (value, _) in pairs.items()} | {
+        "stribeck_speed_m_s": found.law.stribeck_speed_m_s,
+        "reversal_speed_m_s": found.law.reversal_speed_m_s,
+        "presliding_m": found.law.presliding_m,
+        "velocity_delay_s": velocity_delay_s,
+    }
+    return rig, {key: np.asarray(sigma).tolist() for key, (_, sigma) in pairs.items()}
+
+
+def _directions(run: Run, found: Found, machine: Machine, loaded: bool) -> list[dict]:
+    """[[direction]]: for loads of half and three times the platform's mass, at its hinges' radius above and beside."""
+    log, geometry = run.log, machine.geometry
+    radius_m = np.linalg.norm(geometry.platform_hinges_m, axis=1).mean()
+    loads = tuple(_nominal_load(share * machine.theta[0], radius_m) for share in LOAD_SHARES)
+    ways = rig_regression.open_directions(
+        log.t_s, log.displacement_m, log.force_n, geometry, machine.gravity_m_s2, found, loads, machine.scale
+    )
+    return [_direction(way, machine, loaded) for way in ways]
+
+
+def _nominal_load(mass_kg: float, radius_m: float) -> Array:
+    """A cube of half the radius, beside the middle and above it."""
+    com = np.array([0.25, 0.25, 0.5]) * radius_m
+    own = mass_kg * radius_m**2 / 24.0
+    tensor = own * np.eye(3) + mass_kg * (com @ com * np.eye(3) - np.outer(com, com))
+    return np.concatenate([[mass_kg], mass_kg * com, tensor[[0, 1, 2, 0, 0, 1], [0, 1, 2, 1, 2, 2]]])
+
+
+def _direction(way: Array, machine: Machine, loaded: bool) -> dict:
+    hinges = way[SLICES["hinges"]].reshape(2, LEGS, 3)
+    return {
+        "force_offset_n": way[SLICES["offset"]].tolist(),
+        "force_gain": way[SLICES["gain"]].tolist(),
+        "coulomb_n": way[SLICES["coulomb"]].tolist(),
+        "viscous_n_s_m": way[SLICES["viscous"]].tolist(),
+        "gravity_m_s2": (machine.gravity_m_s2 * way[SLICES["tilt"]]).tolist(),
+        "platform": (np.zeros(10) if loaded else way[SLICES["theta"]]).tolist(),
+        "base_hinges_m": hinges[0].tolist(),
+        "platform_hinges_m": hinges[1].tolist(),
+    }

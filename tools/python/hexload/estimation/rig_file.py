@@ -1,0 +1,106 @@
+"""rig.toml: what `hexload commission` has found of one machine. One set of names, SI units as suffixes.
+
+[rig]       what replaces geometry and body of the platform file, and what the firmware takes off (hexload/rig.h)
+[sigma]     one standard deviation of each
+[source]    the runs, the friction law's residual
+[[direction]]  ways in which all of it may be off together, one standard deviation each, for the sigmas of a load
+[geometry], [platform], [environment]   of the platform file that it belongs to
+"""
+
+import tomllib
+from pathlib import Path
+from types import ModuleType
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from hexload.errors import InputError
+from hexload.io.toml_document import Table, to_toml
+
+Array = NDArray[np.float64]
+
+KEYS = (
+    "base_hinges_m",
+    "platform_hinges_m",
+    "mass_kg",
+    "com_m",
+    "inertia_kg_m2",
+    "gravity_m_s2",
+    "leg_inertia_kg_m2",
+    "leg_slide_kg_m",
+    "leg_tilt_kg_m",
+    "coulomb_n",
+    "stribeck_n",
+    "viscous_n_s_m",
+    "stribeck_speed_m_s",
+    "reversal_speed_m_s",
+    "presliding_m",
+    "force_offset_n",
+    "force_gain",
+    "force_delay_s",
+    "velocity_delay_s",
+)
+MACHINE_KEYS = {
+    "geometry": ("base_hinges_m", "platform_hinges_m", "home_leg_length_m"),
+    "platform": ("mass_kg", "com_m", "inertia_kg_m2"),
+    "environment": ("gravity_m_s2",),
+}
+SAME = {"rtol": 1e-9, "atol": 1e-12}  # numbers of a file that was written and read again
+
+
+def machine_of(platform) -> Table:
+    """The numbers of the platform file that a rig file depends on, as in the file."""
+    values = {key: getattr(platform, key) for keys in MACHINE_KEYS.values() for key in keys}
+    values["inertia_kg_m2"] = values["inertia_kg_m2"][[0, 1, 2, 0, 0, 1], [0, 1, 2, 1, 2, 2]]
+    return {section: {key: np.asarray(values[key]).tolist() for key in keys} for section, keys in MACHINE_KEYS.items()}
+
+
+def document(rig: Table, sigma: Table, source: Table, directions: list[Table], platform) -> str:
+    """The file's text; `rig` has KEYS."""
+    numbers = {key: np.asarray(rig[key]).tolist() for key in KEYS}
+    heading = [
+        "# Made by hexload commission. SI units; f shown = (1 + force_gain) (f on the platform + friction) + force_offset_n,",
+        "# friction = (coulomb_n + stribeck_n exp(-(v / stribeck_speed_m_s)^2)) s + viscous_n_s_m v, s to tanh(v /",
+        "# reversal_speed_m_s) over presliding_m of motion.",
+    ]
+    return "\n".join(
+        [
+            *heading,
+            to_toml(
+                {"rig": numbers, "sigma": sigma, "source": source, **machine_of(platform), "direction": directions}
+            ),
+        ]
+    )
+
+
+def platform_with_rig(path: Path, native: ModuleType, platform, platform_file: Path):
+    """The platform as the rig file says that it is. Raises InputError: no rig file, or that of another machine."""
+    found = _read(path)
+    for section, values in machine_of(platform).items():
+        for key, value in values.items():
+            if not _is_same(found.get(section, {}).get(key), value):
+                raise InputError(
+                    f"{path}: {section}.{key}: found {found.get(section, {}).get(key)}, expected {value} as in "
+                    f"{platform_file}: this is another machine's rig file"
+                )
+    try:
+        return native.with_rig(platform, str(path))
+    except ValueError as error:  # names the file itself
+        raise InputError(str(error)) from None
+
+
+def _read(path: Path) -> dict:
+    try:
+        return tomllib.loads(path.read_text(encoding="utf-8"))
+    except FileNotFoundError:
+        raise InputError(f"{path}: found no such file, expected a rig file of `hexload commission`") from None
+    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
+        raise InputError(f"{path}: found no valid TOML ({error}), expected a rig file") from None
+
+
+def _is_same(found: object, expected: ArrayLike) -> bool:
+    try:
+        numbers = np.asarray(found, float)
+    except (TypeError, ValueError):
+        return False
+    return numbers.shape == np.shape(expected) and np.allclose(numbers, expected, **SAME)

@@ -1,0 +1,176 @@
+"""A rig's parameters and the leg forces that they need: what `hexload commission` finds and rig.toml holds.
+
+The load cell of leg i shows
+
+    f_i(t + tau) = (1 + g_i) [ r_i + c_i(v_i) ] + b_i,    c_i(v) = (Fc_i + Fd_i exp(-(v / v_s)^2)) s + d_i v
+
+s follows the direction of motion, tanh(v / v_0), over the presliding length x_0 (Dahl 1968): ds/dt = |v| / x_0
+(tanh(v / v_0) - s). That of a friction that turns at once is 0.
+
+with r the forces that platform and legs need. With the twist of the platform, its acceleration and gravity as a vector,
+all in platform axes, s = a - g, and the Jacobian's rows [e_i, a_i x e_i] there,
+
+    J^T r = [m s + w' x h + w x (w x h);  h x s + I w' + w x I w] + sum over legs of [F_l; a_l x F_l]
+
+F_l: what the mass of a leg takes beside the part that moves with the hinge, of leg_mass.py with three numbers,
+`inertia_kg_m2`, `slide_kg_m` and `tilt_kg_m`. Accelerations come from the second derivatives of the leg lengths:
+
+    J [a; w'] = l'' - |u_a|^2 / l - e (w x (w x a_i)),    u the hinge's velocity and u_a its part across the leg
+
+Units are SI; arrays carry the tick as their first axis.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+Array = NDArray[np.float64]
+
+LEGS = 6
+NEWTON_STEPS_MAX = 15
+CONVERGED_M = 1e-9
+
+
+@dataclass(frozen=True)
+class Geometry:
+    base_hinges_m: Array  # (6, 3), base axes
+    platform_hinges_m: Array  # (6, 3), platform axes
+    home_leg_length_m: Array  # (6,)
+
+
+@dataclass(frozen=True)
+class LegMotion:
+    """Pose and motion of the platform in its own axes, and the legs."""
+
+    lengths_m: Array  # (n, 6)
+    directions: Array  # e, (n, 6, 3), platform axes
+    to_platform: Array  # R^T, (n, 3, 3)
+    twist: Array  # [v; w], (n, 6), platform axes
+    acceleration: Array  # [a; w'] of O_A, (n, 6), platform axes, without gravity
+    jacobian: Array  # (n, 6, 6), rows [e, a x e]
+
+
+def motion_of_legs(geometry: Geometry, displacement_m: Array, speed_m_s: Array, acceleration_m_s2: Array) -> LegMotion:
+    """By Newton's method from home, all rows at once; the derivatives are those of the displacements."""
+    lengths = geometry.home_leg_length_m + displacement_m
+    p, rotation = _poses(geometry, lengths)
+    to_platform = np.swapaxes(rotation, 1, 2)
+    e = np.einsum("nij,nlj->nli", to_platform, _leg_vectors(geometry, p, rotation)) / lengths[:, :, None]
+    arms = geometry.platform_hinges_m
+    jacobian = np.concatenate([e, np.cross(arms, e)], axis=2)
+    twist = np.linalg.solve(jacobian, speed_m_s[:, :, None])[:, :, 0]
+    w = twist[:, None, 3:]
+    hinge_speed = twist[:, None, :3] + np.cross(w, arms)
+    across = hinge_speed - e * speed_m_s[:, :, None]
+    turning = np.sum(across**2, axis=2) / lengths + np.sum(e * np.cross(w, np.cross(w, arms)), axis=2)
+    acceleration = np.linalg.solve(jacobian, (acceleration_m_s2 - turning)[:, :, None])[:, :, 0]
+    return LegMotion(lengths, e, to_platform, twist, acceleration, jacobian)
+
+
+def _leg_vectors(geometry: Geometry, p_m: Array, rotation: Array) -> Array:
+    return p_m[:, None] + np.einsum("nij,lj->nli", rotation, geometry.platform_hinges_m) - geometry.base_hinges_m
+
+
+def _poses(geometry: Geometry, lengths_m: Array) -> tuple[Array, Array]:
+    """O_A from the origin of the base axes, (n, 3), and R, (n, 3, 3). Raises ValueError when legs reach no pose."""
+    rows = len(lengths_m)
+    spread = geometry.platform_hinges_m - geometry.base_hinges_m
+    height = np.sqrt(np.mean(geometry.home_leg_length_m**2 - np.sum(spread[:, :2] ** 2, axis=1))) - spread[:, 2].mean()
+    p, rotation = np.tile([0.0, 0.0, height], (rows, 1)), np.tile(np.eye(3), (rows, 1, 1))
+    for _ in range(NEWTON_STEPS_MAX):
+        legs = _leg_vectors(geometry, p, rotation)
+        norms = np.linalg.norm(legs, axis=2)
+        excess = norms - lengths_m
+        if not np.isfinite(excess).all():
+            break
+        if np.abs(excess).max() < CONVERGED_M:
+            return p, rotation
+        e = legs / norms[:, :, None]
+        arms = np.einsum("nij,lj->nli", rotation, geometry.platform_hinges_m)
+        step = np.linalg.solve(np.concatenate([e, np.cross(arms, e)], axis=2), excess[:, :, None])[:, :, 0]
+        p = p - step[:, :3]
+        rotation = Rotation.from_rotvec(-step[:, 3:]).as_matrix() @ rotation
+    raise ValueError("leg displacements that no pose of this machine has")
+
+
+def body_forces(motion: LegMotion, gravity_m_s2: Array) -> Array:
+    """Leg forces per unit of each of theta = [m, hx, hy, hz, Ixx, Iyy, Izz, Ixy, Ixz, Iyz], (n, 6, 10).
+
+    `gravity_m_s2`: (3,), base axes, downwards."""
+    s = motion.acceleration[:, :3] - motion.to_platform @ gravity_m_s2
+    w, alpha = motion.twist[:, 3:], motion.acceleration[:, 3:]
+    wrench = np.zeros((len(s), 6, 10))
+    wrench[:, :3, 0] = s
+    for k in range(3):
+        unit = np.eye(3)[k]
+        wrench[:, :3, 1 + k] = np.cross(alpha, unit) + np.cross(w, np.cross(w, unit))
+        wrench[:, 3:, 1 + k] = np.cross(unit, s)
+    for column, (i, j) in enumerate(((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)), start=4):
+        tensor = np.zeros((3, 3))
+        tensor[i, j] = tensor[j, i] = 1.0
+        wrench[:, 3:, column] = alpha @ tensor + np.cross(w, w @ tensor)
+    return _of_wrench(motion, wrench)
+
+
+def leg_mass_forces(motion: LegMotion, geometry: Geometry, gravity_m_s2: Array) -> Array:
+    """Leg forces per unit of `inertia_kg_m2`, `slide_kg_m` and `tilt_kg_m`, (n, 6, 3)."""
+    arms, e = geometry.platform_hinges_m, motion.directions
+    length = motion.lengths_m[:, :, None]
+    v, w = motion.twist[:, None, :3], motion.twist[:, None, 3:]
+    a, alpha = motion.acceleration[:, None, :3], motion.acceleration[:, None, 3:]
+    speed = v + np.cross(w, arms)
+    acceleration = a + np.cross(alpha, arms) + np.cross(w, np.cross(w, arms))
+    along = np.sum(e * speed, axis=2, keepdims=True)
+    across = speed - along * e
+    turning = acceleration - e * np.sum(e * acceleration, axis=2, keepdims=True)
+    square = np.sum(across**2, axis=2, keepdims=True)
+
+    def inertial(nu: Array, slope: Array) -> Array:
+        return nu * turning + slope * along * across - (nu / length + slope / 2.0) * square * e
+
+    up = (-motion.to_platform @ gravity_m_s2)[:, None]
+    tilting = (up - e * np.sum(e * up, axis=2, keepdims=True)) / length
+    parts = [inertial(length**-2, -2.0 * length**-3), inertial(-1.0 / length, length**-2), tilting]
+    wrenches = [np.concatenate([part.sum(axis=1), np.cross(arms, part).sum(axis=1)], axis=1) for part in parts]
+    return _of_wrench(motion, np.stack(wrenches, axis=2))
+
+
+def _of_wrench(motion: LegMotion, wrench: Array) -> Array:
+    return np.linalg.solve(np.swapaxes(motion.jacobian, 1, 2), wrench)
+
+
+@dataclass(frozen=True)
+class FrictionLaw:
+    """What all legs have in common."""
+
+    stribeck_speed_m_s: float
+    reversal_speed_m_s: float
+    presliding_m: float  # 0: friction turns with the speed
+
+
+def slides(speed_m_s: Array, law: FrictionLaw, dt_s: float) -> Array:
+    """s of each tick, the shape of the speeds: ds = |dx| / presliding (tanh(v / reversal) - s)."""
+    towards = np.tanh(speed_m_s / law.reversal_speed_m_s)
+    if law.presliding_m == 0.0:
+        return towards
+    kept = np.exp(-np.abs(speed_m_s) * dt_s / law.presliding_m)
+    slide = np.empty_like(towards)
+    now = np.zeros(speed_m_s.shape[1:])
+    for k in range(len(slide)):
+        now = towards[k] + kept[k] * (now - towards[k])
+        slide[k] = now
+    return slide
+
+
+def friction_shapes(speed_m_s: Array, law: FrictionLaw, dt_s: float) -> Array:
+    """Friction per unit of Coulomb's, the Stribeck extra and the viscous one: the shape of the speeds, times 3."""
+    direction = slides(speed_m_s, law, dt_s)
+    return np.stack([direction, np.exp(-((speed_m_s / law.stribeck_speed_m_s) ** 2)) * direction, speed_m_s], axis=-1)
+
+
+def gravity_vector(gravity_m_s2: float, tilt_rad: Array) -> Array:
+    """In base axes, of a base that is turned by small angles about its x and y axes: g [sin ry.., ..], |g| as given."""
+    x, y = gravity_m_s2 * np.asarray(tilt_rad, float)
+    return np.array([x, y, -np.sqrt(gravity_m_s2**2 - x**2 - y**2)])

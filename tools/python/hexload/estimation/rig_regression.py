@@ -1,0 +1,397 @@
+"""The regression of `hexload commission`: every parameter of rig_model.py from one run, by Gauss-Newton.
+
+Rows are leg forces. Displacements, forces and every column pass the same zero-phase low-pass filters, so that none of
+them lags; the motion is the displacements', as a regression on a velocity sensor would see its noise on both sides.
+Speeds in the friction terms pass fewer of them: a filter hides when a leg turns round.
+
+A row counts less where a leg is slow, as friction near zero speed is not known: with the variance
+
+    s^2 (1 + (0.3 (Fc + Fd) / s)^2 exp(-(v / v_slow)^2)),    s the residual's standard deviation where legs move
+
+Priors are normal: of gains, hinges, offsets and tilt the declared tolerances. The covariance is that of the estimate
+under the scores of one-second blocks (sandwich estimator), so correlated residuals and what the model lacks count, plus
+the priors' own part. As there are fewer blocks than unknowns, noise that is spread evenly over all of them and has the
+scores' size counts too.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.signal import butter, sosfiltfilt
+
+from hexload.estimation import rig_model
+from hexload.estimation.rig_model import LEGS, FrictionLaw, Geometry, LegMotion
+
+Array = NDArray[np.float64]
+
+MOTION_HZ = 40.0
+ROW_HZ = 15.0
+SPEED_HZ = 25.0
+MOTION_STEP_S = 0.004  # at which the motion is worked out, and the columns filtered
+ROW_STEP_S = 0.016
+EDGE_S = 0.3  # there the filters still feel the ends of the record
+BLOCK_S = 1.0
+PASSES = 4
+SLOW_M_S = 0.005
+UNKNOWN_FRICTION_SHARE = 0.3
+HINGE_STEP_M = 1e-4
+STRIBECK_SPEEDS_M_S = (0.003, 0.005, 0.007, 0.01, 0.014, 0.02, 0.03, 0.05)
+REVERSAL_SPEEDS_M_S = (0.0005, 0.001, 0.002, 0.004, 0.008)
+PRESLIDING_M = (0.0, 5e-6, 1e-5, 2e-5, 4e-5, 8e-5, 1.6e-4, 3.2e-4)
+FIRST_LAW = FrictionLaw(0.01, 0.001, 0.0)
+SCANS = 2  # of each number of the law, the others held
+GROUPS = {
+    "theta": 10,
+    "leg_mass": 3,
+    "coulomb": 6,
+    "stribeck": 6,
+    "viscous": 6,
+    "offset": 6,
+    "delay": 1,
+    "tilt": 2,
+    "gain": 6,
+    "hinges": 36,
+}
+SLICES = {
+    name: slice(start, start + size)
+    for (name, size), start in zip(GROUPS.items(), np.cumsum([0, *GROUPS.values()])[:-1], strict=True)
+}
+UNKNOWNS = sum(GROUPS.values())
+FRICTION = ("coulomb", "stribeck", "viscous")
+TILT_STEP_RAD = 1e-4
+DIRECTIONS = 8  # that the firmware carries along
+PACES = (1.0, 0.4)  # of the run itself: motions on which a load may be identified
+THIN = 20  # one row of so many is enough for that
+TINY = 1e-12
+WORST_CONDITION = 1e-13
+
+
+@dataclass(frozen=True)
+class Start:
+    """Prior of the unknowns, (88,) each; a sigma of inf: nothing known, of 0: fixed."""
+
+    value: Array
+    sigma: Array
+
+
+@dataclass(frozen=True)
+class Found:
+    value: Array  # (88,), as in SLICES; hinges as [base_hinges_m, platform_hinges_m] less those of the platform file
+    covariance: Array  # (88, 88)
+    noise_covariance: Array  # (88, 88), without the part that the priors leave: of unknowns that are as the prior says
+    law: FrictionLaw
+    residual_n: float  # standard deviation where legs move
+    residuals_n: Array  # (rows, 6)
+    t_s: Array  # (rows,)
+
+
+@dataclass(frozen=True)
+class _Record:
+    """What does not depend on the unknowns."""
+
+    displacement: Array  # (n, 6), filtered, MOTION_STEP_S apart
+    speed: Array
+    acceleration: Array
+    force: Array  # (rows, 6), filtered as rows
+    force_rate: Array
+    friction_speed: Array  # (N, 6), at the log's own period
+    dt_s: float  # the log's own period
+    step: int  # of the log's periods in a MOTION_STEP_S
+    rows: slice  # of n
+    row_filter: Array
+    motion_filter: Array
+    speeds_at_rows: Array
+    t_s: Array
+
+
+@dataclass(frozen=True)
+class _Left:
+    """What a solution leaves."""
+
+    residual: Array  # (rows, 6)
+    matrix: Array  # (rows, 6, 88)
+    weight: Array  # (rows, 6), 1 / standard deviation
+    noise_n: float
+
+
+def fit(
+    log_t_s: Array, displacement_m: Array, force_n: Array, geometry: Geometry, gravity: float, start: Start
+) -> Found:
+    """`displacement_m`, `force_n`: (n, 6), without gaps. Raises ValueError."""
+    record = _prepare(log_t_s, displacement_m, force_n)
+    value = np.where(np.isfinite(start.value), start.value, 0.0)
+    law = FIRST_LAW
+    shapes = _friction_rows(record, law)
+    hinge_columns = None  # of no weight before there is a theta
+    for number in range(PASSES):
+        if number == 1:
+            hinge_columns = _hinge_columns(record, geometry, gravity, value, start)
+            law, shapes = _scan(record, geometry, gravity, value, start)
+        rows = _linearise(record, geometry, gravity, value, shapes, hinge_columns)
+        value, left = _solve(record, *rows, value, start)
+    return Found(value, *_sandwich(record, left, start), law, left.noise_n, left.residual, record.t_s)
+
+
+def _prepare(t_s: Array, displacement_m: Array, force_n: Array) -> _Record:
+    dt_s = float(np.median(np.diff(t_s)))
+    step = max(1, round(MOTION_STEP_S / dt_s))
+    motion_filter = butter(4, MOTION_HZ, fs=1.0 / dt_s, output="sos")
+    row_filter = butter(4, ROW_HZ, fs=1.0 / (step * dt_s), output="sos")
+    speed_filter = butter(4, SPEED_HZ, fs=1.0 / dt_s, output="sos")
+    displacement = sosfiltfilt(motion_filter, displacement_m, axis=0)
+    speed = np.gradient(displacement, dt_s, axis=0)
+    acceleration = np.gradient(speed, dt_s, axis=0)
+    force = sosfiltfilt(motion_filter, force_n, axis=0)
+    force_rate = np.gradient(force, dt_s, axis=0)
+    friction_speed = np.gradient(sosfiltfilt(speed_filter, displacement_m, axis=0), dt_s, axis=0)
+    coarse_s = step * dt_s
+    edge, stride = round(EDGE_S / coarse_s), max(1, round(ROW_STEP_S / coarse_s))
+    rows = slice(edge, -edge, stride)
+    return _Record(
+        displacement[::step],
+        speed[::step],
+        acceleration[::step],
+        sosfiltfilt(row_filter, force[::step], axis=0)[rows],
+        sosfiltfilt(row_filter, force_rate[::step], axis=0)[rows],
+        friction_speed,
+        dt_s,
+        step,
+        rows,
+        row_filter,
+        motion_filter,
+        friction_speed[::step][rows],
+        t_s[::step][rows],
+    )
+
+
+def _as_rows(record: _Record, columns: Array) -> Array:
+    return sosfiltfilt(record.row_filter, columns, axis=0)[record.rows]
+
+
+def _friction_rows(record: _Record, law: FrictionLaw) -> Array:
+    """(n, 6, 3) at the motion's period."""
+    shapes = rig_model.friction_shapes(record.friction_speed, law, record.dt_s)
+    return sosfiltfilt(record.motion_filter, shapes, axis=0)[:: record.step]
+
+
+def moved(geometry: Geometry, value: Array) -> Geometry:
+    """The geometry with the hinges that were found."""
+    shift = value[SLICES["hinges"]].reshape(2, LEGS, 3)
+    return replace(
+        geometry,
+        base_hinges_m=geometry.base_hinges_m + shift[0],
+        platform_hinges_m=geometry.platform_hinges_m + shift[1],
+    )
+
+
+def _motion(record: _Record, geometry: Geometry) -> LegMotion:
+    return rig_model.motion_of_legs(geometry, record.displacement, record.speed, record.acceleration)
+
+
+def _rigid(record: _Record, geometry: Geometry, gravity: Array, value: Array) -> Array:
+    motion = _motion(record, geometry)
+    return rig_model.body_forces(motion, gravity) @ value[SLICES["theta"]] + (
+        rig_model.leg_mass_forces(motion, geometry, gravity) @ value[SLICES["leg_mass"]]
+    )
+
+
+def _hinge_columns(record: _Record, geometry: Geometry, gravity: float, value: Array, start: Start) -> Array | None:
+    """Of the rigid part's forces, (n, 6, 36), by differences; None: the hinges are fixed."""
+    if not (start.sigma[SLICES["hinges"]] > 0).any():
+        return None
+    g = rig_model.gravity_vector(gravity, value[SLICES["tilt"]])
+    base = _rigid(record, moved(geometry, value), g, value)
+    columns = np.empty((*base.shape, GROUPS["hinges"]))
+    for k in range(GROUPS["hinges"]):
+        shifted = value.copy()
+        shifted[SLICES["hinges"]][k] += HINGE_STEP_M
+        columns[:, :, k] = (_rigid(record, moved(geometry, shifted), g, value) - base) / HINGE_STEP_M
+    return columns
+
+
+def _linearise(
+    record: _Record, geometry: Geometry, gravity: float, value: Array, shapes: Array, hinge_columns: Array | None
+) -> tuple[Array, Array]:
+    """Residual (rows, 6) and matrix (rows, 6, 88) at `value`."""
+    model, matrix = _columns(record, geometry, gravity, value, shapes, hinge_columns)
+    matrix = _as_rows(record, matrix)
+    matrix[:, :, SLICES["delay"].start] = -record.force_rate
+    return record.force - _as_rows(record, model) + value[SLICES["delay"]] * record.force_rate, matrix
+
+
+def _columns(
+    record: _Record, geometry: Geometry, gravity: float, value: Array, shapes: Array, hinge_columns: Array | None
+) -> tuple[Array, Array]:
+    """What the load cells show, (n, 6), and its derivatives, (n, 6, 88), the delay's left out."""
+    tilt = value[SLICES["tilt"]]
+    g = rig_model.gravity_vector(gravity, tilt)
+    here = moved(geometry, value)
+    motion = _motion(record, here)
+    of_body, of_legs = rig_model.body_forces(motion, g), rig_model.leg_mass_forces(motion, here, g)
+    theta, leg_mass = value[SLICES["theta"]], value[SLICES["leg_mass"]]
+    rigid = of_body @ theta + of_legs @ leg_mass
+    coefficients = np.stack([value[SLICES[name]] for name in FRICTION], axis=1)
+    model = rigid + np.einsum("nlk,lk->nl", shapes, coefficients)
+    gain = 1.0 + value[SLICES["gain"]][:, None]
+    matrix = np.zeros((*rigid.shape, UNKNOWNS))
+    matrix[:, :, SLICES["theta"]] = gain * of_body
+    matrix[:, :, SLICES["leg_mass"]] = gain * of_legs
+    _put_friction(matrix, shapes, gain[:, 0])
+    for leg in range(LEGS):
+        matrix[:, leg, SLICES["offset"].start + leg] = 1.0
+        matrix[:, leg, SLICES["gain"].start + leg] = model[:, leg]
+    for k in range(2):
+        turned = rig_model.gravity_vector(gravity, tilt + TILT_STEP_RAD * np.eye(2)[k])
+        tilted = rig_model.body_forces(motion, turned) @ theta
+        tilted += rig_model.leg_mass_forces(motion, here, turned) @ leg_mass
+        matrix[:, :, SLICES["tilt"].start + k] = gain[:, 0] * (tilted - rigid) / TILT_STEP_RAD
+    if hinge_columns is not None:
+        matrix[:, :, SLICES["hinges"]] = gain * hinge_columns
+    return gain[:, 0] * model + value[SLICES["offset"]], matrix
+
+
+def _weights(record: _Record, value: Array, noise_n: float) -> Array:
+    rubbing = np.abs(value[SLICES["coulomb"]]) + np.abs(value[SLICES["stribeck"]])
+    unknown = UNKNOWN_FRICTION_SHARE * rubbing / noise_n
+    slow = np.exp(-((record.speeds_at_rows / SLOW_M_S) ** 2))
+    return 1.0 / np.sqrt(1.0 + unknown**2 * slow)
+
+
+def _solve(record: _Record, residual: Array, matrix: Array, value: Array, start: Start) -> tuple[Array, _Left]:
+    noise_n = _noise(record, residual, value)
+    weight = _weights(record, value, noise_n) / noise_n
+    free = start.sigma > 0
+    prior = _prior_information(start)[free]
+    A = (weight[:, :, None] * matrix).reshape(-1, UNKNOWNS)[:, free]
+    scale = np.sqrt(np.sum(A**2, axis=0) + prior) + TINY
+    normal = (A / scale).T @ (A / scale) + np.diag(prior / scale**2)
+    right = (A / scale).T @ (weight * residual).ravel() + prior / scale * (start.value - value)[free]
+    change = np.zeros(UNKNOWNS)
+    change[free] = np.linalg.lstsq(normal, right, rcond=WORST_CONDITION)[0] / scale
+    left = residual - matrix @ change
+    noise_n = _noise(record, left, value + change)
+    return value + change, _Left(left, matrix, _weights(record, value + change, noise_n) / noise_n, noise_n)
+
+
+def _prior_information(start: Start) -> Array:
+    known = np.isfinite(start.sigma) & (start.sigma > 0)
+    return np.where(known, 1.0 / np.where(known, start.sigma, 1.0) ** 2, 0.0)
+
+
+def _noise(record: _Record, residual: Array, value: Array) -> float:
+    moving = np.abs(record.speeds_at_rows) > 2.0 * SLOW_M_S
+    return float(np.sqrt(np.mean(residual[moving] ** 2))) if moving.any() else float(residual.std())
+
+
+def _scan(record: _Record, geometry: Geometry, gravity: float, value: Array, start: Start) -> tuple[FrictionLaw, Array]:
+    """The friction law's numbers by the smallest residual of what is linear; hinges, gains, tilt stay."""
+    linear = np.arange(UNKNOWNS) < SLICES["offset"].stop
+    fixed = replace(start, sigma=np.where(linear, start.sigma, 0.0))
+    residual, matrix = _linearise(record, geometry, gravity, value, _friction_rows(record, FIRST_LAW), None)
+    rubbing = np.concatenate([np.arange(UNKNOWNS)[SLICES[name]] for name in FRICTION])
+    without = residual + matrix[:, :, rubbing] @ value[rubbing]
+
+    def cost(law: FrictionLaw) -> float:
+        _put_friction(matrix, _as_rows(record, _friction_rows(record, law)), 1.0 + value[SLICES["gain"]])
+        _, left = _solve(record, without - matrix[:, :, rubbing] @ value[rubbing], matrix, value, fixed)
+        return float(np.sum(left.residual**2))
+
+    law = FIRST_LAW
+    for _ in range(SCANS):
+        for name, numbers in (
+            ("presliding_m", PRESLIDING_M),
+            ("stribeck_speed_m_s", STRIBECK_SPEEDS_M_S),
+            ("reversal_speed_m_s", REVERSAL_SPEEDS_M_S),
+        ):
+            law = min((replace(law, **{name: number}) for number in numbers), key=cost)
+    return law, _friction_rows(record, law)
+
+
+def _put_friction(matrix: Array, shapes: Array, gain: Array) -> None:
+    for leg in range(LEGS):
+        for k, name in enumerate(FRICTION):
+            matrix[:, leg, SLICES[name].start + leg] = gain[leg] * shapes[:, leg, k]
+
+
+def _sandwich(record: _Record, left: _Left, start: Start) -> tuple[Array, Array]:
+    free = start.sigma > 0
+    prior = _prior_information(start)[free]
+    A = (left.weight[:, :, None] * left.matrix)[:, :, free]
+    scale = np.sqrt(np.sum(A**2, axis=(0, 1)) + prior) + TINY
+    A = A / scale
+    information = np.tensordot(A, A, ((0, 1), (0, 1)))
+    normal = information + np.diag(prior / scale**2)
+    blocks = np.floor((record.t_s - record.t_s[0]) / BLOCK_S).astype(int)
+    terms = np.einsum("nlj,nl->nj", A, left.weight * left.residual)
+    scores = np.array([terms[blocks == k].sum(axis=0) for k in range(blocks.max() + 1)])
+    scores -= scores.mean(axis=0)
+    of_noise = scores.T @ scores * len(scores) / (len(scores) - 1)
+    of_priors = np.diag(prior / scale**2)
+    inverse = np.linalg.pinv(normal, rcond=WORST_CONDITION, hermitian=True)
+    covariances = np.zeros((2, UNKNOWNS, UNKNOWNS))
+    even = information * np.trace(of_noise) / np.trace(information)
+    for covariance, meat in zip(covariances, (of_noise + even + of_priors, even), strict=True):
+        covariance[np.ix_(free, free)] = (inverse @ meat @ inverse) / np.outer(scale, scale)
+    return covariances[0], covariances[1]
+
+
+def open_directions(
+    log_t_s: Array,
+    displacement_m: Array,
+    force_n: Array,
+    geometry: Geometry,
+    gravity: float,
+    found: Found,
+    loads: tuple[Array, ...],
+    scale: Array,
+) -> Array:
+    """Ways in which all unknowns may be off together, one standard deviation each, (k, 88), k <= DIRECTIONS.
+
+    Those that matter most for a load: with A the body's columns and S the others', an estimate of the load goes off by
+    -(d theta + A^+ S d others). Of the covariance as a product L L^T the largest singular directions are kept of what that is
+    of L, for each of `loads` at each of PACES of this run's motion, in units of `scale`, (10,). What the mass of the legs
+    is off counts as theta."""
+    record = _thinned(_prepare(log_t_s, displacement_m, force_n))
+    shapes = _friction_rows_thinned(record, found)
+    root = _root(found.covariance)
+    effects, folded = [], root
+    for pace in PACES:
+        slower = replace(record, speed=pace * record.speed, acceleration=pace**2 * record.acceleration)
+        for load in loads:
+            value = found.value.copy()
+            value[SLICES["theta"]] += load
+            hinges = _hinge_columns(slower, geometry, gravity, value, Start(value, np.ones(UNKNOWNS)))
+            slow_shapes = shapes * [1.0, 1.0, pace]
+            _, matrix = _columns(slower, geometry, gravity, value, slow_shapes, hinges)
+            flat = matrix.reshape(-1, UNKNOWNS)
+            of_others = np.linalg.lstsq(flat[:, SLICES["theta"]], flat[:, SLICES["theta"].stop :], rcond=None)[0]
+            effects.append(np.concatenate([np.eye(10), of_others], axis=1) @ root / scale[:, None])
+            if len(effects) == 1:
+                legs = slice(SLICES["leg_mass"].start - 10, SLICES["leg_mass"].stop - 10)
+                folded = root.copy()
+                folded[SLICES["theta"]] += of_others[:, legs] @ root[SLICES["leg_mass"]]
+    _, size, ways = np.linalg.svd(np.concatenate(effects))
+    return (folded @ ways[: min(DIRECTIONS, np.count_nonzero(size > 0))].T).T
+
+
+def _thinned(record: _Record) -> _Record:
+    rows = slice(record.rows.start, record.rows.stop, THIN)
+    parts = (record.displacement, record.speed, record.acceleration)
+    displacement, speed, acceleration = (part[rows] for part in parts)
+    friction_speed = record.friction_speed[:: record.step][rows]
+    return replace(
+        record, displacement=displacement, speed=speed, acceleration=acceleration, friction_speed=friction_speed, step=1
+    )
+
+
+def _friction_rows_thinned(record: _Record, found: Found) -> Array:
+    return rig_model.friction_shapes(record.friction_speed, replace(found.law, presliding_m=0.0), record.dt_s)
+
+
+def _root(covariance: Array) -> Array:
+    """L of L L^T; small negative eigenvalues are roundings."""
+    scale = np.sqrt(np.diag(covariance))
+    scale = np.where(scale > 0.0, scale, 1.0)
+    values, vectors = np.linalg.eigh(covariance / np.outer(scale, scale))
+    return scale[:, None] * vectors * np.sqrt(np.maximum(values, 0.0))
