@@ -116,6 +116,9 @@ static inline void take_off_rig(hexload_momentum_t* self, const hexload_config_t
     hexload_real_t acceleration[6];
     hexload_rig_compensate(&self->slide, config, smooth->smooth_velocity_m_s, smooth->gap_ticks,
                            smooth->sample.force_n, smooth->force_variance_n2);
+    if (!hexload_rig_has_leg_mass(config)) {
+        return; // leg_wrench is the smoother's zero
+    }
     hexload_leg_blocks_solve(past->motion.jacobian, smooth->smooth_velocity_m_s, twist);
     hexload_rig_accelerate(&self->twists, config, twist, smooth->gap_ticks, acceleration);
     hexload_rig_leg_wrench(config, &smooth->sample, &past->motion, twist, acceleration, smooth->leg_wrench);

@@ -4,13 +4,20 @@
 
 #include <stdbool.h>
 #include <stddef.h>
+#include <string.h>
+
+/// All that is not zero of the default configuration, of which a rig's own parameters are the larger part.
+typedef struct paper_machine {
+    hexload_geometry_t geometry;
+    hexload_platform_t platform;
+    hexload_sensors_t sensors;
+    hexload_paper_config_t paper;
+    hexload_momentum_config_t momentum;
+} paper_machine_t;
 
 void hexload_config_default(hexload_config_t* config) {
     // Paper, Table 1; hinges at radii 0.4 and 0.6 m, 15 and 10 degrees from the axes of symmetry.
-    static const hexload_config_t paper_machine = {
-        .kind = HEXLOAD_KIND_MOMENTUM,
-        .tick_s = HEXLOAD_REAL(0.001),
-        .gravity_m_s2 = HEXLOAD_REAL(9.81),
+    static const paper_machine_t paper_machine = {
         .geometry =
             {.base_hinge_m = {{HEXLOAD_REAL(0.5908846518), HEXLOAD_REAL(0.1041889066), HEXLOAD_REAL(0.0)},
                               {HEXLOAD_REAL(-0.2052120860), HEXLOAD_REAL(0.5638155725), HEXLOAD_REAL(0.0)},
@@ -49,10 +56,19 @@ void hexload_config_default(hexload_config_t* config) {
                      .nis_time_constant_s = HEXLOAD_REAL(0.5),
                      .converged_relative_sigma = HEXLOAD_REAL(0.05),
                      .excitation_time_constant_s = HEXLOAD_REAL(10.0)},
-        .actuator_effects = {.friction_speed_m_s = HEXLOAD_REAL(5e-3)},
-        .rig = {.stribeck_speed_m_s = HEXLOAD_REAL(0.01), .reversal_speed_m_s = HEXLOAD_REAL(0.001)},
     };
-    *config = paper_machine;
+    memset(config, 0, sizeof *config);
+    config->kind = HEXLOAD_KIND_MOMENTUM;
+    config->tick_s = HEXLOAD_REAL(0.001);
+    config->gravity_m_s2 = HEXLOAD_REAL(9.81);
+    config->geometry = paper_machine.geometry;
+    config->platform = paper_machine.platform;
+    config->sensors = paper_machine.sensors;
+    config->paper = paper_machine.paper;
+    config->momentum = paper_machine.momentum;
+    config->actuator_effects.friction_speed_m_s = HEXLOAD_REAL(5e-3);
+    config->rig.stribeck_speed_m_s = HEXLOAD_REAL(0.01);
+    config->rig.reversal_speed_m_s = HEXLOAD_REAL(0.001);
     hexload_config_set_prior(config, HEXLOAD_PRIOR_SAFE);
     hexload_config_set_momentum(config);
 }

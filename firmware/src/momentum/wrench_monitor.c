@@ -197,12 +197,15 @@ bool hexload_wrench_monitor_step(hexload_wrench_monitor_t* self, const hexload_c
     observe(self, config, body, push);
     observe_friction(self, config, push);
     read_parts(motion, self->residual, y);
-    find_spread(self, config, filter, body, motion, S);
+    const hexload_real_t since_s = config->tick_s * (hexload_real_t)self->ticks;
+    const bool is_settled = self->ticks > SETTLED_TICKS && (fit != HEXLOAD_FIT_NONE || since_s > DOUBTFUL_S);
+    const bool is_asked = is_settled && fit != HEXLOAD_FIT_NOISE;
+    self->ticks = self->ticks < UINT32_MAX / 2 ? self->ticks : self->ticks - 1;
+    if (is_asked) {
+        find_spread(self, config, filter, body, motion, S);
+    }
     if (is_moving(motion)) {
         learn(self, config, y);
     }
-    const hexload_real_t since_s = config->tick_s * (hexload_real_t)self->ticks;
-    const bool is_settled = self->ticks > SETTLED_TICKS && (fit != HEXLOAD_FIT_NONE || since_s > DOUBTFUL_S);
-    self->ticks = self->ticks < UINT32_MAX / 2 ? self->ticks : self->ticks - 1;
-    return is_settled && self->motion_s >= ARMED_S && distance(S, y) > ALARM;
+    return is_asked && self->motion_s >= ARMED_S && distance(S, y) > ALARM;
 }

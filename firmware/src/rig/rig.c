@@ -211,9 +211,7 @@ static void force_on_hinge(const hexload_config_t* config, const hinge_t* hinge,
 void hexload_rig_leg_wrench(const hexload_config_t* config, const hexload_leg_sample_t* sample,
                             const hexload_motion_t* motion, const hexload_real_t twist[6],
                             const hexload_real_t acceleration[6], hexload_real_t wrench[6]) {
-    const hexload_rig_config_t* rig = &config->rig;
-    const bool has_mass = rig->leg_inertia_kg_m2 != HEXLOAD_REAL(0.0) ||
-                          rig->leg_slide_kg_m != HEXLOAD_REAL(0.0) || rig->leg_tilt_kg_m != HEXLOAD_REAL(0.0);
+    const bool has_mass = hexload_rig_has_leg_mass(config);
     memset(wrench, 0, 6 * sizeof wrench[0]);
     for (int leg = 0; has_mass && leg < HEXLOAD_LEGS; leg++) {
         const hexload_real_t length_m = config->geometry.home_leg_length_m[leg] + sample->displacement_m[leg];

@@ -42,6 +42,13 @@ void hexload_rig_compensate(hexload_rig_slide_t* self, const hexload_config_t* c
                             const hexload_real_t speed_m_s[HEXLOAD_LEGS], uint32_t gap_ticks,
                             hexload_real_t force_n[HEXLOAD_LEGS], hexload_real_t variance_n2[HEXLOAD_LEGS]);
 
+/// Whether the legs have a mass of their own: without, no acceleration is needed.
+static inline bool hexload_rig_has_leg_mass(const hexload_config_t* config) {
+    const hexload_rig_config_t* rig = &config->rig;
+    return rig->leg_inertia_kg_m2 != HEXLOAD_REAL(0.0) || rig->leg_slide_kg_m != HEXLOAD_REAL(0.0) ||
+           rig->leg_tilt_kg_m != HEXLOAD_REAL(0.0);
+}
+
 void hexload_rig_twists_init(hexload_rig_twists_t* self);
 
 /// The mean acceleration since HEXLOAD_RIG_TWISTS ticks ago, or since the first of fewer; zero for the first.
