@@ -18,7 +18,7 @@ DATA = project.ROOT / "tests" / "data"
 REFERENCE = Path(__file__).with_name("reference_filters.toml")
 MOTION_S = 10.0
 TICK_S = 1e-3
-MOMENTUM = {"momentum": "momentum", "machine": "momentum with bias and friction"}  # programs, what they run
+MOMENTUM = {"momentum": "momentum", "momentum_effects": "momentum with bias and friction"}  # programs, what they run
 RIVALS = {"dense": ("dense and generic", "dense_filter.c"), "eigen": ("Eigen, block-structured", "eigen_filter.cpp")}
 RIVAL_BYTES = 4 * (7 + 7 * 7)  # state and covariance
 
