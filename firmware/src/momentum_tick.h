@@ -34,7 +34,8 @@ typedef struct hexload_present_memory {
     hexload_motion_t motion;      ///< there
 } hexload_present_memory_t;
 
-/// Checks the sample, brings its channels to one instant, finds pose and twist there and the effective sigmas.
+/// Checks the sample, brings its channels to one instant, finds pose and twist there and the effective
+/// sigmas.
 /// @param[out] now its sample is NULL while late channels leave no instant complete.
 static inline hexload_status_t read_present(hexload_momentum_t* self, const hexload_config_t* config,
                                             const hexload_leg_sample_t* sample,
@@ -44,8 +45,8 @@ static inline hexload_status_t read_present(hexload_momentum_t* self, const hexl
     bool has_instant = false;
     hexload_status_t status = hexload_leg_sample_check(&self->leg_gate, config, sample, &gap_ticks, health);
     if (status == HEXLOAD_OK) {
-        has_instant = hexload_rig_align(&self->history, config, sample, gap_ticks, &memory->aligned,
-                                        &now->gap_ticks);
+        has_instant =
+            hexload_rig_align(&self->history, config, sample, gap_ticks, &memory->aligned, &now->gap_ticks);
     }
     if (has_instant) {
         status = hexload_kinematics_solve(&self->kinematics, config, &memory->aligned, &memory->motion);

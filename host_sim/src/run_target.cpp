@@ -28,8 +28,8 @@ constexpr std::array<std::string_view, 8> run_files{"scenario.toml", "platform.t
                                                     "log.csv",       "truth.csv",     "estimates.csv",
                                                     "meta.json",     "report.html"};
 // Together in no JSON but a run's.
-constexpr std::array<std::string_view, 4> meta_keys{"\"tick_s\"", "\"health_ticks\"",
-                                                    "\"mass_matrix_home\"", "\"coupling_matrix_home\""};
+constexpr std::array<std::string_view, 4> meta_keys{"\"tick_s\"", "\"health_ticks\"", "\"mass_matrix_home\"",
+                                                    "\"coupling_matrix_home\""};
 
 InputError refusal(const fs::path& target, const std::string& found) {
     return InputError(

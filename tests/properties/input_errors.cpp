@@ -84,7 +84,8 @@ const std::array<Refusal, 21> platform_refusals{{
      "19: estimator.kindd: found an unknown key, expected one of bias_sigma_n, coulomb_sigma_n, "
      "friction_speed_m_s, kind, prior, viscous_sigma_n_s_m"},
     {"[estimator]", "[estimater]",
-     "18: estimater: found an unknown key, expected one of actuators, environment, estimator, geometry, load, platform, "
+     "18: estimater: found an unknown key, expected one of actuators, environment, estimator, geometry, "
+     "load, platform, "
      "sensors"},
     {"[load]", "[actuators]\nleg_force_n = 0\n[load]",
      "17: actuators.leg_force_n: found 0, expected a number > 0"},

@@ -189,9 +189,9 @@ void bind_scenario(nb::module_& module) {
             [](const Scenario& scenario, const PlatformFile& platform) {
                 const HydraulicSettings& hydraulics = scenario.hydraulics;
                 const double area_m2 = std::min(hydraulics.piston_area_m2, hydraulics.rod_side_area_m2);
-                const double speed_m_s = Hydraulics(hydraulics, platform.geometry.stroke_min_m,
-                                                    platform.geometry.stroke_max_m)
-                                             .speed_gain_m_s();
+                const double speed_m_s =
+                    Hydraulics(hydraulics, platform.geometry.stroke_min_m, platform.geometry.stroke_max_m)
+                        .speed_gain_m_s();
                 return std::array<double, 3>{
                     speed_m_s, motion_limits(platform.geometry, hydraulics, scenario.limits).speed_sum_m_s,
                     (hydraulics.supply_pressure_pa - hydraulics.tank_pressure_pa) * area_m2};

@@ -112,13 +112,13 @@ typedef struct hexload_actuator_effects_config {
 /// One way in which the constants of the rig may all be off together, by one standard deviation: estimates
 /// less truth. Ways are independent of each other.
 typedef struct hexload_rig_direction {
-    hexload_real_t force_offset_n[HEXLOAD_LEGS];      ///< N
-    hexload_real_t force_gain[HEXLOAD_LEGS];          ///< N/N
-    hexload_real_t coulomb_n[HEXLOAD_LEGS];           ///< N
-    hexload_real_t viscous_n_s_m[HEXLOAD_LEGS];       ///< N s/m
-    hexload_real_t gravity_m_s2[2];                   ///< m/s^2: x and y of its vector, base axes
-    hexload_real_t platform[4 + HEXLOAD_I_DIM];       ///< kg, kg m, kg m^2: order of enum hexload_load_parameter
-    hexload_real_t base_hinge_m[HEXLOAD_LEGS][3];     ///< m, base axes
+    hexload_real_t force_offset_n[HEXLOAD_LEGS];  ///< N
+    hexload_real_t force_gain[HEXLOAD_LEGS];      ///< N/N
+    hexload_real_t coulomb_n[HEXLOAD_LEGS];       ///< N
+    hexload_real_t viscous_n_s_m[HEXLOAD_LEGS];   ///< N s/m
+    hexload_real_t gravity_m_s2[2];               ///< m/s^2: x and y of its vector, base axes
+    hexload_real_t platform[4 + HEXLOAD_I_DIM];   ///< kg, kg m, kg m^2: order of enum hexload_load_parameter
+    hexload_real_t base_hinge_m[HEXLOAD_LEGS][3]; ///< m, base axes
     hexload_real_t platform_hinge_m[HEXLOAD_LEGS][3]; ///< m, platform axes
 } hexload_rig_direction_t;
 
@@ -163,7 +163,7 @@ typedef struct hexload_config {
     hexload_paper_config_t paper;                       ///< for HEXLOAD_KIND_PAPER alone
     hexload_momentum_config_t momentum;                 ///< for the two momentum kinds
     hexload_actuator_effects_config_t actuator_effects; ///< for HEXLOAD_KIND_MOMENTUM_EFFECTS alone
-    hexload_rig_config_t rig;                           ///< what commissioning has found; zeros: the machine is its model
+    hexload_rig_config_t rig; ///< what commissioning has found; zeros: the machine is its model
 } hexload_config_t;
 
 /// Start covariance of the paper's filter.

@@ -73,9 +73,9 @@ typedef struct hexload_estimate {
     /// The filter's part of sigma, without what of the rig is open; same units.
     hexload_real_t own_sigma[HEXLOAD_PARAMETERS_MAX];
     hexload_verdict_t parameter_verdict[HEXLOAD_PARAMETERS_MAX]; ///< of each
-    hexload_verdict_t verdict; ///< the worst of them
-    hexload_real_t nis;        ///< normalised innovation squared, 1; ideal mean 6, of the paper's estimator 3
-    hexload_real_t nis_mean;   ///< over nis_time_constant_s
+    hexload_verdict_t verdict;                                   ///< the worst of them
+    hexload_real_t nis;      ///< normalised innovation squared, 1; ideal mean 6, of the paper's estimator 3
+    hexload_real_t nis_mean; ///< over nis_time_constant_s
 } hexload_estimate_t;
 
 /// What the estimator of actuator effects knows beside the load.
@@ -97,9 +97,9 @@ typedef enum hexload_gate {
 /// The measurement update of one tick, for who tunes or judges a filter. Momentum estimators: momentum
 /// [N s; N m s] about the fixed home point of O_A, base axes, of lag_ticks ago; paper's: angular velocity,
 /// rad/s, platform axes.
-typedef struct {        // no tag: hexload_trace() has the name
-    uint32_t tick;      ///< of the measurement, sampling periods
-    uint32_t dimension; ///< of the measurement: 6 or 3; the other entries are 0
+typedef struct {         // no tag: hexload_trace() has the name
+    uint32_t tick;       ///< of the measurement, sampling periods
+    uint32_t dimension;  ///< of the measurement: 6 or 3; the other entries are 0
     hexload_gate_t gate; ///< what became of it
     hexload_real_t innovation[HEXLOAD_MEASUREMENTS_MAX]; ///< measured minus predicted
     hexload_real_t variance[HEXLOAD_MEASUREMENTS_MAX];   ///< of the innovation as the filter expects it

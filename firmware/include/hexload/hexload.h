@@ -40,7 +40,7 @@ typedef struct hexload_descriptor {
     const hexload_unknown_t* unknown; ///< parameters + effects of them
 } hexload_descriptor_t;
 
-typedef struct { // no tag: hexload is a namespace in C++
+typedef struct {         // no tag: hexload is a namespace in C++
     hexload_kind_t kind; ///< of the instance; set by hexload_init()
     union {
         hexload_momentum_t momentum;

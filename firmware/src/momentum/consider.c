@@ -39,8 +39,7 @@ static void shift_leg(const hexload_config_t* config, const hexload_delayed_tick
     const hexload_motion_t* motion = &past->motion;
     const hexload_leg_sample_t* sample = &past->smooth.sample;
     const hexload_real_t* e = motion->J[leg];
-    const hexload_real_t length_m =
-        config->geometry.home_leg_length_m[leg] + sample->displacement_m[leg];
+    const hexload_real_t length_m = config->geometry.home_leg_length_m[leg] + sample->displacement_m[leg];
     const hexload_real_t force_n = sample->force_n[leg];
     hexload_real_t arm_m[3];
     hexload_real_t turned_m[3];

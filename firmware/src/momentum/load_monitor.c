@@ -95,8 +95,7 @@ static void find_push(hexload_load_monitor_t* self, const hexload_config_t* conf
 }
 
 static void predict(hexload_load_monitor_t* self, const hexload_config_t* config,
-                    const hexload_real_t body[DIM], const hexload_present_tick_t* now,
-                    const push_t* push) {
+                    const hexload_real_t body[DIM], const hexload_present_tick_t* now, const push_t* push) {
     const hexload_real_t dt_s = config->tick_s;
     hexload_real_t variance[HEXLOAD_LEGS];
     hexload_real_t columns[HEXLOAD_LEGS][6];

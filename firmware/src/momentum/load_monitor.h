@@ -31,7 +31,7 @@ void hexload_load_monitor_restart(hexload_load_monitor_t* self);
 /// @param now its force sigma covers what is not known of the forces.
 /// @return true when the load has changed. Reentrant, constant time.
 HEXLOAD_MUST_USE bool hexload_load_monitor_step(hexload_load_monitor_t* self, const hexload_config_t* config,
-                                                const hexload_momentum_filter_t* filter,
-                                                hexload_fit_t fit, const hexload_present_tick_t* now);
+                                                const hexload_momentum_filter_t* filter, hexload_fit_t fit,
+                                                const hexload_present_tick_t* now);
 
 #endif

@@ -1,10 +1,12 @@
-// A node on a bus that nobody else is on, for a second: status 0 when it sends the status pages that it promises.
+// A node on a bus that nobody else is on, for a second: status 0 when it sends the status pages that it
+// promises.
 #include <app/node.h>
 #include <hexload_dbc.h>
 
 enum {
     RUN_MS = 1000,
-    PAGES = 1 + (RUN_MS - HEXLOAD_NODE_LISTEN_MS) / HEXLOAD_NODE_STATUS_PERIOD_MS, // the first one ends the listening
+    PAGES = 1 + (RUN_MS - HEXLOAD_NODE_LISTEN_MS) /
+                    HEXLOAD_NODE_STATUS_PERIOD_MS, // the first one ends the listening
 };
 
 static bool count_status_pages(void* context, const hexload_bus_frame_t* frame) {

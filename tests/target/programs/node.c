@@ -1,7 +1,7 @@
 /// What a leg sample costs from its frames to the answer's: arguments fd|classic paper|momentum LOG OUT,
-/// files of the host in the format of tools/python/hexload_dev/target.py. Each sample is encoded, handed to the
-/// application as frames, and counted: all of it, and on copies its decoding and the encoding of its answer
-/// alone.
+/// files of the host in the format of tools/python/hexload_dev/target.py. Each sample is encoded, handed to
+/// the application as frames, and counted: all of it, and on copies its decoding and the encoding of its
+/// answer alone.
 #include "app/node.h"
 
 #include "arguments.h"

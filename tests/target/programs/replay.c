@@ -1,6 +1,6 @@
 /// Replays a log inside the controller: arguments LOG OUT, files of the host in the format of
-/// tools/python/hexload_dev/target.py. Every tick runs twice, stage by stage with marks in between on a copy, and
-/// as hexload_paper_tick(); both must end in the same state, so the stages' instructions are those of the
+/// tools/python/hexload_dev/target.py. Every tick runs twice, stage by stage with marks in between on a copy,
+/// and as hexload_paper_tick(); both must end in the same state, so the stages' instructions are those of the
 /// tick.
 #include "hexload/paper.h"
 
