@@ -188,3 +188,10 @@ def test_moments_and_health_bits_are_told_in_words():
         "not excited in 120 ticks, load changed in 1 tick"
     )
     assert load_summary.health_in_words({"late": 0}) == ""
+
+
+def test_a_machine_that_does_not_fit_is_to_be_commissioned():
+    # GIVEN health counts with and without the misfit WHEN the last verdict is looked at THEN the mend is named where there is one
+    assert "hexload commission" in load_summary.mend_in_words({"model misfit": 3}, "inconsistent")
+    assert load_summary.mend_in_words({"model misfit": 3}, "converged") == ""
+    assert load_summary.mend_in_words({"model misfit": 0}, "inconsistent") == ""

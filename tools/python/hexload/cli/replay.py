@@ -24,6 +24,8 @@ def print_summary(
         print(f"body:      {load_summary.consistent_in_words(result['body'])}")
     print(f"verdict:   {result['verdict'][-1]} after {len(result['t'])} ticks")
     print(f"health:    {load_summary.health_in_words(result['health_counts']) or 'no remark'}")
+    if mend := load_summary.mend_in_words(result["health_counts"], result["verdict"][-1]):
+        print(f"mend:      {mend}")
     if times_s := load_summary.load_changes_s(result):
         print(f"new load:  noticed {load_summary.moments_in_words(times_s)}")
     if result["refused"]:

@@ -127,3 +127,10 @@ def health_in_words(ticks_of: dict[str, int]) -> str:
     """The bits that were set, and in how many ticks; nothing if none was."""
     remarks = ((name, ticks) for name, ticks in ticks_of.items() if ticks)
     return ", ".join(f"{name} in {ticks} tick{'s' if ticks > 1 else ''}" for name, ticks in remarks)
+
+
+def mend_in_words(ticks_of: dict[str, int], verdict: str) -> str:
+    """What to do about a verdict that the machine itself causes; nothing when it does not."""
+    if verdict != "inconsistent" or not ticks_of.get("model misfit"):
+        return ""
+    return "the machine does not fit its platform file: run `hexload commission` on a log of the empty platform, then replay with --rig"
