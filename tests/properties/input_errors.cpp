@@ -86,7 +86,7 @@ const std::array<Refusal, 21> platform_refusals{{
     {"[estimator]", "[estimater]",
      "18: estimater: found an unknown key, expected one of actuators, environment, estimator, geometry, "
      "load, platform, "
-     "sensors"},
+     "sensors, tolerances"},
     {"[load]", "[actuators]\nleg_force_n = 0\n[load]",
      "17: actuators.leg_force_n: found 0, expected a number > 0"},
     {"mass_kg = 100.0", "mass_kg = \"100\"", R"(7: platform.mass_kg: found "100", expected a number > 0)"},

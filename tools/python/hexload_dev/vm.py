@@ -139,6 +139,8 @@ class _Guest:
     def __init__(self, command: list[str], machine: Machine, initramfs: Path, job: Path):
         self.command, self.machine = shlex.join(command), machine
         self.status: int | None = None
+        self.left_bytes: list[int] | None = None  # of output and errors, when COMMAND has ended
+        self.handed_on = [0, 0]  # likewise
         self.started = time.monotonic()
         self.ready: float | None = None  # when COMMAND started
         self.control = b""
@@ -180,19 +182,28 @@ class _Guest:
         return self.status
 
     def _pump(self) -> None:
-        """Hands the ports' bytes on until COMMAND has ended, or QEMU."""
-        handlers = (_writer(1), _writer(2), self._take_control)
+        """Hands the ports' bytes on until COMMAND has ended and all that it wrote is there, or until QEMU has ended."""
+        handlers = (self._counted(0, _writer(1)), self._counted(1, _writer(2)), self._take_control)
         with selectors.DefaultSelector() as selector:
             for port, handler in zip(self.ports, handlers, strict=True):
                 port.setblocking(False)
                 selector.register(port, selectors.EVENT_READ, handler)
-            while self.status is None and selector.get_map():
+            while self._expects_more() and selector.get_map():
                 for key, _ in selector.select(self._seconds_left()):
                     if not _hand_on(key.fileobj, key.data):
                         selector.unregister(key.fileobj)
-        for port, handler in zip(self.ports[:2], handlers, strict=False):  # written before the exit status was
-            while _hand_on(port, handler):
-                pass
+
+    def _counted(self, port: int, write: Callable[[bytes], None]) -> Callable[[bytes], None]:
+        def take(data: bytes) -> None:
+            self.handed_on[port] += len(data)
+            write(data)
+
+        return take
+
+    def _expects_more(self) -> bool:
+        return self.left_bytes is None or any(
+            here < all_ for here, all_ in zip(self.handed_on, self.left_bytes, strict=True)
+        )
 
     def _take_control(self, data: bytes) -> None:
         self.control += data
@@ -204,7 +215,7 @@ class _Guest:
                 if os.isatty(2):
                     print(f"[hexload] guest up after {self.ready - self.started:.1f} s", file=sys.stderr, flush=True)
             elif word == "exit":
-                self.status = int(rest[0])
+                self.status, *self.left_bytes = (int(number) for number in rest)
 
     def _seconds_left(self) -> float | None:
         """Until the limit that counts now; raises when it has passed."""
