@@ -5,15 +5,14 @@
 
 #include <stddef.h>
 
-#define LEGS(effect, unit)                                                                                   \
-    {effect "1", unit}, {effect "2", unit}, {effect "3", unit}, {effect "4", unit}, {effect "5", unit}, {    \
-        effect "6", unit                                                                                     \
-    }
-
 static const hexload_unknown_t LOAD_AND_EFFECTS[HEXLOAD_UNKNOWNS_MAX] = {
-    {"m", "kg"},       {"hx", "kg m"},       {"hy", "kg m"},          {"hz", "kg m"},    {"Ixx", "kg m^2"},
-    {"Iyy", "kg m^2"}, {"Izz", "kg m^2"},    {"Ixy", "kg m^2"},       {"Ixz", "kg m^2"}, {"Iyz", "kg m^2"},
-    LEGS("bias", "N"), LEGS("coulomb", "N"), LEGS("viscous", "N s/m")};
+    {"m", "kg"},           {"hx", "kg m"},        {"hy", "kg m"},        {"hz", "kg m"},
+    {"Ixx", "kg m^2"},     {"Iyy", "kg m^2"},     {"Izz", "kg m^2"},     {"Ixy", "kg m^2"},
+    {"Ixz", "kg m^2"},     {"Iyz", "kg m^2"},     {"bias1", "N"},        {"bias2", "N"},
+    {"bias3", "N"},        {"bias4", "N"},        {"bias5", "N"},        {"bias6", "N"},
+    {"coulomb1", "N"},     {"coulomb2", "N"},     {"coulomb3", "N"},     {"coulomb4", "N"},
+    {"coulomb5", "N"},     {"coulomb6", "N"},     {"viscous1", "N s/m"}, {"viscous2", "N s/m"},
+    {"viscous3", "N s/m"}, {"viscous4", "N s/m"}, {"viscous5", "N s/m"}, {"viscous6", "N s/m"}};
 
 static const hexload_unknown_t PAPER[HEXLOAD_PAPER_DIM] = {
     {"dz", "m"}, {"Ixx", "kg m^2"}, {"Iyy", "kg m^2"}, {"Izz", "kg m^2"}};
@@ -129,16 +128,18 @@ const hexload_health_t* hexload_health(const hexload_t* self) {
 
 /// Rows of the effects: their covariance with theta, then with the effects before; mu's lies between.
 static uint32_t write_effects(const hexload_actuator_effects_t* effects, hexload_real_t* covariance) {
-    const hexload_real_t* row = effects->covariance;
     uint32_t written = 0;
+    int first = 0; // of the row
     for (int i = 0; i < HEXLOAD_EFFECTS_DIM; i++) {
         for (int j = 0; j < HEXLOAD_LOAD_DIM; j++) {
-            covariance[written++] = row[j];
+            covariance[written] = effects->covariance[first + j];
+            written++;
         }
         for (int j = 0; j <= i; j++) {
-            covariance[written++] = row[HEXLOAD_MOMENTUM_STATES + j];
+            covariance[written] = effects->covariance[first + HEXLOAD_MOMENTUM_STATES + j];
+            written++;
         }
-        row += HEXLOAD_MOMENTUM_STATES + i + 1;
+        first += HEXLOAD_MOMENTUM_STATES + i + 1;
     }
     return written;
 }
@@ -149,8 +150,9 @@ uint32_t hexload_covariance(const hexload_t* self, hexload_real_t covariance[HEX
     uint32_t written = 0;
     for (int i = 0; i < parameters; i++) {
         for (int j = 0; j <= i; j++) {
-            covariance[written++] =
+            covariance[written] =
                 momentum != NULL ? momentum->filter.load_cov[i][j] : self->as.paper.filter.param_cov[i][j];
+            written++;
         }
     }
     if (self->kind == HEXLOAD_KIND_MOMENTUM_EFFECTS) {

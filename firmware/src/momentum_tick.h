@@ -200,7 +200,7 @@ static inline hexload_status_t hexload_momentum_run(hexload_momentum_t* self, co
                                                     hexload_momentum_update_t* update) {
     uint32_t health = 0;
     hexload_present_memory_t memory;
-    hexload_present_tick_t now;
+    hexload_present_tick_t now = {.sample = NULL};
     hexload_delayed_tick_t past;
     const hexload_status_t status = read_present(self, config, sample, &memory, &now, &health);
     if (status != HEXLOAD_OK) {

@@ -24,8 +24,7 @@ static void write_trace(const hexload_momentum_t* self, const hexload_momentum_u
 static hexload_status_t run(hexload_momentum_t* self, const hexload_config_t* config,
                             hexload_effects_stage_t* effects, const hexload_leg_sample_t* sample,
                             hexload_estimate_t* estimate, hexload_trace_t* trace) {
-    hexload_momentum_update_t update;
-    update.L[0][0] = HEXLOAD_REAL(0.0);
+    hexload_momentum_update_t update = {.L = {{HEXLOAD_REAL(0.0)}}};
     const hexload_status_t status = hexload_momentum_run(self, config, effects, sample, estimate, &update);
     if (status != HEXLOAD_OK) {
         return status;

@@ -59,7 +59,6 @@ static void test_late_channels_are_brought_to_one_instant(void) {
     config.rig.force_gain[2] = HEXLOAD_REAL(0.01);
     hexload_rig_history_t history;
     hexload_rig_history_init(&history);
-    TEST_ASSERT_EQUAL_UINT32(3, hexload_rig_delay_ticks(&config));
     uint32_t came = 0;
     for (uint32_t tick = 0; tick < 40; tick++) {
         hexload_leg_sample_t sample = any_sample(tick);
@@ -342,7 +341,7 @@ static void test_considered_errors_are_those_of_wrong_constants(void) {
             largest = fmax(largest, fabs((double)estimator[0].consider.load[n][k]));
         }
         for (int k = 0; k < (n == 4 ? HEXLOAD_LOAD_HZ : HEXLOAD_LOAD_DIM); k++) {
-            char where[32];
+            char where[48];
             (void)snprintf(where, sizeof where, "way %d, parameter %d", n, k);
             const double difference = (double)estimate[n + 1].value[k] - (double)estimate[0].value[k];
             TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(0.1 * largest, (double)estimator[0].consider.load[n][k],

@@ -47,17 +47,17 @@ HEXLOAD_MUST_USE hexload_status_t hexload_momentum_init(hexload_momentum_t* self
 /// @return HEXLOAD_OK or the status of the stage that refused: HEXLOAD_ERR_SAMPLE, HEXLOAD_ERR_TICK,
 ///         HEXLOAD_ERR_POSE, HEXLOAD_ERR_SINGULAR; then self changes in health.refused only and estimate not
 ///         at all. Reentrant for different self; not for an interrupt that shares one.
-HEXLOAD_MUST_USE hexload_status_t hexload_momentum_tick(hexload_momentum_t* self,
-                                                        const hexload_config_t* config,
-                                                        const hexload_leg_sample_t* sample,
-                                                        hexload_estimate_t* estimate);
+HEXLOAD_MUST_USE HEXLOAD_NONNULL hexload_status_t hexload_momentum_tick(hexload_momentum_t* self,
+                                                                        const hexload_config_t* config,
+                                                                        const hexload_leg_sample_t* sample,
+                                                                        hexload_estimate_t* estimate);
 
 /// hexload_momentum_tick() that also hands out its measurement update. @param[out] trace of an accepted tick.
-HEXLOAD_MUST_USE hexload_status_t hexload_momentum_trace(hexload_momentum_t* self,
-                                                         const hexload_config_t* config,
-                                                         const hexload_leg_sample_t* sample,
-                                                         hexload_estimate_t* estimate,
-                                                         hexload_trace_t* trace);
+HEXLOAD_MUST_USE HEXLOAD_NONNULL hexload_status_t hexload_momentum_trace(hexload_momentum_t* self,
+                                                                         const hexload_config_t* config,
+                                                                         const hexload_leg_sample_t* sample,
+                                                                         hexload_estimate_t* estimate,
+                                                                         hexload_trace_t* trace);
 
 /// The momentum estimator with a stage for actuator effects: the force sensors' biases and the legs' friction
 /// are found together with the load. Four times the work.
@@ -71,17 +71,14 @@ HEXLOAD_MUST_USE hexload_status_t hexload_momentum_effects_init(hexload_momentum
                                                                 const hexload_config_t* config);
 
 /// As hexload_momentum_tick(). A load change leaves what is known of the actuators.
-HEXLOAD_MUST_USE hexload_status_t hexload_momentum_effects_tick(hexload_momentum_effects_t* self,
-                                                                const hexload_config_t* config,
-                                                                const hexload_leg_sample_t* sample,
-                                                                hexload_estimate_t* estimate);
+HEXLOAD_MUST_USE HEXLOAD_NONNULL hexload_status_t
+hexload_momentum_effects_tick(hexload_momentum_effects_t* self, const hexload_config_t* config,
+                              const hexload_leg_sample_t* sample, hexload_estimate_t* estimate);
 
 /// As hexload_momentum_trace().
-HEXLOAD_MUST_USE hexload_status_t hexload_momentum_effects_trace(hexload_momentum_effects_t* self,
-                                                                 const hexload_config_t* config,
-                                                                 const hexload_leg_sample_t* sample,
-                                                                 hexload_estimate_t* estimate,
-                                                                 hexload_trace_t* trace);
+HEXLOAD_MUST_USE HEXLOAD_NONNULL hexload_status_t hexload_momentum_effects_trace(
+    hexload_momentum_effects_t* self, const hexload_config_t* config, const hexload_leg_sample_t* sample,
+    hexload_estimate_t* estimate, hexload_trace_t* trace);
 
 /// Actuator effects, and with which load parameters they are confounded. Reentrant, constant time.
 /// @param estimate that of the last tick.

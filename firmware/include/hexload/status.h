@@ -11,8 +11,10 @@ HEXLOAD_DECLS_BEGIN
 
 #if defined(__GNUC__)
 #define HEXLOAD_MUST_USE __attribute__((warn_unused_result))
+#define HEXLOAD_NONNULL __attribute__((nonnull)) ///< no pointer may be NULL
 #else
 #define HEXLOAD_MUST_USE
+#define HEXLOAD_NONNULL
 #endif
 
 /// Result of a call. Zero: done. Negative: refused, and the caller's state is what it was before the call.

@@ -94,7 +94,7 @@ static inline void downdate6(hexload_real_t* row, const hexload_real_t u[6], con
 /// The same for a row and the next one of a matrix with as many columns as X: they share what is read of X.
 static inline void downdate6_twice(hexload_real_t* row, hexload_real_t u[2][6], const hexload_real_t* X,
                                    int columns, int count) {
-    hexload_real_t* next_row = row + columns;
+    hexload_real_t* next_row = &row[columns];
     for (int j = 0; j < count; j++) {
         hexload_real_t left = row[j];
         hexload_real_t next_left = next_row[j];

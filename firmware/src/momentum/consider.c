@@ -14,14 +14,14 @@ void hexload_consider_init(hexload_consider_t* self) {
 }
 
 /// What a wrong hinge does to a leg: its direction and the arm of its force.
-typedef struct shift {
+typedef struct hinge_shift {
     hexload_real_t hinge_m[HEXLOAD_LEGS][3]; ///< R da - db, base axes
     hexload_real_t arm_m[HEXLOAD_LEGS][3];   ///< R da
     hexload_real_t twist[6];                 ///< of the pose, which fits the same leg lengths
-} shift_t;
+} hinge_shift_t;
 
 static void find_shift(const hexload_rig_direction_t* direction, const hexload_motion_t* motion,
-                       shift_t* shift) {
+                       hinge_shift_t* shift) {
     hexload_real_t along_m[HEXLOAD_LEGS];
     for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
         for (int k = 0; k < 3; k++) {
@@ -35,7 +35,7 @@ static void find_shift(const hexload_rig_direction_t* direction, const hexload_m
 
 /// Error of a leg's wrench about O_A by its direction and arm.
 static void shift_leg(const hexload_config_t* config, const hexload_delayed_tick_t* past,
-                      const shift_t* shift, int leg, hexload_real_t wrench[6]) {
+                      const hinge_shift_t* shift, int leg, hexload_real_t wrench[6]) {
     const hexload_motion_t* motion = &past->motion;
     const hexload_leg_sample_t* sample = &past->smooth.sample;
     const hexload_real_t* e = motion->J[leg];
@@ -65,7 +65,7 @@ static void shift_leg(const hexload_config_t* config, const hexload_delayed_tick
 /// Error of gravity's part, by its direction and by the pose's error; moment about the home point.
 static void shift_gravity(const hexload_config_t* config, const hexload_real_t body[DIM],
                           const hexload_motion_t* motion, const hexload_rig_direction_t* direction,
-                          const shift_t* shift, hexload_real_t drive[6]) {
+                          const hinge_shift_t* shift, hexload_real_t drive[6]) {
     const hexload_real_t tilt_m_s2[3] = {direction->gravity_m_s2[0], direction->gravity_m_s2[1],
                                          HEXLOAD_REAL(0.0)};
     const hexload_real_t gravity_m_s2[3] = {HEXLOAD_REAL(0.0), HEXLOAD_REAL(0.0), -config->gravity_m_s2};
@@ -94,7 +94,7 @@ static void shift_gravity(const hexload_config_t* config, const hexload_real_t b
 /// Error of the legs' wrench about O_A, and the wrench itself, both by forces that count as those on the
 /// platform.
 static void shift_forces(const hexload_config_t* config, const hexload_delayed_tick_t* past,
-                         const hexload_rig_direction_t* direction, const shift_t* shift,
+                         const hexload_rig_direction_t* direction, const hinge_shift_t* shift,
                          hexload_real_t wrench[6]) {
     const hexload_smooth_sample_t* sample = &past->smooth;
     memset(wrench, 0, 6 * sizeof wrench[0]);
@@ -120,7 +120,7 @@ static void find_drive(const hexload_config_t* config, const hexload_real_t body
     const hexload_real_t* force_n = past->smooth.sample.force_n;
     hexload_real_t push_n[3] = {0};
     hexload_real_t moved[3];
-    shift_t shift;
+    hinge_shift_t shift;
     find_shift(direction, motion, &shift);
     shift_forces(config, past, direction, &shift, drive);
     for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
@@ -195,8 +195,6 @@ HEXLOAD_APART static void correct(hexload_consider_t* self, const hexload_config
 HEXLOAD_APART static void move_on(hexload_consider_t* self, const hexload_momentum_filter_t* filter,
                                   const hexload_config_t* config, const hexload_delayed_tick_t* past) {
     const hexload_real_t dt_s = config->tick_s * (hexload_real_t)past->smooth.gap_ticks;
-    hexload_momentum_input_t input;
-    hexload_real_t G[PULLED][LIFTED];
     hexload_real_t body[DIM];
     for (int k = 0; k < DIM; k++) {
         body[k] = filter->platform[k] + filter->theta[k];
@@ -204,6 +202,8 @@ HEXLOAD_APART static void move_on(hexload_consider_t* self, const hexload_moment
     self->next = self->next + 1 < config->rig.direction_count ? self->next + 1 : 0;
     find_drive(config, body, past, &config->rig.direction[self->next], self->drive[self->next]);
     if (past->smooth.gap_ticks > 0) {
+        hexload_momentum_input_t input;
+        hexload_real_t G[PULLED][LIFTED];
         hexload_momentum_read_input(&past->motion, past->smooth.sample.force_n, &input);
         hexload_momentum_pull(&filter->last_input, &input, dt_s * config->gravity_m_s2, G);
         predict(self, config, dt_s, G);

@@ -9,20 +9,21 @@
 #define SLOW_M_S HEXLOAD_REAL(0.005)
 
 /// A delay in ticks: whole ones, and the part of the next.
-typedef struct shift {
+typedef struct delay_shift {
     uint32_t whole;
     hexload_real_t part;
-} shift_t;
+} delay_shift_t;
 
-static shift_t shift_of(const hexload_config_t* config, hexload_real_t delay_s) {
+static delay_shift_t shift_of(const hexload_config_t* config, hexload_real_t delay_s) {
     const hexload_real_t ticks = delay_s / config->tick_s;
     const uint32_t whole = (uint32_t)ticks;
-    return (shift_t){whole, ticks - (hexload_real_t)whole};
+    return (delay_shift_t){whole, ticks - (hexload_real_t)whole};
 }
 
-uint32_t hexload_rig_delay_ticks(const hexload_config_t* config) {
+/// How late the latest channel is, rounded up: what comes out is so much older than what goes in.
+static uint32_t delay_ticks(const hexload_config_t* config) {
     const hexload_real_t latest_s = hexload_max(config->rig.force_delay_s, config->rig.velocity_delay_s);
-    const shift_t latest = shift_of(config, latest_s);
+    const delay_shift_t latest = shift_of(config, latest_s);
     return latest.whole + (latest.part > HEXLOAD_REAL(0.0) ? 1 : 0);
 }
 
@@ -45,9 +46,9 @@ bool hexload_rig_align(const hexload_rig_history_t* self, const hexload_config_t
                        const hexload_leg_sample_t* sample, uint32_t gap_ticks, hexload_leg_sample_t* aligned,
                        uint32_t* aligned_gap_ticks) {
     const hexload_rig_config_t* rig = &config->rig;
-    const uint32_t delay = hexload_rig_delay_ticks(config);
-    const shift_t of_force = shift_of(config, rig->force_delay_s);
-    const shift_t of_velocity = shift_of(config, rig->velocity_delay_s);
+    const uint32_t delay = delay_ticks(config);
+    const delay_shift_t of_force = shift_of(config, rig->force_delay_s);
+    const delay_shift_t of_velocity = shift_of(config, rig->velocity_delay_s);
     *aligned_gap_ticks = self->has_begun ? self->since_ticks + gap_ticks : 0;
     if (delay > 0 && (gap_ticks != 1 || self->stored < delay)) {
         return false;

@@ -11,13 +11,11 @@
 
 #include "front_end/kinematics.h"
 
-/// How late the latest channel is, in ticks rounded up: what comes out is so much older than what goes in.
-uint32_t hexload_rig_delay_ticks(const hexload_config_t* config);
-
 void hexload_rig_history_init(hexload_rig_history_t* self);
 
-/// The sample of hexload_rig_delay_ticks() ago: its displacements, and forces and velocities of that instant,
-/// by lines between those that came later. Forces without offset and gain. Does not change self.
+/// The sample of as many ticks ago as the latest channel is late, rounded up: its displacements, and forces
+/// and velocities of that instant, by lines between those that came later. Forces without offset and gain.
+/// Does not change self.
 /// @param sample of the present, not stored yet.
 /// @param gap_ticks periods since the last stored; 0 for the first.
 /// @param[out] aligned_gap_ticks periods since the last sample that came out; 0 for the first.
