@@ -257,16 +257,27 @@ def in_module(tmp_path_factory, make_loop) -> Iterator[Loop]:
         yield make_loop(starter)
 
 
+@pytest.fixture(scope="session")
+def peers() -> list[Peer]:
+    """Those that are on the bus now."""
+    return []
+
+
 @pytest.fixture
-def peer(can_interface) -> Iterator[Peer]:
+def peer(can_interface, peers) -> Iterator[Peer]:
     peer = Peer(can_interface)
+    peers.append(peer)
     yield peer
+    peers.remove(peer)
     peer.can.shutdown()
 
 
 @pytest.fixture(scope="session")
-def record(tmp_path_factory, make_loop) -> Callable[..., Recording]:
-    """record(profile, *options): a run in lockstep; the same profile and options again give the same recording."""
+def record(tmp_path_factory, make_loop, peers) -> Callable[..., Recording]:
+    """record(profile, *options): a run in lockstep; the same profile and options again give the same recording.
+
+    The first test that asks for a recording makes it; what its own peer hears of that is forgotten.
+    """
     recordings: dict[tuple, Recording] = {}
 
     def recorder(*options) -> Recording:
@@ -274,6 +285,8 @@ def record(tmp_path_factory, make_loop) -> Callable[..., Recording]:
             folder = tmp_path_factory.mktemp("recording")
             with ended_programs(folder, []) as starter:
                 recordings[options] = make_loop(starter).record(folder / "run", *options)
+            for peer in peers:
+                peer.discard()
         return recordings[options]
 
     return recorder
