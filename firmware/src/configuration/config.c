@@ -89,32 +89,107 @@ void hexload_config_set_prior(hexload_config_t* config, hexload_prior_t prior) {
     }
 }
 
-static bool are_finite(const hexload_real_t* values, int count) {
-    for (int k = 0; k < count; k++) {
-        if (!isfinite(values[k])) {
+#define MILLION HEXLOAD_REAL(1e6)
+#define LARGEST HEXLOAD_REAL(3.4e38)
+#define LEAST_POSITIVE HEXLOAD_REAL(1.2e-38)
+
+/// Numbers of the configuration that lie next to each other, and their range.
+typedef struct range {
+    const char* name;
+    uint16_t offset; ///< of the first, bytes
+    uint16_t count;
+    hexload_real_t least; ///< is still good
+    hexload_real_t most;  ///< likewise
+} range_t;
+
+#define SIZE_OF(field) sizeof(((const hexload_config_t*)NULL)->field)
+#define IN(field, least, most)                                                                               \
+    {                                                                                                        \
+#field, (uint16_t)offsetof(hexload_config_t, field),                                                 \
+            (uint16_t)(SIZE_OF(field) / sizeof(hexload_real_t)), least, most                                 \
+    }
+#define FINITE(field) IN(field, -LARGEST, LARGEST)
+#define POSITIVE(field, most) IN(field, LEAST_POSITIVE, most)
+
+static const range_t RANGES[] = {
+    IN(tick_s, HEXLOAD_REAL(0.9999e-4), HEXLOAD_REAL(5.0001e-3)),
+    FINITE(geometry.base_hinge_m),
+    FINITE(geometry.platform_hinge_m),
+    POSITIVE(geometry.home_leg_length_m, MILLION),
+    FINITE(geometry.stroke_min_m),
+    IN(geometry.stroke_max_m, -MILLION, MILLION),
+    POSITIVE(platform.mass_kg, MILLION),
+    FINITE(platform.com_m),
+    FINITE(platform.inertia_kg_m2),
+    IN(gravity_m_s2, HEXLOAD_REAL(0.0), HEXLOAD_REAL(30.0)),
+    IN(sensors.displacement_sigma_m, HEXLOAD_REAL(1e-10), HEXLOAD_REAL(0.1)),
+    IN(sensors.velocity_sigma_m_s, HEXLOAD_REAL(1e-8), HEXLOAD_REAL(1.0)),
+    IN(sensors.force_sigma_n, HEXLOAD_REAL(1e-6), HEXLOAD_REAL(1e5)),
+    POSITIVE(sensors.velocity_range_m_s, HEXLOAD_REAL(50.0)),
+    POSITIVE(sensors.force_range_n, HEXLOAD_REAL(1e8)),
+    POSITIVE(paper.load_mass_kg, MILLION),
+    POSITIVE(paper.prior_dz_sigma_m, HEXLOAD_REAL(1e3)),
+    POSITIVE(paper.prior_inertia_sigma_kg_m2, MILLION),
+    IN(paper.gate_nis, HEXLOAD_REAL(3.0), MILLION),
+    IN(paper.inconsistent_nis, HEXLOAD_REAL(3.0), MILLION),
+    IN(paper.nis_time_constant_s, HEXLOAD_REAL(0.0), HEXLOAD_REAL(1e3)),
+    IN(paper.converged_relative_sigma, HEXLOAD_REAL(0.0), HEXLOAD_REAL(1.0)),
+    IN(momentum.prior_mass_kg, HEXLOAD_REAL(0.0), MILLION),
+    POSITIVE(momentum.prior_mass_sigma_kg, MILLION),
+    POSITIVE(momentum.prior_moment_sigma_kg_m, MILLION),
+    POSITIVE(momentum.prior_inertia_sigma_kg_m2, MILLION),
+    IN(momentum.inconsistent_nis, HEXLOAD_REAL(6.0), MILLION),
+    IN(momentum.nis_time_constant_s, HEXLOAD_REAL(0.0), HEXLOAD_REAL(1e3)),
+    IN(momentum.converged_relative_sigma, HEXLOAD_REAL(0.0), HEXLOAD_REAL(1.0)),
+    IN(momentum.excitation_time_constant_s, HEXLOAD_REAL(0.0), HEXLOAD_REAL(1e3)),
+    IN(actuator_effects.prior_bias_sigma_n, HEXLOAD_REAL(0.0), MILLION),
+    IN(actuator_effects.prior_coulomb_sigma_n, HEXLOAD_REAL(0.0), MILLION),
+    IN(actuator_effects.prior_viscous_sigma_n_s_m, HEXLOAD_REAL(0.0), HEXLOAD_REAL(1e8)),
+    IN(actuator_effects.friction_speed_m_s, HEXLOAD_REAL(1e-6), HEXLOAD_REAL(10.0)),
+    IN(rig.force_offset_n, -MILLION, MILLION),
+    IN(rig.force_gain, HEXLOAD_REAL(-0.5), HEXLOAD_REAL(0.5)),
+    IN(rig.coulomb_n, HEXLOAD_REAL(0.0), MILLION),
+    IN(rig.stribeck_n, -MILLION, MILLION),
+    IN(rig.viscous_n_s_m, HEXLOAD_REAL(0.0), HEXLOAD_REAL(1e8)),
+    IN(rig.stribeck_speed_m_s, HEXLOAD_REAL(1e-6), HEXLOAD_REAL(10.0)),
+    IN(rig.reversal_speed_m_s, HEXLOAD_REAL(1e-6), HEXLOAD_REAL(10.0)),
+    IN(rig.presliding_m, HEXLOAD_REAL(0.0), HEXLOAD_REAL(0.01)),
+    IN(rig.force_delay_s, HEXLOAD_REAL(0.0), MILLION),
+    IN(rig.velocity_delay_s, HEXLOAD_REAL(0.0), MILLION),
+    IN(rig.leg_inertia_kg_m2, -MILLION, MILLION),
+    IN(rig.leg_slide_kg_m, -MILLION, MILLION),
+    IN(rig.leg_tilt_kg_m, -MILLION, MILLION),
+};
+
+/// Whether numbers from an offset on are in a range; false for NaN.
+static bool are_in(const hexload_config_t* config, size_t offset, size_t count, hexload_real_t least,
+                   hexload_real_t most) {
+    const unsigned char* bytes = (const unsigned char*)config;
+    for (size_t k = 0; k < count; k++) {
+        hexload_real_t value;
+        memcpy(&value, &bytes[offset + k * sizeof value], sizeof value);
+        if (!(value >= least && value <= most)) {
             return false;
         }
     }
     return true;
 }
 
-static bool is_in(hexload_real_t value, hexload_real_t least, hexload_real_t most) {
-    return value >= least && value <= most; // false for NaN
+/// The first whose numbers are not all in their range. NULL: all are.
+static const char* first_out_of_range(const hexload_config_t* config) {
+    for (size_t k = 0; k < sizeof RANGES / sizeof RANGES[0]; k++) {
+        const range_t* range = &RANGES[k];
+        if (!are_in(config, range->offset, range->count, range->least, range->most)) {
+            return range->name;
+        }
+    }
+    return NULL;
 }
 
-/// No leg is as short as nothing at this displacement.
-static bool leaves_legs(const hexload_geometry_t* geometry, hexload_real_t displacement_m) {
+/// No leg is as short as nothing at the shortest displacement.
+static bool leaves_legs(const hexload_geometry_t* geometry) {
     for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
-        if (!(geometry->home_leg_length_m[leg] + displacement_m > HEXLOAD_REAL(0.0))) {
-            return false;
-        }
-    }
-    return true;
-}
-
-static bool are_positive_up_to(hexload_real_t most, const hexload_real_t* values, int count) {
-    for (int k = 0; k < count; k++) {
-        if (!(values[k] > HEXLOAD_REAL(0.0)) || !(values[k] <= most)) {
+        if (!(geometry->home_leg_length_m[leg] + geometry->stroke_min_m > HEXLOAD_REAL(0.0))) {
             return false;
         }
     }
@@ -138,169 +213,57 @@ static bool is_inertia_of_body(const hexload_platform_t* platform) {
     const hexload_real_t half_trace = HEXLOAD_REAL(0.5) * (xx + yy + zz);
     const hexload_real_t largest =
         half_trace * HEXLOAD_REAL(1.0001); // a flat plate has xx + yy = zz, and rounding
-    return are_finite(I, HEXLOAD_I_DIM) && xx > HEXLOAD_REAL(0.0) && xx * yy - xy * xy > HEXLOAD_REAL(0.0) &&
+    return xx > HEXLOAD_REAL(0.0) && xx * yy - xy * xy > HEXLOAD_REAL(0.0) &&
            determinant > HEXLOAD_REAL(0.0) && xx <= largest && yy <= largest && zz <= largest;
-}
-
-typedef struct field {
-    const char* name;
-    bool is_good;
-} field_t;
-
-/// NULL: all are.
-static const char* first_bad(const field_t* fields, size_t count) {
-    const char* name = NULL;
-    for (size_t k = 0; k < count && name == NULL; k++) {
-        name = fields[k].is_good ? NULL : fields[k].name;
-    }
-    return name;
-}
-
-#define MILLION HEXLOAD_REAL(1e6)
-
-/// The first bad field of machine and sensors.
-static const char* check_machine(const hexload_config_t* config) {
-    const hexload_geometry_t* geometry = &config->geometry;
-    const hexload_sensors_t* sensors = &config->sensors;
-    const field_t fields[] = {
-        {"kind", (unsigned)config->kind < (unsigned)HEXLOAD_KINDS},
-        {"tick_s", is_in(config->tick_s, HEXLOAD_REAL(0.9999e-4), HEXLOAD_REAL(5.0001e-3))},
-        {"geometry.base_hinge_m", are_finite(&geometry->base_hinge_m[0][0], 3 * HEXLOAD_LEGS)},
-        {"geometry.platform_hinge_m", are_finite(&geometry->platform_hinge_m[0][0], 3 * HEXLOAD_LEGS)},
-        {"geometry.home_leg_length_m",
-         are_positive_up_to(MILLION, geometry->home_leg_length_m, HEXLOAD_LEGS)},
-        {"geometry.stroke_min_m", leaves_legs(geometry, geometry->stroke_min_m)},
-        {"geometry.stroke_max_m", is_in(geometry->stroke_max_m, geometry->stroke_min_m, MILLION) &&
-                                      geometry->stroke_max_m > geometry->stroke_min_m},
-        {"platform.mass_kg", are_positive_up_to(MILLION, &config->platform.mass_kg, 1)},
-        {"platform.com_m", are_finite(config->platform.com_m, 3)},
-        {"platform.inertia_kg_m2", is_inertia_of_body(&config->platform)},
-        {"gravity_m_s2", is_in(config->gravity_m_s2, HEXLOAD_REAL(0.0), HEXLOAD_REAL(30.0))},
-        {"sensors.displacement_sigma_m",
-         is_in(sensors->displacement_sigma_m, HEXLOAD_REAL(1e-10), HEXLOAD_REAL(0.1))},
-        {"sensors.velocity_sigma_m_s",
-         is_in(sensors->velocity_sigma_m_s, HEXLOAD_REAL(1e-8), HEXLOAD_REAL(1.0))},
-        {"sensors.force_sigma_n", is_in(sensors->force_sigma_n, HEXLOAD_REAL(1e-6), HEXLOAD_REAL(1e5))},
-        {"sensors.velocity_range_m_s",
-         are_positive_up_to(HEXLOAD_REAL(50.0), &sensors->velocity_range_m_s, 1)},
-        {"sensors.force_range_n", are_positive_up_to(HEXLOAD_REAL(1e8), &sensors->force_range_n, 1)},
-    };
-    return first_bad(fields, sizeof fields / sizeof fields[0]);
-}
-
-/// The first bad field of tuning of the paper's filter.
-static const char* check_paper(const hexload_config_t* config) {
-    const hexload_paper_config_t* paper = &config->paper;
-    const field_t fields[] = {
-        {"paper.load_mass_kg", are_positive_up_to(MILLION, &paper->load_mass_kg, 1)},
-        {"paper.prior_dz_sigma_m", are_positive_up_to(HEXLOAD_REAL(1e3), &paper->prior_dz_sigma_m, 1)},
-        {"paper.prior_inertia_sigma_kg_m2", are_positive_up_to(MILLION, paper->prior_inertia_sigma_kg_m2, 3)},
-        {"paper.gate_nis", is_in(paper->gate_nis, HEXLOAD_REAL(3.0), MILLION)},
-        {"paper.inconsistent_nis", is_in(paper->inconsistent_nis, HEXLOAD_REAL(3.0), MILLION)},
-        {"paper.nis_time_constant_s", is_in(paper->nis_time_constant_s, config->tick_s, HEXLOAD_REAL(1e3))},
-        {"paper.converged_relative_sigma",
-         is_in(paper->converged_relative_sigma, HEXLOAD_REAL(0.0), HEXLOAD_REAL(1.0))},
-        {"paper.longest_gap_ticks", paper->longest_gap_ticks >= 1},
-        {"paper.longest_gate_ticks", paper->longest_gate_ticks >= 1},
-    };
-    return first_bad(fields, sizeof fields / sizeof fields[0]);
-}
-
-/// The first bad field of tuning of the momentum filter and of actuator effects.
-static const char* check_momentum(const hexload_config_t* config) {
-    const hexload_momentum_config_t* momentum = &config->momentum;
-    const hexload_actuator_effects_config_t* effects = &config->actuator_effects;
-    const field_t fields[] = {
-        {"momentum.lag_ticks",
-         momentum->lag_ticks >= HEXLOAD_TRANSIENT_TICKS && momentum->lag_ticks <= HEXLOAD_LAG_TICKS_MAX},
-        {"momentum.longest_gap_ticks",
-         momentum->longest_gap_ticks >= 1 && momentum->longest_gap_ticks <= HEXLOAD_MISSING_TICKS_MAX},
-        {"momentum.prior_mass_kg", is_in(momentum->prior_mass_kg, HEXLOAD_REAL(0.0), MILLION)},
-        {"momentum.prior_mass_sigma_kg", are_positive_up_to(MILLION, &momentum->prior_mass_sigma_kg, 1)},
-        {"momentum.prior_moment_sigma_kg_m",
-         are_positive_up_to(MILLION, &momentum->prior_moment_sigma_kg_m, 1)},
-        {"momentum.prior_inertia_sigma_kg_m2",
-         are_positive_up_to(MILLION, &momentum->prior_inertia_sigma_kg_m2, 1)},
-        {"momentum.inconsistent_nis", is_in(momentum->inconsistent_nis, HEXLOAD_REAL(6.0), MILLION)},
-        {"momentum.nis_time_constant_s",
-         is_in(momentum->nis_time_constant_s, config->tick_s, HEXLOAD_REAL(1e3))},
-        {"momentum.converged_relative_sigma",
-         is_in(momentum->converged_relative_sigma, HEXLOAD_REAL(0.0), HEXLOAD_REAL(1.0))},
-        {"momentum.excitation_time_constant_s",
-         is_in(momentum->excitation_time_constant_s, config->tick_s, HEXLOAD_REAL(1e3))},
-        {"actuator_effects.prior_bias_sigma_n",
-         is_in(effects->prior_bias_sigma_n, HEXLOAD_REAL(0.0), MILLION)},
-        {"actuator_effects.prior_coulomb_sigma_n",
-         is_in(effects->prior_coulomb_sigma_n, HEXLOAD_REAL(0.0), MILLION)},
-        {"actuator_effects.prior_viscous_sigma_n_s_m",
-         is_in(effects->prior_viscous_sigma_n_s_m, HEXLOAD_REAL(0.0), HEXLOAD_REAL(1e8))},
-        {"actuator_effects.friction_speed_m_s",
-         is_in(effects->friction_speed_m_s, HEXLOAD_REAL(1e-6), HEXLOAD_REAL(10.0))},
-    };
-    return first_bad(fields, sizeof fields / sizeof fields[0]);
-}
-
-static bool are_in(const hexload_real_t values[HEXLOAD_LEGS], hexload_real_t least, hexload_real_t most) {
-    for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
-        if (!is_in(values[leg], least, most)) {
-            return false;
-        }
-    }
-    return true;
 }
 
 /// Dry friction at rest is none that pushes.
 static bool is_dry_friction(const hexload_rig_config_t* rig) {
     for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
-        if (!is_in(rig->stribeck_n[leg], -rig->coulomb_n[leg], MILLION)) {
+        if (!(rig->stribeck_n[leg] >= -rig->coulomb_n[leg])) {
             return false;
         }
     }
     return true;
 }
 
-static bool are_directions(const hexload_rig_config_t* rig) {
-    for (uint32_t n = 0; n < HEXLOAD_RIG_DIRECTIONS_MAX && n < rig->direction_count; n++) {
-        const hexload_rig_direction_t* direction = &rig->direction[n];
-        if (!are_finite(direction->force_offset_n, HEXLOAD_LEGS) ||
-            !are_finite(direction->force_gain, HEXLOAD_LEGS) ||
-            !are_finite(direction->coulomb_n, HEXLOAD_LEGS) ||
-            !are_finite(direction->viscous_n_s_m, HEXLOAD_LEGS) || !are_finite(direction->gravity_m_s2, 2) ||
-            !are_finite(direction->platform, 4 + HEXLOAD_I_DIM) ||
-            !are_finite(&direction->base_hinge_m[0][0], 3 * HEXLOAD_LEGS) ||
-            !are_finite(&direction->platform_hinge_m[0][0], 3 * HEXLOAD_LEGS)) {
-            return false;
-        }
-    }
-    return true;
-}
-
-/// The first bad field of what commissioning has found.
-static const char* check_rig(const hexload_config_t* config) {
+/// Beyond the ranges: counts, and what depends on another field. The first bad one; NULL: none is.
+HEXLOAD_RARE static const char* first_contradiction(const hexload_config_t* config) {
+    const hexload_momentum_config_t* momentum = &config->momentum;
     const hexload_rig_config_t* rig = &config->rig;
-    const hexload_real_t zero = HEXLOAD_REAL(0.0);
-    const hexload_real_t half = HEXLOAD_REAL(0.5);
-    const hexload_real_t ten = HEXLOAD_REAL(10.0);
-    const hexload_real_t micro = HEXLOAD_REAL(1e-6);
     const hexload_real_t latest_s = (hexload_real_t)HEXLOAD_RIG_DELAY_TICKS_MAX * config->tick_s;
-    const field_t fields[] = {
-        {"rig.force_offset_n", are_in(rig->force_offset_n, -MILLION, MILLION)},
-        {"rig.force_gain", are_in(rig->force_gain, -half, half)},
-        {"rig.coulomb_n", are_in(rig->coulomb_n, zero, MILLION)},
+    const size_t directions = sizeof rig->direction[0] / sizeof(hexload_real_t) * rig->direction_count;
+    const struct {
+        const char* name;
+        bool is_good;
+    } fields[] = {
+        {"kind", (unsigned)config->kind < (unsigned)HEXLOAD_KINDS},
+        {"geometry.stroke_min_m", leaves_legs(&config->geometry)},
+        {"geometry.stroke_max_m", config->geometry.stroke_max_m > config->geometry.stroke_min_m},
+        {"platform.inertia_kg_m2", is_inertia_of_body(&config->platform)},
+        {"paper.nis_time_constant_s", config->paper.nis_time_constant_s >= config->tick_s},
+        {"paper.longest_gap_ticks", config->paper.longest_gap_ticks >= 1},
+        {"paper.longest_gate_ticks", config->paper.longest_gate_ticks >= 1},
+        {"momentum.lag_ticks",
+         momentum->lag_ticks >= HEXLOAD_TRANSIENT_TICKS && momentum->lag_ticks <= HEXLOAD_LAG_TICKS_MAX},
+        {"momentum.longest_gap_ticks",
+         momentum->longest_gap_ticks >= 1 && momentum->longest_gap_ticks <= HEXLOAD_MISSING_TICKS_MAX},
+        {"momentum.nis_time_constant_s", momentum->nis_time_constant_s >= config->tick_s},
+        {"momentum.excitation_time_constant_s", momentum->excitation_time_constant_s >= config->tick_s},
         {"rig.stribeck_n", is_dry_friction(rig)},
-        {"rig.viscous_n_s_m", are_in(rig->viscous_n_s_m, zero, HEXLOAD_REAL(1e8))},
-        {"rig.stribeck_speed_m_s", is_in(rig->stribeck_speed_m_s, micro, ten)},
-        {"rig.reversal_speed_m_s", is_in(rig->reversal_speed_m_s, micro, ten)},
-        {"rig.presliding_m", is_in(rig->presliding_m, zero, HEXLOAD_REAL(0.01))},
-        {"rig.force_delay_s", is_in(rig->force_delay_s, zero, latest_s)},
-        {"rig.velocity_delay_s", is_in(rig->velocity_delay_s, zero, latest_s)},
-        {"rig.leg_inertia_kg_m2", is_in(rig->leg_inertia_kg_m2, -MILLION, MILLION)},
-        {"rig.leg_slide_kg_m", is_in(rig->leg_slide_kg_m, -MILLION, MILLION)},
-        {"rig.leg_tilt_kg_m", is_in(rig->leg_tilt_kg_m, -MILLION, MILLION)},
+        {"rig.force_delay_s", rig->force_delay_s <= latest_s},
+        {"rig.velocity_delay_s", rig->velocity_delay_s <= latest_s},
         {"rig.direction_count", rig->direction_count <= HEXLOAD_RIG_DIRECTIONS_MAX},
-        {"rig.direction", are_directions(rig)},
+        {"rig.direction",
+         rig->direction_count > HEXLOAD_RIG_DIRECTIONS_MAX ||
+             are_in(config, offsetof(hexload_config_t, rig.direction), directions, -LARGEST, LARGEST)},
     };
-    return first_bad(fields, sizeof fields / sizeof fields[0]);
+    for (size_t k = 0; k < sizeof fields / sizeof fields[0]; k++) {
+        if (!fields[k].is_good) {
+            return fields[k].name;
+        }
+    }
+    return NULL;
 }
 
 hexload_status_t hexload_config_set_gravity(hexload_config_t* config, const hexload_real_t gravity_m_s2[3]) {
@@ -326,15 +289,9 @@ hexload_status_t hexload_config_set_gravity(hexload_config_t* config, const hexl
 }
 
 hexload_status_t hexload_config_check(const hexload_config_t* config, const char** bad_field) {
-    const char* name = check_machine(config);
+    const char* name = first_out_of_range(config);
     if (name == NULL) {
-        name = check_paper(config);
-    }
-    if (name == NULL) {
-        name = check_momentum(config);
-    }
-    if (name == NULL) {
-        name = check_rig(config);
+        name = first_contradiction(config);
     }
     if (bad_field != NULL) {
         *bad_field = name;

@@ -42,14 +42,13 @@ void hexload_load_monitor_restart(hexload_load_monitor_t* self) {
     hexload_wrench_monitor_restart(&self->wrench);
 }
 
-/// mu of the measured twist.
+/// The covariance of mu of the measured twist.
 HEXLOAD_RARE static void seed(hexload_load_monitor_t* self, const hexload_real_t body[DIM],
                               const hexload_present_tick_t* now) {
     const hexload_motion_t* motion = now->motion;
     const hexload_real_t sigma_m_s = now->sensors.velocity_sigma_m_s;
     hexload_real_t variance[HEXLOAD_LEGS];
     hexload_real_t columns[HEXLOAD_LEGS][6];
-    hexload_momentum_of_body(body, motion, motion->twist, self->momentum);
     memset(self->covariance, 0, sizeof self->covariance);
     hexload_momentum_of_leg_speeds(body, motion, columns);
     for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
@@ -72,11 +71,14 @@ static hexload_real_t force_variance(const hexload_load_monitor_t* self, hexload
     return variance + hexload_max(HEXLOAD_REAL(0.0), beyond) / HEXLOAD_REAL(16.0);
 }
 
-/// Forces of the present, and what the rig's own parameters make of them.
+/// Forces of the present, what the rig's own parameters make of them, and the momentum that goes with the
+/// filter's parameters.
 typedef struct push {
     hexload_momentum_input_t input;
     hexload_real_t force_n[HEXLOAD_LEGS];     ///< of the legs on the platform
     hexload_real_t variance_n2[HEXLOAD_LEGS]; ///< of what is not known of them
+    hexload_real_t momentum[6];               ///< mu of the measured twist
+    hexload_real_t momentum_of_change[6];     ///< what of it the parameters' change since the last tick is
 } push_t;
 
 /// By the legs' speeds of this tick and the acceleration of the one before.
@@ -140,7 +142,8 @@ static void add_unknown(hexload_load_monitor_t* self, const hexload_momentum_fil
 
 /// The momentum of the measured twist. Returns the normalised innovation squared, bounded.
 static hexload_real_t correct(hexload_load_monitor_t* self, const hexload_real_t body[DIM],
-                              const hexload_present_tick_t* now, hexload_real_t share) {
+                              const hexload_present_tick_t* now, const hexload_real_t measured[6],
+                              hexload_real_t share) {
     const hexload_motion_t* motion = now->motion;
     const hexload_real_t sigma_m_s = now->sensors.velocity_sigma_m_s;
     hexload_real_t columns[HEXLOAD_LEGS][6];
@@ -149,11 +152,10 @@ static hexload_real_t correct(hexload_load_monitor_t* self, const hexload_real_t
     hexload_real_t U[6][6]; // S^-1/2 P
     hexload_real_t innovation[6];
     hexload_momentum_of_leg_speeds(body, motion, columns);
-    hexload_momentum_of_body(body, motion, motion->twist, innovation);
     memcpy(S, self->covariance, sizeof S);
     for (int i = 0; i < 6; i++) {
         variance[i] = sigma_m_s * sigma_m_s;
-        innovation[i] -= self->momentum[i];
+        innovation[i] = measured[i] - self->momentum[i];
         for (int j = 0; j < 6; j++) {
             U[i][j] = self->covariance[j <= i ? i : j][j <= i ? j : i];
         }
@@ -194,17 +196,17 @@ static void remember(hexload_load_monitor_t* self, const push_t* push) {
 
 /// Takes over the filter's parameters: mu goes with them, as far as the platform moves.
 static void follow_filter(hexload_load_monitor_t* self, const hexload_momentum_filter_t* filter,
-                          const hexload_motion_t* motion, hexload_real_t body[DIM]) {
+                          const hexload_motion_t* motion, hexload_real_t body[DIM], push_t* push) {
     hexload_real_t change[DIM];
-    hexload_real_t momentum[6];
     for (int k = 0; k < DIM; k++) {
         change[k] = filter->theta[k] - self->theta[k];
         self->theta[k] = filter->theta[k];
         body[k] = filter->platform[k] + filter->theta[k];
     }
-    hexload_momentum_of_body(change, motion, motion->twist, momentum);
+    hexload_momentum_of_body(change, motion, motion->twist, push->momentum_of_change);
+    hexload_momentum_of_body(body, motion, motion->twist, push->momentum);
     for (int k = 0; k < 6; k++) {
-        self->momentum[k] += momentum[k];
+        self->momentum[k] += push->momentum_of_change[k];
     }
 }
 
@@ -212,7 +214,12 @@ static void follow_filter(hexload_load_monitor_t* self, const hexload_momentum_f
 static bool is_wrong_wrench(hexload_load_monitor_t* self, const hexload_config_t* config,
                             const hexload_momentum_filter_t* filter, hexload_fit_t fit,
                             const hexload_present_tick_t* now, const push_t* push) {
-    const hexload_push_t seen = {now->motion, &self->last_input, &push->input, push->variance_n2};
+    const hexload_push_t seen = {.motion = now->motion,
+                                 .momentum = push->momentum,
+                                 .momentum_of_change = push->momentum_of_change,
+                                 .last = &self->last_input,
+                                 .input = &push->input,
+                                 .variance_n2 = push->variance_n2};
     if (now->gap_ticks != 1) {
         hexload_wrench_monitor_restart(&self->wrench);
     }
@@ -226,15 +233,16 @@ bool hexload_load_monitor_step(hexload_load_monitor_t* self, const hexload_confi
     hexload_real_t body[DIM];
     push_t push;
     find_push(self, config, now, &push);
-    follow_filter(self, filter, now->motion, body);
+    follow_filter(self, filter, now->motion, body, &push);
     if (self->ticks == 0 || now->gap_ticks != 1) {
+        memcpy(self->momentum, push.momentum, sizeof self->momentum);
         seed(self, body, now);
         memcpy(self->late_twist, now->motion->twist, sizeof self->late_twist);
         self->nis = CHI_SQUARE_6_MEAN;
     } else {
         predict(self, config, body, now, &push);
         add_unknown(self, filter, now->motion, config->tick_s);
-        self->nis = correct(self, body, now, drift_share);
+        self->nis = correct(self, body, now, push.momentum, drift_share);
         self->nis_mean += config->tick_s / HEXLOAD_LOAD_MONITOR_MEMORY_S * (self->nis - self->nis_mean);
     }
     const bool is_wrong = is_wrong_wrench(self, config, filter, fit, now, &push);

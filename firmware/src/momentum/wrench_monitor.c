@@ -44,31 +44,51 @@ void hexload_wrench_monitor_restart(hexload_wrench_monitor_t* self) {
     self->ticks = 0;
 }
 
-/// Moves r and A on by a tick.
+/// F_z, M_x, M_y about O_A of a wrench about the home point: M_x - p_y F_z + p_z F_y, M_y - p_z F_x + p_x
+/// F_z.
+static void read_parts(const hexload_motion_t* motion, const hexload_real_t wrench[6],
+                       hexload_real_t parts[PARTS]) {
+    const hexload_real_t* p = motion->p_m;
+    parts[0] = wrench[2];
+    parts[1] = wrench[3] - (p[1] * wrench[2] - p[2] * wrench[1]);
+    parts[2] = wrench[4] - (p[2] * wrench[0] - p[0] * wrench[2]);
+}
+
+static void fade(hexload_real_t mean[PARTS], const hexload_real_t parts[PARTS], hexload_real_t share) {
+    for (int i = 0; i < PARTS; i++) {
+        mean[i] += share * (parts[i] - mean[i]);
+    }
+}
+
+/// Moves r on by a tick, and A by one column, as its motion of the ten ticks since the last time.
 static void observe(hexload_wrench_monitor_t* self, const hexload_config_t* config,
                     const hexload_real_t body[DIM], const hexload_push_t* push) {
     const hexload_real_t share = config->tick_s / MEMORY_S;
-    hexload_real_t Y[6][DIM];
-    hexload_real_t G[PULLED][LIFTED];
+    const hexload_real_t rate_1_s = HEXLOAD_REAL(1.0) / config->tick_s;
+    const uint32_t k = self->ticks % DIM;
+    hexload_real_t unit[DIM] = {0};
     hexload_real_t due[6];
-    hexload_momentum_regressor(push->motion, push->motion->twist, Y);
+    hexload_real_t column[6];
+    hexload_real_t G[PULLED][LIFTED];
+    hexload_real_t parts[PARTS];
     hexload_momentum_pull(push->last, push->input, config->tick_s * config->gravity_m_s2, G);
-    for (int a = 0; a < 6; a++) {
-        due[a] = momentum_times_row(self->last_regressor[a], body, a < 3);
-    }
+    memcpy(due, self->last_momentum, sizeof due);
     hexload_momentum_move(due, push->last, push->input, config->tick_s, G, body);
+    unit[k] = HEXLOAD_REAL(1.0);
+    hexload_momentum_of_body(unit, push->motion, push->motion->twist, column);
     for (int a = 0; a < 6; a++) {
-        const hexload_real_t missing = (momentum_times_row(Y[a], body, a < 3) - due[a]) / config->tick_s;
-        self->residual[a] += share * (missing - self->residual[a]);
-        for (int k = 0; k < DIM; k++) {
-            hexload_real_t change = Y[a][k] - self->last_regressor[a][k];
-            if (a >= FIRST_PULLED && a < FIRST_PULLED + PULLED && k < LIFTED) {
-                change -= G[a - FIRST_PULLED][k];
-            }
-            self->regressor[a][k] += share * (change / config->tick_s - self->regressor[a][k]);
-        }
+        const bool is_pulled = a >= FIRST_PULLED && a < FIRST_PULLED + PULLED && k < LIFTED;
+        const hexload_real_t pull = is_pulled ? G[a - FIRST_PULLED][k] : HEXLOAD_REAL(0.0);
+        const hexload_real_t change = (column[a] - self->last_column[k][a]) / (hexload_real_t)DIM;
+        self->last_column[k][a] = column[a];
+        column[a] = rate_1_s * (change - pull);
+        due[a] = rate_1_s * (push->momentum[a] - push->momentum_of_change[a] - due[a]);
+        self->last_momentum[a] = push->momentum[a];
     }
-    memcpy(self->last_regressor, Y, sizeof Y);
+    read_parts(push->motion, due, parts);
+    fade(self->residual, parts, share);
+    read_parts(push->motion, column, parts);
+    fade(self->regressor[k], parts, self->ticks > DIM ? (hexload_real_t)DIM * share : HEXLOAD_REAL(0.0));
 }
 
 /// Where a leg is slow all of its friction may be wrong, and for as long as it is: by no past of moving legs
@@ -90,43 +110,30 @@ static void observe_friction(hexload_wrench_monitor_t* self, const hexload_confi
     }
 }
 
-/// F_z, M_x, M_y about O_A of a wrench about the home point: M_x - p_y F_z + p_z F_y, M_y - p_z F_x + p_x
-/// F_z.
-static void read_parts(const hexload_motion_t* motion, const hexload_real_t wrench[6],
-                       hexload_real_t y[PARTS]) {
-    const hexload_real_t* p = motion->p_m;
-    y[0] = wrench[2];
-    y[1] = wrench[3] - (p[1] * wrench[2] - p[2] * wrench[1]);
-    y[2] = wrench[4] - (p[2] * wrench[0] - p[0] * wrench[2]);
-}
-
 /// A P A^T, friction and C, with its floor.
 static void find_spread(const hexload_wrench_monitor_t* self, const hexload_config_t* config,
                         const hexload_momentum_filter_t* filter, const hexload_real_t body[DIM],
-                        const hexload_motion_t* motion, hexload_real_t S[3][3]) {
-    hexload_real_t A[PARTS][DIM];
-    hexload_real_t AP[DIM];
-    for (int k = 0; k < DIM; k++) {
-        hexload_real_t column[6];
-        hexload_real_t y[PARTS];
-        for (int a = 0; a < 6; a++) {
-            column[a] = self->regressor[a][k];
-        }
-        read_parts(motion, column, y);
-        for (int i = 0; i < PARTS; i++) {
-            A[i][k] = y[i];
-        }
-    }
+                        hexload_real_t S[3][3]) {
     const hexload_real_t* a = config->geometry.platform_hinge_m[0];
     const hexload_real_t least_n = LEAST_SHARE * config->gravity_m_s2 * body[HEXLOAD_LOAD_M];
     const hexload_real_t least_n_m2 = least_n * least_n * dot3(a, a);
-    for (int i = 0; i < PARTS; i++) {
-        for (int k = 0; k < DIM; k++) {
-            AP[k] = momentum_times_row(A[i], filter->load_cov[k], false);
+    memset(S, 0, 3 * sizeof S[0]);
+    for (int k = 0; k < DIM; k++) {
+        hexload_real_t PA[PARTS] = {0};
+        for (int n = 0; n < DIM; n++) {
+            for (int i = 0; i < PARTS; i++) {
+                PA[i] = hexload_fma(filter->load_cov[k][n], self->regressor[n][i], PA[i]);
+            }
         }
+        for (int i = 0; i < PARTS; i++) {
+            for (int j = 0; j <= i; j++) {
+                S[i][j] = hexload_fma(self->regressor[k][j], PA[i], S[i][j]);
+            }
+        }
+    }
+    for (int i = 0; i < PARTS; i++) {
         for (int j = 0; j <= i; j++) {
-            S[i][j] = momentum_times_row(A[j], AP, false) + self->friction[ROW(i) + j] +
-                      self->mean_square[ROW(i) + j];
+            S[i][j] += self->friction[ROW(i) + j] + self->mean_square[ROW(i) + j];
         }
         S[i][i] += i == 0 ? least_n * least_n : least_n_m2;
     }
@@ -185,10 +192,9 @@ bool hexload_wrench_monitor_step(hexload_wrench_monitor_t* self, const hexload_c
                                  const hexload_push_t* push) {
     const hexload_motion_t* motion = push->motion;
     hexload_real_t body[DIM];
-    hexload_real_t y[PARTS];
     hexload_real_t S[3][3];
     if (self->ticks++ == 0) {
-        hexload_momentum_regressor(motion, motion->twist, self->last_regressor);
+        memcpy(self->last_momentum, push->momentum, sizeof self->last_momentum);
         return false;
     }
     for (int k = 0; k < DIM; k++) {
@@ -196,16 +202,15 @@ bool hexload_wrench_monitor_step(hexload_wrench_monitor_t* self, const hexload_c
     }
     observe(self, config, body, push);
     observe_friction(self, config, push);
-    read_parts(motion, self->residual, y);
     const hexload_real_t since_s = config->tick_s * (hexload_real_t)self->ticks;
     const bool is_settled = self->ticks > SETTLED_TICKS && (fit != HEXLOAD_FIT_NONE || since_s > DOUBTFUL_S);
     const bool is_asked = is_settled && fit != HEXLOAD_FIT_NOISE;
     self->ticks = self->ticks < UINT32_MAX / 2 ? self->ticks : self->ticks - 1;
     if (is_asked) {
-        find_spread(self, config, filter, body, motion, S);
+        find_spread(self, config, filter, body, S);
     }
     if (is_moving(motion)) {
-        learn(self, config, y);
+        learn(self, config, self->residual);
     }
-    return is_asked && self->motion_s >= ARMED_S && distance(S, y) > ALARM;
+    return is_asked && self->motion_s >= ARMED_S && distance(S, self->residual) > ALARM;
 }

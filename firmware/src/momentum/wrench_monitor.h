@@ -5,7 +5,7 @@
 /// White noise says nothing of how large the errors of such a machine are; its own past does. A momentum
 /// observer with a memory of 20 ms (De Luca, Mattone 2005) gives the wrench that is missing,
 ///
-///     r += b (dY / dt theta - u - G theta - r),   A likewise of the regressors,   b = tick / 20 ms
+///     r += b (d(Y theta) / dt - u - G theta - r),   A likewise of the regressors,   b = tick / 20 ms
 ///
 /// of which F_z, M_x and M_y about O_A, y, are compared with what the parameters' errors explain, A P A^T,
 /// and with C, the mean of y y^T over the last 10 s of motion, up to 200 ms ago: y^T (A P A^T + C)^-1 y. A
@@ -25,9 +25,11 @@ typedef enum hexload_fit {
 /// What moves the platform at the present tick.
 typedef struct hexload_push {
     const hexload_motion_t* motion;
-    const hexload_momentum_input_t* last;  ///< what moved mu at the tick before
-    const hexload_momentum_input_t* input; ///< what moves it now
-    const hexload_real_t* variance_n2;     ///< of each leg's friction, as of hexload_rig_compensate()
+    const hexload_real_t* momentum;           ///< mu of the measured twist; N s, N m s
+    const hexload_real_t* momentum_of_change; ///< what of it the change of theta since the last tick is
+    const hexload_momentum_input_t* last;     ///< what moved mu at the tick before
+    const hexload_momentum_input_t* input;    ///< what moves it now
+    const hexload_real_t* variance_n2;        ///< of each leg's friction, as of hexload_rig_compensate()
 } hexload_push_t;
 
 /// Starts from nothing.
