@@ -147,11 +147,11 @@ class Answer {
         result["verdict"] = verdicts_;
         result["parameter_verdict"] =
             last_verdicts(std::min(names.size(), last_row_.parameter_verdict.size()));
-        nb::dict hidden;
+        nb::dict confounded;
         for (const ConfoundedParameter& parameter : link.confounded_parameters()) {
-            hidden[nb::str(parameter.name.data(), parameter.name.size())] = parameter.reason;
+            confounded[nb::str(parameter.name.data(), parameter.name.size())] = parameter.reason;
         }
-        result["hidden"] = hidden;
+        result["confounded"] = confounded;
         if (std::vector<double> covariance = link.covariance(); !covariance.empty()) {
             result["body"] = body_dict(load_body(last_row_, covariance));
             result["covariance"] = as_array(std::move(covariance), names.size(), names.size());

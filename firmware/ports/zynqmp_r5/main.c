@@ -55,12 +55,12 @@ static void step(machine_t* machine, hexload_node_t* node) {
 }
 
 // Says once whether this node speaks or found another one on the bus.
-static void tell_start(const hexload_node_t* node, bool* is_told) {
-    if (*is_told || node->age_ms < HEXLOAD_NODE_LISTEN_MS) {
+static void report_start(const hexload_node_t* node, bool* is_reported) {
+    if (*is_reported || node->age_ms < HEXLOAD_NODE_LISTEN_MS) {
         return;
     }
     console_say(hexload_node_is_active(node) ? "active" : "silent: another controller is on the bus");
-    *is_told = true;
+    *is_reported = true;
 }
 
 /// From startup.S. Leaves the bus, says what has happened, and waits for a reset.
@@ -98,11 +98,11 @@ int main(void) {
         console_say(hexload_status_name(status));
         return 1;
     }
-    bool is_told = false;
+    bool is_reported = false;
     cycle_clock_start(&machine.clock);
     can_start(&machine.can, can0);
     for (;;) {
         step(&machine, &node);
-        tell_start(&node, &is_told);
+        report_start(&node, &is_reported);
     }
 }

@@ -70,7 +70,7 @@ std::unique_ptr<sim::EstimatorLink> make_link(const Options& options,
     settings.estimator = platform.estimator.kind;
     settings.answer_timeout =
         std::chrono::ceil<std::chrono::milliseconds>(std::chrono::duration<double>(timeout_s));
-    settings.tell = [](const std::string& line) { fmt::print(stderr, "hexload_sim: {}\n", line); };
+    settings.report = [](const std::string& line) { fmt::print(stderr, "hexload_sim: {}\n", line); };
     if (!options.feed.empty()) {
         const std::string url = message::url_of(options.feed);
         return options.real_time ? sim::make_real_time_lcm_link(url, settings)
@@ -125,11 +125,11 @@ void print_pacing(const sim::PacingCounts& pacing) {
 }
 
 // The mass that the estimator was given, and where that is not the load which the scenario has.
-void print_told(const sim::Scenario& scenario, const platform::PlatformFile& platform) {
+void print_known_mass(const sim::Scenario& scenario, const platform::PlatformFile& platform) {
     if (!platform.known_mass_kg) {
         return;
     }
-    fmt::print("  told beforehand: the load weighs {:g} kg (load.known_mass_kg of {})\n",
+    fmt::print("  given beforehand: the load weighs {:g} kg (load.known_mass_kg of {})\n",
                *platform.known_mass_kg, scenario.platform.filename().string());
     for (const sim::LoadChange& change : scenario.loads) {
         if (change.load.mass_kg != *platform.known_mass_kg && change.at_s <= scenario.duration_s) {
@@ -153,19 +153,19 @@ void print_summary(const sim::Scenario& scenario, const platform::PlatformFile& 
     if (result.pacing.counts != nullptr) {
         print_pacing(*result.pacing.counts);
     }
-    print_told(scenario, platform);
+    print_known_mass(scenario, platform);
     const auto names = link.parameter_names();
     for (std::size_t i = 0; last && i < names.size(); ++i) {
         fmt::print("  {:<8} {:10.4f} +- {:.2g}\n", names[i], last->value[i], last->sigma[i]);
     }
-    for (const sim::ConfoundedParameter& hidden : link.confounded_parameters()) {
-        fmt::print("  {}: {}\n", hidden.name, hidden.reason);
+    for (const sim::ConfoundedParameter& parameter : link.confounded_parameters()) {
+        fmt::print("  {}: {}\n", parameter.name, parameter.reason);
     }
     if (last) {
         fmt::print("  verdict: {}\n", last->verdict);
     }
     if (!result.load_changes_s.empty()) {
-        fmt::print("  another load noticed at {:.3f} s\n", fmt::join(result.load_changes_s, " s, "));
+        fmt::print("  another load detected at {:.3f} s\n", fmt::join(result.load_changes_s, " s, "));
     }
 }
 

@@ -64,11 +64,11 @@ def sim(
     ] = None,
     publish: Annotated[
         str | None,
-        typer.Option(help="Tell the run on LCM, samples and truth, for hexload spy and lcm-logger: lcm, lcm:URL."),
+        typer.Option(help="Publish the run on LCM, samples and truth, for hexload spy and lcm-logger: lcm, lcm:URL."),
     ] = None,
     answer_timeout: Annotated[
         float | None,
-        typer.Option(help="Seconds of the controller's silence that end a run in lockstep, or are told in real time."),
+        typer.Option(help="Seconds of the controller's silence that end a run in lockstep, or are reported in real time."),
     ] = None,
     external_controller: Annotated[
         bool,
@@ -127,7 +127,7 @@ def replay(
     bodies: Annotated[
         Path | None,
         typer.Option(
-            help="The load as a body to write (.csv), one row per tick: centre of mass, central tensor, nearest possible body."
+            help="The load as a body to write (.csv), one row per tick: centre of mass, central tensor, nearest consistent body."
         ),
     ] = None,
     report: Annotated[
@@ -143,7 +143,7 @@ def replay(
 ) -> None:
     """Runs the controller's own C code over a recorded log.
 
-    With --tare the empty platform is what its tare run found, and the sigmas tell the tare's uncertainty too. What the mass of
+    With --tare the empty platform is what its tare run found, and the sigmas include the tare's uncertainty too. What the mass of
     its legs needs beside is taken off the forces first: the firmware knows of no such mass.
 
     All ten parameters (--estimator momentum) are shown as a body too: mass, centre of mass and tensor about it, whether any body
