@@ -23,13 +23,16 @@ def scenario(tmp_path_factory) -> Path:
     return write(tmp_path_factory.mktemp("momentum"))
 
 
-def replay(scenario: Path, profile: str, directory: Path, out: Path) -> tuple[dict[str, str], list[float]]:
+def replay(
+    scenario: Path, profile: str, directory: Path, out: Path, rig: Path | None = None
+) -> tuple[dict[str, str], list[float]]:
     """The firmware in this process over a run's log, quantised as the profile does: its rows by time, and when it
     detected another load."""
     log = read_log(directory / "log.csv")
     legs = [quantised(getattr(log, name), step_of(profile, channel)) for channel, name in CHANNELS.items()]
     native = project.native_module()
     platform = native.load_platform(str(platform_of(scenario)))
+    platform = platform if rig is None else native.with_rig(platform, str(rig))
     result = native.replay(platform, None, None, log.t_s, *(part.astype(float) for part in legs), str(out))
     bit = list(result["health_counts"]).index("load changed")
     detected_s = [float(t_s) for t_s in log.t_s[result["health"].astype(int) >> bit & 1 == 1]]

@@ -160,7 +160,7 @@ def test_a_rig_file_of_another_machine_is_refused(found, platform):
     _, out, _ = found
     other = platform.parent / "other.toml"
     other.write_text(platform.read_text().replace("mass_kg = 100.0", "mass_kg = 120.0"))
-    with pytest.raises(InputError, match="platform.mass_kg: found 100.0, expected 120.0"):
+    with pytest.raises(InputError, match="platform.mass_kg: found 100, expected 120 as in the platform file"):
         replay_log(
             platform.parent / "empty.csv",
             other,

@@ -5,6 +5,7 @@
 #include "platform_file/input_error.hpp"
 
 #include "links/firmware_sample.hpp"
+#include "platform_file/config_initialiser.hpp"
 #include "platform_file/estimator_code.hpp"
 #include "platform_file/firmware_config.hpp"
 #include "links/load_body.hpp"
@@ -20,6 +21,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstring>
 
 namespace nb = nanobind;
 using namespace hexload::sim;
@@ -343,6 +345,18 @@ void bind_firmware(nb::module_& module) {
         "The firmware's configuration as it lies in memory: numbers of 32 bits in the float build, so a "
         "32-bit "
         "controller can\nread it. ValueError names what is wrong.");
+    module.def(
+        "config_initialiser",
+        [](const nb::bytes& bytes) {
+            hexload_config_t config;
+            if (bytes.size() != sizeof config) {
+                throw InputError("config: found " + std::to_string(bytes.size()) + " bytes, expected " +
+                                 std::to_string(sizeof config));
+            }
+            std::memcpy(&config, bytes.data(), sizeof config);
+            return hexload::platform::config_initialiser(config);
+        },
+        nb::arg("config"), "C source of what config_bytes() returned: designated initialisers in braces.");
     module.def(
         "replay", &replay, nb::arg("platform"), nb::arg("estimator").none(), nb::arg("prior").none(),
         nb::arg("t"), nb::arg("displacement_m"), nb::arg("velocity_m_s"), nb::arg("force_n"),

@@ -9,6 +9,7 @@
 #include "links/lcm_publisher.hpp"
 #include "platform_file/firmware_config.hpp"
 #include "platform_file/input_error.hpp"
+#include "platform_file/rig_file.hpp"
 #include "transport/real_time.hpp"
 
 #include <hexload_sim/run_directory.hpp>
@@ -52,6 +53,11 @@ platform::PlatformFile platform_of(const Options& options, const sim::Scenario& 
     return platform;
 }
 
+// The machine as the estimator knows it.
+platform::PlatformFile known_platform(const Options& options, const platform::PlatformFile& platform) {
+    return options.rig.empty() ? platform : platform::with_rig_file(platform, options.rig);
+}
+
 std::unique_ptr<sim::EstimatorLink> make_link(const Options& options,
                                               const platform::PlatformFile& platform) {
     if (options.is_in_process()) {
@@ -62,7 +68,7 @@ std::unique_ptr<sim::EstimatorLink> make_link(const Options& options,
                                      options.publish.empty() ? sim::Traces::no : sim::Traces::yes);
     }
     (void)platform::checked_firmware_config(platform, platform.estimator,
-                                            platform::tick_s); // the controller has the same file
+                                            platform::tick_s); // the controller has the same files
     const double timeout_s =
         options.answer_timeout_s.value_or(options.real_time ? real_time_timeout_s : lockstep_timeout_s);
     sim::CanLinkSettings settings;
@@ -229,10 +235,13 @@ ExitStatus simulate(const Options& options) {
     const sim::Scenario scenario = scenario_of(options);
     const platform::PlatformFile platform = platform_of(options, scenario);
     sim::Simulator simulator(platform, scenario);
-    const auto link = make_link(options, platform);
+    const auto link = make_link(options, known_platform(options, platform));
     const auto publisher = make_publisher(options, platform);
     sim::RunDirectory directory(options.out, options.force);
     directory.write_inputs(scenario);
+    if (!options.rig.empty()) {
+        directory.write_rig(options.rig);
+    }
     Recorder recorder(directory, *link, simulator.ticks(), !options.quiet && isatty(STDERR_FILENO) != 0);
     RealTime real_time(options.real_time);
 

@@ -45,6 +45,7 @@ def sim(
     substeps: Annotated[int | None, typer.Option(min=1, help="RK4 steps per tick, instead of the scenario's.")] = None,
     estimator: Annotated[Estimator | None, typer.Option(help="Instead of the platform file's.")] = None,
     prior: Annotated[Prior | None, typer.Option(help="Start covariance, instead of the platform file's.")] = None,
+    rig: Annotated[Path | None, typer.Option(help="Rig file of hexload commission that the controller has.")] = None,
     bus: Annotated[
         str | None,
         typer.Option(
@@ -68,7 +69,9 @@ def sim(
     ] = None,
     answer_timeout: Annotated[
         float | None,
-        typer.Option(help="Seconds of the controller's silence that end a run in lockstep, or are reported in real time."),
+        typer.Option(
+            help="Seconds of the controller's silence that end a run in lockstep, or are reported in real time."
+        ),
     ] = None,
     external_controller: Annotated[
         bool,
@@ -93,6 +96,7 @@ def sim(
         "--substeps": substeps,
         "--estimator": estimator,
         "--prior": prior,
+        "--rig": rig,
         "--bus": bus,
         "--profile": profile,
         "--feed": feed,
@@ -104,7 +108,9 @@ def sim(
     options += [name for name, wanted in flags.items() if wanted]
     controller = None
     if (bus not in (None, "inproc") or feed) and not external_controller:
-        controller = verb.controller_options(bus, feed, profile, estimator, prior, real_time)
+        controller = verb.controller_options(
+            bus, feed, profile, estimator, prior, None if rig is None else str(rig), real_time
+        )
     print(verb.run_simulation(scenario, out, seed, tuple(options), controller))
 
 
@@ -223,6 +229,27 @@ def commission_verb(
 
     wish = Wish(log, platform, out, reference, reference_mass, loaded, largest_offset)
     print_summary(commission(wish), out)
+
+
+@app.command()
+def export(
+    rig: Annotated[Path, typer.Argument(help="Rig file of hexload commission (.toml).")],
+    platform: Annotated[Path, typer.Option(help="Platform file (.toml) that it was made with.")],
+    out: Annotated[Path, typer.Option(help="C header to write (NAME.h); the constant in it is called NAME.")],
+    tick: Annotated[float, typer.Option(help="Sampling period of the controller, s.")] = 1e-3,
+    force: Annotated[bool, typer.Option("--force", help="Replace the header.")] = False,
+) -> None:
+    """Writes machine, sensors, estimator and rig as a C header: a constant hexload_config_t for a controller, in flash.
+
+    Its numbers are, to the bit, those with which hexload replay --rig runs.
+
+    Example:  hexload export rig.toml --platform platform.toml --out rig_config.h
+    """
+    from hexload.estimation.config_header import export as write_header
+
+    name = write_header(rig, platform, out, tick, force)
+    print(f"header:    {out}")
+    print(f'use:       #include "{out.name}", then hexload_init(&estimator, &{name})')
 
 
 @app.command()

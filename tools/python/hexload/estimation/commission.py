@@ -103,7 +103,7 @@ def commission(wish: Wish) -> dict:
             rig_file.document(rig, sigma, source, _directions(run, found, machine, wish.loaded), platform),
             encoding="utf-8",
         )
-        rig_file.platform_with_rig(temporary, native, platform, wish.platform)  # what the firmware takes
+        rig_file.platform_with_rig(temporary, native, platform)  # what the firmware takes
     return {"rig": rig, "sigma": sigma, "words": words, **source}
 
 

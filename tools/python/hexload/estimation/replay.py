@@ -38,7 +38,7 @@ def replay_log(
         raise InputError("--rig: found it with --tare, expected one of the two: a rig file says what a tare file says")
     platform = load_platform(native, platform_file)
     if rig is not None:
-        platform = platform_with_rig(rig, native, platform, platform_file)
+        platform = platform_with_rig(rig, native, platform)
     found = None if tare is None else tare_for(tare, native, platform, platform_file)
     legs, offset = (samples, None) if found is None else (found.taken_off(samples), found.offset)
     files = f"{log} with {platform_file}" + "".join(f" and {file}" for file in (tare, rig) if file is not None)
