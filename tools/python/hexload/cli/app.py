@@ -215,6 +215,10 @@ def commission_verb(
         float,
         typer.Option(min=0.0, help="More than this share beyond the platform's own parameters is taken for a load."),
     ] = 0.75,
+    report: Annotated[
+        Path | None,
+        typer.Option(help="Page to write (.html): what was found, how well, residual spectra, friction curves."),
+    ] = None,
 ) -> None:
     """Finds what one machine is like beyond its platform file: friction, offsets, gains, delays, tilt, legs, hinges, platform.
 
@@ -227,8 +231,10 @@ def commission_verb(
     from hexload.cli.commission import print_summary
     from hexload.estimation.commission import Wish, commission
 
-    wish = Wish(log, platform, out, reference, reference_mass, loaded, largest_offset)
+    wish = Wish(log, platform, out, reference, reference_mass, loaded, largest_offset, report)
     print_summary(commission(wish), out)
+    if report is not None:
+        print(f"page:      {report}")
 
 
 @app.command()
