@@ -39,7 +39,7 @@ def test_over_can_the_load_on_a_commissioned_rig_is_the_replays(in_module, kind,
     replayed, changes_s = replay(scenario, profile, recording.directory, out, rig_of(scenario))
     # THEN every estimate that came over the bus is its own
     received = estimates(recording.directory)
-    assert len(received) > 25
+    assert len(received) > 15
     assert_same(received, [replayed[line.split(",")[0]] for line in received], kind.name == "linux")
     assert changes_s == []
     # AND the load is found
@@ -61,10 +61,11 @@ def test_over_lcm_the_load_on_a_commissioned_rig_is_the_one_in_process(start, ec
 
 
 def test_without_the_rig_file_the_load_is_wrong(start, simulator, scenario, tmp_path):
-    # GIVEN the same run WHEN the estimator has no rig file THEN the mass is off by more than 1 %: the tests above fail
-    # where a controller ignores it
+    # GIVEN the same run WHEN the estimator has no rig file THEN the mass is off by many of its sigmas, and does not count as
+    # converged: the tests above fail where a controller ignores the file
     assert start(simulator, scenario, "--out", tmp_path / "run").wait() == 0
-    assert abs(float(last_estimate(tmp_path / "run")["m"]) - MASS_KG) > 0.01 * MASS_KG
+    last = last_estimate(tmp_path / "run")
+    assert abs(float(last["m"]) - MASS_KG) > 20 * float(last["s_m"]) and last["verdict"] != "converged"
 
 
 @pytest.mark.parametrize("program", ["hexload_ecu", "hexload_sim"])

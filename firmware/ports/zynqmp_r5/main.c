@@ -6,17 +6,13 @@
 #include "stack.h"
 
 #include "app/node.h"
+#include "ports/boot/boot_options.h"
 
 #include <stddef.h>
 
 static volatile uint32_t* const can0 = (volatile uint32_t*)0xFF060000u;
 
-// What a boot loader, or an emulator, may leave in memory before the start; the place is the linker script's.
-extern const volatile struct boot_options {
-    uint32_t mark; // if it is boot_options_mark, the rest holds
-    uint32_t sample_timeout_ms;
-} boot_options;
-static const uint32_t boot_options_mark = 0x31304C48u; // "HL01"
+extern const hexload_boot_options_t boot_options; // the place is the linker script's
 
 typedef struct machine {
     can_t can;
@@ -90,10 +86,10 @@ int main(void) {
     hexload_config_default(&config);
     config.kind = HEXLOAD_KIND_PAPER; // until the source of samples selects another
     hexload_app_settings_default(&settings);
-    if (boot_options.mark == boot_options_mark) {
-        settings.sample_timeout_ms = boot_options.sample_timeout_ms;
+    hexload_status_t status = hexload_boot_options_take(&boot_options, &config, &settings);
+    if (status == HEXLOAD_OK) {
+        status = hexload_node_init(&node, &config, &settings, HEXLOAD_BUS_CLASSIC, &port);
     }
-    const hexload_status_t status = hexload_node_init(&node, &config, &settings, HEXLOAD_BUS_CLASSIC, &port);
     if (status != HEXLOAD_OK) {
         console_say(hexload_status_name(status));
         return 1;
