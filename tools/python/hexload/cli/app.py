@@ -298,6 +298,10 @@ def excite(
         float | None,
         typer.Option(help="Of its centre of mass over the platform, m.", show_default="3/4 of the hinges' radius"),
     ] = None,
+    empty: Annotated[
+        bool,
+        typer.Option("--empty", help="No load, for hexload commission: the platform's own parameters are looked for."),
+    ] = False,
     seed: Annotated[int, typer.Option(min=0, help="Of the random starts; the same seed gives the same motion.")] = 1,
     starts: Annotated[int, typer.Option(min=1, help="Searches, each from another random motion.")] = 4,
     iterations: Annotated[int, typer.Option(min=1, help="Steps of each search at most.")] = 60,
@@ -313,7 +317,9 @@ def excite(
     ] = None,
     distance_min: Annotated[
         float | None,
-        typer.Option(help="Of that Jacobian to a singular one, 1 / |J^-1|.", show_default="0.3 of that of home"),
+        typer.Option(
+            min=0.0, help="Of that Jacobian to a singular one, 1 / |J^-1|.", show_default="0.3 of that of home"
+        ),
     ] = None,
 ) -> None:
     """Finds a motion that identifies a load as well as the machine's stroke, actuators and supply allow in a given time.
@@ -321,6 +327,7 @@ def excite(
     Six finite Fourier series, from rest at home to rest at home, for the smallest worst bound on the ten parameters relative to their
     scales, inside limits of stroke, speed, supply, force, tilt, condition and distance to singularity. Then simulated with servo and
     no, the expected and the heaviest load; scaled down, or refused, when the machine does not follow or leaves its workspace.
+    With --empty the ten parameters are the platform's own, for hexload commission.
     The tables show each limit with the margin left, and the bounds beside those of the paper's motion and of the multisine.
 
     Example:  hexload excite --platform tests/data/paper_load.toml --scenario multisine --duration 5 --out excite.csv
@@ -343,6 +350,7 @@ def excite(
         tilt_max,
         condition_max,
         distance_min,
+        empty,
     )
     verb.print_summary(verb.design(wish, out), wish, out)
 
