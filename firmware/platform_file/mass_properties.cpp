@@ -28,8 +28,8 @@ std::optional<std::string> find_inertia_fault(const Matrix3& inertia_com_kg_m2, 
     const double rounding = 1e-12 * principal.cwiseAbs().maxCoeff();
     const bool signs_right =
         rule == InertiaRule::positive ? principal(0) > rounding : principal(0) >= -rounding;
-    const bool possible = signs_right && principal(2) <= principal(0) + principal(1) + rounding;
-    if (possible) {
+    const bool is_consistent = signs_right && principal(2) <= principal(0) + principal(1) + rounding;
+    if (is_consistent) {
         return std::nullopt;
     }
     return fmt::format("principal moments {:.6g}, {:.6g}, {:.6g} kg m^2 about the centre of mass",

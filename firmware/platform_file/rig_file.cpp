@@ -4,6 +4,9 @@
 
 #include <fmt/format.h>
 
+#include <cmath>
+#include <span>
+
 namespace hexload::platform {
 namespace {
 
@@ -82,12 +85,61 @@ RigDirection read_direction(TomlReader table) {
     return direction;
 }
 
+// As in a file that was written and read again.
+void require_same(const TomlReader& table, std::string_view key, std::span<const double> found,
+                  std::span<const double> expected) {
+    for (std::size_t k = 0; k < found.size(); k++) {
+        if (!(std::abs(found[k] - expected[k]) <= 1e-12 + 1e-9 * std::abs(expected[k]))) {
+            table.fail(
+                key, fmt::format("{}", found[k]),
+                fmt::format("{} as in the platform file: this is another machine's rig file", expected[k]));
+        }
+    }
+}
+
+std::span<const double> numbers_of(const std::array<Vector3, 6>& points) {
+    return {points[0].data(), 18};
+}
+
+// The numbers of the platform file that the rig file was made with are this platform file's.
+void check_machine(TomlReader& reader, const PlatformFile& platform) {
+    TomlReader geometry = reader.table("geometry");
+    for (const auto& [key, expected] :
+         {std::pair{"base_hinges_m", &platform.geometry.base_hinges_m},
+          std::pair{"platform_hinges_m", &platform.geometry.platform_hinges_m}}) {
+        std::array<Vector3, 6> points;
+        geometry.require(key);
+        geometry.points(key, points);
+        require_same(geometry, key, numbers_of(points), numbers_of(*expected));
+    }
+    Vector6 lengths_m;
+    read_legs(geometry, "home_leg_length_m", lengths_m, positive);
+    require_same(geometry, "home_leg_length_m", {lengths_m.data(), 6},
+                 {platform.geometry.home_leg_length_m.data(), 6});
+    TomlReader body = reader.table("platform");
+    PlatformBody found;
+    read_number(body, "mass_kg", found.mass_kg, positive);
+    require_same(body, "mass_kg", {&found.mass_kg, 1}, {&platform.platform.mass_kg, 1});
+    body.require("com_m");
+    body.vector3("com_m", found.com_m);
+    require_same(body, "com_m", {found.com_m.data(), 3}, {platform.platform.com_m.data(), 3});
+    body.require("inertia_kg_m2");
+    body.tensor("inertia_kg_m2", found.inertia_kg_m2);
+    require_same(body, "inertia_kg_m2", {found.inertia_kg_m2.data(), 9},
+                 {platform.platform.inertia_kg_m2.data(), 9});
+    TomlReader environment = reader.table("environment");
+    double gravity_m_s2 = 0.0;
+    read_number(environment, "gravity_m_s2", gravity_m_s2, non_negative);
+    require_same(environment, "gravity_m_s2", {&gravity_m_s2, 1}, {&platform.gravity_m_s2, 1});
+}
+
 } // namespace
 
 PlatformFile with_rig_file(PlatformFile platform, const std::filesystem::path& path) {
     const toml::table root = parse_toml_file(path);
     TomlReader reader(path.string(), root);
     reader.require("rig");
+    check_machine(reader, platform);
     TomlReader table = reader.table("rig");
     platform.geometry = read_hinges(table, platform.geometry);
     platform.platform = read_body(table);

@@ -18,7 +18,7 @@ struct LinkSettings {
     // Silence of the controller after which lockstep gives up and real time speaks up.
     std::chrono::milliseconds answer_timeout{2000};
     // Told of what happens on the bus in the run (real time): one line each.
-    std::function<void(const std::string&)> tell = [](const std::string&) {};
+    std::function<void(const std::string&)> report = [](const std::string&) {};
     // Tests have a clock of their own.
     std::function<std::chrono::steady_clock::time_point()> now = &std::chrono::steady_clock::now;
 };

@@ -55,8 +55,8 @@ void ControllerSession::fail(LinkFailure failure, const std::string& message) co
     throw LinkError(failure, wire_->name() + ": " + message);
 }
 
-void ControllerSession::tell(const std::string& message) const {
-    settings_.tell(wire_->name() + ": " + message);
+void ControllerSession::report(const std::string& message) const {
+    settings_.report(wire_->name() + ": " + message);
 }
 
 void ControllerSession::send_command(hexload_bus_command_kind_t kind, float argument) {

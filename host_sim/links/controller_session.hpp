@@ -59,7 +59,7 @@ class ControllerSession {
 
     // The message begins with the name of the bus.
     [[noreturn]] void fail(LinkFailure failure, const std::string& message) const;
-    void tell(const std::string& message) const;
+    void report(const std::string& message) const;
 
     // When the controller detected a load change, by its events.
     const std::vector<double>& load_changes_s() const {

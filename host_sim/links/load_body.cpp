@@ -86,7 +86,7 @@ BodyFile::BodyFile(const std::filesystem::path& path) : path_(path), file_(std::
         throw_write_error(path_);
     }
     fmt::memory_buffer line;
-    fmt::format_to(std::back_inserter(line), "t,{},s_{},possible,distance,n_{}\n",
+    fmt::format_to(std::back_inserter(line), "t,{},s_{},consistent,distance,n_{}\n",
                    fmt::join(LoadBody::names, ","), fmt::join(LoadBody::names, ",s_"),
                    fmt::join(LoadBody::names, ",n_"));
     write_line(file_.get(), path_, line);

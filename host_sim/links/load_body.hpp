@@ -24,7 +24,7 @@ struct LoadBody {
 // the row's sigmas, which a tare makes larger.
 LoadBody load_body(const EstimateRow& row, std::span<const double> covariance);
 
-// t, the body, its sigmas, possible (1 or 0), distance, the nearest body (n_m, n_cx, ...); a row per tick.
+// t, the body, its sigmas, consistent (1 or 0), distance, the nearest body (n_m, n_cx, ...); a row per tick.
 // What is not known is left out between the commas.
 class BodyFile {
   public:

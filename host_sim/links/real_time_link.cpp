@@ -174,13 +174,13 @@ void RealTimeLink::take(const BusNews& news) {
     } else if (const auto* status = std::get_if<hexload_bus_controller_status_t>(&news)) {
         take_state(status->state, status->fault);
     } else if (const auto* change = std::get_if<hexload_bus_load_change_t>(&news)) {
-        session_.tell(fmt::format("another load is noticed at tick {}", change->tick));
+        session_.report(fmt::format("another load is detected at tick {}", change->tick));
     }
 }
 
 void RealTimeLink::take(const AnswerPart& part) {
     if (is_silent_) {
-        session_.tell(fmt::format("the controller answers again at tick {}", newest_tick_));
+        session_.report(fmt::format("the controller answers again at tick {}", newest_tick_));
         is_silent_ = false;
     }
     last_heard_ = session_.now();
@@ -203,7 +203,7 @@ void RealTimeLink::take(const hexload_bus_acknowledge_t& acknowledge) {
     if (acknowledge.kind == HEXLOAD_COMMAND_START && wanted_ == HEXLOAD_COMMAND_START) {
         ++rejoins_;
         wanted_.reset();
-        session_.tell(fmt::format("the controller has been started again at tick {}", newest_tick_));
+        session_.report(fmt::format("the controller has been started again at tick {}", newest_tick_));
     } else if (acknowledge.kind == HEXLOAD_COMMAND_RESET && wanted_ == HEXLOAD_COMMAND_RESET) {
         wanted_ = HEXLOAD_COMMAND_SELECT_FILTER;
         last_command_.reset();
@@ -247,9 +247,9 @@ void RealTimeLink::watch_bus() {
     const bool is_up = session_.is_up();
     if (was_up_ && !is_up) {
         ++outages_;
-        session_.tell(fmt::format("the bus is down since tick {}", newest_tick_));
+        session_.report(fmt::format("the bus is down since tick {}", newest_tick_));
     } else if (!was_up_ && is_up) {
-        session_.tell(fmt::format("the bus is up again at tick {}", newest_tick_));
+        session_.report(fmt::format("the bus is up again at tick {}", newest_tick_));
     }
     was_up_ = is_up;
 }
@@ -258,7 +258,7 @@ void RealTimeLink::watch_controller() {
     if (!is_silent_ && session_.now() - last_heard_ > session_.settings().answer_timeout) {
         is_silent_ = true;
         const auto answered = session_.last_answered();
-        session_.tell(fmt::format("the controller is silent since tick {}", answered ? *answered + 1 : 0U));
+        session_.report(fmt::format("the controller is silent since tick {}", answered ? *answered + 1 : 0U));
     }
 }
 

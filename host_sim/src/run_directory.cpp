@@ -104,7 +104,8 @@ void CsvFile::close() {
 RunDirectory::RunDirectory(const std::filesystem::path& target, bool replace)
     : target_(without_slash(target)), replace_(replace) {
     check_target(target_, replace_);
-    partial_ = create_private_folder(target_);
+    folder_ = std::make_unique<PrivateFolder>(target_);
+    partial_ = folder_->path();
 }
 
 RunDirectory::~RunDirectory() {
@@ -129,6 +130,10 @@ void RunDirectory::write_inputs(const Scenario& scenario) {
     has_velocity_ = scenario.sensors.velocity_sensor;
     log_ = std::make_unique<CsvFile>(file("log.csv"), log_header(has_velocity_));
     truth_ = std::make_unique<CsvFile>(file("truth.csv"), truth_header());
+}
+
+void RunDirectory::write_rig(const std::filesystem::path& rig) {
+    std::filesystem::copy_file(rig, file("rig.toml"));
 }
 
 void RunDirectory::write(const Tick& tick) {

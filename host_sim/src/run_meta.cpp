@@ -162,7 +162,7 @@ std::string run_meta_json(const Scenario& scenario, const PlatformFile& platform
         {"estimator", toml::table{{"kind", name_of(platform.estimator.kind)},
                                   {"prior", name_of(platform.estimator.prior)}}},
         {"health_ticks", health_ticks(result.health)},
-        {"load_changes_noticed_s", times(result.load_changes_s)},
+        {"load_changes_detected_s", times(result.load_changes_s)},
         {"bus", bus(result.bus, result.pacing.mode)},
         {"pacing", pacing(result.pacing)},
     };

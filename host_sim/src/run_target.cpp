@@ -15,6 +15,8 @@
 #include <string_view>
 #include <system_error>
 
+#include <fcntl.h>
+#include <sys/file.h>
 #include <unistd.h>
 
 namespace hexload::sim {
@@ -23,10 +25,11 @@ namespace {
 namespace fs = std::filesystem;
 using platform::InputError;
 
-// trajectory.csv: of a scenario with a motion file. report.html: what `hexload report` adds to a run.
-constexpr std::array<std::string_view, 8> run_files{"scenario.toml", "platform.toml", "trajectory.csv",
-                                                    "log.csv",       "truth.csv",     "estimates.csv",
-                                                    "meta.json",     "report.html"};
+// trajectory.csv: of a scenario with a motion file. rig.toml: of a controller that knows its rig.
+// report.html: what `hexload report` adds to a run.
+constexpr std::array<std::string_view, 9> run_files{"scenario.toml", "platform.toml", "trajectory.csv",
+                                                    "rig.toml",      "log.csv",       "truth.csv",
+                                                    "estimates.csv", "meta.json",     "report.html"};
 // Together in no JSON but a run's.
 constexpr std::array<std::string_view, 4> meta_keys{"\"tick_s\"", "\"health_ticks\"", "\"mass_matrix_home\"",
                                                     "\"coupling_matrix_home\""};
@@ -95,6 +98,47 @@ std::optional<std::string> foreign_content(const fs::path& folder) {
     return std::nullopt;
 }
 
+constexpr std::string_view partial_suffix = ".partial";
+
+// A lock of the folder that ends with the process, however that ends; -1: another one has it, or the file
+// system has no such locks.
+int lock_of(const fs::path& folder) {
+    const int descriptor = open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC | O_NOFOLLOW);
+    if (descriptor >= 0 && flock(descriptor, LOCK_EX | LOCK_NB) != 0) {
+        close(descriptor);
+        return -1;
+    }
+    return descriptor;
+}
+
+// ".NAME.PROCESS.NUMBER.partial" of a target NAME.
+bool is_partial_of(const std::string& target, const std::string& name) {
+    const std::string prefix = "." + target + ".";
+    if (!name.starts_with(prefix) || !name.ends_with(partial_suffix) ||
+        name.size() <= prefix.size() + partial_suffix.size()) {
+        return false;
+    }
+    const std::string_view numbers =
+        std::string_view(name).substr(prefix.size(), name.size() - prefix.size() - partial_suffix.size());
+    return numbers.find_first_not_of("0123456789.") == std::string_view::npos &&
+           std::ranges::count(numbers, '.') == 1;
+}
+
+void remove_abandoned(const fs::path& target) noexcept {
+    std::error_code error;
+    const fs::path parent = target.has_parent_path() ? target.parent_path() : fs::path(".");
+    fs::directory_iterator entry(parent, error);
+    for (const fs::directory_iterator end; !error && entry != end; entry.increment(error)) {
+        if (!is_partial_of(target.filename().string(), entry->path().filename().string())) {
+            continue;
+        }
+        if (const int lock = lock_of(entry->path()); lock >= 0) {
+            remove_run(entry->path());
+            close(lock);
+        }
+    }
+}
+
 } // namespace
 
 fs::path without_slash(const fs::path& target) {
@@ -135,20 +179,30 @@ void check_target(const fs::path& target, bool replace) {
     }
 }
 
-fs::path create_private_folder(const fs::path& target) {
+PrivateFolder::PrivateFolder(const fs::path& target) {
     std::error_code error;
     if (target.has_parent_path()) {
         fs::create_directories(target.parent_path(), error);
     }
+    remove_abandoned(target);
     for (int number = 0; !error; ++number) {
-        const fs::path folder =
-            target.parent_path() /
-            fmt::format(".{}.{}.{}.partial", target.filename().string(), getpid(), number);
-        if (fs::create_directory(folder, error)) { // false: it is there already, and another run's
-            return folder;
+        path_ = target.parent_path() /
+                fmt::format(".{}.{}.{}{}", target.filename().string(), getpid(), number, partial_suffix);
+        if (fs::create_directory(path_, error)) { // false: it is there already, and another run's
+            lock_ = lock_of(path_);
+            if (fs::exists(path_)) { // nobody took it for abandoned before the lock
+                return;
+            }
+            close(lock_);
         }
     }
     throw InputError(target.string() + ": cannot be created: " + error.message());
+}
+
+PrivateFolder::~PrivateFolder() {
+    if (lock_ >= 0) {
+        close(lock_);
+    }
 }
 
 void remove_run(const fs::path& folder) noexcept {

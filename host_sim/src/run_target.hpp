@@ -12,8 +12,24 @@ std::filesystem::path without_slash(const std::filesystem::path& target);
 // directory.
 void check_target(const std::filesystem::path& target, bool replace);
 
-// A new folder beside `target` that no other run has; makes the folders above it. Throws InputError.
-std::filesystem::path create_private_folder(const std::filesystem::path& target);
+// A new folder beside `target` that no other run has; makes the folders above it. It is locked as long as
+// this object lives: what a run that was killed has left there, which nobody has locked, is deleted. Throws
+// InputError.
+class PrivateFolder {
+  public:
+    explicit PrivateFolder(const std::filesystem::path& target);
+    PrivateFolder(const PrivateFolder&) = delete;
+    PrivateFolder& operator=(const PrivateFolder&) = delete;
+    ~PrivateFolder();
+
+    const std::filesystem::path& path() const {
+        return path_;
+    }
+
+  private:
+    std::filesystem::path path_;
+    int lock_ = -1;
+};
 
 // Deletes the files that a run writes, and the folder if that leaves it empty: never anything else.
 void remove_run(const std::filesystem::path& folder) noexcept;

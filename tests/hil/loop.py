@@ -129,10 +129,17 @@ class Loop:
         pytest.fail(f"{recorder.title}: does not record")
 
     def record(
-        self, directory: Path, profile: str, *options, scenario: Path = SCENARIO, platform: Path = PLATFORM
+        self,
+        directory: Path,
+        profile: str,
+        *options,
+        scenario: Path = SCENARIO,
+        platform: Path = PLATFORM,
+        rig: Path | None = None,
     ) -> Recording:
         """A run in lockstep with a fresh controller, from beginning to end."""
-        controller = self.controller("--profile", profile, platform=platform)
+        of_rig = () if rig is None else ("--rig", rig)
+        controller = self.controller("--profile", profile, *of_rig, platform=platform)
         recorder = self.recorder()
         simulation = self.simulation(directory, "--lockstep", "--profile", profile, *options, scenario=scenario)
         assert simulation.wait(10 * PATIENCE_S) == 0, simulation.output

@@ -1,13 +1,14 @@
 """The launcher of the emulated Cortex-R5F: what it makes of the controller's frames. No emulator is needed."""
 
+import argparse
 import re
 
 import pytest
 
 from bus_frames import DBC, encode
 from hexload import project
-from hexload_dev import zynqmp_r5
-from loop import Controller
+from hexload.errors import InputError
+from hexload_dev import boot_options, mps2, zynqmp_r5
 
 IDLE, ARMED, ESTIMATING, FAULT = 0, 1, 2, 4
 SAMPLE_TIMEOUT = 1
@@ -28,10 +29,14 @@ def test_numbers_are_those_of_the_contract_and_of_the_firmware():
     assert zynqmp_r5.ACKNOWLEDGE == DBC.get_message_by_name("Acknowledge").frame_id
     assert zynqmp_r5.CONTROLLER_STATUS == DBC.get_message_by_name("ControllerStatus").frame_id
     port = project.ROOT / "firmware" / "ports" / "zynqmp_r5"
-    mark = re.search(r"boot_options_mark = (0x\w+)u;", (port / "main.c").read_text())
-    assert int(mark[1], 16) == zynqmp_r5.BOOT_OPTIONS_MARK
-    data = re.search(r"data .*ORIGIN = (\w+), LENGTH = 64K - 16", (port / "zynqmp_r5.ld").read_text())
-    assert int(data[1], 16) + 64 * 1024 - 16 == zynqmp_r5.BOOT_OPTIONS_ADDRESS
+    mark = re.search(r"BOOT_OPTIONS_MARK (0x\w+)u", (port.parent / "boot" / "boot_options.h").read_text())
+    assert int(mark[1], 16) == boot_options.MARK
+    data = re.search(r"data .*ORIGIN = (\w+), LENGTH = 60K", (port / "zynqmp_r5.ld").read_text())
+    assert int(data[1], 16) + 60 * 1024 == zynqmp_r5.BOOT_OPTIONS_ADDRESS
+    data = re.search(
+        r"data .*ORIGIN = (\w+), LENGTH = 4M - 4K", (port.parent / "mps2_an500" / "mps2_an500.ld").read_text()
+    )
+    assert int(data[1], 16) + (4 * 1024 - 4) * 1024 == mps2.BOOT_OPTIONS_ADDRESS
 
 
 def test_each_change_of_state_is_said_once(report):
@@ -60,11 +65,24 @@ def test_a_quiet_one_says_faults_and_their_end_only():
     assert take(report, "Acknowledge", state=IDLE) == "idle"
 
 
-def test_a_platform_that_is_not_built_in_is_refused(start, tmp_path):
-    # GIVEN the platform of the paper with another load WHEN the launcher is given it THEN it names both
+@pytest.mark.parametrize(
+    ("keys", "words"),
+    [
+        ({"mass_kg = 100.0": "mass_kg = -1.0"}, "platform.mass_kg: found -1.0, expected a number > 0"),
+        (
+            {"displacement_sigma_m = 20e-6": "displacement_sigma_m = 1.0"},
+            "sensors.displacement_sigma_m is out of range",
+        ),
+    ],
+)
+def test_a_platform_that_no_controller_can_have_is_refused(tmp_path, keys, words):
+    # GIVEN a platform file with a number that cannot be WHEN the launcher is given it THEN it ends and names the key
     text = (project.SCENARIOS / "platforms" / "paper.toml").read_text()
-    other = tmp_path / "other.toml"
-    other.write_text(text.replace("known_mass_kg = 500.0", "known_mass_kg = 450.0"))
-    program = start(*Controller.zynqmp_r5().command, "--bus", "socketcan:vcan0", "--platform", other)
-    assert program.wait() == zynqmp_r5.BAD_INPUT
-    program.wait_for("other.toml: found another machine than paper.toml, which is built in")
+    for key, other in keys.items():
+        assert key in text
+        text = text.replace(key, other)
+    file = tmp_path / "other.toml"
+    file.write_text(text)
+    options = argparse.Namespace(platform=file, rig=None, sample_timeout_ms=None)
+    with pytest.raises(InputError, match=re.escape(words)):
+        zynqmp_r5.boot_options_of(options)

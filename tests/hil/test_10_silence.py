@@ -47,7 +47,7 @@ def test_real_time_goes_on_while_the_controller_is_silent_and_counts_what_is_mis
     controller = loop.controller(*SLOW_MACHINE)
     simulation = loop.simulation(tmp_path / "run", "--real-time", "--duration", 4)
     controller.wait_for("estimating|converged")
-    # WHEN the controller pauses until that has been noticed, and goes on
+    # WHEN the controller pauses until that has been detected, and goes on
     loop.hold(controller)
     simulation.wait_for("the controller is silent since tick")
     loop.go_on(controller)

@@ -14,7 +14,7 @@ from test_04_convergence import CHANNELS, quantised, step_of
 
 PATIENT = ("--answer-timeout", 60)  # an emulator may be slow
 ROUND_TICKS = 52  # of a classic answer: 26 pages, one at every second tick
-NOTICED_S = 0.010
+DETECTED_S = 0.010
 STATES = {"converged": 3, "converging": 2, "not_excited": 2, "inconsistent": 2}
 
 
@@ -23,17 +23,20 @@ def scenario(tmp_path_factory) -> Path:
     return write(tmp_path_factory.mktemp("momentum"))
 
 
-def replay(scenario: Path, profile: str, directory: Path, out: Path) -> tuple[dict[str, str], list[float]]:
+def replay(
+    scenario: Path, profile: str, directory: Path, out: Path, rig: Path | None = None
+) -> tuple[dict[str, str], list[float]]:
     """The firmware in this process over a run's log, quantised as the profile does: its rows by time, and when it
-    noticed another load."""
+    detected another load."""
     log = read_log(directory / "log.csv")
     legs = [quantised(getattr(log, name), step_of(profile, channel)) for channel, name in CHANNELS.items()]
     native = project.native_module()
     platform = native.load_platform(str(platform_of(scenario)))
+    platform = platform if rig is None else native.with_rig(platform, str(rig))
     result = native.replay(platform, None, None, log.t_s, *(part.astype(float) for part in legs), str(out))
     bit = list(result["health_counts"]).index("load changed")
-    noticed_s = [float(t_s) for t_s in log.t_s[result["health"].astype(int) >> bit & 1 == 1]]
-    return {line.split(",")[0]: line for line in out.read_text().splitlines()[1:]}, noticed_s
+    detected_s = [float(t_s) for t_s in log.t_s[result["health"].astype(int) >> bit & 1 == 1]]
+    return {line.split(",")[0]: line for line in out.read_text().splitlines()[1:]}, detected_s
 
 
 def last_estimate(directory: Path) -> dict[str, str]:
@@ -56,18 +59,18 @@ def check_run(
 ) -> None:
     """What a run over any bus has to show."""
     # WHEN the firmware runs over the quantised log in this process
-    replayed, noticed_s = replay(scenario, profile, directory, tmp_path / "replayed.csv")
+    replayed, detected_s = replay(scenario, profile, directory, tmp_path / "replayed.csv")
     # THEN every estimate that came over the bus is its own: each one, or one in a round of pages
     received = estimates(directory)
     assert len(received) == {"fd": TICKS, "classic": TICKS // ROUND_TICKS}[profile]
     assert_same(received, [replayed[line.split(",")[0]] for line in received], is_same_arithmetic)
-    # AND the new load was told as an event of the tick at which the firmware noticed it, once
+    # AND the new load was reported as an event of the tick at which the firmware detected it, once
     meta = read_meta(directory)
-    assert meta["load_changes_noticed_s"] == noticed_s and len(noticed_s) == 1
-    assert PICK_UP_S <= noticed_s[0] <= PICK_UP_S + NOTICED_S
+    assert meta["load_changes_detected_s"] == detected_s and len(detected_s) == 1
+    assert PICK_UP_S <= detected_s[0] <= PICK_UP_S + DETECTED_S
     assert meta["health_ticks"]["load changed"] == 1
     assert meta["bus"]["events_missing"] == 0
-    assert f"another load noticed at {noticed_s[0]:.3f} s" in output
+    assert f"another load detected at {detected_s[0]:.3f} s" in output
     # AND the estimate has come to the new load
     last = last_estimate(directory)
     mass, com = HEAVY
@@ -90,7 +93,7 @@ def test_over_udp_multicast_all_ten_are_the_firmwares_and_a_new_load_is_an_event
     check_run(scenario, profile, tmp_path / "run", program.output, tmp_path)
     # and the controller says it too
     controller.wait_for("armed, lockstep, momentum filter")
-    controller.wait_for("another load noticed at tick 10")
+    controller.wait_for("another load detected at tick 10")
 
 
 @pytest.fixture(scope="module")
@@ -156,6 +159,6 @@ def test_classic_pages_are_the_estimates_that_the_simulator_wrote(recorded):
         assert answer["verdict"] == max(answer[f"verdict_{name}"] for name in LOAD_PARAMETERS)
         assert answer["state"] == STATES[row[-1]]
         assert (answer["filter"], answer["status"], answer["fault"], answer["refused"]) == (1, 0, 0, 0)
-    # and the new load is told in the round after it, and in that one only
-    told = [whole[0]["health"] >> 10 & 1 for whole in rounds]
-    assert sum(told) == 1 and told.index(1) == round(1000 * PICK_UP_S) // ROUND_TICKS + 1
+    # and the new load is reported in the round after it, and in that one only
+    reported = [whole[0]["health"] >> 10 & 1 for whole in rounds]
+    assert sum(reported) == 1 and reported.index(1) == round(1000 * PICK_UP_S) // ROUND_TICKS + 1

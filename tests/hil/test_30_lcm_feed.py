@@ -74,16 +74,16 @@ def test_the_momentum_filter_over_lcm_gives_the_bytes_of_the_run_in_process_and_
     fed = start(simulator, scenario, *options)
     listener.run_with(fed.process)
     assert fed.wait() == 0
-    # THEN log and estimates are the same to the byte, and so is when the new load was noticed
+    # THEN log and estimates are the same to the byte, and so is when the new load was detected
     for file in ("log.csv", "estimates.csv"):
         assert (tmp_path / "fed" / file).read_bytes() == (tmp_path / "inproc" / file).read_bytes(), file
-    noticed_s = [
-        json.loads((tmp_path / name / "meta.json").read_text())["load_changes_noticed_s"] for name in ("inproc", "fed")
+    detected_s = [
+        json.loads((tmp_path / name / "meta.json").read_text())["load_changes_detected_s"] for name in ("inproc", "fed")
     ]
-    assert noticed_s[0] == noticed_s[1] and len(noticed_s[0]) == 1
+    assert detected_s[0] == detected_s[1] and len(detected_s[0]) == 1
     # and that is a message of its own
     (change,) = listener.messages["load_change_t"]
-    assert (change.tick, change.load_changes) == (round(1000 * noticed_s[0][0]), 1)
+    assert (change.tick, change.load_changes) == (round(1000 * detected_s[0][0]), 1)
     last = listener.messages["estimate_t"][-1]
     assert (last.filter, last.count) == ("momentum", 10)
     assert list(last.name) == ["m", "hx", "hy", "hz", "Ixx", "Iyy", "Izz", "Ixy", "Ixz", "Iyz"]

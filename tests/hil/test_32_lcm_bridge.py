@@ -156,9 +156,9 @@ def test_ten_parameters_and_the_event_of_a_new_load_are_on_lcm(run_bridged, prof
 
     run = run_bridged(profile, "momentum", "--samples", is_told=is_counted)
     # THEN LCM has the event, once, and the estimates of all ten
-    noticed_s = run.meta["load_changes_noticed_s"]
-    assert [change.tick / 1000 for change in run.messages["load_change_t"]] == noticed_s
-    assert len(noticed_s) == 1
+    detected_s = run.meta["load_changes_detected_s"]
+    assert [change.tick / 1000 for change in run.messages["load_change_t"]] == detected_s
+    assert len(detected_s) == 1
     told = run.messages["estimate_t"]
     assert len(told) == len(run.rows) == MOMENTUM_TICKS // TICKS_PER_ANSWER[profile, "momentum"]
     assert {(message.filter, message.count) for message in told} == {("momentum", 10)}

@@ -166,7 +166,7 @@ class Bench {
         controller.profile = profile;
         settings_.profile = profile;
         settings_.answer_timeout = 2000ms;
-        settings_.tell = [this](const std::string& line) { told.push_back(line); };
+        settings_.report = [this](const std::string& line) { reported.push_back(line); };
         settings_.now = [this] { return now; };
         real_time_ = real_time;
     }
@@ -209,7 +209,7 @@ class Bench {
     Controller controller;
     Clock::time_point now{};
     bool is_up = true;
-    std::vector<std::string> told;
+    std::vector<std::string> reported;
 
   private:
     CanLinkSettings settings_;
@@ -324,7 +324,7 @@ SCENARIO("the controller is given the estimator to run, and its answers have tha
 }
 
 SCENARIO("a changed load is an event of its tick, also where no answer is due") {
-    GIVEN("a controller that notices another load at ticks 7 and 20, in either profile and pacing") {
+    GIVEN("a controller that detects another load at ticks 7 and 20, in either profile and pacing") {
         for (const bool real_time : {false, true}) {
             for (const auto profile : {HEXLOAD_BUS_FD, HEXLOAD_BUS_CLASSIC}) {
                 CAPTURE(real_time);
@@ -338,7 +338,7 @@ SCENARIO("a changed load is an event of its tick, also where no answer is due") 
                     THEN("both are known, with their times, and none is missing") {
                         CHECK(bench.link().load_changes_s() == std::vector<double>{0.007, 0.020});
                         CHECK(bench.counts().events_missing == 0);
-                        CHECK(bench.told.size() == (real_time ? 2 : 0));
+                        CHECK(bench.reported.size() == (real_time ? 2 : 0));
                     }
                 }
             }
@@ -589,8 +589,8 @@ SCENARIO("in real time a controller that was restarted is started again") {
                 CHECK(bench.controller.state == HEXLOAD_APP_ESTIMATING);
                 CHECK(rows.size() >= 289);
                 CHECK(bench.counts().rejoins == 1);
-                REQUIRE(bench.told.size() == 1);
-                CHECK(contains(bench.told[0], "the controller has been started again at tick"));
+                REQUIRE(bench.reported.size() == 1);
+                CHECK(contains(bench.reported[0], "the controller has been started again at tick"));
             }
         }
         WHEN("the controller says that it has missed samples") {
@@ -632,9 +632,9 @@ SCENARIO("in real time outages are survived, reported once each way and counted"
                 CHECK(counts.answers == 20);
                 CHECK(counts.missing == 0);
                 CHECK(rows.size() == 10);
-                REQUIRE(bench.told.size() == 2);
-                CHECK(contains(bench.told[0], "the bus is down since tick 10"));
-                CHECK(contains(bench.told[1], "the bus is up again at tick 30"));
+                REQUIRE(bench.reported.size() == 2);
+                CHECK(contains(bench.reported[0], "the bus is down since tick 10"));
+                CHECK(contains(bench.reported[1], "the bus is up again at tick 30"));
             }
         }
         WHEN("the controller falls silent for good") {
@@ -642,8 +642,8 @@ SCENARIO("in real time outages are survived, reported once each way and counted"
             bench.steps(10, 4000);
             bench.link().finish();
             THEN("that is reported once, and the run ends as silent with every tick counted") {
-                REQUIRE(bench.told.size() == 1);
-                CHECK(contains(bench.told[0], "the controller is silent since tick 10"));
+                REQUIRE(bench.reported.size() == 1);
+                CHECK(contains(bench.reported[0], "the controller is silent since tick 10"));
                 CHECK(bench.counts().ends_silent);
                 CHECK(bench.counts().answers == 10);
                 CHECK(bench.counts().missing == 3991);

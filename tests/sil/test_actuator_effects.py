@@ -103,7 +103,7 @@ def test_load_is_found_beside_bias_and_friction(multisine, record_property):
     for run in multisine:
         assert run.result["verdict"][-1] == "converged"
         assert run.result["health_counts"]["load changed"] == 0
-        assert run.result["hidden"] == {}
+        assert run.result["confounded"] == {}
 
 
 def test_sigmas_of_load_and_machine_are_honest(multisine, record_property):
@@ -172,9 +172,9 @@ def test_slow_motion_in_one_direction_cannot_tell_friction_from_weight(tmp_path)
     run = replayed(directory, effects, keys="bias_sigma_n = 0.0\ncoulomb_sigma_n = 400.0", from_tick=2000)
     result = run.result
     verdicts = dict(zip(result["names"], result["parameter_verdict"]))
-    print(result["hidden"], "mass", result["value"][-1][0], "+-", result["sigma"][-1][0])
+    print(result["confounded"], "mass", result["value"][-1][0], "+-", result["sigma"][-1][0])
     # THEN it is said of the mass that friction hides it, at what speed
-    words = in_words("m", verdicts["m"], result["hidden"]["m"])
+    words = in_words("m", verdicts["m"], result["confounded"]["m"])
     assert words.startswith("not excited: friction and load cannot be separated: no leg faster than 0.0")
     # AND the biases, which are known, have no part in it; the sigmas cover the errors of load and friction
     assert (result["sigma"][-1][10:16] == 0.0).all()
@@ -189,7 +189,7 @@ def test_standstill_cannot_tell_bias_from_weight(tmp_path):
     text = CREEP.replace('kind = "file"\npath = "motion.csv"', 'kind = "standstill"')
     run = replayed(*rubbing(tmp_path, text, BIAS_N), keys="bias_sigma_n = 200.0")
     # THEN the mass is hidden by the biases, is said to be, and is within its sigma; seconds of noise tell nothing more
-    assert run.result["hidden"]["m"].startswith("the force sensors' bias and load cannot be separated")
+    assert run.result["confounded"]["m"].startswith("the force sensors' bias and load cannot be separated")
     assert run.result["verdict"][-1] == "not_excited"
     assert (np.abs(run.errors) < 4 * run.result["sigma"][-1]).all()
 

@@ -1,4 +1,4 @@
-"""The load as a body: are the sigmas honest, is the nearest possible body the nearest, and how much nearer is it?"""
+"""The load as a body: are the sigmas honest, is the nearest consistent body the nearest, and how much nearer is it?"""
 
 import csv
 import gzip
@@ -85,7 +85,7 @@ def test_sigmas_are_as_large_as_the_errors(early, record_property):
 
 
 def nearest_by_cuts(theta: np.ndarray, root: np.ndarray) -> np.ndarray:
-    """The way to the nearest possible body in sigmas, by cutting planes: v^T Pi v >= 0 for the axes v of each answer so
+    """The way to the nearest consistent body in sigmas, by cutting planes: v^T Pi v >= 0 for the axes v of each answer so
     far, and the shortest way within all cuts by nonnegative least squares (Lawson and Hanson's least distance problem).
 
     Every answer is too short rather than too long, as the cuts allow more than the cone.
@@ -168,7 +168,7 @@ def test_runs_of_the_simulator_are_nearer_to_the_truth_after_it(tmp_path, record
         for seconds, each in errors.items():
             if each:
                 rms = np.sqrt(np.mean(np.square(each), axis=(0, 2)))
-                said = f"{len(each)} of {seeds} impossible, rms error {rms[0]:.3f} -> {rms[1]:.3f} of scale"
+                said = f"{len(each)} of {seeds} inconsistent, rms error {rms[0]:.3f} -> {rms[1]:.3f} of scale"
                 print(f"{kind} at {seconds} s: {said}")
                 record_property(f"rms_{kind}_{seconds}", rms.tolist())
                 gains.append((len(each), rms))
@@ -176,7 +176,7 @@ def test_runs_of_the_simulator_are_nearer_to_the_truth_after_it(tmp_path, record
     counts = np.array([count for count, _ in gains])
     squares = np.array([rms**2 for _, rms in gains])
     raw_rms, nearest_rms = np.sqrt(counts @ squares / counts.sum())
-    print(f"all {counts.sum()} impossible estimates: rms error {raw_rms:.3f} -> {nearest_rms:.3f} of scale")
+    print(f"all {counts.sum()} inconsistent estimates: rms error {raw_rms:.3f} -> {nearest_rms:.3f} of scale")
     assert counts.sum() > 40
     assert nearest_rms < 0.6 * raw_rms
 
@@ -201,14 +201,14 @@ def test_replay_tells_the_body_and_the_nearest_one_when_no_body_has_the_estimate
     finished = hexload("replay", short_log, "--platform", machine, "--out", out, "--bodies", bodies)
     # THEN the summary says that no body has these parameters, and how far off the nearest is
     assert finished.returncode == 0, finished.stderr
-    assert "nearest possible" in finished.stdout
-    assert "body:      impossible" in finished.stdout and "sigma off" in finished.stdout
+    assert "nearest consistent" in finished.stdout
+    assert "body:      not consistent" in finished.stdout and "sigma off" in finished.stdout
     # AND where the files are
     assert f"estimates: {out}\nbodies:    {bodies}\n" in finished.stdout
     # AND each row has its body: what is unknown is empty, and the last one is what replay() returns
     result = replay_log(short_log, machine, None, None, tmp_path / "again.csv")
     rows = list(csv.reader(bodies.open()))
-    header = [*result["body"]["names"], *(f"s_{name}" for name in result["body"]["names"]), "possible", "distance"]
+    header = [*result["body"]["names"], *(f"s_{name}" for name in result["body"]["names"]), "consistent", "distance"]
     assert rows[0] == ["t", *header, *(f"n_{name}" for name in result["body"]["names"])]
     assert len(rows) == 901
     first = dict(zip(rows[0], rows[1], strict=True))
@@ -223,13 +223,13 @@ def test_replay_tells_the_body_and_the_nearest_one_when_no_body_has_the_estimate
     assert body["value"][4] < 0 and (moments > 0).all() and 2 * moments.max() < moments.sum()
 
 
-def test_replay_of_a_whole_log_tells_a_possible_body(tmp_path):
-    # GIVEN a log of 20 s WHEN it is replayed THEN the body is possible, and nothing is said of another
+def test_replay_of_a_whole_log_gives_a_consistent_body(tmp_path):
+    # GIVEN a log of 20 s WHEN it is replayed THEN the body is consistent, and nothing is said of another
     finished = hexload(
         "replay", DATA / "work_motion.csv.gz", "--platform", DATA / "unknown_load.toml", "--out", tmp_path / "e.csv"
     )
     assert finished.returncode == 0, finished.stderr
-    assert "body:      possible" in finished.stdout
+    assert "body:      consistent" in finished.stdout
     assert "nearest" not in finished.stdout
     # AND errors are within four of its sigmas
     result = replay_log(DATA / "work_motion.csv.gz", DATA / "unknown_load.toml", None, None, tmp_path / "e.csv")

@@ -119,10 +119,10 @@ def test_quantiles_of_times_count_a_run_that_never_settles_as_later_than_all():
     assert statistics.settling([None, *times[:18], None]) == statistics.Times(10.0, float("inf"), 2)
 
 
-def test_alarms_are_told_missed_or_false():
-    # GIVEN a change told after 3 ms and a second time, one told before it came, one told 0.6 s after, and a false alarm
+def test_alarms_are_detected_missed_or_false():
+    # GIVEN a change detected after 3 ms and a second time, one detected before it came, one detected 0.6 s after, and a false alarm
     runs = [([4.0], [4.003, 4.2]), ([4.0], [3.999]), ([4.0], [4.6]), ([], [1.0]), ([], [])]
-    # WHEN counted THEN one of three is told, by 3 ms; the rest of the alarms, in four runs, are false
+    # WHEN counted THEN one of three is detected, by 3 ms; the rest of the alarms, in four runs, are false
     found = statistics.alarms(runs)
     assert found.delays_s == pytest.approx([0.003])
     assert (found.changes, found.missed, found.false, found.runs_with_false) == (3, 2, 4, 4)

@@ -96,13 +96,13 @@ def test_a_scenario_is_found_by_name_from_any_folder(tmp_path, monkeypatch):
     assert resolve_scenario("paper") == project.SCENARIOS / "paper.toml"
 
 
-def test_sim_says_what_the_estimator_was_told_of_the_load_and_where_it_is_not_true(tmp_path):
+def test_sim_says_what_the_estimator_was_given_of_the_load_and_where_it_is_not_true(tmp_path):
     # GIVEN a scenario whose platform begins empty, and a platform file that knows of a load of 500 kg
     # WHEN it runs until this load has come, but not the next
     result = hexload("sim", "load_change", "--estimator", "momentum", "--duration", 8.5, "--out", tmp_path / "run")
     # THEN the summary tells the mass, the key, and the time in which there is another load
     assert result.returncode == 0, result.stderr
-    assert "told beforehand: the load weighs 500 kg (load.known_mass_kg of paper.toml)" in result.stdout
+    assert "given beforehand: the load weighs 500 kg (load.known_mass_kg of paper.toml)" in result.stdout
     assert result.stdout.count("not true:") == 1
     assert "not true: from 0 s on it weighs 0 kg" in result.stdout
 

@@ -72,7 +72,7 @@ def found(platform) -> tuple[Machine, Path, dict]:
     machine = machine_of(platform)
     log = write_log(platform.parent / "empty.csv", log_of(machine, multisine(1, 12.0), EMPTY, 2))
     out = platform.parent / "rig.toml"
-    return machine, out, commission(Wish(log, platform, out))
+    return machine, out, commission(Wish(log, platform, out, report=platform.parent / "page.html"))
 
 
 def test_every_constant_is_found_within_its_sigma(found):
@@ -95,6 +95,24 @@ def test_every_constant_is_found_within_its_sigma(found):
     # AND what is left of the forces is noise: 5 N of which a band of 15 Hz in 500 Hz stays, and 1 N of the friction law
     assert result["residual_n"] < 5.0 * np.sqrt(15.0 / 500.0) + 1.0
     assert result["words"]["coulomb"] == result["words"]["tilt"] == "found"
+
+
+def test_the_page_says_what_was_found_and_how_well(found, platform):
+    # GIVEN the page of the commissioning WHEN its words and numbers are read
+    machine, out, result = found
+    page = (platform.parent / "page.html").read_text()
+    words = " ".join(re.sub(r"<script>.*?</script>|<style>.*?</style>|<[^>]*>", " ", page, flags=re.DOTALL).split())
+    # THEN every group stands there with its identifiability, and each leg's numbers with their sigmas
+    for title, key in (("Coulomb friction", "coulomb"), ("tilt of gravity", "tilt"), ("hinges", "hinges")):
+        assert re.search(rf"{title} \d+ \S+ \S+ \S+ \S+ {re.escape(result['words'][key])}", words), title
+    rig, sigma = (tomllib.loads(out.read_text())[key] for key in ("rig", "sigma"))
+    for leg in range(6):
+        assert f"{rig['coulomb_n'][leg]:.1f} ± {sigma['coulomb_n'][leg]:.1f}" in words
+    # AND the residual has fallen from that of a machine that rubs to the sensors' noise
+    before, after = map(float, re.search(r"([\d.]+) N rms with .*? ([\d.]+) N with those found", words).groups())
+    assert before > 40.0 and after < 2.5
+    # AND nothing is loaded from a network
+    assert not re.search(r"<(script|link|img)[^>]*(src|href)=", page)
 
 
 def test_a_load_is_found_on_the_commissioned_rig(found, platform):
@@ -160,7 +178,7 @@ def test_a_rig_file_of_another_machine_is_refused(found, platform):
     _, out, _ = found
     other = platform.parent / "other.toml"
     other.write_text(platform.read_text().replace("mass_kg = 100.0", "mass_kg = 120.0"))
-    with pytest.raises(InputError, match="platform.mass_kg: found 100.0, expected 120.0"):
+    with pytest.raises(InputError, match="platform.mass_kg: found 100, expected 120 as in the platform file"):
         replay_log(
             platform.parent / "empty.csv",
             other,

@@ -19,6 +19,9 @@ from hexload import project
 from hexload.cli.excite import ACTUATOR_KEYS, Wish, design, machine_of, problem_of, summary_of
 from hexload.cli.excite_check import QUANTITIES
 from hexload.errors import InputError
+from hexload.estimation import commission as commissioning
+from hexload.estimation.commission import commission
+from hexload.io.toml_document import read_toml, to_toml
 from hexload.theory import bound, excitation
 
 PLATFORM = project.SCENARIOS / "platforms" / "paper.toml"
@@ -233,6 +236,7 @@ def test_a_small_platform_with_its_own_machine(tmp_path):
 @pytest.mark.parametrize(
     ("change", "message"),
     [
+        ({"empty": True, "mass_kg": 100.0}, "--empty: found together with --mass or --height"),
         ({"duration_s": 0.5}, "--duration: found 0.5 s, expected 1 to 120 s"),
         ({"duration_s": float("nan")}, "--duration: found nan s"),
         ({"duration_s": 3.0005}, "--duration: found 3.0005 s, expected a multiple of"),
@@ -268,6 +272,65 @@ def test_bad_input_is_refused_and_nothing_is_written(tmp_path, change, message):
         design(replace(WISH, **change), tmp_path / "out.csv")
     assert message in str(refusal.value)
     assert list(tmp_path.iterdir()) == []
+
+
+def test_the_motion_for_commissioning_is_that_of_the_empty_platform_and_safe(tmp_path):
+    # GIVEN no load WHEN a motion is designed THEN it keeps the limits and is safe in the run that there is, without load
+    out = tmp_path / "empty.csv"
+    found = design(replace(WISH, empty=True), out)
+    assert found.columns[0].keeps_limits
+    assert [use.load for use in found.uses] == ["no"] and found.uses[0].is_safe
+    # AND it tells more of the platform's own parameters than the multisine
+    own, _, multisine = found.columns
+    assert own.bound.max() < 0.5 * multisine.bound.max()
+    assert json.loads(summary_of(out).read_text())["theta"] == [0.0] * 10
+
+
+def test_the_motion_for_commissioning_commissions_a_rig(tmp_path, record_property):
+    # GIVEN ten seconds of motion, designed with the platform file, WHEN a rig that is another machine runs it empty
+    platform, motion = project.SCENARIOS / "platforms" / "rig.toml", tmp_path / "motion.csv"
+    design(replace(WISH, platform_file=platform, scenario="rig", duration_s=10.0, iterations=10, empty=True), motion)
+    scenario = read_toml(project.SCENARIOS / "rig.toml") | {
+        "platform": str(platform),
+        "load": [{"at_s": 0.0, "mass_kg": 0.0}],
+        "trajectory": {"kind": "file", "path": str(motion)},
+    }
+    scenario["simulation"]["duration_s"] = 10.0
+    (tmp_path / "rig.toml").write_text(to_toml(scenario))
+    run = tmp_path / "run"
+    subprocess.run([project.simulator(), tmp_path / "rig.toml", "--out", run, "--quiet"], check=True)
+    # THEN that is commissioned, each group is found, and what friction leaves of the forces is noise: 5 N in a band of 15
+    # of 500 Hz, and twice as much that is not in the model: friction under load, legs that differ
+    result = commission(commissioning.Wish(run / "log.csv", platform, tmp_path / "found.toml"))
+    record_property("residual_n", result["residual_n"])
+    assert result["residual_n"] < 3.0 * 5.0 * np.sqrt(15.0 / 500.0)
+    assert {result["words"][name] for name in ("theta", "coulomb", "viscous", "offset", "tilt")} == {"found"}
+    # AND tilt and friction are the machine's, within four sigmas and what warming up and load do to friction
+    truth, sigma = json.loads((run / "meta.json").read_text())["rig"], result["sigma"]
+    off = np.abs(np.array(result["rig"]["gravity_m_s2"]) - truth["gravity_m_s2"])[:2]
+    assert (off < 4.0 * np.array(sigma["gravity_m_s2"])[:2]).all()
+    for key, true_key in (("coulomb_n", "coulomb_friction_n"), ("viscous_n_s_m", "viscous_friction_n_s_m")):
+        ratio = np.array(result["rig"][key]) / np.array(truth[true_key])
+        assert (np.abs(ratio - 1.05) < 0.05).all(), key
+
+
+def test_without_a_least_distance_only_a_singular_pose_is_too_near():
+    # GIVEN limits without a distance to singularity, by the library and by the command line's 0
+    limits = replace(problem().limits, distance=0.0)
+    unbounded = replace(problem(), limits=limits)
+    still, tilted = excitation.home_posture(unbounded), np.zeros((1, 18))
+    tilted[0, 3] = 0.3
+    near = excitation.posture(unbounded, excitation.trajectory_of(tilted))
+    # WHEN poses are compared with them THEN none is beyond for its distance, and a singular one is no number
+    for posture in (still, near):
+        assert excitation.posture_ratios(unbounded, posture)[0, 2] == 0.0
+    with np.errstate(divide="ignore", invalid="ignore"):
+        singular = replace(still, distance=np.zeros(1))
+        assert np.isnan(excitation.posture_ratios(unbounded, singular)[0, 2])
+    # AND 0 is not taken for nothing stated
+    scenario = hexload_native.load_scenario(str(project.SCENARIOS / "multisine.toml"))
+    platform = hexload_native.load_platform(str(PLATFORM))
+    assert problem_of(replace(WISH, distance_min=0.0), platform, scenario)[1].limits.distance == 0.0
 
 
 def test_a_summary_never_overwrites_the_motion(tmp_path):

@@ -77,11 +77,11 @@ def test_errors_are_as_large_as_the_filter_says(motion, tmp_path, record_propert
         ("work_shift", 9),
     ],
 )
-def test_another_load_is_told_once_and_in_time(changing, latest_ms, tmp_path, record_property):
+def test_another_load_is_detected_once_and_in_time(changing, latest_ms, tmp_path, record_property):
     # GIVEN loads that are picked up, drop off or slide half way WHEN the runs are replayed
     runs = replay_all(tmp_path, changing, CHANGE_SEEDS)
     late_ms = [[round(1000 * (alarm_s - run.change_s)) for alarm_s in run.alarms_s] for run in runs]
     record_property("late_ms", late_ms)
-    print(f"{changing}: told after ms", late_ms)
-    # THEN each change is told once, in time, and nothing else is
+    print(f"{changing}: detected after ms", late_ms)
+    # THEN each change is detected once, in time, and nothing else is
     assert all(len(alarms) == 1 and 0 <= alarms[0] <= latest_ms for alarms in late_ms)

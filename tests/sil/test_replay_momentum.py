@@ -91,12 +91,12 @@ def test_float_agrees_with_double_within_a_third_of_sigma(steady, record_propert
     assert (difference < 0.3).all()
 
 
-def test_a_pick_up_is_told_within_five_milliseconds_and_identified_again(tmp_path, record_property):
+def test_a_pick_up_is_detected_within_five_milliseconds_and_identified_again(tmp_path, record_property):
     # GIVEN a log in which the load of 312 kg becomes one of 431 kg at 6.1 s
     truth = truth_of("load_pickup")["segments"]
     result = replay(hexload_native, "load_pickup", tmp_path)
     alarms = load_changes_s(result)
-    # WHEN it is replayed THEN that is told once, 5 ms later at most
+    # WHEN it is replayed THEN that is detected once, 5 ms later at most
     print("alarms at", alarms)
     record_property("alarm_s", [float(t) for t in alarms])
     assert len(alarms) == 1

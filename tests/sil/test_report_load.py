@@ -104,8 +104,8 @@ def test_the_page_of_a_run_has_truth_estimate_error_and_verdict(runs, page):
         assert float(percent) == pytest.approx(100 * abs(last - theta[k]) / scale_of(theta)[k], abs=1e-3)
         assert float(sigmas) == pytest.approx((last - theta[k]) / run.estimates[f"s_{name}"][-1], abs=0.06)
         assert verdict in ("converged", "converging")
-    # AND when the new load was noticed is told
-    assert "It has noticed another load at 1.50" in words_of(page)
+    # AND when the new load was detected is told
+    assert "It has detected another load at 1.50" in words_of(page)
 
 
 def test_the_page_of_a_run_has_the_body_and_the_machines_effects_beside_the_truth(page):
@@ -142,7 +142,7 @@ def test_the_page_is_whole_and_loads_nothing(page):
 def test_the_page_of_a_replay_says_what_the_terminal_says(early, tmp_path, capsys, monkeypatch):
     # GIVEN the replay of a log's start, when no body can have what is estimated and friction hides some of it
     result, page = early
-    assert not result["body"]["is_consistent"] and result["hidden"]
+    assert not result["body"]["is_consistent"] and result["confounded"]
     # WHEN terminal and page are read
     monkeypatch.setenv("COLUMNS", "200")
     print_summary(result, tmp_path / "estimates.csv")
@@ -152,7 +152,7 @@ def test_the_page_of_a_replay_says_what_the_terminal_says(early, tmp_path, capsy
         assert parameter.words in terminal and parameter.words in words
         assert f"{parameter.value:.{parameter.digits}f}" in terminal
     assert "not excited: friction and load cannot be separated" in words
-    # AND what is said of the body, with the nearest possible parameters
+    # AND what is said of the body, with the nearest consistent parameters
     assert load_summary.consistent_in_words(result["body"]) in terminal
     assert load_summary.consistent_in_words(result["body"]) in words
     rows = {row[0]: row[1:] for row in rows_of(page) if len(row) == 4}

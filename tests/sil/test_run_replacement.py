@@ -1,12 +1,15 @@
 """`--out DIR --force` of the simulator, as a user types it: what is no run directory survives, byte for byte."""
 
 import subprocess
+import time
 from pathlib import Path
 
 import pytest
 
 from hexload import project
 from hexload.io.run_directory import FILES, read_run
+
+PATIENCE_S = 60.0
 
 
 def simulate(out, folder: Path, *options) -> subprocess.CompletedProcess:
@@ -84,3 +87,40 @@ def test_without_force_a_run_stays(work):
     assert result.returncode == 2
     assert "run: exists already; --force replaces it" in result.stderr
     assert contents(work) == before
+
+
+def test_what_a_killed_run_left_is_deleted_by_the_next_and_a_running_ones_is_not(work):
+    # GIVEN a run that was killed, one that goes on, a user's folder with such a name, and another target's leftovers
+    scenario = project.SCENARIOS / "paper_clean.toml"
+    command = [project.simulator(), scenario, "--duration", "1000", "--quiet", "--out"]
+    names = {"killed": "run", "running": "run", "other": "run.1"}
+    started = {name: subprocess.Popen([*command, target], cwd=work) for name, target in names.items()}
+    try:
+        folders = {name: _folder_of(process, work) for name, process in started.items()}
+        for name in ("killed", "other"):
+            started[name].kill()
+            started[name].wait()
+        mine = work / ".run.12.0.partial"
+        mine.mkdir()
+        (mine / "notes.txt").write_text("mine")
+        # WHEN the next run of the same target is done
+        assert simulate("run", work).returncode == 0
+        # THEN only the killed run's folder is gone
+        assert not folders["killed"].exists()
+        assert folders["running"].exists() and folders["other"].exists()
+        assert (mine / "notes.txt").read_text() == "mine"
+    finally:
+        for process in started.values():
+            process.kill()
+            process.wait()
+
+
+def _folder_of(process: subprocess.Popen, work: Path) -> Path:
+    """The folder that a run works in, once its log is there."""
+    until = time.monotonic() + PATIENCE_S
+    while time.monotonic() < until:
+        for folder in work.glob(f".*.{process.pid}.*.partial"):
+            if (folder / "log.csv").exists():
+                return folder
+        time.sleep(0.01)
+    pytest.fail("the run does not begin")

@@ -16,21 +16,21 @@ import pytest
 
 from hexload_dev import target
 from hexload_dev.uncertain_estimates import early_covariances, estimates
-from recorded import LOGS, log_of, platform_file
+from recorded import LOGS, log_of, on_rig, platform_file
 
 SECONDS = 10.0
 TICK_S = 1e-3
 VERDICTS = np.array(["converged", "converging", "not_excited", "inconsistent"])  # as hexload_verdict_t
 
 
-def host_replay(name: str, folder: Path, estimator: str) -> dict:
+def host_replay(name: str, folder: Path, estimator: str, platform=None) -> dict:
     log = log_of(name)
     rows = len(target.samples_of(log, SECONDS))
     legs = [
         np.ascontiguousarray(part[:rows].astype(np.float32).astype(float))
         for part in (log.displacement_m, log.velocity_m_s, log.force_n)
     ]
-    platform = hexload_native.load_platform(platform_file(name, folder))
+    platform = platform or hexload_native.load_platform(platform_file(name, folder))
     return hexload_native.replay(platform, estimator, None, log.t_s[:rows], *legs, str(folder / "host.csv"))
 
 
@@ -107,4 +107,17 @@ def test_controller_computes_the_bits_of_the_host_with_bias_and_friction(tmp_pat
     for preset in target.CORTEX_M7.values():
         # WHEN the Cortex-M7 replays it THEN all ten estimates of the load and the rest are the same, to the bit
         _, answers = target.replay_momentum(preset, config, samples, tmp_path, "momentum_effects")
+        assert_same_bits(answers, host)
+
+
+def test_controller_computes_the_bits_of_the_host_on_a_commissioned_rig(tmp_path):
+    # GIVEN ten seconds of a recorded log, replayed by the host's build with a rig that has all that commissioning finds
+    name = "multisine_eccentric"
+    samples = target.samples_of(log_of(name), SECONDS)
+    platform = on_rig(hexload_native.load_platform(platform_file(name, tmp_path)), tmp_path / "rig.toml")
+    host = host_replay(name, tmp_path, "momentum", platform)
+    config = hexload_native.config_bytes(platform, TICK_S)
+    for preset in target.CORTEX_M7.values():
+        # WHEN the Cortex-M7 replays it THEN all ten estimates and the rest are the same, to the bit
+        _, answers = target.replay_momentum(preset, config, samples, tmp_path)
         assert_same_bits(answers, host)

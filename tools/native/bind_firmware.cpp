@@ -5,6 +5,7 @@
 #include "platform_file/input_error.hpp"
 
 #include "links/firmware_sample.hpp"
+#include "platform_file/config_initialiser.hpp"
 #include "platform_file/estimator_code.hpp"
 #include "platform_file/firmware_config.hpp"
 #include "links/load_body.hpp"
@@ -20,6 +21,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstring>
 
 namespace nb = nanobind;
 using namespace hexload::sim;
@@ -147,11 +149,11 @@ class Answer {
         result["verdict"] = verdicts_;
         result["parameter_verdict"] =
             last_verdicts(std::min(names.size(), last_row_.parameter_verdict.size()));
-        nb::dict hidden;
+        nb::dict confounded;
         for (const ConfoundedParameter& parameter : link.confounded_parameters()) {
-            hidden[nb::str(parameter.name.data(), parameter.name.size())] = parameter.reason;
+            confounded[nb::str(parameter.name.data(), parameter.name.size())] = parameter.reason;
         }
-        result["hidden"] = hidden;
+        result["confounded"] = confounded;
         if (std::vector<double> covariance = link.covariance(); !covariance.empty()) {
             result["body"] = body_dict(load_body(last_row_, covariance));
             result["covariance"] = as_array(std::move(covariance), names.size(), names.size());
@@ -343,6 +345,18 @@ void bind_firmware(nb::module_& module) {
         "The firmware's configuration as it lies in memory: numbers of 32 bits in the float build, so a "
         "32-bit "
         "controller can\nread it. ValueError names what is wrong.");
+    module.def(
+        "config_initialiser",
+        [](const nb::bytes& bytes) {
+            hexload_config_t config;
+            if (bytes.size() != sizeof config) {
+                throw InputError("config: found " + std::to_string(bytes.size()) + " bytes, expected " +
+                                 std::to_string(sizeof config));
+            }
+            std::memcpy(&config, bytes.data(), sizeof config);
+            return hexload::platform::config_initialiser(config);
+        },
+        nb::arg("config"), "C source of what config_bytes() returned: designated initialisers in braces.");
     module.def(
         "replay", &replay, nb::arg("platform"), nb::arg("estimator").none(), nb::arg("prior").none(),
         nb::arg("t"), nb::arg("displacement_m"), nb::arg("velocity_m_s"), nb::arg("force_n"),

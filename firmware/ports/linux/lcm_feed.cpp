@@ -43,7 +43,7 @@ void LcmFeed::take(const leg_sample_t& message) {
     hexload_app_sample(&app_, &*sample, &answer);
     if (answer.status == HEXLOAD_OK &&
         hexload_app_has_load_changed(&app_, sample->tick)) { // before the answer, as on a CAN bus
-        load_change_t change = transport::load_change_message({app_.change_tick, changes_noticed()});
+        load_change_t change = transport::load_change_message({app_.change_tick, changes_detected()});
         load_changes_.send(change);
     }
     estimate_t estimate = transport::estimate_message(answer);
@@ -52,7 +52,7 @@ void LcmFeed::take(const leg_sample_t& message) {
     healths_.send(health);
 }
 
-std::uint16_t LcmFeed::changes_noticed() const {
+std::uint16_t LcmFeed::changes_detected() const {
     constexpr std::uint32_t most = std::numeric_limits<std::uint16_t>::max();
     const std::uint32_t count = hexload_app_health(&app_)->count[HEXLOAD_HEALTH_LOAD_CHANGED];
     return static_cast<std::uint16_t>(std::min(count, most));

@@ -41,7 +41,7 @@ class LcmFeed final : public Feed {
   private:
     void take(const leg_sample_t& message);
     void take(const command_t& message);
-    std::uint16_t changes_noticed() const;
+    std::uint16_t changes_detected() const;
 
     message::Session session_;
     message::Publisher<estimate_t> estimates_{session_};

@@ -8,6 +8,7 @@
 #include "platform_file/firmware_config.hpp"
 #include "platform_file/input_error.hpp"
 #include "platform_file/platform_file.hpp"
+#include "platform_file/rig_file.hpp"
 #include "transport/can_channel.hpp"
 #include "transport/real_time.hpp"
 
@@ -20,6 +21,7 @@
 #include <optional>
 #include <string>
 #include <system_error>
+#include <utility>
 
 #include <sys/prctl.h>
 
@@ -47,6 +49,7 @@ struct Options {
     std::string bus;
     std::string feed;
     std::string platform;
+    std::string rig;
     hexload_bus_profile_t profile = HEXLOAD_BUS_FD;
     std::optional<platform::EstimatorKind> estimator;
     std::optional<platform::PaperPrior> prior;
@@ -73,6 +76,7 @@ void declare(CLI::App& app, Options& options) {
     source->require_option(1);
     app.add_option("--platform", options.platform, "platform file (TOML): the controller's configuration")
         ->required();
+    app.add_option("--rig", options.rig, "rig file of hexload commission, made with that platform file");
     app.add_option("--profile", options.profile, "frames of the bus: fd (default) or classic")
         ->transform(CLI::CheckedTransformer(profiles))
         ->needs(bus);
@@ -105,7 +109,7 @@ platform::PlatformFile platform_of(const Options& options) {
     platform::PlatformFile file = platform::load_platform_file(options.platform);
     file.estimator.kind = options.estimator.value_or(file.estimator.kind);
     file.estimator.prior = options.prior.value_or(file.estimator.prior);
-    return file;
+    return options.rig.empty() ? file : platform::with_rig_file(std::move(file), options.rig);
 }
 
 std::unique_ptr<port::Feed> make_feed(const Options& options, const port::PaintedStack& stack) {

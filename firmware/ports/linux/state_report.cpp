@@ -84,7 +84,7 @@ std::optional<std::string> StateReport::load_changed(const hexload_app_t& app) {
     if (load_changes_ <= before || faults_only_) {
         return std::nullopt;
     }
-    return fmt::format("another load noticed at tick {}", app.change_tick);
+    return fmt::format("another load detected at tick {}", app.change_tick);
 }
 
 } // namespace hexload::port

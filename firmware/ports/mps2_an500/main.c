@@ -1,7 +1,9 @@
 // The controller on Arm's MPS2 board with the Cortex-M7 image AN500: the application on a CAN bus that comes
-// as SLCAN over the board's serial line, in the classic profile, for the paper's machine.
+// as SLCAN over the board's serial line, in the classic profile, for the paper's machine or the one of the
+// boot options.
 #include "app/node.h"
 #include "bus/slcan.h"
+#include "ports/boot/boot_options.h"
 
 #include "interrupts.h"
 #include "painted_stack.h"
@@ -58,6 +60,8 @@ static void sleep_until_work(void) {
     interrupts_on();
 }
 
+extern const hexload_boot_options_t boot_options; // the place is the linker script's
+
 int main(void) {
     static hexload_node_t node;
     static hexload_slcan_t slcan;
@@ -70,7 +74,8 @@ int main(void) {
     config.kind = HEXLOAD_KIND_PAPER; // until the source of samples selects another
     hexload_app_settings_default(&settings);
     hexload_slcan_init(&slcan);
-    if (hexload_node_init(&node, &config, &settings, HEXLOAD_BUS_CLASSIC, &port) != HEXLOAD_OK) {
+    if (hexload_boot_options_take(&boot_options, &config, &settings) != HEXLOAD_OK ||
+        hexload_node_init(&node, &config, &settings, HEXLOAD_BUS_CLASSIC, &port) != HEXLOAD_OK) {
         return 1;
     }
     uart_start();

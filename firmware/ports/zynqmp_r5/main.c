@@ -6,17 +6,13 @@
 #include "stack.h"
 
 #include "app/node.h"
+#include "ports/boot/boot_options.h"
 
 #include <stddef.h>
 
 static volatile uint32_t* const can0 = (volatile uint32_t*)0xFF060000u;
 
-// What a boot loader, or an emulator, may leave in memory before the start; the place is the linker script's.
-extern const volatile struct boot_options {
-    uint32_t mark; // if it is boot_options_mark, the rest holds
-    uint32_t sample_timeout_ms;
-} boot_options;
-static const uint32_t boot_options_mark = 0x31304C48u; // "HL01"
+extern const hexload_boot_options_t boot_options; // the place is the linker script's
 
 typedef struct machine {
     can_t can;
@@ -55,12 +51,12 @@ static void step(machine_t* machine, hexload_node_t* node) {
 }
 
 // Says once whether this node speaks or found another one on the bus.
-static void tell_start(const hexload_node_t* node, bool* is_told) {
-    if (*is_told || node->age_ms < HEXLOAD_NODE_LISTEN_MS) {
+static void report_start(const hexload_node_t* node, bool* is_reported) {
+    if (*is_reported || node->age_ms < HEXLOAD_NODE_LISTEN_MS) {
         return;
     }
     console_say(hexload_node_is_active(node) ? "active" : "silent: another controller is on the bus");
-    *is_told = true;
+    *is_reported = true;
 }
 
 /// From startup.S. Leaves the bus, says what has happened, and waits for a reset.
@@ -90,19 +86,19 @@ int main(void) {
     hexload_config_default(&config);
     config.kind = HEXLOAD_KIND_PAPER; // until the source of samples selects another
     hexload_app_settings_default(&settings);
-    if (boot_options.mark == boot_options_mark) {
-        settings.sample_timeout_ms = boot_options.sample_timeout_ms;
+    hexload_status_t status = hexload_boot_options_take(&boot_options, &config, &settings);
+    if (status == HEXLOAD_OK) {
+        status = hexload_node_init(&node, &config, &settings, HEXLOAD_BUS_CLASSIC, &port);
     }
-    const hexload_status_t status = hexload_node_init(&node, &config, &settings, HEXLOAD_BUS_CLASSIC, &port);
     if (status != HEXLOAD_OK) {
         console_say(hexload_status_name(status));
         return 1;
     }
-    bool is_told = false;
+    bool is_reported = false;
     cycle_clock_start(&machine.clock);
     can_start(&machine.can, can0);
     for (;;) {
         step(&machine, &node);
-        tell_start(&node, &is_told);
+        report_start(&node, &is_reported);
     }
 }

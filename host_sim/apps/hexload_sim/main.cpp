@@ -9,6 +9,7 @@
 #include "links/lcm_publisher.hpp"
 #include "platform_file/firmware_config.hpp"
 #include "platform_file/input_error.hpp"
+#include "platform_file/rig_file.hpp"
 #include "transport/real_time.hpp"
 
 #include <hexload_sim/run_directory.hpp>
@@ -52,6 +53,11 @@ platform::PlatformFile platform_of(const Options& options, const sim::Scenario& 
     return platform;
 }
 
+// The machine as the estimator knows it.
+platform::PlatformFile known_platform(const Options& options, const platform::PlatformFile& platform) {
+    return options.rig.empty() ? platform : platform::with_rig_file(platform, options.rig);
+}
+
 std::unique_ptr<sim::EstimatorLink> make_link(const Options& options,
                                               const platform::PlatformFile& platform) {
     if (options.is_in_process()) {
@@ -62,7 +68,7 @@ std::unique_ptr<sim::EstimatorLink> make_link(const Options& options,
                                      options.publish.empty() ? sim::Traces::no : sim::Traces::yes);
     }
     (void)platform::checked_firmware_config(platform, platform.estimator,
-                                            platform::tick_s); // the controller has the same file
+                                            platform::tick_s); // the controller has the same files
     const double timeout_s =
         options.answer_timeout_s.value_or(options.real_time ? real_time_timeout_s : lockstep_timeout_s);
     sim::CanLinkSettings settings;
@@ -70,7 +76,7 @@ std::unique_ptr<sim::EstimatorLink> make_link(const Options& options,
     settings.estimator = platform.estimator.kind;
     settings.answer_timeout =
         std::chrono::ceil<std::chrono::milliseconds>(std::chrono::duration<double>(timeout_s));
-    settings.tell = [](const std::string& line) { fmt::print(stderr, "hexload_sim: {}\n", line); };
+    settings.report = [](const std::string& line) { fmt::print(stderr, "hexload_sim: {}\n", line); };
     if (!options.feed.empty()) {
         const std::string url = message::url_of(options.feed);
         return options.real_time ? sim::make_real_time_lcm_link(url, settings)
@@ -125,11 +131,11 @@ void print_pacing(const sim::PacingCounts& pacing) {
 }
 
 // The mass that the estimator was given, and where that is not the load which the scenario has.
-void print_told(const sim::Scenario& scenario, const platform::PlatformFile& platform) {
+void print_known_mass(const sim::Scenario& scenario, const platform::PlatformFile& platform) {
     if (!platform.known_mass_kg) {
         return;
     }
-    fmt::print("  told beforehand: the load weighs {:g} kg (load.known_mass_kg of {})\n",
+    fmt::print("  given beforehand: the load weighs {:g} kg (load.known_mass_kg of {})\n",
                *platform.known_mass_kg, scenario.platform.filename().string());
     for (const sim::LoadChange& change : scenario.loads) {
         if (change.load.mass_kg != *platform.known_mass_kg && change.at_s <= scenario.duration_s) {
@@ -153,19 +159,19 @@ void print_summary(const sim::Scenario& scenario, const platform::PlatformFile& 
     if (result.pacing.counts != nullptr) {
         print_pacing(*result.pacing.counts);
     }
-    print_told(scenario, platform);
+    print_known_mass(scenario, platform);
     const auto names = link.parameter_names();
     for (std::size_t i = 0; last && i < names.size(); ++i) {
         fmt::print("  {:<8} {:10.4f} +- {:.2g}\n", names[i], last->value[i], last->sigma[i]);
     }
-    for (const sim::ConfoundedParameter& hidden : link.confounded_parameters()) {
-        fmt::print("  {}: {}\n", hidden.name, hidden.reason);
+    for (const sim::ConfoundedParameter& parameter : link.confounded_parameters()) {
+        fmt::print("  {}: {}\n", parameter.name, parameter.reason);
     }
     if (last) {
         fmt::print("  verdict: {}\n", last->verdict);
     }
     if (!result.load_changes_s.empty()) {
-        fmt::print("  another load noticed at {:.3f} s\n", fmt::join(result.load_changes_s, " s, "));
+        fmt::print("  another load detected at {:.3f} s\n", fmt::join(result.load_changes_s, " s, "));
     }
 }
 
@@ -229,10 +235,13 @@ ExitStatus simulate(const Options& options) {
     const sim::Scenario scenario = scenario_of(options);
     const platform::PlatformFile platform = platform_of(options, scenario);
     sim::Simulator simulator(platform, scenario);
-    const auto link = make_link(options, platform);
+    const auto link = make_link(options, known_platform(options, platform));
     const auto publisher = make_publisher(options, platform);
     sim::RunDirectory directory(options.out, options.force);
     directory.write_inputs(scenario);
+    if (!options.rig.empty()) {
+        directory.write_rig(options.rig);
+    }
     Recorder recorder(directory, *link, simulator.ticks(), !options.quiet && isatty(STDERR_FILENO) != 0);
     RealTime real_time(options.real_time);
 

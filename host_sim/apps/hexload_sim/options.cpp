@@ -48,6 +48,7 @@ void declare_experiment(CLI::App& app, Options& options) {
         ->transform(CLI::CheckedTransformer(estimators));
     app.add_option("--prior", options.prior, "start covariance of the paper's filter: safe or printed")
         ->transform(CLI::CheckedTransformer(priors));
+    app.add_option("--rig", options.rig, "rig file of hexload commission that the estimator has");
 }
 
 void declare_bus(CLI::App& app, Options& options) {
@@ -62,15 +63,15 @@ void declare_bus(CLI::App& app, Options& options) {
     app.add_option("--feed", options.feed, "the estimator is not on a bus but on LCM: lcm, lcm:URL")
         ->excludes(bus, profile);
     app.add_option("--publish", options.publish,
-                   "tell the run on LCM, samples and truth, for lcm-spy and lcm-logger: lcm, lcm:URL");
+                   "publish the run on LCM, samples and truth, for lcm-spy and lcm-logger: lcm, lcm:URL");
     auto* lockstep = app.add_flag("--lockstep", options.lockstep,
                                   "tick k + 1 follows when tick k is answered (default on a bus)");
     app.add_flag("--real-time", options.real_time, "one tick per millisecond, by the clock")
         ->excludes(lockstep);
-    app.add_option(
-           "--answer-timeout", options.answer_timeout_s,
-           "silence of the controller, in s, that ends a run in lockstep (default 2) or is told in real time "
-           "(default 0.1)")
+    app.add_option("--answer-timeout", options.answer_timeout_s,
+                   "silence of the controller, in s, that ends a run in lockstep (default 2) or is reported "
+                   "in real time "
+                   "(default 0.1)")
         ->check(CLI::Range(0.001, 3600.0));
 }
 

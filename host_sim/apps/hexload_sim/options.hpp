@@ -23,6 +23,7 @@ enum ExitStatus {
 struct Options {
     std::string scenario;
     std::string out;
+    std::string rig; // of the controller; the plant is the scenario's
     std::optional<std::int64_t> seed;
     std::optional<double> duration_s;
     std::optional<std::int64_t> substeps;

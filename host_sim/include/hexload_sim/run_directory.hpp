@@ -1,6 +1,6 @@
-// What a run leaves behind: scenario.toml, platform.toml, log.csv, truth.csv, estimates.csv, meta.json. The
-// same scenario and seed give the same bytes; no host name or path goes in, and what was measured by a clock
-// only in real time.
+// What a run leaves behind: scenario.toml, platform.toml, rig.toml where the controller has one, log.csv,
+// truth.csv, estimates.csv, meta.json. The same scenario and seed give the same bytes; no host name or path
+// goes in, and what was measured by a clock only in real time.
 #pragma once
 
 #include <hexload_sim/estimator_link.hpp>
@@ -15,6 +15,8 @@
 #include <vector>
 
 namespace hexload::sim {
+
+class PrivateFolder;
 
 // CSV rows of shortest round-trip numbers. Throws InputError when the disk refuses.
 class CsvFile {
@@ -49,7 +51,8 @@ struct RunResult {
 // or absent, and that runs with one target at the same time never share a file. What is replaced is a run
 // directory and nothing else: a folder with the meta.json of a run and only files that a run has. A folder
 // that is empty may be used. Refused whatever `replace` says: the working directory, the home folder and what
-// is above them, symbolic links, files, folders with anything else in them.
+// is above them, symbolic links, files, folders with anything else in them. What a killed run with the same
+// target left beside it is deleted.
 class RunDirectory {
   public:
     // A slash at the end of target means nothing. Throws InputError if target exists and may not be replaced,
@@ -64,6 +67,9 @@ class RunDirectory {
     // scenario.toml with all defaults, platform.toml verbatim, and the trajectory file if there is one.
     void write_inputs(const Scenario& scenario);
 
+    // rig.toml, verbatim.
+    void write_rig(const std::filesystem::path& rig);
+
     // A row of log.csv, without vl1 ... vl6 where the machine has no velocity sensor (unless the sample is
     // lost) and of truth.csv.
     void write(const Tick& tick);
@@ -76,6 +82,7 @@ class RunDirectory {
   private:
     bool take_place();
 
+    std::unique_ptr<PrivateFolder> folder_;
     std::filesystem::path target_;
     bool replace_;
     std::filesystem::path partial_;

@@ -10,10 +10,12 @@ from pathlib import Path
 
 from hexload.errors import ToolFailed
 from hexload_dev import target
+from hexload_dev.boot_options import boot_options
 
 PRESET = target.CORTEX_M7["-O2"]
 PROGRAM = "hexload_mps2_an500"
 READY_LIMIT_S = 60.0  # it listens for a quarter of a second; the rest is a busy machine
+BOOT_OPTIONS_ADDRESS = 0x203FF000  # as its linker script has it
 STATUS_FRAME = b"\rt1208"  # ControllerStatus of hexload.dbc
 
 
@@ -38,18 +40,24 @@ def program(preset: str = PRESET) -> Path:
 
 
 @contextmanager
-def running_mps2(folder: Path, preset: str = PRESET, options: tuple[str, ...] = ()) -> Iterator[Controller]:
+def running_mps2(
+    folder: Path, preset: str = PRESET, options: tuple[str, ...] = (), config: bytes = b""
+) -> Iterator[Controller]:
     """Starts the emulated controller, waits until it speaks, ends it at the end; it also ends when this process does.
 
-    QEMU's own words are in `folder`. `options`: further ones of QEMU. One peer at a time: the next is served when the
+    QEMU's own words are in `folder`. `options`: further ones of QEMU. `config`: of native.config_bytes(), instead of the
+    paper's machine. One peer at a time: the next is served when the
     last has gone. Raises ToolFailed when the controller does not get ready.
     """
     log = folder / "qemu.log"
+    (folder / "boot_options").write_bytes(boot_options(config))
+    loader = f"loader,file={folder}/boot_options,addr={BOOT_OPTIONS_ADDRESS:#x},force-raw=on"
     with socket.create_server(("127.0.0.1", 0)) as server, log.open("wb") as output:
         # The multiplexer has a buffer: without it QEMU's two threads take turns for each byte, half as fast.
         line = f"socket,id=line,fd={server.fileno()},server=on,wait=off,nodelay=on,mux=on"
         process = subprocess.Popen(
-            ["setpriv", "--pdeathsig", "KILL", *command(preset), "-chardev", line, "-serial", "chardev:line", *options],
+            ["setpriv", "--pdeathsig", "KILL", *command(preset), "-chardev", line, "-serial", "chardev:line",
+             "-device", loader, *options],
             stdin=subprocess.DEVNULL, stdout=output, stderr=output, pass_fds=[server.fileno()],
         )  # fmt: skip
         controller = Controller(process, server.getsockname()[1])

@@ -31,12 +31,14 @@ from pathlib import Path
 
 from hexload import project
 from hexload.errors import InputError, ToolFailed
+from hexload_dev.boot_options import boot_options
 
 NAME = "hexload_zynqmp_r5"
 PRESET = "target-cortex-r5f"
 QEMU = "qemu-system-aarch64"
 PLATFORM = project.SCENARIOS / "platforms" / "paper.toml"  # hexload_config_default() is this machine
 SAMPLE_TIMEOUT_MS = range(5, 60001)
+TICK_S = 1e-3
 READY_LIMIT_S = 60.0
 START_LIMIT_S = 60.0  # of QEMU
 CAN_FRAME = struct.Struct("=IB3x8s")  # linux/can.h
@@ -48,8 +50,8 @@ MEMORY = "256M"
 # Exit statuses: those of hexload_ecu, and one more.
 BAD_INPUT, SECOND_CONTROLLER, NO_BUS, SYSTEM, STOPPED = 2, 3, 4, 5, 6
 
-# As firmware/ports/zynqmp_r5/main.c and its linker script have them.
-BOOT_OPTIONS_ADDRESS, BOOT_OPTIONS_MARK = 0x2FFF0, 0x31304C48
+# As firmware/ports/zynqmp_r5's linker script has it.
+BOOT_OPTIONS_ADDRESS = 0x2F000
 
 # Of firmware/bus/hexload.dbc.
 ACKNOWLEDGE, CONTROLLER_STATUS = 0x110, 0x120
@@ -135,12 +137,12 @@ class Board:
         self._execute("qmp_capabilities")
         self.uart.connect(str(folder / "uart"))
 
-    def start(self, sample_timeout_ms: int | None) -> None:
+    def start(self, boot_options: bytes) -> None:
         """From reset. The first R5 runs, and no other processor of the board."""
         core = {"path": "/machine/soc/rpu-cluster/rpu-cpu[0]", "property": "start-powered-off", "value": False}
         self.hold()
         self._execute("qom-set", core)
-        self._write_boot_options(sample_timeout_ms)
+        self._write_boot_options(boot_options)
         self._execute("system_reset", until_event="RESET")  # only asked for: it comes when it comes
         self.go_on()
 
@@ -158,8 +160,7 @@ class Board:
         self._monitor_socket.close()
         self.uart.close()
 
-    def _write_boot_options(self, sample_timeout_ms: int | None) -> None:
-        options = struct.pack("<II", 0 if sample_timeout_ms is None else BOOT_OPTIONS_MARK, sample_timeout_ms or 0)
+    def _write_boot_options(self, options: bytes) -> None:
         with (self._folder / "memory").open("r+b") as memory:
             memory.seek(BOOT_OPTIONS_ADDRESS)
             memory.write(options)
@@ -213,10 +214,10 @@ class Report:
 class Session:
     """One run of the launcher: the board, the bus, and the signals."""
 
-    def __init__(self, options: argparse.Namespace, interface: str, board: Board, bus: socket.socket):
-        self._name, self._timeout_ms = f"socketcan:{interface}", options.sample_timeout_ms
+    def __init__(self, interface: str, options_in_memory: bytes, is_quiet: bool, board: Board, bus: socket.socket):
+        self._name, self._boot_options = f"socketcan:{interface}", options_in_memory
         self._board, self._bus = board, bus
-        self._report = Report(options.quiet)
+        self._report = Report(is_quiet)
         self._is_active = self._is_ready = False
         self._words = b""
 
@@ -225,7 +226,7 @@ class Session:
         with _signals() as signals, selectors.DefaultSelector() as selector:
             for source in (self._bus, self._board.uart, signals):
                 selector.register(source, selectors.EVENT_READ)
-            self._board.start(self._timeout_ms)
+            self._board.start(self._boot_options)
             while True:
                 ready = [key.fileobj for key, _ in selector.select(None if self._is_ready else READY_LIMIT_S)]
                 if not ready:
@@ -321,7 +322,13 @@ def _parser() -> argparse.ArgumentParser:
         "bus before this one spoke, 4 the bus cannot be opened, 5 the emulator failed, 6 the processor stopped.",
     )
     parser.add_argument("--bus", required=True, help="socketcan:INTERFACE")
-    parser.add_argument("--platform", type=Path, required=True, help="platform file: the paper's, which is built in")
+    parser.add_argument(
+        "--platform",
+        type=Path,
+        required=True,
+        help="platform file: the paper's is built in, another one is written to memory",
+    )
+    parser.add_argument("--rig", type=Path, help="rig file of hexload commission")
     parser.add_argument("--profile", default="classic", help="frames of the bus: classic, the only one it has")
     parser.add_argument("--sample-timeout-ms", type=int, help="silence of the samples in real time that is a fault")
     parser.add_argument(
@@ -346,19 +353,32 @@ def _check(options: argparse.Namespace) -> str:
     timeout = options.sample_timeout_ms
     if timeout is not None and timeout not in SAMPLE_TIMEOUT_MS:
         raise InputError(f"--sample-timeout-ms: found {timeout}, expected 5..60000")
-    try:
-        is_built_in = _is_built_in(tomllib.loads(options.platform.read_text()))
-    except (OSError, tomllib.TOMLDecodeError) as error:
-        raise InputError(f"--platform {options.platform}: found no platform file ({error})") from error
-    if not is_built_in:
-        raise InputError(
-            f"--platform {options.platform}: found another machine than {PLATFORM.name}, which is built in"
-        )
     return interface
 
 
-def _is_built_in(platform: dict) -> bool:
+def boot_options_of(options: argparse.Namespace) -> bytes:
+    """Of the command line. Raises InputError."""
+    config = b"" if options.rig is None and _is_built_in(options.platform) else _config_of(options)
+    return boot_options(config, options.sample_timeout_ms or 0)
+
+
+def _config_of(options: argparse.Namespace) -> bytes:
+    native = project.native_module()  # a second in the virtual machine
+    try:
+        platform = native.load_platform(str(options.platform))
+        if options.rig is not None:
+            platform = native.with_rig(platform, str(options.rig))
+        return native.config_bytes(platform, TICK_S)
+    except ValueError as error:
+        raise InputError(str(error)) from None
+
+
+def _is_built_in(file: Path) -> bool:
     """The estimator is the simulator's choice, and the momentum filter's platform file needs no mass of the load."""
+    try:
+        platform = tomllib.loads(file.read_text())
+    except (OSError, tomllib.TOMLDecodeError) as error:
+        raise InputError(f"--platform {file}: found no platform file ({error})") from error
     built_in = tomllib.loads(PLATFORM.read_text())
     load = platform.get("load", {}) or built_in["load"]
     return platform | {"load": load, "estimator": built_in["estimator"]} == built_in
@@ -366,11 +386,12 @@ def _is_built_in(platform: dict) -> bool:
 
 def _run(options: argparse.Namespace) -> int:
     interface = _check(options)
+    options_in_memory = boot_options_of(options)
     with contextlib.ExitStack() as stack:
         bus = stack.enter_context(_open_bus(interface))
         board = Board(options.board or stack.enter_context(running_board(interface)))
         stack.callback(board.release)
-        return Session(options, interface, board, bus).run()
+        return Session(interface, options_in_memory, options.quiet, board, bus).run()
 
 
 def main(arguments: list[str] | None = None) -> int:

@@ -26,7 +26,7 @@ METHODS = {
     "momentum": "momentum filter",
     "momentum_effects": "momentum filter with bias and friction",
     TARED: "momentum filter with tare",
-    "paper": "paper's filter, told the mass",
+    "paper": "paper's filter, mass given",
     "ls_raw": "least squares, raw differences",
     "ls_zero_phase": "least squares, zero-phase filter",
     "rls": "recursive least squares",
@@ -86,7 +86,7 @@ def terminal_table(statistics: Sequence[ClassStatistics], failed: dict[str, tupl
     )
     table = Table(title=title, title_justify="left", box=box.SIMPLE_HEAD, padding=(0, 1, 0, 0))
     errors = ("/ bound", "worst", "NEES", "in 95 %", "NIS", "failed")
-    for heading in ("class", "runs", *errors, "5 %", "p95", "1 %", "max %", "told", "latest ms", "false"):
+    for heading in ("class", "runs", *errors, "5 %", "p95", "1 %", "max %", "detected", "latest ms", "false"):
         table.add_column(heading, justify="left" if heading == "class" else "right", no_wrap=True)
     for entry in statistics:
         one, alarms = entry.own, entry.alarms

@@ -23,7 +23,7 @@ Change = Literal["pick_up", "drop", "shift"]
 
 REST_S = 0.3  # before the paper's motion in paper_rest; the length of its run-in in paper_run_in
 MOTION_FILE = "motion.csv"
-TARED = "momentum_tared"  # the momentum filter, told of the tare
+TARED = "momentum_tared"  # the momentum filter, given the tare
 FRICTION = project.SCENARIOS / "friction.toml"  # whose legs the classes with machine effects have
 FRICTION_SPEED_M_S = 5e-3  # from which their Coulomb friction is nearly whole; known to the controller
 LEG_BARS = {"rod_mass_kg": 1.0, "cylinder_mass_kg": 2.0}
@@ -37,7 +37,7 @@ class CaseClass:
     says: str
     motion: Motion
     change: Change | None = None
-    stated_sigma: float = 1.0  # times the machine's nominal sensor sigmas: what the estimators are told
+    stated_sigma: float = 1.0  # times the machine's nominal sensor sigmas: what the estimators are given
     true_sigma: float = 1.0  # times the stated ones: what the sensors have
     mass_kg: tuple[float, float] = (100.0, 700.0)
     on_axis: bool = False  # the paper's kind of load: centre of mass on the axis, no products of inertia

@@ -108,7 +108,7 @@ def _evaluate(setup: Setup, folder: Path, directory: Path) -> dict:
     logs = {name: tared if name == TARED else whole for name in setup.filters}
     replays = {name: _replay_filter(folder, name, seen, found) for name, seen in logs.items()}
     estimators = {name: _score(_load_answer(replay, since_s), theta, t_s) for name, replay in replays.items()}
-    if load["mass_kg"] > 0:  # the paper's filter must be told a mass
+    if load["mass_kg"] > 0:  # the paper's filter must be given a mass
         estimators["paper"] = _score(_replay_paper(folder, load["mass_kg"], log), theta, t_s)
     own = replays[setup.filters[0]]
     prior_sigma = own["sigma"][0]  # the filter runs behind: its first row is still its prior
@@ -182,7 +182,7 @@ def _replay(folder: Path, platform: Path, estimator: str, log: LegLog, offset=No
 
 
 def _replay_paper(folder: Path, mass_kg: float, log: LegLog) -> Answer:
-    """The paper's filter, told the mass, with what it takes for granted: centre of mass on the axis, no products."""
+    """The paper's filter, given the mass, with what it takes for granted: centre of mass on the axis, no products."""
     platform = folder / "platform_paper.toml"
     platform.write_text((folder / "platform.toml").read_text() + to_toml({"load": {"known_mass_kg": mass_kg}}))
     result = _replay(folder, platform, "paper", log)
@@ -197,7 +197,7 @@ def _replay_paper(folder: Path, mass_kg: float, log: LegLog) -> Answer:
 def _score(answer: Answer, theta: Array, t_s: Array) -> dict:
     """Final errors, NEES, mean NIS, and when the estimate came within a share of the scale for good.
 
-    None: never, or the method does not tell.
+    None: never, or the method detects none.
     """
     error = answer.theta - theta
     score: dict = {"error": error.tolist(), "nees": None, "nis": None}

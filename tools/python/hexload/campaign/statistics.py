@@ -21,7 +21,7 @@ Array = NDArray[np.float64]
 BAND = (0.025, 0.975)  # 95 %, two-sided
 PARAMETERS = len(THETA_NAMES)
 FAILURE_NEES = 100.0
-ALARM_DUE_S = 0.5  # an alarm within this time after a change tells of it; any other is false
+ALARM_DUE_S = 0.5  # an alarm within this time after a change detects it; any other is false
 TIMES = ("within_5", "within_1", "mass_and_moments_within_2")
 
 
@@ -66,7 +66,7 @@ class EstimatorStatistics:
 class Alarms:
     changes: int
     missed: int
-    delays_s: Array  # of those told
+    delays_s: Array  # of those detected
     false: int
     runs_with_false: int
 
@@ -204,16 +204,16 @@ def settling(times_s: Sequence[float | None]) -> Times:
 
 
 def alarms(runs: Sequence[tuple[Sequence[float], Sequence[float]]]) -> Alarms:
-    """Of pairs (times of changes, times of alarms): the first alarm in time tells of a change, all others are false."""
+    """Of pairs (times of changes, times of alarms): the first alarm in time detects a change, all others are false."""
     delays, changes, false, runs_with_false = [], 0, 0, 0
     for changes_s, alarms_s in runs:
-        told = []
+        detected = []
         for change_s in changes_s:
             due = [alarm for alarm in alarms_s if -1e-9 <= alarm - change_s <= ALARM_DUE_S]
-            told += due[:1]
+            detected += due[:1]
             delays += [alarm - change_s for alarm in due[:1]]
         changes += len(changes_s)
-        others = len(alarms_s) - len(told)
+        others = len(alarms_s) - len(detected)
         false += others
         runs_with_false += others > 0
     return Alarms(changes, changes - len(delays), np.array(delays), false, runs_with_false)

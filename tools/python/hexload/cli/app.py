@@ -45,6 +45,7 @@ def sim(
     substeps: Annotated[int | None, typer.Option(min=1, help="RK4 steps per tick, instead of the scenario's.")] = None,
     estimator: Annotated[Estimator | None, typer.Option(help="Instead of the platform file's.")] = None,
     prior: Annotated[Prior | None, typer.Option(help="Start covariance, instead of the platform file's.")] = None,
+    rig: Annotated[Path | None, typer.Option(help="Rig file of hexload commission that the controller has.")] = None,
     bus: Annotated[
         str | None,
         typer.Option(
@@ -64,11 +65,13 @@ def sim(
     ] = None,
     publish: Annotated[
         str | None,
-        typer.Option(help="Tell the run on LCM, samples and truth, for hexload spy and lcm-logger: lcm, lcm:URL."),
+        typer.Option(help="Publish the run on LCM, samples and truth, for hexload spy and lcm-logger: lcm, lcm:URL."),
     ] = None,
     answer_timeout: Annotated[
         float | None,
-        typer.Option(help="Seconds of the controller's silence that end a run in lockstep, or are told in real time."),
+        typer.Option(
+            help="Seconds of the controller's silence that end a run in lockstep, or are reported in real time."
+        ),
     ] = None,
     external_controller: Annotated[
         bool,
@@ -93,6 +96,7 @@ def sim(
         "--substeps": substeps,
         "--estimator": estimator,
         "--prior": prior,
+        "--rig": rig,
         "--bus": bus,
         "--profile": profile,
         "--feed": feed,
@@ -104,7 +108,9 @@ def sim(
     options += [name for name, wanted in flags.items() if wanted]
     controller = None
     if (bus not in (None, "inproc") or feed) and not external_controller:
-        controller = verb.controller_options(bus, feed, profile, estimator, prior, real_time)
+        controller = verb.controller_options(
+            bus, feed, profile, estimator, prior, None if rig is None else str(rig), real_time
+        )
     print(verb.run_simulation(scenario, out, seed, tuple(options), controller))
 
 
@@ -127,7 +133,7 @@ def replay(
     bodies: Annotated[
         Path | None,
         typer.Option(
-            help="The load as a body to write (.csv), one row per tick: centre of mass, central tensor, nearest possible body."
+            help="The load as a body to write (.csv), one row per tick: centre of mass, central tensor, nearest consistent body."
         ),
     ] = None,
     report: Annotated[
@@ -143,7 +149,7 @@ def replay(
 ) -> None:
     """Runs the controller's own C code over a recorded log.
 
-    With --tare the empty platform is what its tare run found, and the sigmas tell the tare's uncertainty too. What the mass of
+    With --tare the empty platform is what its tare run found, and the sigmas include the tare's uncertainty too. What the mass of
     its legs needs beside is taken off the forces first: the firmware knows of no such mass.
 
     All ten parameters (--estimator momentum) are shown as a body too: mass, centre of mass and tensor about it, whether any body
@@ -209,6 +215,10 @@ def commission_verb(
         float,
         typer.Option(min=0.0, help="More than this share beyond the platform's own parameters is taken for a load."),
     ] = 0.75,
+    report: Annotated[
+        Path | None,
+        typer.Option(help="Page to write (.html): what was found, how well, residual spectra, friction curves."),
+    ] = None,
 ) -> None:
     """Finds what one machine is like beyond its platform file: friction, offsets, gains, delays, tilt, legs, hinges, platform.
 
@@ -221,8 +231,31 @@ def commission_verb(
     from hexload.cli.commission import print_summary
     from hexload.estimation.commission import Wish, commission
 
-    wish = Wish(log, platform, out, reference, reference_mass, loaded, largest_offset)
+    wish = Wish(log, platform, out, reference, reference_mass, loaded, largest_offset, report)
     print_summary(commission(wish), out)
+    if report is not None:
+        print(f"page:      {report}")
+
+
+@app.command()
+def export(
+    rig: Annotated[Path, typer.Argument(help="Rig file of hexload commission (.toml).")],
+    platform: Annotated[Path, typer.Option(help="Platform file (.toml) that it was made with.")],
+    out: Annotated[Path, typer.Option(help="C header to write (NAME.h); the constant in it is called NAME.")],
+    tick: Annotated[float, typer.Option(help="Sampling period of the controller, s.")] = 1e-3,
+    force: Annotated[bool, typer.Option("--force", help="Replace the header.")] = False,
+) -> None:
+    """Writes machine, sensors, estimator and rig as a C header: a constant hexload_config_t for a controller, in flash.
+
+    Its numbers are, to the bit, those with which hexload replay --rig runs.
+
+    Example:  hexload export rig.toml --platform platform.toml --out rig_config.h
+    """
+    from hexload.estimation.config_header import export as write_header
+
+    name = write_header(rig, platform, out, tick, force)
+    print(f"header:    {out}")
+    print(f'use:       #include "{out.name}", then hexload_init(&estimator, &{name})')
 
 
 @app.command()
@@ -265,6 +298,10 @@ def excite(
         float | None,
         typer.Option(help="Of its centre of mass over the platform, m.", show_default="3/4 of the hinges' radius"),
     ] = None,
+    empty: Annotated[
+        bool,
+        typer.Option("--empty", help="No load, for hexload commission: the platform's own parameters are looked for."),
+    ] = False,
     seed: Annotated[int, typer.Option(min=0, help="Of the random starts; the same seed gives the same motion.")] = 1,
     starts: Annotated[int, typer.Option(min=1, help="Searches, each from another random motion.")] = 4,
     iterations: Annotated[int, typer.Option(min=1, help="Steps of each search at most.")] = 60,
@@ -280,7 +317,9 @@ def excite(
     ] = None,
     distance_min: Annotated[
         float | None,
-        typer.Option(help="Of that Jacobian to a singular one, 1 / |J^-1|.", show_default="0.3 of that of home"),
+        typer.Option(
+            min=0.0, help="Of that Jacobian to a singular one, 1 / |J^-1|.", show_default="0.3 of that of home"
+        ),
     ] = None,
 ) -> None:
     """Finds a motion that identifies a load as well as the machine's stroke, actuators and supply allow in a given time.
@@ -288,6 +327,7 @@ def excite(
     Six finite Fourier series, from rest at home to rest at home, for the smallest worst bound on the ten parameters relative to their
     scales, inside limits of stroke, speed, supply, force, tilt, condition and distance to singularity. Then simulated with servo and
     no, the expected and the heaviest load; scaled down, or refused, when the machine does not follow or leaves its workspace.
+    With --empty the ten parameters are the platform's own, for hexload commission.
     The tables show each limit with the margin left, and the bounds beside those of the paper's motion and of the multisine.
 
     Example:  hexload excite --platform tests/data/paper_load.toml --scenario multisine --duration 5 --out excite.csv
@@ -310,6 +350,7 @@ def excite(
         tilt_max,
         condition_max,
         distance_min,
+        empty,
     )
     verb.print_summary(verb.design(wish, out), wish, out)
 

@@ -80,6 +80,7 @@ class Wish:
     tilt_max_deg: float = TILT_MAX_DEG
     condition_max: float | None = None  # None: CONDITION_GROWTH of home's
     distance_min: float | None = None  # None: DISTANCE_LEFT of home's
+    empty: bool = False  # for `hexload commission`: without load, the unknowns are the platform's own parameters
 
 
 @dataclass(frozen=True)
@@ -178,6 +179,8 @@ def _made_safe(
 
 def loads_of(problem: Problem) -> dict[str, Array]:
     """The loads that a motion is simulated with, by what they are called in messages: theta."""
+    if not problem.heaviest_theta.any():
+        return {"no": np.zeros(10)}
     return {"no": np.zeros(10), "the expected": problem.theta, "the heaviest": problem.heaviest_theta}
 
 
@@ -218,6 +221,8 @@ def _check(wish: Wish, out: Path) -> None:
         raise InputError(f"--duration: found {wish.duration_s:g} s, expected a multiple of {ROW_S:g} s")
     if wish.mass_kg is not None and not 0.0 < wish.mass_kg < np.inf:
         raise InputError(f"--mass: found {wish.mass_kg:g} kg, expected a positive number")
+    if wish.empty and (wish.mass_kg is not None or wish.height_m is not None):
+        raise InputError("--empty: found together with --mass or --height, expected one of them: it means no load")
     if not 0.0 < wish.tilt_max_deg < 90.0:
         raise InputError(f"--tilt-max: found {wish.tilt_max_deg:g} deg, expected more than 0 and less than 90")
     if wish.height_m is not None and not 0.0 < abs(wish.height_m) < np.inf:
@@ -234,6 +239,11 @@ def _check(wish: Wish, out: Path) -> None:
 def _check_rest(problem: Problem) -> None:
     """At home, at rest, the legs must hold platform and load with something left for the motion."""
     share = force_ratios_at_home(problem).max()
+    if share > HOLDING_SHARE and not problem.heaviest_theta.any():
+        raise InputError(
+            f"found the platform alone to take {100 * share:.0f} % of what the legs may push, expected "
+            f"{100 * HOLDING_SHARE:.0f} % at most: stronger actuators"
+        )
     if share > HOLDING_SHARE:
         raise InputError(
             f"--mass: found {problem.theta[0]:g} kg, of which the heaviest load of {problem.heaviest_theta[0]:g} kg "
@@ -269,6 +279,8 @@ def problem_of(wish: Wish, platform, scenario) -> tuple[Problem, Machine]:
     radius_m = float(np.linalg.norm(platform.platform_hinges_m, axis=1).mean())
     mass_kg = expected_kg(wish, platform)
     height_m = wish.height_m or 0.75 * radius_m
+    if wish.empty:
+        mass_kg = platform.mass_kg
     theta = _load_theta(mass_kg, height_m, radius_m)
     scale = np.abs(theta)
     scale[1:3] = scale[3]
@@ -290,8 +302,8 @@ def problem_of(wish: Wish, platform, scenario) -> tuple[Problem, Machine]:
             tilt_rad=POSTURE_SHARE * bounds.tilt_rad,
         ),
         sigmas=Sigmas(platform.velocity_sigma_m_s, platform.force_sigma_n),
-        theta=theta,
-        heaviest_theta=_load_theta(heaviest_kg(wish, platform), height_m, radius_m),
+        theta=np.zeros(10) if wish.empty else theta,
+        heaviest_theta=np.zeros(10) if wish.empty else _load_theta(heaviest_kg(wish, platform), height_m, radius_m),
         scale=scale,
         prior_sigma=PRIOR_SCALES * scale,
         duration_s=wish.duration_s,
@@ -308,8 +320,8 @@ def _with_posture_limits(
     condition, distance = float(home.condition[0]), float(home.distance[0])
     bounds = replace(
         bounds,
-        condition=wish.condition_max or CONDITION_GROWTH * condition,
-        distance=wish.distance_min or DISTANCE_LEFT * distance,
+        condition=CONDITION_GROWTH * condition if wish.condition_max is None else wish.condition_max,
+        distance=DISTANCE_LEFT * distance if wish.distance_min is None else wish.distance_min,
     )
     limits = replace(
         problem.limits,
@@ -372,7 +384,8 @@ def print_summary(found: Design, wish: Wish, out: Path) -> None:
     """Limits with what is used of them, then bounds, the worst in the last row."""
     _print_limits(found)
     columns = found.columns
-    print(f"Cramer-Rao bound after {wish.duration_s:g} s in % of scale:")
+    what = "the platform's own parameters" if wish.empty else "the load"
+    print(f"Cramer-Rao bound on {what} after {wish.duration_s:g} s in % of scale:")
     table = Table(box=box.SIMPLE_HEAD, padding=(0, 1, 0, 0))
     table.add_column("")
     for column in columns:
@@ -395,7 +408,8 @@ def _print_limits(found: Design) -> None:
         **{key: getattr(planned, key) for key in excite_check.QUANTITIES if hasattr(planned, key)},
     }
     loads = ", ".join(f"{use.load} load" for use in found.uses)
-    print(f"Simulated with servo and {loads} (heaviest {found.problem.heaviest_theta[0]:.4g} kg):")
+    heaviest_kg = found.problem.heaviest_theta[0]
+    print(f"Simulated with servo and {loads}" + (f" (heaviest {heaviest_kg:.4g} kg):" if heaviest_kg else ":"))
     table = Table(box=box.SIMPLE_HEAD, padding=(0, 1, 0, 0))
     for name in ("", "limit", "planned limit", "planned", "simulated", "left of limit"):
         table.add_column(name, justify="right" if name else "left", no_wrap=True)

@@ -24,6 +24,7 @@ REST_WINDOW_TICKS = 500  # at its end
 AT_REST = 0.01  # of the speed of a leg
 STILL = 1e-4  # of the speed of a leg: below this it does not matter whether it grows
 GROWTH = 1.5  # from one window to the next: the servo is unstable
+POSTURE = ("tilt_rad", "condition", "distance")
 QUANTITIES = (
     "stroke_share",
     "leg_speed_m_s",
@@ -120,8 +121,8 @@ def _use_of(name: str, problem: Problem, machine: Machine, rows: Array) -> Use:
         "leg_error_m": np.abs(displacement - wanted).max(),
         "rest_speed_m_s": speed[-REST_WINDOW_TICKS:].max(),
     }
-    shares = {key: extremes[key] / most for key, most in machine.allowed().items()}
-    shares |= dict(zip(("tilt_rad", "condition", "distance"), posture_ratios(problem, found, limits).max(axis=0)))
+    shares = {key: extremes[key] / most for key, most in machine.allowed().items() if key not in POSTURE}
+    shares |= dict(zip(POSTURE, posture_ratios(problem, found, limits).max(axis=0)))
     if (np.linalg.det(jacobian) * np.linalg.det(jacobian[0]) <= 0.0).any():
         shares["distance"] = float("inf")  # through the singularity between two ticks
     before = speed[-2 * REST_WINDOW_TICKS : -REST_WINDOW_TICKS].max()

@@ -27,7 +27,7 @@ def print_summary(
     if mend := load_summary.mend_in_words(result["health_counts"], result["verdict"][-1]):
         print(f"mend:      {mend}")
     if times_s := load_summary.load_changes_s(result):
-        print(f"new load:  noticed {load_summary.moments_in_words(times_s)}")
+        print(f"new load:  detected {load_summary.moments_in_words(times_s)}")
     if result["refused"]:
         print(f"refused:   {result['refused']} samples, the first at {result['first_refusal']}")
     for remark in result["remarks"]:
@@ -47,7 +47,7 @@ def _body_table(body: dict) -> Table:
     table.add_column("load as a body")
     headings = {"value": "estimate", "sigma": "sigma"}
     if not body["is_consistent"]:
-        headings["nearest"] = "nearest possible"
+        headings["nearest"] = "nearest consistent"
     for heading in headings.values():
         table.add_column(heading, justify="right")
     for row in load_summary.body_numbers(body):

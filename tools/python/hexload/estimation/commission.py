@@ -17,7 +17,7 @@ from hexload.estimation import rig_file, rig_model, rig_regression
 from hexload.estimation.firmware_run import load_platform, native_firmware
 from hexload.estimation.rig_model import LEGS, Geometry
 from hexload.estimation.rig_regression import FRICTION, SLICES, UNKNOWNS, Found, Start
-from hexload.io.atomic_file import replaced_when_done
+from hexload.io.atomic_file import replaced_or_none, replaced_when_done
 from hexload.io.log_file import LegLog
 from hexload.io.log_formats import read_any_log
 from hexload.theory.bound import THETA_NAMES, unit_of
@@ -58,6 +58,7 @@ class Wish:
     reference_mass_kg: float | None = None
     loaded: bool = False
     largest_offset: float = 0.75
+    report: Path | None = None
 
 
 @dataclass(frozen=True)
@@ -84,8 +85,10 @@ def commission(wish: Wish) -> dict:
     machine = _machine(platform, wish.platform)
     if (wish.reference is None) != (wish.reference_mass_kg is None):
         raise InputError("--reference: found it without --reference-mass or the other way round, expected both or none")
+    if wish.report is not None and wish.report.absolute() == wish.out.absolute():
+        raise InputError(f"{wish.report}: found the same file for --out and --report, expected two")
     run = _run(wish.log)
-    with replaced_when_done(wish.out) as temporary:
+    with replaced_when_done(wish.out) as temporary, replaced_or_none(wish.report) as page:
         found = _fit(run, machine, _start(machine))
         _refuse(run, machine, found, wish)
         words = _identifiability(found, _start(machine))
@@ -103,8 +106,44 @@ def commission(wish: Wish) -> dict:
             rig_file.document(rig, sigma, source, _directions(run, found, machine, wish.loaded), platform),
             encoding="utf-8",
         )
-        rig_file.platform_with_rig(temporary, native, platform, wish.platform)  # what the firmware takes
+        rig_file.platform_with_rig(temporary, native, platform)  # what the firmware takes
+        if page is not None:
+            _write_page(page, run, found, machine, words, source, platform)
     return {"rig": rig, "sigma": sigma, "words": words, **source}
+
+
+def _write_page(
+    page: Path,
+    run: Run,
+    found: Found,
+    machine: Machine,
+    words: dict[str, str],
+    source: dict[str, str | float],
+    platform,
+) -> None:
+    from hexload.report.commission_page import render  # draws; commissioning without a page needs none of it
+
+    start = _start(machine)
+    stated = start.value.copy()
+    stated[SLICES["theta"]] = machine.theta
+    log = run.log
+    before, after = (
+        rig_regression.explain(
+            log.t_s, log.displacement_m, log.force_n, machine.geometry, machine.gravity_m_s2, value, found.law
+        )
+        for value in (stated, found.value)
+    )
+    masses = rig_model.leg_masses(machine.geometry, found.value[SLICES["theta"]])
+    per_acceleration = np.sqrt(np.sum(masses**2, axis=1))
+    root_period = np.sqrt(2.0 * np.median(np.diff(log.t_s)))
+
+    def noise_n(hz: Array) -> Array:
+        accelerations = (2.0 * np.pi * hz[:, None]) ** 2 * platform.displacement_sigma_m * per_acceleration
+        return root_period * np.hypot(platform.force_sigma_n, accelerations)
+
+    stated_start = replace(start, value=stated)
+    text = render(stated_start, found, words, (before, after), source, machine.platform_file.name, noise_n)
+    page.write_text(text, encoding="utf-8")
 
 
 def _machine(platform, path: Path) -> Machine:

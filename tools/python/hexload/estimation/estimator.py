@@ -220,7 +220,7 @@ def replay(
     except ValueError as error:
         raise InputError(str(error)) from None
     words = {
-        name: load_summary.in_words(name, verdict, result["hidden"].get(name))
+        name: load_summary.in_words(name, verdict, result["confounded"].get(name))
         for name, verdict in zip(result["names"], result["parameter_verdict"])
     }
     return Replay(

@@ -32,7 +32,7 @@ PARAMETERS = 3  # B, C, D
 EDGE_TICKS = 100  # of a smoothed log: there the filter still feels the ends of the record
 INNER = slice(EDGE_TICKS, -EDGE_TICKS)
 # A machine whose legs have no mass is taken for one that has some once in a thousand runs.
-NOTICED = chi_square.quantile(0.999, PARAMETERS)
+SIGNIFICANT = chi_square.quantile(0.999, PARAMETERS)
 PACES = (1.0, 0.5)  # of the run itself: motions on which the offset's error is looked at
 MOST_ROWS = 60_000  # of a run that are looked at
 PART_ROWS = 50_000  # of a log at once: some 200 MB
@@ -72,7 +72,7 @@ def find_leg_mass(log: LegLog, platform: Platform, largest_kg: float) -> LegMass
     value = (inverse @ (instruments.T @ smooth.force_n[INNER].ravel()))[OFFSETS:]
     noise_n = np.std((log.force_n - smooth.force_n - smooth.matrix @ platform.theta)[INNER])
     covariance = noise_n**2 * (inverse @ (instruments.T @ instruments) @ inverse.T)[OFFSETS:, OFFSETS:]
-    if value @ np.linalg.solve(covariance, value) < NOTICED or _at_hinge_kg(value, platform).max() > largest_kg:
+    if value @ np.linalg.solve(covariance, value) < SIGNIFICANT or _at_hinge_kg(value, platform).max() > largest_kg:
         return None
     return LegMass(value, _offset_variance(platform, smooth.motion, dt_s, covariance))
 

@@ -17,7 +17,7 @@ EFFECT_UNITS = {"bias": "N", "coulomb": "N", "viscous": "N s/m"}
 TEN_DIGITS = 4  # of the momentum filter's parameters, in kg, kg m and kg m^2
 BODY_UNITS = {"m": "kg", "c": "m", "I": "kg m²"}
 BODY_DIGITS = {"m": TEN_DIGITS, "c": 6, "I": TEN_DIGITS}
-MOMENTS = 8  # that are told one by one
+MOMENTS = 8  # that are listed one by one
 
 # What has not moved when a parameter is not excited.
 MISSING_MOTION = {
@@ -35,10 +35,10 @@ MISSING_MOTION = {
 }
 
 
-def in_words(name: str, verdict: str, hidden: str | None = None) -> str:
-    """A parameter's verdict with its reason. `hidden`: why it cannot be told from the machine's own effects."""
-    if hidden is not None and verdict != "inconsistent":
-        return f"{verdict.replace('_', ' ')}: {hidden}"
+def in_words(name: str, verdict: str, confounded: str | None = None) -> str:
+    """A parameter's verdict with its reason. `confounded`: why it cannot be separated from actuator effects."""
+    if confounded is not None and verdict != "inconsistent":
+        return f"{verdict.replace('_', ' ')}: {confounded}"
     if verdict == "not_excited":
         return f"not excited: {MISSING_MOTION[name]} in the last 10 s, or too little"
     if verdict == "inconsistent":
@@ -71,7 +71,7 @@ def parameters(result: dict) -> list[Parameter]:
     columns = (result["names"], result["value"][-1], result["sigma"][-1], result["parameter_verdict"])
     for name, value, sigma, verdict in zip_longest(*columns):
         unit = unit_of_parameter(name)
-        words = "" if verdict is None else in_words(name, verdict, result["hidden"].get(name))
+        words = "" if verdict is None else in_words(name, verdict, result["confounded"].get(name))
         digits = TEN_DIGITS if has_ten else DIGITS[name]
         rows.append(Parameter(name, SYMBOLS.get(name, name), unit, digits, float(value), float(sigma), words))
     return rows
@@ -103,15 +103,15 @@ def _known(number: float) -> float | None:
 
 def consistent_in_words(body: dict) -> str:
     if body["is_consistent"]:
-        return "possible: a body can have these parameters"
+        return "consistent: a body can have these parameters"
     if math.isnan(body["distance_sigmas"]):
-        return "impossible: no body can have these parameters, nor any near them"
+        return "not consistent: no body can have these parameters, nor any near them"
     distance = f"{body['distance_sigmas']:.2f} sigma off"
-    return f"impossible: no body can have these parameters; the nearest that one can have are {distance}"
+    return f"not consistent: no body can have these parameters; the nearest that one can have are {distance}"
 
 
 def load_changes_s(result: dict) -> list[float]:
-    """When the firmware has noticed another load."""
+    """When the firmware has detected another load."""
     bit = list(result["health_counts"]).index("load changed")  # they are in the order of the bits
     return [float(t_s) for t_s in result["t"][result["health"].astype(int) >> bit & 1 == 1]]
 

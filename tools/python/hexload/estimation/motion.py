@@ -49,7 +49,7 @@ def excite(
     platform          a platform file, its tables as a dict, or a Platform
     theta             (10,) parameters of the expected load, in the order of THETA_NAMES, SI, with a mass
     limits            hexload.theory.excitation.Limits: stroke, m; leg speed and their sum, m/s; leg force with this
-                      load, N; tilt, rad; condition of the Jacobian at most, distance to singularity at least, more than 0
+                      load, N; tilt, rad; condition of the Jacobian at most, distance to singularity at least, 0 or more
     duration_s        run-in and run-out included, 1 to 120
     sines             frequencies in each of the six coordinates, up to frequency_max_hz
     seed, starts, iterations   random starts of the search, and steps of each at most

@@ -1,13 +1,12 @@
 """`hexload replay`: runs the firmware's own C over a recorded log."""
 
-from contextlib import AbstractContextManager, nullcontext
 from pathlib import Path
 
 from hexload.errors import InputError
 from hexload.estimation.firmware_run import load_platform, native_firmware, run_firmware
 from hexload.estimation.rig_file import platform_with_rig
 from hexload.estimation.tare import tare_for
-from hexload.io.atomic_file import replaced_when_done
+from hexload.io.atomic_file import replaced_or_none, replaced_when_done
 from hexload.io.log_file import LegLog
 from hexload.io.log_formats import read_any_log
 
@@ -38,15 +37,15 @@ def replay_log(
         raise InputError("--rig: found it with --tare, expected one of the two: a rig file says what a tare file says")
     platform = load_platform(native, platform_file)
     if rig is not None:
-        platform = platform_with_rig(rig, native, platform, platform_file)
+        platform = platform_with_rig(rig, native, platform)
     found = None if tare is None else tare_for(tare, native, platform, platform_file)
     legs, offset = (samples, None) if found is None else (found.taken_off(samples), found.offset)
     files = f"{log} with {platform_file}" + "".join(f" and {file}" for file in (tare, rig) if file is not None)
     with (
         replaced_when_done(out) as temporary,
-        _replaced(bodies) as body_file,
-        _replaced(trace) as trace_file,
-        _replaced(report) as page,
+        replaced_or_none(bodies) as body_file,
+        replaced_or_none(trace) as trace_file,
+        replaced_or_none(report) as page,
     ):
         try:
             result = run_firmware(native, platform, legs, temporary, estimator, prior, offset, body_file, trace_file)
@@ -58,10 +57,6 @@ def replay_log(
             description = f"Replayed with {platform_file.name}{tared}."
             _write_page(page, result, samples, log.name, description, platform.known_mass_kg)
     return result | {"remarks": samples.remarks}
-
-
-def _replaced(path: Path | None) -> AbstractContextManager[Path | None]:
-    return nullcontext() if path is None else replaced_when_done(path)
 
 
 def _refuse_same_files(files: dict[str, Path | None]) -> None:

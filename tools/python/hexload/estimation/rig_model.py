@@ -95,6 +95,13 @@ def _poses(geometry: Geometry, lengths_m: Array) -> tuple[Array, Array]:
     raise ValueError("leg displacements that no pose of this machine has")
 
 
+def leg_masses(geometry: Geometry, theta: Array) -> Array:
+    """(6, 6): leg forces per leg acceleration, at home."""
+    still, unit = np.zeros((LEGS + 1, LEGS)), np.vstack([np.zeros(LEGS), np.eye(LEGS)])
+    forces = body_forces(motion_of_legs(geometry, still, still, unit), np.zeros(3)) @ theta
+    return (forces[1:] - forces[0]).T
+
+
 def body_forces(motion: LegMotion, gravity_m_s2: Array) -> Array:
     """Leg forces per unit of each of theta = [m, hx, hy, hz, Ixx, Iyy, Izz, Ixy, Ixz, Iyz], (n, 6, 10).
 

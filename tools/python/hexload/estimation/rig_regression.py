@@ -395,3 +395,44 @@ def _root(covariance: Array) -> Array:
     scale = np.where(scale > 0.0, scale, 1.0)
     values, vectors = np.linalg.eigh(covariance / np.outer(scale, scale))
     return scale[:, None] * vectors * np.sqrt(np.maximum(values, 0.0))
+
+
+@dataclass(frozen=True)
+class Explained:
+    """A run beside the model of its forces, rows MOTION_STEP_S apart."""
+
+    t_s: Array  # (n,)
+    speed_m_s: Array  # (n, 6), of friction
+    residual_n: Array  # (n, 6), what the load cells show less the model, below MOTION_HZ
+    slow_residual_n: Array  # (n, 6), the same below ROW_HZ: above that it is noise of the accelerations
+    friction_n: Array  # (n, 6), the model's friction on the legs
+
+
+def explain(
+    log_t_s: Array,
+    displacement_m: Array,
+    force_n: Array,
+    geometry: Geometry,
+    gravity: float,
+    value: Array,
+    law: FrictionLaw,
+) -> Explained:
+    """Of a rig with the unknowns `value`, (88,)."""
+    record = _prepare(log_t_s, displacement_m, force_n)
+    shapes = _friction_rows(record, law)
+    model, _ = _columns(record, geometry, gravity, value, shapes, None)
+    smooth = value.copy()
+    for name in FRICTION:
+        smooth[SLICES[name]] = 0.0
+    without, _ = _columns(record, geometry, gravity, smooth, shapes, None)
+    force = sosfiltfilt(record.motion_filter, force_n, axis=0)
+    shown = (force + value[SLICES["delay"]] * np.gradient(force, record.dt_s, axis=0))[:: record.step]
+    inner = slice(record.rows.start, record.rows.stop)
+    residual = shown - model
+    return Explained(
+        log_t_s[:: record.step][inner],
+        record.friction_speed[:: record.step][inner],
+        residual[inner],
+        sosfiltfilt(record.row_filter, residual, axis=0)[inner],
+        ((model - without) / (1.0 + value[SLICES["gain"]]))[inner],
+    )

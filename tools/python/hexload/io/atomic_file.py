@@ -2,7 +2,7 @@
 
 import os
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager, nullcontext
 from pathlib import Path
 
 from hexload.errors import InputError
@@ -23,3 +23,8 @@ def replaced_when_done(path: Path) -> Iterator[Path]:
         raise InputError(f"{path}: cannot be written, {error.strerror}") from error
     finally:
         temporary.unlink(missing_ok=True)
+
+
+def replaced_or_none(path: Path | None) -> AbstractContextManager[Path | None]:
+    """The same of a file that is not always wanted."""
+    return nullcontext() if path is None else replaced_when_done(path)

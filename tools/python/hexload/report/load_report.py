@@ -56,10 +56,10 @@ class LoadEstimate:
     body: list[BodyNumber]
     true_body: list[float] | None
     is_consistent: bool
-    possible: str  # whether a body can have the estimate, in words
-    known_mass_kg: float | None  # what the filter was told
-    told_wrong: list[dict]  # of the run's loads in meta.json, those that weigh something else
-    changes_s: list[float]  # when it has noticed another load
+    consistent: str  # whether a body can have the estimate, in words
+    known_mass_kg: float | None  # what the filter was given
+    given_wrong: list[dict]  # of the run's loads in meta.json, those that weigh something else
+    changes_s: list[float]  # when it has detected another load
     verdict: str
     nis: nis.NisSummary
     health_ticks: dict[str, int]
@@ -107,9 +107,9 @@ def _estimate(result: dict, known_mass_kg: float | None, run: Run | None) -> Loa
         body=load_summary.body_numbers(result["body"]),
         true_body=None if load is None else [load["mass_kg"], *load["com_m"], *load["inertia_com_kg_m2"]],
         is_consistent=result["body"]["is_consistent"],
-        possible=load_summary.consistent_in_words(result["body"]),
+        consistent=load_summary.consistent_in_words(result["body"]),
         known_mass_kg=known_mass_kg,
-        told_wrong=[] if run is None or known_mass_kg is None else _told_wrong(run, known_mass_kg),
+        given_wrong=[] if run is None or known_mass_kg is None else _given_wrong(run, known_mass_kg),
         changes_s=load_summary.load_changes_s(result),
         verdict=result["verdict"][-1],
         nis=nis.summarise(result["t"], result["nis"], nis.LOAD_MEASUREMENTS),
@@ -120,7 +120,7 @@ def _estimate(result: dict, known_mass_kg: float | None, run: Run | None) -> Loa
     )
 
 
-def _told_wrong(run: Run, known_mass_kg: float) -> list[dict]:
+def _given_wrong(run: Run, known_mass_kg: float) -> list[dict]:
     loads = run.meta["loads"]
     return [load for load in loads if load["mass_kg"] != known_mass_kg and load["at_s"] <= run.meta["duration_s"]]
 

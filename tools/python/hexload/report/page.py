@@ -84,14 +84,7 @@ def render_replay(result: dict, samples: LegLog, title: str, description: str, k
 
 
 def render(sections: list[Section | LoadSection]) -> str:
-    environment = jinja2.Environment(
-        loader=jinja2.PackageLoader("hexload.report", "."),
-        autoescape=True,
-        trim_blocks=True,
-        lstrip_blocks=True,
-        undefined=jinja2.StrictUndefined,
-    )
-    environment.filters |= {"fixed": _fixed, "signed": _signed, "percent": _percent}
+    environment = templates()
     environment.filters |= {"moments": load_summary.moments_in_words, "health": load_summary.health_in_words}
     return environment.get_template(TEMPLATE).render(
         sections=sections,
@@ -108,6 +101,19 @@ def render(sections: list[Section | LoadSection]) -> str:
         load_sections=[section for section in sections if section.template == LOAD_TEMPLATE],
         windows_ticks=nis.WINDOW_TICKS,
     )
+
+
+def templates() -> jinja2.Environment:
+    """The package's templates, with filters for numbers."""
+    environment = jinja2.Environment(
+        loader=jinja2.PackageLoader("hexload.report", "."),
+        autoescape=True,
+        trim_blocks=True,
+        lstrip_blocks=True,
+        undefined=jinja2.StrictUndefined,
+    )
+    environment.filters |= {"fixed": _fixed, "signed": _signed, "percent": _percent}
+    return environment
 
 
 def _fixed(value: float | None, digits: int) -> str:
@@ -155,7 +161,7 @@ def _section(anchor: str, run: Run) -> Section | LoadSection:
 
 
 def _all_to_html(anchor: str, drawn: dict[str, go.Figure]) -> dict[str, str]:
-    return {name: _to_html(figure, f"{anchor}-{name}-figure") for name, figure in drawn.items()}
+    return {name: to_html(figure, f"{anchor}-{name}-figure") for name, figure in drawn.items()}
 
 
 def _tracking_error(run: Run, name: str) -> dict:
@@ -169,7 +175,7 @@ def _tracking_error(run: Run, name: str) -> dict:
     }
 
 
-def _to_html(figure: go.Figure, identifier: str) -> str:
+def to_html(figure: go.Figure, identifier: str) -> str:
     return figure.to_html(
         full_html=False,
         include_plotlyjs=False,

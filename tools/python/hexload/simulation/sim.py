@@ -76,10 +76,23 @@ def run_simulation(
 
 
 def controller_options(
-    bus: str | None, feed: str | None, profile: str | None, estimator: str | None, prior: str | None, real_time: bool
+    bus: str | None,
+    feed: str | None,
+    profile: str | None,
+    estimator: str | None,
+    prior: str | None,
+    rig: str | None,
+    real_time: bool,
 ) -> tuple:
     """Options of a hexload_ecu that fits a simulator with these."""
-    given = {"--bus": bus, "--feed": feed, "--profile": profile, "--estimator": estimator, "--prior": prior}
+    given = {
+        "--bus": bus,
+        "--feed": feed,
+        "--profile": profile,
+        "--estimator": estimator,
+        "--prior": prior,
+        "--rig": rig,
+    }
     words = [word for name, value in given.items() if value is not None for word in (name, value)]
     return (*words, *(("--real-time-priority",) if real_time else ()))
 

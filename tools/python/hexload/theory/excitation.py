@@ -57,7 +57,7 @@ class Limits:
     leg_force_n: float
     tilt_rad: float
     condition: float
-    distance: float  # to singularity, at least
+    distance: float  # to singularity, at least; 0: only a singular pose is too near
 
 
 @dataclass(frozen=True)
@@ -336,7 +336,8 @@ def posture_ratios(problem: Problem, found: Posture, limits: Limits | None = Non
     limits = limits or problem.limits
     home = home_posture(problem)
     condition = (found.condition - home.condition) / (limits.condition - home.condition)
-    distance = (1.0 / found.distance - 1.0 / home.distance) / (1.0 / limits.distance - 1.0 / home.distance)
+    nearness = 1.0 / found.distance - 1.0 / home.distance
+    distance = limits.distance * nearness / (1.0 - limits.distance / home.distance)
     return np.column_stack([found.tilt_rad / limits.tilt_rad, np.maximum(condition, 0.0), np.maximum(distance, 0.0)])
 
 

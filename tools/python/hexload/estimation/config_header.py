@@ -1,0 +1,66 @@
+"""`hexload export`: the configuration that `replay --rig` gives the firmware, as a C header for a controller."""
+
+import re
+from pathlib import Path
+
+from hexload.errors import InputError
+from hexload.estimation.firmware_run import load_platform, native_firmware
+from hexload.estimation.rig_file import platform_with_rig
+from hexload.io.atomic_file import replaced_when_done
+
+KEYWORDS = frozenset(
+    "auto break case char const continue default do double else enum extern float for goto if inline int long register "
+    "restrict return short signed sizeof static struct switch typedef union unsigned void volatile while".split()
+)
+TEXT = """\
+// Made by `hexload export` from {rig} and {platform}. Do not edit: commission, and export again.
+// Numbers have the bits that `hexload replay --rig` works with.
+#ifndef {guard}
+#define {guard}
+
+#include <hexload/config.h>
+
+#include <assert.h>
+
+static_assert(sizeof(hexload_real_t) != sizeof(float) || sizeof(hexload_config_t) == {size},
+              "made for another version of hexload: export again");
+
+static const hexload_config_t {name} = {initialiser};
+
+#endif
+"""
+
+
+def export(rig: Path, platform_file: Path, out: Path, tick_s: float, force: bool) -> str:
+    """Writes the header and returns the name of the constant in it, the file's. Raises InputError."""
+    name = _name_of(out)
+    if out.exists() and not force:
+        raise InputError(f"{out}: found it already there, expected a new file, or --force to replace it")
+    native = native_firmware()
+    platform = platform_with_rig(rig, native, load_platform(native, platform_file))
+    try:
+        config = native.config_bytes(platform, tick_s)
+    except ValueError as error:
+        raise InputError(f"{platform_file} with {rig}: {error}") from None
+    with replaced_when_done(out) as temporary:
+        temporary.write_text(header(native.config_initialiser(config), len(config), name, rig, platform_file))
+    return name
+
+
+def header(initialiser: str, size: int, name: str, rig: Path, platform: Path) -> str:
+    return TEXT.format(
+        rig=rig.name,
+        platform=platform.name,
+        guard=f"{name.upper()}_H",
+        size=size,
+        name=name,
+        initialiser=initialiser.rstrip(),
+    )
+
+
+def _name_of(out: Path) -> str:
+    if out.suffix != ".h" or not re.fullmatch(r"[A-Za-z][A-Za-z0-9_]*", out.stem, re.ASCII) or out.stem in KEYWORDS:
+        raise InputError(
+            f"--out: found {out.name}, expected NAME.h, with NAME as C names a constant: it gets the file's name"
+        )
+    return out.stem
