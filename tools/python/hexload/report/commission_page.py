@@ -24,6 +24,7 @@ SEGMENT_S = 4.0  # of the spectra: a quarter of a hertz
 HIGHEST_HZ = 40.0  # the regression's own filter
 DOTS = 800  # of a leg's friction
 BINS = 24
+SLOW_M_S = 0.05  # where friction turns
 SPEEDS = 400  # of a drawn friction law
 HINGES = tuple(f"{side} {leg + 1} {axis}" for side in ("base", "platform") for leg in range(LEGS) for axis in "xyz")
 
@@ -101,7 +102,8 @@ def render(
     before, after = runs
     figures = {
         "spectra": residual_spectra(before, after, noise_n),
-        "friction": friction_curves(after, found),
+        "friction": friction_curves(after, found, float(np.abs(after.speed_m_s).max())),
+        "slow": friction_curves(after, found, SLOW_M_S),
     }
     return (
         templates()
@@ -173,19 +175,20 @@ def residual_spectra(before: Explained, after: Explained, noise_n: Callable[[Arr
     return figure
 
 
-def friction_curves(run: Explained, found: Found) -> go.Figure:
+def friction_curves(run: Explained, found: Found, fastest_m_s: float) -> go.Figure:
     """What is left of the forces, below ROW_HZ, without friction's part of the model, by speed, and that part."""
     figure = _of_legs([f"leg {leg + 1}" for leg in range(LEGS)], 600, "leg speed, mm/s", "friction, N")
     measured = run.slow_residual_n / (1.0 + found.value[SLICES["gain"]]) + run.friction_n
-    fastest = np.abs(run.speed_m_s).max()
-    speeds = fastest * np.linspace(-1.0, 1.0, SPEEDS) ** 3  # close together where friction turns round
+    speeds = fastest_m_s * np.linspace(-1.0, 1.0, SPEEDS) ** 3  # close together where friction turns round
     shapes = rig_model.friction_shapes(speeds, rig_model.FrictionLaw(**vars(found.law) | {"presliding_m": 0.0}), 1.0)
     for leg in range(LEGS):
         law_n = shapes @ [found.value[SLICES[name]][leg] for name in FRICTION]
-        every = max(1, len(run.t_s) // DOTS)
+        shown = np.flatnonzero(np.abs(run.speed_m_s[:, leg]) <= fastest_m_s)
+        speed_mm_s, friction_n = 1e3 * run.speed_m_s[shown, leg], measured[shown, leg]
+        every = max(1, len(shown) // DOTS)
         dots = go.Scatter(
-            x=(1e3 * run.speed_m_s[::every, leg]).astype(np.float32),
-            y=measured[::every, leg].astype(np.float32),
+            x=speed_mm_s[::every].astype(np.float32),
+            y=friction_n[::every].astype(np.float32),
             mode="markers",
             marker={"size": 3, "color": REFERENCE, "opacity": 0.55},
             name="measured",
@@ -194,22 +197,23 @@ def friction_curves(run: Explained, found: Found) -> go.Figure:
             hovertemplate="%{y:.1f} N at %{x:.1f} mm/s",
         )
         figure.add_trace(dots, **_place(leg))
-        figure.add_trace(_means(1e3 * run.speed_m_s[:, leg], measured[:, leg], leg == 0), **_place(leg))
+        figure.add_trace(_means(speed_mm_s, friction_n, leg == 0), **_place(leg))
         figure.add_trace(_curve(1e3 * speeds, law_n, "model", ERROR, leg == 0), **_place(leg))
-    reach = 1.15 * float(np.quantile(np.abs(measured), 0.999))
+    in_view = np.abs(measured[np.abs(run.speed_m_s) <= fastest_m_s])
+    reach = 1.15 * float(np.quantile(in_view, 0.999)) if in_view.size else 1.0
     figure.update_yaxes(range=[-reach, reach], zeroline=True, zerolinecolor=REFERENCE)
     return figure
 
 
 def _means(speed_mm_s: Array, friction_n: Array, legend: bool) -> go.Scatter:
     """Over equally many rows each."""
-    bins = np.array_split(np.argsort(speed_mm_s), BINS)
+    bins = [each for each in np.array_split(np.argsort(speed_mm_s), BINS) if len(each)]
     return go.Scatter(
         x=[float(speed_mm_s[each].mean()) for each in bins],
         y=[float(friction_n[each].mean()) for each in bins],
         mode="markers",
         marker={"size": 6, "color": ESTIMATE, "line": {"color": "white", "width": 1}},
-        name=f"mean of {len(bins[0])} rows",
+        name=f"means of 1/{BINS} of the rows",
         legendgroup="mean",
         showlegend=legend,
         hovertemplate="%{y:.1f} N at %{x:.1f} mm/s",
