@@ -127,16 +127,17 @@ const hexload_health_t* hexload_health(const hexload_t* self) {
 }
 
 /// Rows of the effects: their covariance with theta, then with the effects before; mu's lies between.
-static uint32_t write_effects(const hexload_actuator_effects_t* effects, hexload_real_t* covariance) {
+static uint32_t write_effects(const hexload_momentum_effects_t* self, hexload_real_t* covariance) {
+    const hexload_real_t* known = self->effects.filter.covariance;
     uint32_t written = 0;
     int first = 0; // of the row
     for (int i = 0; i < HEXLOAD_EFFECTS_DIM; i++) {
         for (int j = 0; j < HEXLOAD_LOAD_DIM; j++) {
-            covariance[written] = effects->covariance[first + j];
+            covariance[written] = self->momentum.jackknife.factor[j] * known[first + j];
             written++;
         }
         for (int j = 0; j <= i; j++) {
-            covariance[written] = effects->covariance[first + HEXLOAD_MOMENTUM_STATES + j];
+            covariance[written] = known[first + HEXLOAD_MOMENTUM_STATES + j];
             written++;
         }
         first += HEXLOAD_MOMENTUM_STATES + i + 1;
@@ -144,19 +145,38 @@ static uint32_t write_effects(const hexload_actuator_effects_t* effects, hexload
     return written;
 }
 
-uint32_t hexload_covariance(const hexload_t* self, hexload_real_t covariance[HEXLOAD_COVARIANCES_MAX]) {
-    const hexload_momentum_t* momentum = momentum_of(self);
-    const int parameters = momentum != NULL ? HEXLOAD_LOAD_DIM : HEXLOAD_PAPER_DIM;
+/// The filter's, widened as its sigmas are: by the blocks' factors, and by what the rig leaves open.
+static uint32_t write_load(const hexload_momentum_t* momentum, hexload_real_t* covariance) {
+    const hexload_real_t* factor = momentum->jackknife.factor;
     uint32_t written = 0;
-    for (int i = 0; i < parameters; i++) {
+    for (int i = 0; i < HEXLOAD_LOAD_DIM; i++) {
         for (int j = 0; j <= i; j++) {
-            covariance[written] =
-                momentum != NULL ? momentum->filter.load_cov[i][j] : self->as.paper.filter.param_cov[i][j];
+            hexload_real_t sum = factor[i] * factor[j] * momentum->filter.load_cov[i][j];
+            for (int n = 0; n < HEXLOAD_RIG_DIRECTIONS_MAX; n++) { // zeros beyond the configured ones
+                sum = hexload_fma(momentum->consider.load[n][i], momentum->consider.load[n][j], sum);
+            }
+            covariance[written] = sum;
             written++;
         }
     }
+    return written;
+}
+
+uint32_t hexload_covariance(const hexload_t* self, hexload_real_t covariance[HEXLOAD_COVARIANCES_MAX]) {
+    const hexload_momentum_t* momentum = momentum_of(self);
+    uint32_t written = 0;
+    if (momentum != NULL) {
+        written = write_load(momentum, covariance);
+    } else {
+        for (int i = 0; i < HEXLOAD_PAPER_DIM; i++) {
+            for (int j = 0; j <= i; j++) {
+                covariance[written] = self->as.paper.filter.param_cov[i][j];
+                written++;
+            }
+        }
+    }
     if (self->kind == HEXLOAD_KIND_MOMENTUM_EFFECTS) {
-        written += write_effects(&self->as.momentum_effects.effects.filter, &covariance[written]);
+        written += write_effects(&self->as.momentum_effects, &covariance[written]);
     }
     return written;
 }

@@ -4,9 +4,9 @@
 #include "momentum_tick.h"
 
 // The lasting memory of an estimator: 4-byte numbers, or 8-byte ones in the reference build.
-_Static_assert(sizeof(hexload_momentum_t) <= (size_t)15 * 1024 * sizeof(hexload_real_t) / sizeof(float) ||
+_Static_assert(sizeof(hexload_momentum_t) <= (size_t)20 * 1024 * sizeof(hexload_real_t) / sizeof(float) ||
                    HEXLOAD_LAG_TICKS_MAX > 82,
-               "an estimator fits in 15 KiB");
+               "an estimator fits in 20 KiB");
 
 HEXLOAD_RARE hexload_status_t hexload_momentum_init(hexload_momentum_t* self,
                                                     const hexload_config_t* config) {
@@ -29,6 +29,7 @@ HEXLOAD_RARE hexload_status_t hexload_momentum_init(hexload_momentum_t* self,
     hexload_smoother_init(&self->smoother, config);
     hexload_momentum_filter_init(&self->filter, config);
     hexload_consider_init(&self->consider);
+    hexload_jackknife_init(&self->jackknife);
     hexload_momentum_supervisor_init(&self->supervisor);
     self->is_mass_known = config->momentum.prior_mass_sigma_kg < hexload_momentum_open_mass_sigma_kg(config);
     return HEXLOAD_OK;

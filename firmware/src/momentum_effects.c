@@ -4,9 +4,9 @@
 
 // The lasting memory of an estimator: 4-byte numbers, or 8-byte ones in the reference build.
 _Static_assert(sizeof(hexload_momentum_effects_t) <=
-                       (size_t)20 * 1024 * sizeof(hexload_real_t) / sizeof(float) ||
+                       (size_t)24 * 1024 * sizeof(hexload_real_t) / sizeof(float) ||
                    HEXLOAD_LAG_TICKS_MAX > 82,
-               "an estimator fits in 20 KiB");
+               "an estimator fits in 24 KiB");
 
 hexload_status_t hexload_momentum_effects_init(hexload_momentum_effects_t* self,
                                                const hexload_config_t* config) {

@@ -17,6 +17,7 @@
 #include "front_end/noise_estimator.h"
 #include "hexload/momentum.h"
 #include "momentum/consider.h"
+#include "momentum/jackknife.h"
 #include "momentum/load_monitor.h"
 #include "momentum/momentum_filter.h"
 #include "momentum/momentum_supervisor.h"
@@ -88,6 +89,7 @@ static inline void watch_load(hexload_momentum_t* self, const hexload_config_t* 
         !self->is_changing) {
         self->is_changing = true;
         self->change_tick = now->sample->tick - HEXLOAD_ALARM_DELAY_TICKS;
+        hexload_momentum_supervisor_alarm(&self->supervisor);
         hexload_health_set(health, HEXLOAD_HEALTH_LOAD_CHANGED);
     }
     hexload_momentum_supervisor_hear(&self->supervisor, config, &self->monitor);
@@ -100,6 +102,7 @@ static inline void forget_load(hexload_momentum_t* self, const hexload_config_t*
     hexload_load_monitor_restart(&self->monitor);
     hexload_momentum_supervisor_forget(&self->supervisor);
     hexload_momentum_filter_forget(&self->filter, config);
+    hexload_jackknife_forget(&self->jackknife);
     if (effects != NULL && self->is_mass_known) {
         hexload_actuator_effects_init(&effects->filter, config);
     } else if (effects != NULL) {
@@ -170,11 +173,20 @@ static inline void filter(hexload_momentum_t* self, const hexload_config_t* conf
         self->is_interrupted = true;
         past->smooth.gap_ticks = 1; // at rest, time goes on
     }
-    hexload_momentum_supervisor_watch(&self->supervisor, config, &self->filter, past);
+    hexload_momentum_supervisor_watch(&self->supervisor, config, &self->filter, &self->jackknife, past);
     if (effects != NULL) {
         hexload_identifiability_step(&effects->identifiability, config, &self->filter, &effects->filter,
                                      &past->smooth);
     }
+}
+
+/// Work that can wait does so in a tick whose poses have taken more steps than those of the tick before.
+static inline void compare_blocks(hexload_momentum_t* self, const hexload_config_t* config,
+                                  uint32_t newton_steps) {
+    if (newton_steps <= self->newton_steps) {
+        hexload_jackknife_step(&self->jackknife, config, &self->filter);
+    }
+    self->newton_steps = newton_steps;
 }
 
 /// A number that is not finite: everything begins from nothing.
@@ -182,6 +194,7 @@ static inline void restart(hexload_momentum_t* self, const hexload_config_t* con
                            hexload_effects_stage_t* effects, uint32_t* health) {
     hexload_momentum_filter_init(&self->filter, config);
     hexload_consider_init(&self->consider);
+    hexload_jackknife_init(&self->jackknife);
     hexload_load_monitor_init(&self->monitor);
     hexload_momentum_supervisor_forget(&self->supervisor);
     if (effects != NULL) {
@@ -212,17 +225,18 @@ static inline hexload_status_t hexload_momentum_run(hexload_momentum_t* self, co
     if (now.sample != NULL && take_delayed(self, config, &now, &past, &health)) {
         join(self, config, effects, &past.smooth);
         filter(self, config, effects, &past, update);
+        compare_blocks(self, config, now.motion->newton_steps + past.motion.newton_steps);
     }
     if (!hexload_momentum_filter_is_finite(&self->filter) ||
         (effects != NULL && !hexload_actuator_effects_is_finite(&effects->filter))) {
         restart(self, config, effects, &health);
     }
-    hexload_momentum_supervisor_judge(&self->supervisor, config, &self->filter, &self->consider, estimate,
-                                      &health);
+    hexload_momentum_supervisor_judge(&self->supervisor, config, &self->filter, &self->jackknife,
+                                      &self->consider, estimate, &health);
     if (effects != NULL) {
         hexload_identifiability_judge(&effects->identifiability, estimate, &health);
     }
-    hexload_momentum_supervisor_hold_back(&self->supervisor, estimate);
+    hexload_momentum_supervisor_hold_back(&self->supervisor, &self->jackknife, estimate);
     estimate->tick = sample->tick;
     hexload_health_count(&self->health, health);
     return HEXLOAD_OK;

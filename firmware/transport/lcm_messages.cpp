@@ -97,6 +97,7 @@ bool read_estimate(const estimate_t& message, hexload_bus_filter_t filter, hexlo
     }
     std::transform(message.value.begin(), message.value.end(), estimate.value, to_real);
     std::transform(message.sigma.begin(), message.sigma.end(), estimate.sigma, to_real);
+    std::transform(message.own_sigma.begin(), message.own_sigma.end(), estimate.own_sigma, to_real);
     estimate.verdict = *worst;
     estimate.nis = to_real(message.nis);
     estimate.nis_mean = to_real(message.nis_mean);
@@ -142,6 +143,7 @@ estimate_t estimate_message(const hexload_bus_answer_t& answer) {
     for (std::size_t k = 0; k < names.size(); ++k) {
         message.value.push_back(to_float(estimate.value[k]));
         message.sigma.push_back(to_float(estimate.sigma[k]));
+        message.own_sigma.push_back(to_float(estimate.own_sigma[k]));
         message.parameter_verdict.push_back(hexload_verdict_name(estimate.parameter_verdict[k]));
     }
     message.verdict = hexload_verdict_name(estimate.verdict);

@@ -12,19 +12,22 @@ void FileCloser::operator()(std::FILE* file) const noexcept {
     std::fclose(file);
 }
 
-EstimateFile::EstimateFile(const std::filesystem::path& path,
-                           std::span<const std::string_view> parameter_names)
-    : path_(path), file_(std::fopen(path.c_str(), "w")), parameter_count_(parameter_names.size()) {
+EstimateFile::EstimateFile(const std::filesystem::path& path, const EstimatorLink& link)
+    : path_(path), file_(std::fopen(path.c_str(), "w")), parameter_count_(link.parameter_names().size()),
+      own_sigma_count_(link.own_sigma_names().size()) {
     if (!file_) {
         throw_write_error(path_);
     }
     fmt::memory_buffer line;
     fmt::format_to(std::back_inserter(line), "t");
-    for (const std::string_view name : parameter_names) {
+    for (const std::string_view name : link.parameter_names()) {
         fmt::format_to(std::back_inserter(line), ",{}", name);
     }
-    for (const std::string_view name : parameter_names) {
+    for (const std::string_view name : link.parameter_names()) {
         fmt::format_to(std::back_inserter(line), ",s_{}", name);
+    }
+    for (const std::string_view name : link.own_sigma_names()) {
+        fmt::format_to(std::back_inserter(line), ",n_{}", name);
     }
     fmt::format_to(std::back_inserter(line), ",nis,verdict\n");
     std::fwrite(line.data(), 1, line.size(), file_.get());
@@ -38,6 +41,9 @@ void EstimateFile::write(const EstimateRow& row) {
     }
     for (std::size_t k = 0; k < parameter_count_; k++) {
         fmt::format_to(std::back_inserter(line), ",{:.9g}", row.sigma[k]);
+    }
+    for (std::size_t k = 0; k < own_sigma_count_; k++) {
+        fmt::format_to(std::back_inserter(line), ",{:.9g}", row.own_sigma[k]);
     }
     fmt::format_to(std::back_inserter(line), ",{:.9g},{}\n", row.nis, row.verdict);
     if (std::fwrite(line.data(), 1, line.size(), file_.get()) != line.size()) {

@@ -1,4 +1,5 @@
-// The estimates CSV: t, the parameters, their sigmas, nis, verdict; a row per tick.
+// The estimates CSV: t, the parameters, their sigmas, the filter's part of these where it is known, nis,
+// verdict; a row per tick.
 #pragma once
 
 #include <hexload_sim/estimator_link.hpp>
@@ -17,8 +18,9 @@ struct FileCloser {
 
 class EstimateFile {
   public:
-    // Creates or empties the file. Throws InputError when it cannot be written; so do write() and close().
-    EstimateFile(const std::filesystem::path& path, std::span<const std::string_view> parameter_names);
+    // Creates or empties the file, for the rows of that link. Throws InputError when it cannot be written; so
+    // do write() and close().
+    EstimateFile(const std::filesystem::path& path, const EstimatorLink& link);
 
     // Nine significant digits: float32 survives the round trip.
     void write(const EstimateRow& row);
@@ -28,6 +30,7 @@ class EstimateFile {
     std::filesystem::path path_;
     std::unique_ptr<std::FILE, FileCloser> file_;
     std::size_t parameter_count_;
+    std::size_t own_sigma_count_;
 };
 
 // The trace CSV, a row for each estimate: t, of the measurement; the innovations; their variances; nis; gate.

@@ -34,6 +34,7 @@ EstimateRow estimate_row(const hexload_estimate_t& estimate, double t_s, std::ui
     row.t_s = t_s;
     std::copy(std::begin(estimate.value), std::end(estimate.value), row.value.begin());
     std::copy(std::begin(estimate.sigma), std::end(estimate.sigma), row.sigma.begin());
+    std::copy(std::begin(estimate.own_sigma), std::end(estimate.own_sigma), row.own_sigma.begin());
     row.nis = static_cast<double>(estimate.nis);
     row.verdict = hexload_verdict_name(estimate.verdict);
     std::transform(std::begin(estimate.parameter_verdict), std::end(estimate.parameter_verdict),
@@ -44,7 +45,9 @@ EstimateRow estimate_row(const hexload_estimate_t& estimate, double t_s, std::ui
 
 void add_effects(EstimateRow& row, const hexload_effects_estimate_t& effects) {
     std::copy(std::begin(effects.value), std::end(effects.value), row.value.begin() + HEXLOAD_LOAD_DIM);
-    std::copy(std::begin(effects.sigma), std::end(effects.sigma), row.sigma.begin() + HEXLOAD_LOAD_DIM);
+    for (auto* sigma : {&row.sigma, &row.own_sigma}) {
+        std::copy(std::begin(effects.sigma), std::end(effects.sigma), sigma->begin() + HEXLOAD_LOAD_DIM);
+    }
 }
 
 std::vector<ConfoundedParameter> confounded_parameters(const hexload_effects_estimate_t& effects) {

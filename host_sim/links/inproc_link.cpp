@@ -61,6 +61,11 @@ class InprocLink final : public EstimatorLink {
         return sim::parameter_names(kind_);
     }
 
+    std::span<const std::string_view> own_sigma_names() const override {
+        return kind_ == EstimatorKind::paper ? std::span<const std::string_view>()
+                                             : load_parameter_names(kind_);
+    }
+
     std::span<const EstimateRow> step(const LegSample& sample) override {
         const hexload_leg_sample_t legs = firmware_sample(sample);
         last_status_ = traces_ == Traces::yes

@@ -348,9 +348,10 @@ static void test_considered_errors_are_those_of_wrong_constants(void) {
                                               difference, where);
         }
     }
-    // AND the variance is the filter's with their squares
+    // AND the variance is the filter's, widened by the blocks, with their squares
     for (int k = 0; k < HEXLOAD_LOAD_DIM; k++) {
-        double variance = pow((double)estimate[0].own_sigma[k], 2.0);
+        const double factor = (double)estimator[0].jackknife.factor[k];
+        double variance = pow(factor * (double)estimate[0].own_sigma[k], 2.0);
         for (int n = 0; n < 5; n++) {
             variance += pow((double)estimator[0].consider.load[n][k], 2.0);
         }

@@ -47,6 +47,7 @@ class Estimator {
         }
         return nb::make_tuple(Eigen::VectorXd(Eigen::Map<const Eigen::VectorXd>(row.value.data(), count)),
                               Eigen::VectorXd(Eigen::Map<const Eigen::VectorXd>(row.sigma.data(), count)),
+                              Eigen::VectorXd(Eigen::Map<const Eigen::VectorXd>(row.own_sigma.data(), count)),
                               row.nis, word(row.verdict), verdicts, row.health);
     }
 
@@ -98,7 +99,8 @@ void bind_estimator(nb::module_& module) {
              nb::arg("sampling_s"), nb::arg("tare").none() = nb::none())
         .def("step", &Estimator::step, nb::arg("tick"), nb::arg("displacement_m"), nb::arg("velocity_m_s"),
              nb::arg("force_n"),
-             "One sample, (6,) each: (value [n], sigma [n], nis, verdict, the parameters' verdicts, health "
+             "One sample, (6,) each: (value [n], sigma [n], the filter's part of it [n], nis, verdict, the "
+             "parameters' verdicts, health "
              "bits); None: refused.")
         .def_prop_ro("names", &Estimator::names)
         .def_prop_ro("covariance", &Estimator::covariance, "(n, n); (0, 0) of the paper's filter")

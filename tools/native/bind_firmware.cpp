@@ -119,6 +119,8 @@ class Answer {
                        row.value.begin() + static_cast<std::ptrdiff_t>(parameters));
         sigmas_.insert(sigmas_.end(), row.sigma.begin(),
                        row.sigma.begin() + static_cast<std::ptrdiff_t>(parameters));
+        own_sigmas_.insert(own_sigmas_.end(), row.own_sigma.begin(),
+                           row.own_sigma.begin() + static_cast<std::ptrdiff_t>(parameters));
         nis_.push_back(row.nis);
         health_.push_back(row.health);
         verdicts_.append(nb::str(row.verdict.data(), row.verdict.size()));
@@ -145,6 +147,7 @@ class Answer {
         result["t"] = as_array(std::move(times_), rows, 0);
         result["value"] = as_array(std::move(values_), rows, names.size());
         result["sigma"] = as_array(std::move(sigmas_), rows, names.size());
+        result["own_sigma"] = as_array(std::move(own_sigmas_), rows, names.size());
         result["nis"] = as_array(std::move(nis_), rows, 0);
         result["verdict"] = verdicts_;
         result["parameter_verdict"] =
@@ -175,7 +178,7 @@ class Answer {
         return list;
     }
 
-    std::vector<double> times_, values_, sigmas_, nis_, health_;
+    std::vector<double> times_, values_, sigmas_, own_sigmas_, nis_, health_;
     nb::list verdicts_;
     EstimateRow last_row_;
 };
@@ -194,7 +197,7 @@ nb::dict replay(const PlatformFile& platform, const std::optional<std::string>& 
     const EstimatorSettings settings = override_settings(platform.estimator, estimator, prior);
     const auto link =
         make_inproc_link(platform, settings, sampling_s, tare, trace_path ? Traces::yes : Traces::no);
-    EstimateFile file(out_path, link->parameter_names());
+    EstimateFile file(out_path, *link);
     std::optional<BodyFile> bodies;
     if (bodies_path) {
         if (link->covariance().empty()) {

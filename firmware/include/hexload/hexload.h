@@ -85,8 +85,8 @@ bool hexload_read_effects(const hexload_t* self, const hexload_estimate_t* estim
 /// Health bits of the last accepted tick, and counters since hexload_init(). Never NULL; lives as self does.
 const hexload_health_t* hexload_health(const hexload_t* self);
 
-/// Covariance of all unknowns in the descriptor's order, lower triangle by rows, products of their units.
-/// Not for the tick: up to 4,000 instructions.
+/// Covariance of all unknowns in the descriptor's order, lower triangle by rows, products of their units; its
+/// diagonal are the squares of hexload_estimate_t::sigma. Not for the tick: up to 7,000 instructions.
 /// @return numbers written: n (n + 1) / 2 of n unknowns.
 uint32_t hexload_covariance(const hexload_t* self, hexload_real_t covariance[HEXLOAD_COVARIANCES_MAX]);
 

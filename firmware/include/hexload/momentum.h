@@ -26,9 +26,11 @@ typedef struct hexload_momentum {
     hexload_kinematics_t delayed_kinematics;   ///< lag_ticks ago, or more after a gap
     hexload_momentum_filter_t filter;          ///< theta and mu, of lag_ticks ago
     hexload_consider_t consider;               ///< what the rig's open constants do to theta
+    hexload_jackknife_t jackknife;             ///< how much theta varies from block to block
     hexload_momentum_supervisor_t supervisor;  ///< verdicts
     hexload_health_t health;                   ///< bits and counters
     uint32_t change_tick;                      ///< first tick after the last load change
+    uint32_t newton_steps;                     ///< of the last tick's two poses
     bool is_changing;                          ///< the filter has not reached change_tick yet
     bool is_mass_known;                        ///< the configured mass is still taken for granted
     bool is_interrupted;                       ///< the filter's momentum must begin anew

@@ -203,6 +203,52 @@ typedef struct hexload_consider {
 } hexload_consider_t;
 
 enum {
+    HEXLOAD_JACKKNIFE_BLOCKS = 16,
+    // Stages of a round.
+    HEXLOAD_JACKKNIFE_WAIT = 0, ///< for the end of a block, and then the snapshot
+    HEXLOAD_JACKKNIFE_PREPARE,
+    HEXLOAD_JACKKNIFE_INVERT,
+    HEXLOAD_JACKKNIFE_PULL,
+    HEXLOAD_JACKKNIFE_CLOSE,
+    HEXLOAD_JACKKNIFE_MOVE,
+    HEXLOAD_JACKKNIFE_COMPARE,
+    HEXLOAD_JACKKNIFE_CONCLUDE,
+    HEXLOAD_JACKKNIFE_JOIN,
+};
+
+/// What one block of time has said of theta.
+typedef struct hexload_jackknife_block {
+    hexload_real_t information[HEXLOAD_LOAD_COVARIANCES]; ///< J, what P_tt^-1 has grown by
+    hexload_real_t pull[HEXLOAD_LOAD_DIM];                ///< s = J (theta by it alone - theta of now)
+} hexload_jackknife_block_t;
+
+typedef struct hexload_jackknife {
+    hexload_jackknife_block_t block[HEXLOAD_JACKKNIFE_BLOCKS];
+    hexload_real_t information[HEXLOAD_LOAD_COVARIANCES]; ///< P_tt^-1 at the end of the last block
+    hexload_real_t covariance[HEXLOAD_LOAD_COVARIANCES];  ///< P_tt there
+    hexload_real_t work[HEXLOAD_LOAD_COVARIANCES];        ///< on its way to minus its inverse
+    hexload_real_t theta[HEXLOAD_LOAD_DIM];               ///< there
+    hexload_real_t change[HEXLOAD_LOAD_DIM];              ///< of theta in the last block
+    hexload_real_t column[HEXLOAD_LOAD_DIM];              ///< that is worked with
+    hexload_real_t pivot;                                 ///< inverse of its entry on the diagonal
+    hexload_real_t
+        spread[HEXLOAD_LOAD_DIM];           ///< squares of what blocks have moved theta by, in those of sigma
+    hexload_real_t share[HEXLOAD_LOAD_DIM]; ///< of what is known, that the blocks have brought
+    hexload_real_t square[HEXLOAD_LOAD_DIM];       ///< sum of the squares of the blocks' shares
+    hexload_real_t last_share;                     ///< of the block before the one that is looked at
+    hexload_real_t pair[HEXLOAD_JACKKNIFE_BLOCKS]; ///< largest share of a block and the next one together
+    hexload_real_t factor[HEXLOAD_LOAD_DIM];       ///< by which sigma is too small; 1 or more
+    hexload_real_t pooled;                         ///< square of that of all together; may be below 1
+    uint32_t step;                                 ///< of the stage
+    uint32_t elapsed_ticks;                        ///< since the last block's end
+    uint32_t blocks;
+    uint8_t order[HEXLOAD_JACKKNIFE_BLOCKS]; ///< places of the blocks by age, then the free ones
+    uint8_t stage;
+    bool has_begun;     ///< `information` is there
+    bool has_concluded; ///< factors have been found since the start
+} hexload_jackknife_t;
+
+enum {
     HEXLOAD_WRENCH_PARTS = 3,   ///< of y
     HEXLOAD_WRENCH_SQUARES = 6, ///< of y y^T, the lower triangle by rows
     HEXLOAD_WRENCH_BINS = 4,    ///< of the 200 ms that do not count yet
@@ -245,6 +291,7 @@ typedef struct hexload_momentum_supervisor {
     /// Of the filter, each tick bounded, leaky over a second, also over changes of the load; ideal 6.
     hexload_real_t fit_nis;
     hexload_real_t unfit_s; ///< for so long the machine still counts as one that is not its model
+    hexload_real_t calm_s;  ///< since the last load change, or long enough
     uint32_t fit_ticks;     ///< in the mean, since the start
     /// Information per tick that the motion gives on each parameter if the others were known, 1 / its unit
     /// squared: leaky mean over excitation_time_constant_s.

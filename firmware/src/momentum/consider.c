@@ -229,11 +229,11 @@ void hexload_consider_step(hexload_consider_t* self, hexload_momentum_filter_t* 
 
 void hexload_consider_widen(const hexload_consider_t* self, const hexload_config_t* config,
                             hexload_real_t sigma[DIM]) {
-    for (int k = 0; k < DIM; k++) {
+    for (int k = 0; k < DIM && config->rig.direction_count > 0; k++) {
         hexload_real_t variance = sigma[k] * sigma[k];
         for (uint32_t n = 0; n < config->rig.direction_count; n++) {
             variance = hexload_fma(self->load[n][k], self->load[n][k], variance);
         }
-        sigma[k] = config->rig.direction_count == 0 ? sigma[k] : hexload_sqrt(variance);
+        sigma[k] = hexload_sqrt(variance);
     }
 }

@@ -18,13 +18,28 @@ enum { DIM = HEXLOAD_LOAD_DIM };
 /// A filter that has begun anew explains everything for a while.
 #define UNFIT_S HEXLOAD_REAL(10.0)
 
+/// Two alarms within that time are rather the machine's than the load's.
+#define STORM_S HEXLOAD_REAL(5.0)
+
+/// Variance of the estimate from block to block over the one that it should have, beyond which the machine
+/// has more than noise; and beyond which it has when something else says so too. Ideal runs of work motion
+/// have been seen at 6.
+#define UNFIT_VARIANCE HEXLOAD_REAL(9.0)
+#define DOUBTFUL_VARIANCE HEXLOAD_REAL(4.0)
+
 enum {
     FEWEST_TICKS = 20,
     JUDGED_TICKS = 100, ///< before, innovations have not said yet whether the machine fits its model
 };
 
 void hexload_momentum_supervisor_init(hexload_momentum_supervisor_t* self) {
-    *self = (hexload_momentum_supervisor_t){.nis_mean = CHI_SQUARE_6_MEAN, .fit_nis = CHI_SQUARE_6_MEAN};
+    *self = (hexload_momentum_supervisor_t){
+        .nis_mean = CHI_SQUARE_6_MEAN, .fit_nis = CHI_SQUARE_6_MEAN, .calm_s = STORM_S};
+}
+
+void hexload_momentum_supervisor_alarm(hexload_momentum_supervisor_t* self) {
+    self->unfit_s = self->calm_s < STORM_S ? UNFIT_S : self->unfit_s;
+    self->calm_s = HEXLOAD_REAL(0.0);
 }
 
 hexload_fit_t hexload_momentum_supervisor_fit(const hexload_momentum_supervisor_t* self,
@@ -144,25 +159,34 @@ void hexload_momentum_supervisor_hear(hexload_momentum_supervisor_t* self, const
     self->nis_mean += config->tick_s / config->momentum.nis_time_constant_s * (monitor->nis - self->nis_mean);
 }
 
+/// By the blocks of the estimate. Errors that vary come with constant ones, which no block shows: where those
+/// are considered, sigma has them.
+static bool is_beyond(const hexload_jackknife_t* jackknife, const hexload_config_t* config,
+                      hexload_real_t variance) {
+    return config->rig.direction_count == 0 && jackknife->pooled > variance;
+}
+
 /// A mean over all ticks at first, as if FEWEST_TICKS ideal ones had gone before.
 static void measure_fit(hexload_momentum_supervisor_t* self, const hexload_config_t* config,
-                        const hexload_momentum_filter_t* filter) {
+                        const hexload_momentum_filter_t* filter, const hexload_jackknife_t* jackknife) {
     const hexload_real_t share = hexload_max(
         config->tick_s / FIT_S, HEXLOAD_REAL(1.0) / (hexload_real_t)(FEWEST_TICKS + self->fit_ticks));
     self->fit_ticks += self->fit_ticks < UINT32_MAX / 2 ? 1 : 0;
     self->fit_nis += share * (hexload_min(filter->nis, LARGEST_NIS) - self->fit_nis);
-    if (self->fit_nis > FIT_NIS) {
+    if (self->fit_nis > FIT_NIS || is_beyond(jackknife, config, UNFIT_VARIANCE)) {
         self->unfit_s = UNFIT_S;
     }
+    self->calm_s = hexload_min(STORM_S, self->calm_s + config->tick_s);
     self->unfit_s = hexload_max(HEXLOAD_REAL(0.0), self->unfit_s - config->tick_s);
 }
 
 void hexload_momentum_supervisor_watch(hexload_momentum_supervisor_t* self, const hexload_config_t* config,
                                        const hexload_momentum_filter_t* filter,
+                                       const hexload_jackknife_t* jackknife,
                                        const hexload_delayed_tick_t* past) {
     const hexload_momentum_config_t* momentum = &config->momentum;
     const uint32_t gap_ticks = past->smooth.gap_ticks;
-    measure_fit(self, config, filter);
+    measure_fit(self, config, filter, jackknife);
     self->elapsed_ticks += gap_ticks;
     if (gap_ticks == 0) { // the twist of before is another motion's
         memcpy(self->last_twist, filter->smooth_twist, sizeof self->last_twist);
@@ -218,17 +242,21 @@ static hexload_verdict_t judge_parameter(const hexload_momentum_supervisor_t* se
 
 void hexload_momentum_supervisor_judge(hexload_momentum_supervisor_t* self, const hexload_config_t* config,
                                        const hexload_momentum_filter_t* filter,
+                                       const hexload_jackknife_t* jackknife,
                                        const hexload_consider_t* consider, hexload_estimate_t* estimate,
                                        uint32_t* health) {
     hexload_real_t scale[DIM];
     hexload_momentum_filter_read(filter, estimate->value, estimate->own_sigma);
     memcpy(estimate->sigma, estimate->own_sigma, sizeof estimate->sigma);
+    hexload_jackknife_widen(jackknife, estimate->sigma);
     hexload_consider_widen(consider, config, estimate->sigma);
     estimate->nis = filter->nis;
     estimate->nis_mean = self->nis_mean;
     estimate->verdict = HEXLOAD_VERDICT_CONVERGED;
     find_scales(filter, scale);
-    const bool is_misfit = self->fit_nis > MISFIT_NIS;
+    const bool is_doubtful = self->unfit_s > HEXLOAD_REAL(0.0);
+    const bool is_misfit =
+        self->fit_nis > MISFIT_NIS || (is_doubtful && is_beyond(jackknife, config, DOUBTFUL_VARIANCE));
     const bool fits_model = !is_misfit && self->nis_mean <= config->momentum.inconsistent_nis &&
                             hexload_pseudo_inertia_is_positive(estimate->value, estimate->sigma);
     for (int k = 0; k < DIM; k++) {
@@ -252,8 +280,10 @@ void hexload_momentum_supervisor_judge(hexload_momentum_supervisor_t* self, cons
 }
 
 void hexload_momentum_supervisor_hold_back(const hexload_momentum_supervisor_t* self,
+                                           const hexload_jackknife_t* jackknife,
                                            hexload_estimate_t* estimate) {
-    for (int k = 0; k < DIM && self->fit_ticks < JUDGED_TICKS; k++) {
+    const bool is_judged = self->fit_ticks >= JUDGED_TICKS && jackknife->has_concluded;
+    for (int k = 0; k < DIM && !is_judged; k++) {
         if (estimate->parameter_verdict[k] == HEXLOAD_VERDICT_CONVERGED) {
             estimate->parameter_verdict[k] = HEXLOAD_VERDICT_CONVERGING;
         }

@@ -5,6 +5,7 @@
 
 #include "hexload/estimate.h"
 #include "momentum/consider.h"
+#include "momentum/jackknife.h"
 #include "momentum/load_monitor.h"
 
 void hexload_momentum_supervisor_init(hexload_momentum_supervisor_t* self);
@@ -13,6 +14,10 @@ void hexload_momentum_supervisor_init(hexload_momentum_supervisor_t* self);
 /// in them too.
 void hexload_momentum_supervisor_hear(hexload_momentum_supervisor_t* self, const hexload_config_t* config,
                                       const hexload_load_monitor_t* monitor);
+
+/// A load change has been detected. After a second one within seconds the machine counts as one that does not
+/// fit its model, so that one that does not is no storm of alarms.
+void hexload_momentum_supervisor_alarm(hexload_momentum_supervisor_t* self);
 
 /// How well the machine has fitted its model of late: by fit_nis, and by config->rig, whose friction has
 /// errors that are not noise.
@@ -25,6 +30,7 @@ void hexload_momentum_supervisor_forget(hexload_momentum_supervisor_t* self);
 /// Looks at the motion of one sample of the filter.
 void hexload_momentum_supervisor_watch(hexload_momentum_supervisor_t* self, const hexload_config_t* config,
                                        const hexload_momentum_filter_t* filter,
+                                       const hexload_jackknife_t* jackknife,
                                        const hexload_delayed_tick_t* past);
 
 /// Fills in the estimate from the filter and judges it. A parameter that has not converged is converging when
@@ -33,12 +39,14 @@ void hexload_momentum_supervisor_watch(hexload_momentum_supervisor_t* self, cons
 /// @param[in,out] health sets NOT_EXCITED, INCONSISTENT, MODEL_MISFIT. Reentrant, constant time.
 void hexload_momentum_supervisor_judge(hexload_momentum_supervisor_t* self, const hexload_config_t* config,
                                        const hexload_momentum_filter_t* filter,
+                                       const hexload_jackknife_t* jackknife,
                                        const hexload_consider_t* consider, hexload_estimate_t* estimate,
                                        uint32_t* health);
 
-/// Nothing counts as converged while innovations have not said yet whether the machine fits its model. After
-/// all that judges.
+/// Nothing counts as converged while innovations and blocks have not said yet whether the machine fits its
+/// model. After all that judges.
 void hexload_momentum_supervisor_hold_back(const hexload_momentum_supervisor_t* self,
+                                           const hexload_jackknife_t* jackknife,
                                            hexload_estimate_t* estimate);
 
 #endif

@@ -12,6 +12,7 @@
 #include "platform_file/rig_file.hpp"
 #include "transport/real_time.hpp"
 
+#include <hexload/hexload.h>
 #include <hexload_sim/run_directory.hpp>
 #include <hexload_sim/scenario.hpp>
 #include <hexload_sim/simulator.hpp>
@@ -19,11 +20,14 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <algorithm>
 #include <chrono>
 #include <memory>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <thread>
+#include <vector>
 
 #include <unistd.h>
 
@@ -144,6 +148,19 @@ void print_known_mass(const sim::Scenario& scenario, const platform::PlatformFil
     }
 }
 
+// What to do about a verdict that the machine itself causes.
+void print_mend(const std::vector<sim::HealthCount>& health, std::string_view verdict) {
+    const auto is_misfit = [](const sim::HealthCount& count) {
+        return count.name == hexload_health_name(HEXLOAD_HEALTH_MODEL_MISFIT) && count.ticks > 0;
+    };
+    if (verdict == hexload_verdict_name(HEXLOAD_VERDICT_INCONSISTENT) &&
+        std::ranges::any_of(health, is_misfit)) {
+        fmt::print(
+            "  the machine does not fit its platform file: a base that is not level, friction, legs with "
+            "mass or late sensors do that; `hexload commission` finds them in a run of the empty platform\n");
+    }
+}
+
 void print_summary(const sim::Scenario& scenario, const platform::PlatformFile& platform,
                    const sim::RunResult& result, const sim::EstimatorLink& link,
                    const std::optional<sim::EstimateRow>& last, double elapsed_s) {
@@ -169,6 +186,7 @@ void print_summary(const sim::Scenario& scenario, const platform::PlatformFile& 
     }
     if (last) {
         fmt::print("  verdict: {}\n", last->verdict);
+        print_mend(result.health, last->verdict);
     }
     if (!result.load_changes_s.empty()) {
         fmt::print("  another load detected at {:.3f} s\n", fmt::join(result.load_changes_s, " s, "));
@@ -179,8 +197,8 @@ void print_summary(const sim::Scenario& scenario, const platform::PlatformFile& 
 class Recorder {
   public:
     Recorder(sim::RunDirectory& directory, const sim::EstimatorLink& link, std::uint32_t ticks, bool show)
-        : directory_(directory), estimates_(directory.file("estimates.csv"), link.parameter_names()),
-          ticks_(ticks), show_(show) {}
+        : directory_(directory), estimates_(directory.file("estimates.csv"), link), ticks_(ticks),
+          show_(show) {}
 
     void write(const sim::Tick& tick, std::span<const sim::EstimateRow> rows) {
         directory_.write(tick);

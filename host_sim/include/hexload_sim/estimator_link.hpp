@@ -30,6 +30,7 @@ struct EstimateRow {
     double t_s = 0.0;                           // of the sample that it belongs to
     std::array<double, parameters_max> value{}; // the first parameter_names().size() entries are used
     std::array<double, parameters_max> sigma{};
+    std::array<double, parameters_max> own_sigma{}; // the filter's part of sigma; zeros from a bus
     double nis = 0.0;
     std::string_view verdict;                           // the worst of the parameters'
     std::array<std::string_view, 10> parameter_verdict; // of the load's parameters
@@ -110,6 +111,12 @@ class EstimatorLink {
     virtual ~EstimatorLink() = default;
 
     virtual std::span<const std::string_view> parameter_names() const = 0;
+
+    // Those of which EstimateRow::own_sigma is another number than sigma. None: the paper's filter has no
+    // other, and a bus carries sigma alone.
+    virtual std::span<const std::string_view> own_sigma_names() const {
+        return {};
+    }
 
     // Before the first sample: makes the estimator ready. Throws LinkError.
     virtual void start() {}

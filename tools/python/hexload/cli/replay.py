@@ -13,10 +13,10 @@ def print_summary(
 ) -> None:
     """The final estimates on the terminal, and the files that have been written."""
     table = Table()
-    for heading in ("parameter", "estimate", "sigma", "verdict"):
-        table.add_column(heading, justify="right" if heading in ("estimate", "sigma") else "left")
+    for heading in ("parameter", "estimate", "sigma", "filter's own", "verdict"):
+        table.add_column(heading, justify="left" if heading in ("parameter", "verdict") else "right")
     for row in load_summary.parameters(result):
-        numbers = (f"{value:.{row.digits}f}" for value in (row.value, row.sigma))
+        numbers = (f"{value:.{row.digits}f}" for value in (row.value, row.sigma, row.own_sigma))
         table.add_row(f"{row.symbol}, {row.unit}", *numbers, row.words)
     Console().print(table)
     if "body" in result:
@@ -24,7 +24,7 @@ def print_summary(
         print(f"body:      {load_summary.consistent_in_words(result['body'])}")
     print(f"verdict:   {result['verdict'][-1]} after {len(result['t'])} ticks")
     print(f"health:    {load_summary.health_in_words(result['health_counts']) or 'no remark'}")
-    if mend := load_summary.mend_in_words(result["health_counts"], result["verdict"][-1]):
+    if mend := load_summary.mend_in_words(result["health_counts"], result["verdict"][-1], result["has_rig"]):
         print(f"mend:      {mend}")
     if times_s := load_summary.load_changes_s(result):
         print(f"new load:  detected {load_summary.moments_in_words(times_s)}")

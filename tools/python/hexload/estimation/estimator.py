@@ -34,6 +34,7 @@ class Estimate:
     names: tuple[str, ...]  # of the n parameters; units: hexload.unit_of(name)
     value: Array  # (n,), SI, about O_A in platform axes; of the paper's filter about the load's centre of mass
     sigma: Array  # (n,), one standard deviation, the tare's included
+    own_sigma: Array  # (n,), the filter's part of it: what its noise model alone would say
     nis: float  # normalised innovation squared; its mean is the number of measurements where model and noise fit
     verdict: str  # the worst of the parameters': converging, converged, not_excited, inconsistent
     parameter_verdict: tuple[str, ...]  # of the load's parameters
@@ -100,9 +101,11 @@ class Estimator:
         answer = self._native.step(now, *self._without_leg_mass(now, legs))
         if answer is None:
             return None
-        value, sigma, nis, verdict, verdicts, bits = answer
+        value, sigma, own_sigma, nis, verdict, verdicts, bits = answer
         health = tuple(name for bit, name in enumerate(self._health_names) if bits >> bit & 1)
-        return Estimate(now * self._sampling_s, self.names, value, sigma, nis, verdict, tuple(verdicts), health)
+        return Estimate(
+            now * self._sampling_s, self.names, value, sigma, own_sigma, nis, verdict, tuple(verdicts), health
+        )
 
     def _without_leg_mass(self, tick: int, legs: tuple[Array, ...]) -> tuple[Array, ...]:
         if self._tare is None or self._tare.leg_mass is None:
@@ -155,6 +158,7 @@ class Replay:
     names: tuple[str, ...]
     value: Array  # (k, n), as Estimate.value
     sigma: Array  # (k, n)
+    own_sigma: Array  # (k, n), as Estimate.own_sigma
     nis: Array  # (k,)
     verdict: tuple[str, ...]  # (k,)
     parameter_verdict: dict[str, str]  # in words, at the end
@@ -173,6 +177,7 @@ class Identification:
     names: tuple[str, ...]
     value: Array  # (n,)
     sigma: Array  # (n,)
+    own_sigma: Array  # (n,), as Estimate.own_sigma
     verdict: str
     words: dict[str, str]  # each parameter's verdict with its reason
     body: Body | None
@@ -228,6 +233,7 @@ def replay(
         names=tuple(result["names"]),
         value=result["value"],
         sigma=result["sigma"],
+        own_sigma=result["own_sigma"],
         nis=result["nis"],
         verdict=tuple(result["verdict"]),
         parameter_verdict=words,
@@ -254,7 +260,14 @@ def identify(
     """The load at the end of a log in memory: replay() and its last row. Arguments, errors and source as of replay()."""
     run = replay(t, dl, vl, f, platform, kind, prior=prior, tare=tare)
     return Identification(
-        run.names, run.value[-1], run.sigma[-1], run.verdict[-1], run.parameter_verdict, run.body, run.load_changes_s
+        names=run.names,
+        value=run.value[-1],
+        sigma=run.sigma[-1],
+        own_sigma=run.own_sigma[-1],
+        verdict=run.verdict[-1],
+        words=run.parameter_verdict,
+        body=run.body,
+        load_changes_s=run.load_changes_s,
     )
 
 

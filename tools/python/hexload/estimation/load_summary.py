@@ -61,6 +61,7 @@ class Parameter:
     digits: int  # after the point, of value and sigma
     value: float
     sigma: float
+    own_sigma: float  # the filter's part of it
     words: str  # the verdict; of the machine's effects, which have none, nothing
 
 
@@ -68,12 +69,12 @@ def parameters(result: dict) -> list[Parameter]:
     """Of what hexload_native.replay returns."""
     has_ten = "m" in result["names"]
     rows = []
-    columns = (result["names"], result["value"][-1], result["sigma"][-1], result["parameter_verdict"])
-    for name, value, sigma, verdict in zip_longest(*columns):
+    numbers = (result[key][-1].tolist() for key in ("value", "sigma", "own_sigma"))
+    for name, value, sigma, own, verdict in zip_longest(result["names"], *numbers, result["parameter_verdict"]):
         unit = unit_of_parameter(name)
         words = "" if verdict is None else in_words(name, verdict, result["confounded"].get(name))
         digits = TEN_DIGITS if has_ten else DIGITS[name]
-        rows.append(Parameter(name, SYMBOLS.get(name, name), unit, digits, float(value), float(sigma), words))
+        rows.append(Parameter(name, SYMBOLS.get(name, name), unit, digits, value, sigma, own, words))
     return rows
 
 
@@ -129,8 +130,16 @@ def health_in_words(ticks_of: dict[str, int]) -> str:
     return ", ".join(f"{name} in {ticks} tick{'s' if ticks > 1 else ''}" for name, ticks in remarks)
 
 
-def mend_in_words(ticks_of: dict[str, int], verdict: str) -> str:
+def mend_in_words(ticks_of: dict[str, int], verdict: str, has_rig: bool = False) -> str:
     """What to do about a verdict that the machine itself causes; nothing when it does not."""
     if verdict != "inconsistent" or not ticks_of.get("model misfit"):
         return ""
-    return "the machine does not fit its platform file: run `hexload commission` on a log of the empty platform, then replay with --rig"
+    if has_rig:
+        return (
+            "the machine does not fit its rig file: commission it again, as it is now; look at the friction curves, "
+            "their law may be another, and whether the base has been levelled or moved since"
+        )
+    return (
+        "the machine does not fit its platform file: a base that is not level, friction, legs with mass or late sensors "
+        "do that; run `hexload commission` on a log of the empty platform, then replay with --rig"
+    )

@@ -23,8 +23,8 @@ def replay_log(
     trace: Path | None = None,
     rig: Path | None = None,
 ) -> dict:
-    """Writes the estimates CSV to `out`, one row per log row, and returns what hexload_native.replay returns, with the
-    log reader's remarks.
+    """Writes the estimates CSV to `out`, one row per log row, and returns what hexload_native.replay returns, with
+    `has_rig` and the log reader's remarks.
 
     `estimator` and `prior` override the platform file's [estimator] table. `tare`: file of `hexload tare`, made with
     the same platform; `rig`: of `hexload commission`, likewise. `bodies`: a CSV for the load as a body, one row per log row. `report`: a page, of all ten
@@ -49,6 +49,7 @@ def replay_log(
     ):
         try:
             result = run_firmware(native, platform, legs, temporary, estimator, prior, offset, body_file, trace_file)
+            result["has_rig"] = rig is not None
         except ValueError as error:
             raise InputError(f"{files}: {error}") from None
         if page is not None:

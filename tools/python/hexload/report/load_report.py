@@ -61,6 +61,7 @@ class LoadEstimate:
     given_wrong: list[dict]  # of the run's loads in meta.json, those that weigh something else
     changes_s: list[float]  # when it has detected another load
     verdict: str
+    mend: str  # what to do about a verdict that the machine causes; empty when it does not
     nis: nis.NisSummary
     health_ticks: dict[str, int]
     samples: int
@@ -112,6 +113,7 @@ def _estimate(result: dict, known_mass_kg: float | None, run: Run | None) -> Loa
         given_wrong=[] if run is None or known_mass_kg is None else _given_wrong(run, known_mass_kg),
         changes_s=load_summary.load_changes_s(result),
         verdict=result["verdict"][-1],
+        mend=load_summary.mend_in_words(result["health_counts"], result["verdict"][-1], result.get("has_rig", False)),
         nis=nis.summarise(result["t"], result["nis"], nis.LOAD_MEASUREMENTS),
         health_ticks=result["health_counts"],
         samples=len(result["t"]),

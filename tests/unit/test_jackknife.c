@@ -1,0 +1,258 @@
+#include "algebra/linalg.h"
+#include "machine.h"
+#include "momentum/jackknife.h"
+#include "motion.h"
+
+#include <math.h>
+#include <string.h>
+
+void setUp(void) {}
+void tearDown(void) {}
+
+enum { DIM = HEXLOAD_LOAD_DIM, MANY = 40, BLOCK_TICKS = 250 };
+
+/// Blocks of a linear model in double precision: the information of each, and the theta that it alone would
+/// find, which is `spread` times as far off as its information says.
+typedef struct blocks {
+    double information[MANY][DIM][DIM];
+    double theta[MANY][DIM];
+} blocks_t;
+
+static const double prior_sigma = 300.0;
+
+static void solve(double A[DIM][DIM], const double b[DIM], double x[DIM]) {
+    double work[DIM][DIM + 1];
+    for (int i = 0; i < DIM; i++) {
+        memcpy(work[i], A[i], sizeof A[i]);
+        work[i][DIM] = b[i];
+    }
+    for (int p = 0; p < DIM; p++) {
+        for (int i = 0; i < DIM; i++) {
+            const double share = i == p ? 0.0 : work[i][p] / work[p][p];
+            for (int j = p; j <= DIM; j++) {
+                work[i][j] -= share * work[p][j];
+            }
+        }
+    }
+    for (int i = 0; i < DIM; i++) {
+        x[i] = work[i][DIM] / work[i][i];
+    }
+}
+
+static void invert(double A[DIM][DIM], double inverse[DIM][DIM]) {
+    for (int k = 0; k < DIM; k++) {
+        double unit[DIM] = {0};
+        unit[k] = 1.0;
+        solve(A, unit, inverse[k]); // symmetric: a column is a row
+    }
+}
+
+/// Information of m and h a hundred times that of the inertias, and correlated.
+static void draw(blocks_t* blocks, int count, double spread, uint64_t* seed) {
+    for (int b = 0; b < count; b++) {
+        double root[DIM][DIM];
+        double covariance[DIM][DIM];
+        const double size = 1.0 + uniform(seed) * uniform(seed);
+        for (int i = 0; i < DIM; i++) {
+            for (int k = 0; k < DIM; k++) {
+                root[i][k] = size * (i < 4 ? 10.0 : 1.0) * (uniform(seed) + (i == k ? 1.5 : 0.0));
+            }
+        }
+        for (int i = 0; i < DIM; i++) {
+            for (int j = 0; j < DIM; j++) {
+                blocks->information[b][i][j] = 0.0;
+                for (int k = 0; k < DIM; k++) {
+                    blocks->information[b][i][j] += root[i][k] * root[j][k];
+                }
+            }
+        }
+        double noise[DIM] = {0};
+        for (int k = 0; k < DIM; k++) {
+            const double factor = normal(seed);
+            for (int i = 0; i < DIM; i++) {
+                noise[i] += root[i][k] * factor; // of variance J
+            }
+        }
+        invert(blocks->information[b], covariance);
+        for (int i = 0; i < DIM; i++) {
+            blocks->theta[b][i] = 100.0 + 30.0 * i;
+            for (int k = 0; k < DIM; k++) {
+                blocks->theta[b][i] += spread * covariance[i][k] * noise[k];
+            }
+        }
+    }
+}
+
+/// P and theta of the prior and the first `count` blocks.
+static void combine(const blocks_t* blocks, int count, double P[DIM][DIM], double theta[DIM]) {
+    double information[DIM][DIM] = {{0}};
+    double pull[DIM] = {0};
+    for (int i = 0; i < DIM; i++) {
+        information[i][i] = 1.0 / (prior_sigma * prior_sigma);
+    }
+    for (int b = 0; b < count; b++) {
+        for (int i = 0; i < DIM; i++) {
+            for (int j = 0; j < DIM; j++) {
+                information[i][j] += blocks->information[b][i][j];
+                pull[i] += blocks->information[b][i][j] * blocks->theta[b][j];
+            }
+        }
+    }
+    invert(information, P);
+    solve(information, pull, theta);
+}
+
+/// A filter that has seen that much, for the time of a block.
+static void show(hexload_jackknife_t* jackknife, const blocks_t* blocks, int count, int ticks) {
+    const hexload_config_t config = paper_machine();
+    hexload_momentum_filter_t filter = {.nis = HEXLOAD_REAL(6.0)};
+    double P[DIM][DIM];
+    double theta[DIM];
+    combine(blocks, count, P, theta);
+    for (int i = 0; i < DIM; i++) {
+        filter.theta[i] = (hexload_real_t)theta[i];
+        for (int j = 0; j < DIM; j++) {
+            filter.load_cov[i][j] = (hexload_real_t)P[i][j];
+        }
+    }
+    for (int tick = 0; tick < ticks; tick++) {
+        hexload_jackknife_step(jackknife, &config, &filter);
+    }
+}
+
+/// All of them, and the time that the last round takes.
+static void show_all(hexload_jackknife_t* jackknife, const blocks_t* blocks, int count) {
+    for (int b = 0; b <= count; b++) {
+        show(jackknife, blocks, b, BLOCK_TICKS);
+    }
+}
+
+/// The same by all numbers at once.
+static void naive_factors(const blocks_t* blocks, int count, double factor[DIM]) {
+    double P[DIM][DIM], theta[DIM], spread[DIM] = {0}, expected[DIM] = {0};
+    double all_spread = 0.0, all_expected = 0.0;
+    combine(blocks, count, P, theta);
+    for (int b = 0; b < count; b++) {
+        double pull[DIM] = {0};
+        for (int i = 0; i < DIM; i++) {
+            for (int j = 0; j < DIM; j++) {
+                pull[i] += blocks->information[b][i][j] * (blocks->theta[b][j] - theta[j]);
+            }
+        }
+        for (int k = 0; k < DIM; k++) {
+            double moved = 0.0, share = 0.0;
+            for (int i = 0; i < DIM; i++) {
+                moved += P[k][i] * pull[i];
+                for (int j = 0; j < DIM; j++) {
+                    share += P[k][i] * blocks->information[b][i][j] * P[j][k] / P[k][k];
+                }
+            }
+            spread[k] += moved * moved / P[k][k];
+            expected[k] += share - share * share;
+        }
+    }
+    for (int k = 0; k < DIM; k++) {
+        all_spread += spread[k];
+        all_expected += expected[k];
+    }
+    for (int k = 0; k < DIM; k++) {
+        factor[k] = sqrt(fmax(1.0, (spread[k] + 0.25 * all_spread / all_expected) / (expected[k] + 0.25)));
+    }
+}
+
+static void test_factors_are_those_of_all_blocks_at_once(void) {
+    // GIVEN fifteen blocks whose estimates spread twice as much as they say
+    static blocks_t blocks;
+    static hexload_jackknife_t jackknife;
+    uint64_t seed = 3;
+    double factor[DIM];
+    hexload_real_t sigma[DIM];
+    draw(&blocks, 15, 2.0, &seed);
+    // WHEN a filter has seen them one after the other
+    hexload_jackknife_init(&jackknife);
+    show_all(&jackknife, &blocks, 15);
+    // THEN its sigmas grow by what the blocks say all together: rounding of an inverse, 1e-7 times a
+    // condition of some 1e3, and of theta, 2e-5 of a sigma of 1e-2 at least
+    naive_factors(&blocks, 15, factor);
+    for (int k = 0; k < DIM; k++) {
+        sigma[k] = HEXLOAD_REAL(1.0);
+    }
+    hexload_jackknife_widen(&jackknife, sigma);
+    for (int k = 0; k < DIM; k++) {
+        TEST_ASSERT_DOUBLE_WITHIN(0.01 * factor[k], factor[k], (double)sigma[k]);
+    }
+    TEST_ASSERT_EQUAL_UINT32(15, jackknife.blocks);
+}
+
+/// Mean of the pooled square over runs of MANY blocks.
+static double mean_pooled(double spread, uint64_t seed) {
+    enum { RUNS = 24 };
+    static blocks_t blocks;
+    static hexload_jackknife_t jackknife;
+    double sum = 0.0;
+    for (int run = 0; run < RUNS; run++) {
+        draw(&blocks, MANY, spread, &seed);
+        hexload_jackknife_init(&jackknife);
+        show_all(&jackknife, &blocks, MANY);
+        TEST_ASSERT_TRUE(jackknife.blocks < HEXLOAD_JACKKNIFE_BLOCKS);
+        sum += (double)jackknife.pooled / RUNS;
+    }
+    return sum;
+}
+
+static void test_an_honest_filter_is_left_alone_and_another_is_widened(void) {
+    // GIVEN more blocks than there is room for WHEN they spread as they say THEN the factors' mean square is
+    // one: chi-square with some 10 x 10 degrees of freedom in each of 24 runs, correlated by twos at most,
+    // 0.04; and at most a tenth less, as shares' squares are less than what they stand for
+    const double honest = mean_pooled(1.0, 5);
+    TEST_ASSERT_DOUBLE_WITHIN(0.11, 0.95, honest);
+    // AND six times as far they are six times as large, squared
+    TEST_ASSERT_DOUBLE_WITHIN(0.5, 36.0, mean_pooled(6.0, 5) / honest);
+}
+
+static void test_a_standstill_takes_nothing_from_what_blocks_of_motion_say(void) {
+    // GIVEN twelve blocks of motion that spread five times as much as they say
+    static blocks_t blocks;
+    static hexload_jackknife_t jackknife;
+    uint64_t seed = 7;
+    hexload_real_t before[DIM];
+    draw(&blocks, 12, 5.0, &seed);
+    hexload_jackknife_init(&jackknife);
+    show_all(&jackknife, &blocks, 12);
+    memcpy(before, jackknife.factor, sizeof before);
+    // WHEN nothing more is learnt for a minute
+    show(&jackknife, &blocks, 12, 60000);
+    // THEN nothing changes, to some roundings of the shares
+    for (int k = 0; k < DIM; k++) {
+        TEST_ASSERT_DOUBLE_WITHIN(1e-3 * (double)before[k], (double)before[k], (double)jackknife.factor[k]);
+    }
+}
+
+static void test_another_load_begins_with_what_the_machine_has_shown(void) {
+    // GIVEN factors of a machine that is not its model, about six
+    static blocks_t blocks;
+    static hexload_jackknife_t jackknife;
+    uint64_t seed = 11;
+    draw(&blocks, 15, 6.0, &seed);
+    hexload_jackknife_init(&jackknife);
+    show_all(&jackknife, &blocks, 15);
+    // WHEN the load changes THEN all parameters have what they had in common
+    hexload_jackknife_forget(&jackknife);
+    for (int k = 0; k < DIM; k++) {
+        TEST_ASSERT_DOUBLE_WITHIN(1.5, 6.0, (double)jackknife.factor[k]);
+    }
+    // AND another start knows nothing of it
+    hexload_jackknife_init(&jackknife);
+    for (int k = 0; k < DIM; k++) {
+        TEST_ASSERT_TRUE(jackknife.factor[k] == HEXLOAD_REAL(1.0));
+    }
+}
+
+int main(void) {
+    UNITY_BEGIN();
+    RUN_TEST(test_factors_are_those_of_all_blocks_at_once);
+    RUN_TEST(test_an_honest_filter_is_left_alone_and_another_is_widened);
+    RUN_TEST(test_a_standstill_takes_nothing_from_what_blocks_of_motion_say);
+    RUN_TEST(test_another_load_begins_with_what_the_machine_has_shown);
+    return UNITY_END();
+}
