@@ -265,6 +265,7 @@ static bool are_directions(const hexload_rig_config_t* rig) {
         if (!are_finite(direction->force_offset_n, HEXLOAD_LEGS) ||
             !are_finite(direction->force_gain, HEXLOAD_LEGS) ||
             !are_finite(direction->coulomb_n, HEXLOAD_LEGS) ||
+            !are_finite(direction->growth_n_n, HEXLOAD_LEGS) ||
             !are_finite(direction->viscous_n_s_m, HEXLOAD_LEGS) || !are_finite(direction->gravity_m_s2, 2) ||
             !are_finite(direction->platform, 4 + HEXLOAD_I_DIM) ||
             !are_finite(&direction->base_hinge_m[0][0], 3 * HEXLOAD_LEGS) ||
@@ -288,6 +289,7 @@ static const char* check_rig(const hexload_config_t* config) {
         {"rig.force_gain", are_in(rig->force_gain, -half, half)},
         {"rig.coulomb_n", are_in(rig->coulomb_n, zero, MILLION)},
         {"rig.stribeck_n", is_dry_friction(rig)},
+        {"rig.growth_n_n", are_in(rig->growth_n_n, zero, half)},
         {"rig.viscous_n_s_m", are_in(rig->viscous_n_s_m, zero, HEXLOAD_REAL(1e8))},
         {"rig.stribeck_speed_m_s", is_in(rig->stribeck_speed_m_s, micro, ten)},
         {"rig.reversal_speed_m_s", is_in(rig->reversal_speed_m_s, micro, ten)},
