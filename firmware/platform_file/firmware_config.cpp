@@ -24,6 +24,7 @@ hexload_rig_direction_t firmware_direction(const RigDirection& from) {
     copy(from.force_offset_n, to.force_offset_n);
     copy(from.force_gain, to.force_gain);
     copy(from.coulomb_n, to.coulomb_n);
+    copy(from.growth_n_n, to.growth_n_n);
     copy(from.viscous_n_s_m, to.viscous_n_s_m);
     std::ranges::transform(from.gravity_m_s2, to.gravity_m_s2, real);
     copy(from.platform, to.platform);
@@ -40,6 +41,7 @@ void put_rig(const RigSettings& rig, hexload_config_t& config) {
     copy(rig.force_gain, to.force_gain);
     copy(rig.coulomb_n, to.coulomb_n);
     copy(rig.stribeck_n, to.stribeck_n);
+    copy(rig.growth_n_n, to.growth_n_n);
     copy(rig.viscous_n_s_m, to.viscous_n_s_m);
     to.stribeck_speed_m_s = real(rig.stribeck_speed_m_s);
     to.reversal_speed_m_s = real(rig.reversal_speed_m_s);

@@ -86,7 +86,7 @@ double delay_of_low_pass_s(const std::optional<double>& bandwidth_hz) {
 
 // Read by `hexload commission`; here only that they are what they should be.
 void check_tolerances(TomlReader table) {
-    for (const char* key : {"force_gain", "force_offset_n", "hinge_m", "tilt_rad"}) {
+    for (const char* key : {"force_gain", "force_offset_n", "hinge_m", "tilt_rad", "friction_growth"}) {
         std::optional<double> tolerance;
         table.optional_number(key, tolerance, non_negative);
     }

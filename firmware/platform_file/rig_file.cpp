@@ -52,6 +52,7 @@ RigSettings read_settings(TomlReader& table) {
     read_legs(table, "force_gain", rig.force_gain, any_number);
     read_legs(table, "coulomb_n", rig.coulomb_n, non_negative);
     read_legs(table, "stribeck_n", rig.stribeck_n, any_number);
+    table.numbers("growth_n_n", {rig.growth_n_n.data(), 6}, non_negative); // none in the first rig files
     read_legs(table, "viscous_n_s_m", rig.viscous_n_s_m, non_negative);
     read_number(table, "stribeck_speed_m_s", rig.stribeck_speed_m_s, positive);
     read_number(table, "reversal_speed_m_s", rig.reversal_speed_m_s, positive);
@@ -72,6 +73,7 @@ RigDirection read_direction(TomlReader table) {
     read_legs(table, "force_offset_n", direction.force_offset_n, any_number);
     read_legs(table, "force_gain", direction.force_gain, any_number);
     read_legs(table, "coulomb_n", direction.coulomb_n, any_number);
+    table.numbers("growth_n_n", {direction.growth_n_n.data(), 6});
     read_legs(table, "viscous_n_s_m", direction.viscous_n_s_m, any_number);
     table.require("gravity_m_s2");
     table.numbers("gravity_m_s2", direction.gravity_m_s2);

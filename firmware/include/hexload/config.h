@@ -115,6 +115,7 @@ typedef struct hexload_rig_direction {
     hexload_real_t force_offset_n[HEXLOAD_LEGS];  ///< N
     hexload_real_t force_gain[HEXLOAD_LEGS];      ///< N/N
     hexload_real_t coulomb_n[HEXLOAD_LEGS];       ///< N
+    hexload_real_t growth_n_n[HEXLOAD_LEGS];      ///< N/N
     hexload_real_t viscous_n_s_m[HEXLOAD_LEGS];   ///< N s/m
     hexload_real_t gravity_m_s2[2];               ///< m/s^2: x and y of its vector, base axes
     hexload_real_t platform[4 + HEXLOAD_I_DIM];   ///< kg, kg m, kg m^2: order of enum hexload_load_parameter
@@ -126,7 +127,7 @@ typedef struct hexload_rig_direction {
 /// off the force on the platform. 0 everywhere: the machine is its model.
 ///
 ///     shown(t + force_delay) = (1 + gain) (force + friction(v)) + offset
-///     friction(v) = (coulomb + stribeck exp(-(v / stribeck_speed)^2)) s + viscous v
+///     friction(v) = (coulomb + stribeck exp(-(v / stribeck_speed)^2) + growth |force|) s + viscous v
 ///     s follows tanh(v / reversal_speed) over presliding: ds/dt = |v| / presliding (tanh(v / reversal_speed)
 ///     - s)
 typedef struct hexload_rig_config {
@@ -134,6 +135,7 @@ typedef struct hexload_rig_config {
     hexload_real_t force_gain[HEXLOAD_LEGS];     ///< N/N, beyond 1; -0.5..0.5
     hexload_real_t coulomb_n[HEXLOAD_LEGS];      ///< N; 0..1e6
     hexload_real_t stribeck_n[HEXLOAD_LEGS];     ///< N, more at rest; -coulomb_n..1e6
+    hexload_real_t growth_n_n[HEXLOAD_LEGS];     ///< N/N, more under the leg's force; 0..0.5
     hexload_real_t viscous_n_s_m[HEXLOAD_LEGS];  ///< N s/m; 0..1e8
     hexload_real_t stribeck_speed_m_s;           ///< m/s; 1e-6..10
     hexload_real_t reversal_speed_m_s;           ///< m/s, 76 % of dry friction; 1e-6..10

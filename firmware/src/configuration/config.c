@@ -150,6 +150,7 @@ static const range_t RANGES[] = {
     IN(rig.force_gain, HEXLOAD_REAL(-0.5), HEXLOAD_REAL(0.5)),
     IN(rig.coulomb_n, HEXLOAD_REAL(0.0), MILLION),
     IN(rig.stribeck_n, -MILLION, MILLION),
+    IN(rig.growth_n_n, HEXLOAD_REAL(0.0), HEXLOAD_REAL(0.5)),
     IN(rig.viscous_n_s_m, HEXLOAD_REAL(0.0), HEXLOAD_REAL(1e8)),
     IN(rig.stribeck_speed_m_s, HEXLOAD_REAL(1e-6), HEXLOAD_REAL(10.0)),
     IN(rig.reversal_speed_m_s, HEXLOAD_REAL(1e-6), HEXLOAD_REAL(10.0)),

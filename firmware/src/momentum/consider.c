@@ -101,8 +101,11 @@ static void shift_forces(const hexload_config_t* config, const hexload_delayed_t
     for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
         const hexload_real_t v = sample->smooth_velocity_m_s[leg];
         const hexload_real_t sign = v < HEXLOAD_REAL(0.0) ? HEXLOAD_REAL(-1.0) : HEXLOAD_REAL(1.0);
-        const hexload_real_t error_n = direction->force_offset_n[leg] + direction->coulomb_n[leg] * sign +
-                                       direction->force_gain[leg] * sample->sample.force_n[leg] +
+        const hexload_real_t force_n = sample->sample.force_n[leg];
+        const hexload_real_t dry_n =
+            hexload_fma(direction->growth_n_n[leg], hexload_abs(force_n), direction->coulomb_n[leg]);
+        const hexload_real_t error_n = direction->force_offset_n[leg] + dry_n * sign +
+                                       direction->force_gain[leg] * force_n +
                                        direction->viscous_n_s_m[leg] * v;
         shift_leg(config, past, shift, leg, wrench);
         for (int k = 0; k < 6; k++) {

@@ -122,8 +122,10 @@ void hexload_rig_compensate(hexload_rig_slide_t* self, const hexload_config_t* c
     const hexload_rig_config_t* rig = &config->rig;
     for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
         const hexload_real_t v = speed_m_s[leg];
-        const hexload_real_t rubbing_n = rig->coulomb_n[leg] + rig->stribeck_n[leg];
         force_n[leg] = hexload_fma(-rig->viscous_n_s_m[leg], v, force_n[leg]);
+        const hexload_real_t rubbing_n =
+            hexload_fma(rig->growth_n_n[leg], hexload_abs(force_n[leg]),
+                        rig->coulomb_n[leg] + hexload_max(rig->stribeck_n[leg], HEXLOAD_REAL(0.0)));
         variance_n2[leg] = HEXLOAD_REAL(0.0);
         if (rubbing_n > HEXLOAD_REAL(0.0)) {
             const hexload_real_t in_stribeck = v / rig->stribeck_speed_m_s;
@@ -135,6 +137,9 @@ void hexload_rig_compensate(hexload_rig_slide_t* self, const hexload_config_t* c
             const hexload_real_t turning = HEXLOAD_REAL(1.0) - share * share;
             self->share[leg] = share;
             force_n[leg] -= dry_n * share;
+            // shown = r + growth |r| s
+            const hexload_real_t grown = rig->growth_n_n[leg] * share;
+            force_n[leg] /= HEXLOAD_REAL(1.0) + (force_n[leg] < HEXLOAD_REAL(0.0) ? -grown : grown);
             variance_n2[leg] =
                 RIG_UNKNOWN_TICKS * unknown_n * unknown_n * hexload_max(decay(in_slow * in_slow), turning);
         }
