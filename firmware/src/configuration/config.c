@@ -184,6 +184,8 @@ static const char* check_machine(const hexload_config_t* config) {
         {"sensors.velocity_range_m_s",
          are_positive_up_to(HEXLOAD_REAL(50.0), &sensors->velocity_range_m_s, 1)},
         {"sensors.force_range_n", are_positive_up_to(HEXLOAD_REAL(1e8), &sensors->force_range_n, 1)},
+        {"sensors.half_window_ticks",
+         sensors->half_window_ticks <= HEXLOAD_HALF_WINDOW_TICKS_MAX && sensors->half_window_ticks != 1},
     };
     return first_bad(fields, sizeof fields / sizeof fields[0]);
 }
