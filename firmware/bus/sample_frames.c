@@ -22,7 +22,7 @@ static hexload_frame_layout_t leg_layout(int leg) {
 }
 
 /// Steps and range of one profile's channels, in all legs alike. The range is symmetric: the one number that
-/// it leaves unused is refused when decoding.
+/// it leaves unused is refused when decoding, but of a velocity, where it says that there is no sensor.
 typedef struct scale {
     hexload_real_t displacement_m;
     hexload_real_t velocity_m_s;
@@ -64,14 +64,19 @@ static int32_t quantise(hexload_real_t value, hexload_real_t step, int32_t large
     return (int32_t)(steps + (steps > 0 ? half : -half));
 }
 
+/// NaN, of a leg without sensor, is the one number of steps beyond the range.
+static int32_t quantise_velocity(hexload_real_t value, const scale_t* scale, uint32_t* saturated) {
+    return !isnan(value) ? quantise(value, scale->velocity_m_s, scale->largest, saturated)
+                         : -scale->largest - 1;
+}
+
 static raw_legs_t quantise_legs(const hexload_leg_sample_t* sample, const scale_t* scale,
                                 uint32_t* saturated) {
     raw_legs_t raw;
     for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
         raw.displacement[leg] =
             quantise(sample->displacement_m[leg], scale->displacement_m, scale->largest, saturated);
-        raw.velocity[leg] =
-            quantise(sample->velocity_m_s[leg], scale->velocity_m_s, scale->largest, saturated);
+        raw.velocity[leg] = quantise_velocity(sample->velocity_m_s[leg], scale, saturated);
         raw.force[leg] = quantise(sample->force_n[leg], scale->force_n, scale->largest, saturated);
     }
     return raw;
@@ -79,7 +84,7 @@ static raw_legs_t quantise_legs(const hexload_leg_sample_t* sample, const scale_
 
 static bool is_finite(const hexload_leg_sample_t* sample) {
     for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
-        if (!isfinite(sample->displacement_m[leg]) || !isfinite(sample->velocity_m_s[leg]) ||
+        if (!isfinite(sample->displacement_m[leg]) || isinf(sample->velocity_m_s[leg]) ||
             !isfinite(sample->force_n[leg])) {
             return false;
         }
@@ -156,11 +161,10 @@ int hexload_bus_encode_sample(hexload_bus_profile_t profile, const hexload_leg_s
                                      : encode_classic(sample, frames, saturated);
 }
 
-/// The range leaves one number unused.
+/// The range leaves one number unused; of a velocity it says that there is no sensor.
 static bool is_in_range(const raw_legs_t* raw) {
     for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
         if (!hexload_dbc_leg_sample_fd_displacement_1_is_in_range(raw->displacement[leg]) ||
-            !hexload_dbc_leg_sample_fd_velocity_1_is_in_range(raw->velocity[leg]) ||
             !hexload_dbc_leg_sample_fd_force_1_is_in_range(raw->force[leg])) {
             return false;
         }
@@ -190,7 +194,9 @@ hexload_bus_status_t hexload_sample_decode_fd(const hexload_bus_frame_t* frame,
         sample->displacement_m[leg] =
             (hexload_real_t)hexload_dbc_leg_sample_fd_displacement_1_decode(raw.displacement[leg]);
         sample->velocity_m_s[leg] =
-            (hexload_real_t)hexload_dbc_leg_sample_fd_velocity_1_decode(raw.velocity[leg]);
+            hexload_dbc_leg_sample_fd_velocity_1_is_in_range(raw.velocity[leg])
+                ? (hexload_real_t)hexload_dbc_leg_sample_fd_velocity_1_decode(raw.velocity[leg])
+                : (hexload_real_t)NAN;
         sample->force_n[leg] = (hexload_real_t)hexload_dbc_leg_sample_fd_force_1_decode(raw.force[leg]);
     }
     return HEXLOAD_BUS_OK;
@@ -223,14 +229,15 @@ hexload_bus_status_t hexload_sample_decode_leg(const hexload_bus_frame_t* frame,
     struct hexload_dbc_leg_sample1_t message;
     (void)hexload_dbc_leg_sample1_unpack(&message, frame->data, sizeof frame->data);
     if (!hexload_dbc_leg_sample1_displacement_is_in_range(message.displacement) ||
-        !hexload_dbc_leg_sample1_velocity_is_in_range(message.velocity) ||
         !hexload_dbc_leg_sample1_force_is_in_range(message.force)) {
         return HEXLOAD_BUS_ERR_VALUE;
     }
     leg->leg = (int)number;
     leg->tick_low = message.tick_low;
     leg->displacement_m = (hexload_real_t)hexload_dbc_leg_sample1_displacement_decode(message.displacement);
-    leg->velocity_m_s = (hexload_real_t)hexload_dbc_leg_sample1_velocity_decode(message.velocity);
+    leg->velocity_m_s = hexload_dbc_leg_sample1_velocity_is_in_range(message.velocity)
+                            ? (hexload_real_t)hexload_dbc_leg_sample1_velocity_decode(message.velocity)
+                            : (hexload_real_t)NAN;
     leg->force_n = (hexload_real_t)hexload_dbc_leg_sample1_force_decode(message.force);
     return HEXLOAD_BUS_OK;
 }

@@ -87,10 +87,14 @@ hexload_config_t firmware_config(const PlatformFile& platform, const EstimatorSe
 
     config.gravity_m_s2 = real(platform.gravity_m_s2);
     config.sensors.displacement_sigma_m = real(platform.sensors.displacement_sigma_m);
-    config.sensors.velocity_sigma_m_s = real(platform.sensors.velocity_sigma_m_s);
     config.sensors.force_sigma_n = real(platform.sensors.force_sigma_n);
+    config.sensors.velocity_sigma_m_s = real(platform.sensors.velocity_sigma_m_s);
     config.rig.force_delay_s = real(platform.sensors.force_delay_s);
     config.rig.velocity_delay_s = real(platform.sensors.velocity_delay_s);
+    if (!platform.sensors.has_velocity) {
+        hexload_config_set_no_velocity(&config); // at the sampling period of this estimator
+        config.rig.velocity_delay_s = 0;
+    }
     if (platform.rig) {
         put_rig(*platform.rig, config);
     }

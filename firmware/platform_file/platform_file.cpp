@@ -4,6 +4,7 @@
 
 #include <fmt/format.h>
 
+#include <cmath>
 #include <numbers>
 
 namespace hexload::platform {
@@ -95,10 +96,13 @@ void check_tolerances(TomlReader table) {
 
 SensorSigma read_sensor_sigma(TomlReader table) {
     SensorSigma sigma;
+    table.boolean("velocity", sigma.has_velocity);
     for (const auto& [key, value] : {std::pair{"displacement_sigma_m", &sigma.displacement_sigma_m},
                                      std::pair{"velocity_sigma_m_s", &sigma.velocity_sigma_m_s},
                                      std::pair{"force_sigma_n", &sigma.force_sigma_n}}) {
-        table.require(key);
+        if (sigma.has_velocity || value != &sigma.velocity_sigma_m_s) {
+            table.require(key);
+        }
         table.number(key, *value, positive); // the estimator weighs measurements by them
     }
     std::optional<double> force_hz;
@@ -110,7 +114,7 @@ SensorSigma read_sensor_sigma(TomlReader table) {
     sigma.force_delay_s = force_delay_s.value_or(0.0) + delay_of_low_pass_s(force_hz);
     sigma.velocity_delay_s = delay_of_low_pass_s(velocity_hz);
     table.refuse_unknown_keys();
-    return sigma;
+    return sigma.has_velocity ? sigma : without_velocity(sigma);
 }
 
 std::optional<double> read_known_mass_kg(TomlReader table) {
@@ -149,6 +153,14 @@ std::string_view name_of(EstimatorKind kind) {
 
 std::string_view name_of(PaperPrior prior) {
     return name_in(paper_priors, prior);
+}
+
+SensorSigma without_velocity(SensorSigma sensors) {
+    constexpr double sum_of_squares = 182.0; // of -6 .. 6: the firmware's line through 13 displacements
+    sensors.has_velocity = false;
+    sensors.velocity_sigma_m_s = sensors.displacement_sigma_m / (tick_s * std::sqrt(sum_of_squares));
+    sensors.velocity_delay_s = 0.0;
+    return sensors;
 }
 
 PlatformFile load_platform_file(const std::filesystem::path& path) {

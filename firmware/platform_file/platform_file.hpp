@@ -19,7 +19,11 @@ struct SensorSigma {
     // How late a channel is after the displacements, its low-pass filter included.
     double force_delay_s = 0.0;
     double velocity_delay_s = 0.0;
+    bool has_velocity = true; // false: see without_velocity()
 };
+
+// The same without velocity sensors: the sigma is that of the speeds which the firmware finds at tick_s.
+SensorSigma without_velocity(SensorSigma sensors);
 
 enum class EstimatorKind {
     momentum,         // all ten parameters, any motion

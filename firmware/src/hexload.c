@@ -1,9 +1,14 @@
 #include "hexload/hexload.h"
 
+#include "configuration/health.h"
+#include "front_end/differentiator.h"
+#include "front_end/leg_sample.h"
+#include "front_end/noise_estimator.h"
 #include "momentum/momentum_filter.h"
 #include "paper/paper_filter.h"
 
 #include <stddef.h>
+#include <string.h>
 
 static const hexload_unknown_t LOAD_AND_EFFECTS[HEXLOAD_UNKNOWNS_MAX] = {
     {"m", "kg"},           {"hx", "kg m"},        {"hy", "kg m"},        {"hz", "kg m"},
@@ -60,12 +65,60 @@ hexload_status_t hexload_init(hexload_t* self, const hexload_config_t* config) {
     const hexload_status_t status = init_kind(self, config);
     if (status == HEXLOAD_OK) {
         self->kind = config->kind;
+        hexload_differentiator_init(&self->differentiator);
     }
     return status;
 }
 
-hexload_status_t hexload_tick(hexload_t* self, const hexload_config_t* config,
-                              const hexload_leg_sample_t* sample, hexload_estimate_t* estimate) {
+/// As momentum_of(), to write to.
+static hexload_momentum_t* momentum_in(hexload_t* self) {
+    hexload_momentum_t* momentum =
+        self->kind == HEXLOAD_KIND_MOMENTUM ? &self->as.momentum : &self->as.momentum_effects.momentum;
+    return self->kind == HEXLOAD_KIND_PAPER ? NULL : momentum;
+}
+
+/// What the estimator is given: the sample itself, or where there are no velocity sensors `middle`, all
+/// channels of half a window ago. NULL: nothing, by a status or while no window is complete.
+static const hexload_leg_sample_t* find_speeds(hexload_t* self, const hexload_config_t* config,
+                                               const hexload_leg_sample_t* sample,
+                                               hexload_leg_sample_t* middle, hexload_status_t* status) {
+    hexload_differentiator_t* differentiator = &self->differentiator;
+    hexload_leg_sample_t seen = *sample;
+    hexload_momentum_t* momentum = momentum_in(self);
+    hexload_health_t* health = momentum != NULL ? &momentum->health : &self->as.paper.health;
+    uint32_t gap_ticks = 0;
+    uint32_t bits = 0;
+    *status = HEXLOAD_OK;
+    if (config->sensors.half_window_ticks == 0) {
+        return sample;
+    }
+    memset(seen.velocity_m_s, 0, sizeof seen.velocity_m_s);
+    *status = hexload_leg_sample_check(&differentiator->leg_gate, config, &seen, &gap_ticks, &bits);
+    if (*status != HEXLOAD_OK) {
+        (void)hexload_health_refuse(health, *status);
+        return NULL;
+    }
+    hexload_leg_sample_accept(&differentiator->leg_gate, &seen);
+    if (momentum != NULL) {
+        hexload_noise_estimator_step(&momentum->noise_estimator, config, &seen, gap_ticks);
+    }
+    if (!hexload_differentiator_step(differentiator, config, &seen, gap_ticks, middle)) {
+        hexload_health_count(health, bits);
+        return NULL;
+    }
+    return middle;
+}
+
+/// After a tick that has given the estimator nothing.
+static void hold(const hexload_t* self, const hexload_leg_sample_t* sample, hexload_estimate_t* estimate) {
+    if (!self->differentiator.has_begun) {
+        hexload_read(self, estimate);
+    }
+    estimate->tick = sample->tick;
+}
+
+static hexload_status_t tick_of_kind(hexload_t* self, const hexload_config_t* config,
+                                     const hexload_leg_sample_t* sample, hexload_estimate_t* estimate) {
     switch (self->kind) {
     case HEXLOAD_KIND_MOMENTUM:
         return hexload_momentum_tick(&self->as.momentum, config, sample, estimate);
@@ -79,9 +132,25 @@ hexload_status_t hexload_tick(hexload_t* self, const hexload_config_t* config,
     }
 }
 
-hexload_status_t hexload_trace(hexload_t* self, const hexload_config_t* config,
-                               const hexload_leg_sample_t* sample, hexload_estimate_t* estimate,
-                               hexload_trace_t* trace) {
+hexload_status_t hexload_tick(hexload_t* self, const hexload_config_t* config,
+                              const hexload_leg_sample_t* sample, hexload_estimate_t* estimate) {
+    hexload_leg_sample_t middle;
+    hexload_status_t status;
+    const hexload_leg_sample_t* given = find_speeds(self, config, sample, &middle, &status);
+    if (given != NULL) {
+        status = tick_of_kind(self, config, given, estimate);
+        if (status == HEXLOAD_OK) {
+            estimate->tick = sample->tick;
+        }
+    } else if (status == HEXLOAD_OK) {
+        hold(self, sample, estimate);
+    }
+    return status;
+}
+
+static hexload_status_t trace_of_kind(hexload_t* self, const hexload_config_t* config,
+                                      const hexload_leg_sample_t* sample, hexload_estimate_t* estimate,
+                                      hexload_trace_t* trace) {
     switch (self->kind) {
     case HEXLOAD_KIND_MOMENTUM:
         return hexload_momentum_trace(&self->as.momentum, config, sample, estimate, trace);
@@ -93,6 +162,24 @@ hexload_status_t hexload_trace(hexload_t* self, const hexload_config_t* config,
     default:
         return HEXLOAD_ERR_CONFIG;
     }
+}
+
+hexload_status_t hexload_trace(hexload_t* self, const hexload_config_t* config,
+                               const hexload_leg_sample_t* sample, hexload_estimate_t* estimate,
+                               hexload_trace_t* trace) {
+    hexload_leg_sample_t middle;
+    hexload_status_t status;
+    const hexload_leg_sample_t* given = find_speeds(self, config, sample, &middle, &status);
+    if (given != NULL) {
+        status = trace_of_kind(self, config, given, estimate, trace);
+        if (status == HEXLOAD_OK) {
+            estimate->tick = sample->tick;
+        }
+    } else if (status == HEXLOAD_OK) {
+        hold(self, sample, estimate);
+        *trace = (hexload_trace_t){.tick = sample->tick, .dimension = DESCRIPTORS[self->kind].measurements};
+    }
+    return status;
 }
 
 void hexload_read(const hexload_t* self, hexload_estimate_t* estimate) {

@@ -59,7 +59,9 @@ static inline hexload_status_t read_present(hexload_momentum_t* self, const hexl
     now->motion = &memory->motion;
     hexload_leg_sample_accept(&self->leg_gate, sample);
     hexload_rig_history_store(&self->history, sample, gap_ticks, has_instant);
-    hexload_noise_estimator_step(&self->noise_estimator, config, sample, gap_ticks);
+    if (config->sensors.half_window_ticks == 0) { // else it has seen the samples before their filter
+        hexload_noise_estimator_step(&self->noise_estimator, config, sample, gap_ticks);
+    }
     hexload_noise_estimator_read(&self->noise_estimator, &config->sensors, &now->sensors, health);
     return HEXLOAD_OK;
 }
@@ -88,7 +90,8 @@ static inline void watch_load(hexload_momentum_t* self, const hexload_config_t* 
     if (hexload_load_monitor_step(&self->monitor, config, &self->filter, fit_of(self, config), &seen) &&
         !self->is_changing) {
         self->is_changing = true;
-        self->change_tick = now->sample->tick - HEXLOAD_ALARM_DELAY_TICKS;
+        // Half a window later where there are no velocity sensors: until then a sample has something of both.
+        self->change_tick = now->sample->tick - HEXLOAD_ALARM_DELAY_TICKS + config->sensors.half_window_ticks;
         hexload_momentum_supervisor_alarm(&self->supervisor);
         hexload_health_set(health, HEXLOAD_HEALTH_LOAD_CHANGED);
     }

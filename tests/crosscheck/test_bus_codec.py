@@ -154,7 +154,10 @@ def test_channels_beyond_the_range_are_sent_as_its_end_and_counted(name):
 def test_a_channel_that_is_not_finite_is_not_sent(name, wrong):
     for channel in range(18):
         sample = {field: [0.0] * 6 for field in KINDS}
-        sample[list(KINDS)[channel // 6]][channel % 6] = wrong
+        field = list(KINDS)[channel // 6]
+        sample[field][channel % 6] = wrong
+        if field == "velocity_m_s" and math.isnan(wrong):
+            continue  # a leg without sensor
         with pytest.raises(ValueError, match="value not usable"):
             bus.encode_sample(name, 1, **sample)
 

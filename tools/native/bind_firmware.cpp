@@ -195,8 +195,12 @@ nb::dict replay(const PlatformFile& platform, const std::optional<std::string>& 
     }
     const double sampling_s = sampling_period_s(t);
     const EstimatorSettings settings = override_settings(platform.estimator, estimator, prior);
+    PlatformFile machine = platform;
+    if (std::isnan(velocity_m_s(0, 0))) {
+        machine.sensors = without_velocity(machine.sensors);
+    }
     const auto link =
-        make_inproc_link(platform, settings, sampling_s, tare, trace_path ? Traces::yes : Traces::no);
+        make_inproc_link(machine, settings, sampling_s, tare, trace_path ? Traces::yes : Traces::no);
     EstimateFile file(out_path, *link);
     std::optional<BodyFile> bodies;
     if (bodies_path) {

@@ -136,6 +136,7 @@ void bind_platform(nb::module_& module) {
             "[leg_speed_m_s, leg_force_n, speed_sum_m_s]; None: not stated")
         .def_prop_ro("displacement_sigma_m",
                      [](const PlatformFile& p) { return p.sensors.displacement_sigma_m; })
+        .def_prop_ro("has_velocity", [](const PlatformFile& p) { return p.sensors.has_velocity; })
         .def_prop_ro("velocity_sigma_m_s", [](const PlatformFile& p) { return p.sensors.velocity_sigma_m_s; })
         .def_prop_ro("force_sigma_n", [](const PlatformFile& p) { return p.sensors.force_sigma_n; })
         .def_prop_ro(

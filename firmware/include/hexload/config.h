@@ -30,6 +30,8 @@ typedef enum hexload_kind { // codes of the bus, too
 enum {
     HEXLOAD_RIG_DELAY_TICKS_MAX = 8, ///< ticks by which forces or velocities may be late
     HEXLOAD_RIG_DIRECTIONS_MAX = 8,  ///< of what commissioning leaves open
+    /// Ticks on either side of the one whose speeds come from displacements.
+    HEXLOAD_HALF_WINDOW_TICKS_MAX = 12,
 };
 
 /// Entries of an inertia tensor, in this order. Products are tensor entries: IXY = -integral of x y dm.
@@ -68,6 +70,11 @@ typedef struct hexload_sensors {
     hexload_real_t
         velocity_range_m_s; ///< 0..50, not 0: a leg that is faster, or has moved faster, is a fault; refused
     hexload_real_t force_range_n; ///< 0..1e8, not 0: likewise; a little above what the legs can do
+    /// 0: there are velocity sensors. Else 2..HEXLOAD_HALF_WINDOW_TICKS_MAX: there are none, and
+    /// hexload_tick() finds the speeds of so many ticks ago from the displacements on both sides; the ticks
+    /// of momentum.h and paper.h alone do not. hexload_config_set_no_velocity() sets it, and the sigma of
+    /// such speeds.
+    uint32_t half_window_ticks;
 } hexload_sensors_t;
 
 /// Tuning of the paper's filter. Standard deviations, not variances.
@@ -194,6 +201,11 @@ void hexload_config_set_prior(hexload_config_t* config, hexload_prior_t prior);
 /// (sigma_d / tick_s) sqrt(12 / (2 lag + 1)^3), is below a thirty-second of the velocity sensor's, from
 /// HEXLOAD_TRANSIENT_TICKS to HEXLOAD_LAG_TICKS_MAX; the default sensors would need 85.
 void hexload_config_set_momentum(hexload_config_t* config);
+
+/// The legs have no velocity sensors: sets half_window_ticks for 6 ms, 2 ticks or more, and
+/// velocity_sigma_m_s for the speeds that it gives, from displacement_sigma_m and tick_s.
+/// hexload_config_set_momentum() goes with it.
+void hexload_config_set_no_velocity(hexload_config_t* config);
 
 /// The load's mass is known: the paper's filter takes it as given, the momentum filter as its prior with a
 /// sigma of a thousandth until a load change is detected, instead of the one of

@@ -40,8 +40,9 @@ typedef struct hexload_descriptor {
     const hexload_unknown_t* unknown; ///< parameters + effects of them
 } hexload_descriptor_t;
 
-typedef struct {         // no tag: hexload is a namespace in C++
-    hexload_kind_t kind; ///< of the instance; set by hexload_init()
+typedef struct {                             // no tag: hexload is a namespace in C++
+    hexload_kind_t kind;                     ///< of the instance; set by hexload_init()
+    hexload_differentiator_t differentiator; ///< of legs without velocity sensors
     union {
         hexload_momentum_t momentum;
         hexload_momentum_effects_t momentum_effects;
@@ -57,7 +58,10 @@ const hexload_descriptor_t* hexload_describe(hexload_kind_t kind);
 ///         HEXLOAD_ERR_SINGULAR when the geometry has no usable home pose. On refusal self does not change.
 HEXLOAD_MUST_USE hexload_status_t hexload_init(hexload_t* self, const hexload_config_t* config);
 
-/// One sampling period.
+/// One sampling period. Without velocity sensors (config.h, half_window_ticks) the velocities of a sample
+/// mean nothing, the estimator is given the channels of half a window ago, and a sample is refused half a
+/// window later when its legs have no pose. Until a window is complete the estimate is the prior; after a gap
+/// of more than four samples it stays as it was for a window.
 /// @param config the one of hexload_init(), or one that differs from it in numbers only.
 /// @return HEXLOAD_OK or the status of the stage that refused; then self changes in its health's `refused`
 ///         only and estimate not at all. Reentrant for different self; not for an interrupt that shares one.

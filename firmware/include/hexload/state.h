@@ -13,12 +13,24 @@
 
 HEXLOAD_DECLS_BEGIN
 
+enum { HEXLOAD_DIFFERENTIATOR_TICKS = 2 * +HEXLOAD_HALF_WINDOW_TICKS_MAX + 1 };
+
 /// Last accepted sample.
 typedef struct hexload_leg_gate {
     hexload_real_t last_displacement_m[HEXLOAD_LEGS];
     uint32_t last_tick; ///< sampling periods
     uint32_t accepted;  ///< samples so far, saturating; 0: the others mean nothing
 } hexload_leg_gate_t;
+
+/// The last ticks of displacements and forces, of legs without velocity sensors.
+typedef struct hexload_differentiator {
+    hexload_leg_gate_t leg_gate; ///< last accepted sample of the sensors
+    hexload_real_t displacement_m[HEXLOAD_DIFFERENTIATOR_TICKS][HEXLOAD_LEGS];
+    hexload_real_t force_n[HEXLOAD_DIFFERENTIATOR_TICKS][HEXLOAD_LEGS];
+    uint32_t stored; ///< consecutive ticks in it, at most all
+    uint32_t next;   ///< place of the next one
+    bool has_begun;  ///< a sample has come out
+} hexload_differentiator_t;
 
 /// A leg Jacobian taken apart, to solve J x = y. E are its left columns, M its right ones. Three legs, the
 /// carriers (1), give the velocity once the rotation is known, and the other three (2) the rotation:

@@ -239,6 +239,8 @@ HEXLOAD_RARE static const char* first_contradiction(const hexload_config_t* conf
         bool is_good;
     } fields[] = {
         {"kind", (unsigned)config->kind < (unsigned)HEXLOAD_KINDS},
+        {"sensors.half_window_ticks", config->sensors.half_window_ticks <= HEXLOAD_HALF_WINDOW_TICKS_MAX &&
+                                          config->sensors.half_window_ticks != 1},
         {"geometry.stroke_min_m", leaves_legs(&config->geometry)},
         {"geometry.stroke_max_m", config->geometry.stroke_max_m > config->geometry.stroke_min_m},
         {"platform.inertia_kg_m2", is_inertia_of_body(&config->platform)},

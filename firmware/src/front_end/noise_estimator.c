@@ -86,9 +86,10 @@ static hexload_real_t believed(const hexload_noise_estimator_t* self, hexload_re
 
 void hexload_noise_estimator_read(const hexload_noise_estimator_t* self, const hexload_sensors_t* stated,
                                   hexload_sensors_t* sensors, uint32_t* health) {
+    const uint32_t of_speeds = stated->half_window_ticks > 0 ? DISPLACEMENT : VELOCITY;
     *sensors = *stated;
     sensors->displacement_sigma_m =
         believed(self, stated->displacement_sigma_m, self->ratio[DISPLACEMENT], health);
-    sensors->velocity_sigma_m_s = believed(self, stated->velocity_sigma_m_s, self->ratio[VELOCITY], health);
+    sensors->velocity_sigma_m_s = believed(self, stated->velocity_sigma_m_s, self->ratio[of_speeds], health);
     sensors->force_sigma_n = believed(self, stated->force_sigma_n, self->ratio[FORCE], health);
 }

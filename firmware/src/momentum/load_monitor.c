@@ -19,6 +19,12 @@
 #define DRIFT_1_S HEXLOAD_REAL(200.0)
 #define ALARM_DRIFT HEXLOAD_REAL(50.0)
 
+/// Speeds from displacements err alike over a window. Of their variance that mean keeps this share for each
+/// of half_window_ticks + 1, or more, times its own share of a tick (0.30 of 6 ticks at 1 ms); a mean NIS is
+/// that of fewer, and three times the ideal is then as rare as twice.
+#define LASTING_SHARE HEXLOAD_REAL(0.215)
+#define LASTING_NIS HEXLOAD_REAL(18.0)
+
 /// Time constant of the twist that an acceleration is taken from: at 1 ms the noise of that is
 /// sqrt(10) / 3 sigma / 5 ms.
 #define LATE_S HEXLOAD_REAL(0.005)
@@ -179,8 +185,14 @@ static hexload_real_t correct(hexload_load_monitor_t* self, const hexload_real_t
     return nis;
 }
 
-static bool has_drifted(const hexload_load_monitor_t* self, hexload_real_t share) {
-    return dot6(self->drift, self->drift) * (HEXLOAD_REAL(2.0) - share) > ALARM_DRIFT * share;
+static bool is_other_load(const hexload_load_monitor_t* self, const hexload_config_t* config,
+                          hexload_real_t share) {
+    const bool is_lasting = config->sensors.half_window_ticks > 0;
+    const hexload_real_t ticks = (hexload_real_t)(config->sensors.half_window_ticks + 1);
+    const hexload_real_t left = hexload_max(HEXLOAD_REAL(1.0), LASTING_SHARE * ticks) * share;
+    const hexload_real_t scale = is_lasting ? HEXLOAD_REAL(1.0) : HEXLOAD_REAL(2.0) - share;
+    return self->nis_mean > (is_lasting ? LASTING_NIS : ALARM_NIS) ||
+           dot6(self->drift, self->drift) * scale > ALARM_DRIFT * left;
 }
 
 static void remember(hexload_load_monitor_t* self, const push_t* push) {
@@ -248,7 +260,7 @@ bool hexload_load_monitor_step(hexload_load_monitor_t* self, const hexload_confi
     const bool is_wrong = is_wrong_wrench(self, config, filter, fit, now, &push);
     follow_acceleration(self, config, now->motion->twist);
     remember(self, &push);
-    const bool is_alarm = self->nis_mean > ALARM_NIS || has_drifted(self, drift_share);
+    const bool is_alarm = is_other_load(self, config, drift_share);
     if (is_alarm && fit != HEXLOAD_FIT_NOISE && !is_wrong) {
         self->ticks = 0; // mu begins anew, as errors of the model have moved it
     }

@@ -173,6 +173,9 @@ static void measurement_noise(const hexload_momentum_filter_t* self, const hexlo
                               const residual_t* residual, hexload_real_t R[6][6]) {
     const hexload_real_t sigma_m_s = past->sensors->velocity_sigma_m_s;
     const hexload_real_t noise_ticks = correlated_ticks(past, residual);
+    // Speeds from displacements are noisier than white where they are faster than the smoother.
+    const hexload_real_t speed_ticks = past->sensors->half_window_ticks > 0 ? noise_ticks : HEXLOAD_REAL(1.0);
+    const hexload_real_t variance = speed_ticks * sigma_m_s * sigma_m_s;
     hexload_real_t body[DIM];
     hexload_real_t columns[HEXLOAD_LEGS][6];
     hexload_real_t Y[6][DIM];
@@ -188,7 +191,7 @@ static void measurement_noise(const hexload_momentum_filter_t* self, const hexlo
             for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
                 sum = hexload_fma(columns[leg][a], columns[leg][b], sum);
             }
-            R[a][b] = hexload_fma(sigma_m_s * sigma_m_s, sum, noise_ticks * spread[a][b]);
+            R[a][b] = hexload_fma(variance, sum, noise_ticks * spread[a][b]);
         }
     }
 }

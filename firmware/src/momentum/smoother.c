@@ -252,6 +252,13 @@ static hexload_real_t to_real(uint64_t sum) {
                        (hexload_real_t)(uint32_t)sum);
 }
 
+/// Speeds from displacements err alike over a window: a mean over it has the variance of one of them, which
+/// is ten times that of a mean of independent ones (transient.c).
+static hexload_real_t transient_sigma(const hexload_sensors_t* sensors) {
+    const bool is_white = sensors->half_window_ticks == 0;
+    return (is_white ? HEXLOAD_REAL(1.0) : HEXLOAD_REAL(3.1622777)) * sensors->velocity_sigma_m_s;
+}
+
 /// How much of a polynomial is kept whose coefficients over the legs have this sum of squares in sigmas.
 static hexload_real_t share_of(hexload_real_t square) {
     return hexload_max(HEXLOAD_REAL(0.0), HEXLOAD_REAL(1.0) - CHI_SQUARE_6_95 / square);
@@ -318,7 +325,7 @@ static void read_middle(hexload_smoother_t* self, const hexload_sensors_t* senso
     if (self->entered >= window_ticks(self)) {
         fit_slopes(self, sensors->displacement_sigma_m, out->smooth_velocity_m_s);
     }
-    hexload_transient_follow(self, at, sensors->velocity_sigma_m_s, out->smooth_velocity_m_s);
+    hexload_transient_follow(self, at, transient_sigma(sensors), out->smooth_velocity_m_s);
     memcpy(self->held_m_s, out->smooth_velocity_m_s, sizeof self->held_m_s);
 }
 

@@ -54,6 +54,9 @@ platform::PlatformFile platform_of(const Options& options, const sim::Scenario& 
     platform::PlatformFile platform = platform::load_platform_file(scenario.platform);
     platform.estimator.kind = options.estimator.value_or(platform.estimator.kind);
     platform.estimator.prior = options.prior.value_or(platform.estimator.prior);
+    if (!scenario.sensors.velocity_sensor) {
+        platform.sensors = platform::without_velocity(platform.sensors);
+    }
     return platform;
 }
 
@@ -250,8 +253,9 @@ struct RealTime {
 };
 
 ExitStatus simulate(const Options& options) {
-    const sim::Scenario scenario = scenario_of(options);
+    sim::Scenario scenario = scenario_of(options);
     const platform::PlatformFile platform = platform_of(options, scenario);
+    scenario.sensors.velocity_sensor = platform.sensors.has_velocity;
     sim::Simulator simulator(platform, scenario);
     const auto link = make_link(options, known_platform(options, platform));
     const auto publisher = make_publisher(options, platform);

@@ -43,6 +43,7 @@ class CaseClass:
     on_axis: bool = False  # the paper's kind of load: centre of mass on the axis, no products of inertia
     own_machine: bool = False  # hinges, platform and its centre of mass are drawn too
     legs: bool = False  # legs with mass, which the platform file does not know; a run of the empty platform is the tare
+    velocity_sensors: bool = True
     rig: bool = False  # a machine with every effect of a real one, which neither platform file nor controller know
     effects: bool = False  # biased force sensors and legs that rub, of which the controller is to find out
 
@@ -71,6 +72,8 @@ CLASSES: dict[str, CaseClass] = {
     "paper_light": CaseClass("the paper's motion, a load of 10 kg", "paper", mass_kg=(10.0, 10.0)),
     "multisine_machines": CaseClass("multisine on machines of other geometry", "multisine", own_machine=True),
     "work_machines": CaseClass("work motion on machines of other geometry", "work", own_machine=True),
+    "multisine_no_velocity": CaseClass("multisine, no velocity sensors", "multisine", velocity_sensors=False),
+    "work_no_velocity": CaseClass("work motion, no velocity sensors", "work", velocity_sensors=False),
     "multisine_leg_mass": CaseClass("multisine, legs with mass, and a tare", "multisine", legs=True),
     "work_leg_mass": CaseClass("work motion, legs with mass, and a tare", "work", legs=True),
     "multisine_actuator_effects": CaseClass("multisine, biased force sensors and friction", "multisine", effects=True),
@@ -161,7 +164,7 @@ def draw(case: Case) -> Setup:
         "load": [_load_table(at_s, body) for at_s, body in loads],
         "trajectory": trajectory,
         "controller": controller,
-        "sensors": {"noise_scale": kind.true_sigma},
+        "sensors": {"noise_scale": kind.true_sigma, "velocity_sensor": kind.velocity_sensors},
     }
     platform = _draw_platform(random, kind)
     if kind.rig:

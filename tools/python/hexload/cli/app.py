@@ -119,7 +119,7 @@ def replay(
     log: Annotated[
         Path,
         typer.Argument(
-            help="Leg log: .csv or .csv.gz (t,dl1..dl6,vl1..vl6,f1..f6 in SI units), candump, .blf, .asc or LCM event log."
+            help="Leg log: .csv or .csv.gz (t,dl1..dl6,vl1..vl6,f1..f6 in SI units; vl1..vl6 may be absent), candump, .blf, .asc or LCM event log."
         ),
     ],
     platform: Annotated[Path, typer.Option(help="Platform file (.toml).")],

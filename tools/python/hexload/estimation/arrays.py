@@ -9,21 +9,28 @@ from hexload.io.log_file import LegLog
 LEGS = 6
 
 
-def leg_log(t: ArrayLike, dl: ArrayLike, vl: ArrayLike, f: ArrayLike) -> LegLog:
-    """t (n,) in s, strictly increasing, n >= 2; dl, vl, f (n, 6) in m, m/s, N. Raises InputError."""
+def leg_log(t: ArrayLike, dl: ArrayLike, vl: ArrayLike | None, f: ArrayLike) -> LegLog:
+    """t (n,) in s, strictly increasing, n >= 2; dl, vl, f (n, 6) in m, m/s, N; vl None, or nan throughout: no velocity
+    sensors. Raises InputError."""
     t_s = np.ascontiguousarray(t, float)
     if t_s.ndim != 1 or len(t_s) < 2:
         raise InputError(f"t: found shape {t_s.shape}, expected (n,) with at least 2 rows")
-    legs = [_finite(name, values, (len(t_s), LEGS)) for name, values in (("dl", dl), ("vl", vl), ("f", f))]
+    shape = (len(t_s), LEGS)
+    displacement, force = _finite("dl", dl, shape), _finite("f", f, shape)
+    velocity = np.full(shape, np.nan) if vl is None else _shaped("vl", vl, shape)
+    if not np.isnan(velocity).all():
+        velocity = _finite("vl", velocity, shape)
     late = np.flatnonzero(~(np.diff(t_s) > 0.0))
     if late.size or not np.isfinite(t_s).all():
         row = int(late[0]) + 1 if late.size else 0
         raise InputError(f"t: row {row}: found {t_s[row]:.9g}, expected finite times, each later than the one before")
-    return LegLog(t_s, *legs)
+    return LegLog(t_s, displacement, velocity, force)
 
 
-def one_sample(dl: ArrayLike, vl: ArrayLike, f: ArrayLike) -> tuple[NDArray[np.float64], ...]:
-    """(6,) each, in m, m/s, N. Not a number is left to the firmware, which refuses it. Raises InputError."""
+def one_sample(dl: ArrayLike, vl: ArrayLike | None, f: ArrayLike) -> tuple[NDArray[np.float64], ...]:
+    """(6,) each, in m, m/s, N; vl None: no velocity sensors. Not a number is left to the firmware, which refuses it.
+    Raises InputError."""
+    vl = np.full(LEGS, np.nan) if vl is None else vl
     return tuple(_shaped(name, values, (LEGS,)) for name, values in (("dl", dl), ("vl", vl), ("f", f)))
 
 

@@ -337,6 +337,8 @@ def _with_reference(found: Found, machine: Machine, run: Run, mass_kg: float) ->
 def _velocity_delay(run: Run, machine: Machine) -> float:
     """v shown = d' - delay d'' of the displacements, by least squares over all legs; what is not three sigmas off the
     platform file's stays."""
+    if not run.log.has_velocity:
+        return 0.0
     dt_s = run.log.t_s[1] - run.log.t_s[0]
     low_pass = butter(4, VELOCITY_HZ, fs=1.0 / dt_s, output="sos")
     inner = slice(round(0.3 / dt_s), -round(0.3 / dt_s))

@@ -73,26 +73,28 @@ class Estimator:
         self._tare = tare
         self._before: list[tuple[float, Array, Array, Array]] = []
         self._tick = 0
+        machine = chosen.native()
+        self._has_velocity = machine.has_velocity
         try:
-            self._native = project.native_module().Estimator(
-                chosen.native(), sampling_s, None if tare is None else tare.offset
-            )
+            self._native = project.native_module().Estimator(machine, sampling_s, None if tare is None else tare.offset)
         except ValueError as error:
             raise InputError(f"{chosen.source}: {error}") from None
         self.names: tuple[str, ...] = tuple(self._native.names)
         self._health_names = tuple(self._native.health_names)
 
-    def step(self, dl: ArrayLike, vl: ArrayLike, f: ArrayLike, *, tick: int | None = None) -> Estimate | None:
+    def step(self, dl: ArrayLike, vl: ArrayLike | None, f: ArrayLike, *, tick: int | None = None) -> Estimate | None:
         """Takes a sample and returns the estimate after it.
 
         dl    (6,) leg displacements from home, m, positive = extended
-        vl    (6,) leg velocities, m/s
+        vl    (6,) leg velocities, m/s; None of a platform that has no velocity sensors
         f     (6,) leg forces, N, positive pushes the platform away from the base
         tick  number of the sample, greater than the one before; None: the next. A jump is a gap.
 
         Returns None when the firmware refuses the sample, which leaves its state as it was; last_refusal says why.
         Values are rounded to float32, as the controller's samples are. Raises InputError on a wrong shape.
         """
+        if vl is None and self._has_velocity:
+            raise InputError("vl: found None, expected leg velocities, or a platform with [sensors] velocity = false")
         legs = tuple(part.astype(np.float32).astype(float) for part in one_sample(dl, vl, f))
         now = self._tick if tick is None else tick
         if now < self._tick:
@@ -200,7 +202,7 @@ class Identification:
 def replay(
     t: ArrayLike,
     dl: ArrayLike,
-    vl: ArrayLike,
+    vl: ArrayLike | None,
     f: ArrayLike,
     platform: PlatformLike,
     kind: Kind | None = None,
@@ -211,7 +213,7 @@ def replay(
     """Runs the firmware's own C code over a log in memory.
 
     t           (n,) s, strictly increasing, multiples of the sampling period; rows may be missing
-    dl, vl, f   (n, 6) as of Estimator.step(): m, m/s, N
+    dl, vl, f   (n, 6) as of Estimator.step(): m, m/s, N; vl None: no velocity sensors, whatever the platform says
     platform, kind, prior, tare   as of Estimator
 
     Raises InputError: wrong shapes, values that are not finite, a platform that lacks what the estimator needs, or a
@@ -249,7 +251,7 @@ def replay(
 def identify(
     t: ArrayLike,
     dl: ArrayLike,
-    vl: ArrayLike,
+    vl: ArrayLike | None,
     f: ArrayLike,
     platform: PlatformLike,
     kind: Kind | None = None,

@@ -85,6 +85,7 @@ def _find(
     """`names`: of the log, and of the log with its platform, in errors."""
     from hexload.estimation.leg_mass import find_leg_mass, without_leg_mass  # scipy, which no other verb waits for
 
+    _refuse_without_velocity(names[0], samples)
     run = partial(_run, native, platform, names[1])
     legs = find_leg_mass(samples, machine, largest_offset * platform.mass_kg / LEGS)
     result = run(samples if legs is None else without_leg_mass(samples, machine, legs.value))
@@ -138,6 +139,14 @@ def _scales(platform) -> Array:
     radius_m = np.linalg.norm(platform.platform_hinges_m, axis=1).mean()
     moment_kg_m2 = np.trace(platform.inertia_kg_m2) / 3.0
     return np.repeat([platform.mass_kg, platform.mass_kg * radius_m, moment_kg_m2], [1, 3, 6])
+
+
+def _refuse_without_velocity(name: str, log: LegLog) -> None:
+    if not log.has_velocity:
+        raise InputError(
+            f"{name}: found no leg velocities, by which the legs' mass is taken off, expected them; without velocity "
+            "sensors `hexload commission` does what a tare does"
+        )
 
 
 def _refuse_changes(log: str, result: dict) -> None:
@@ -233,6 +242,7 @@ class MachineTare:
         """The log without what the mass of the legs takes beside the offset."""
         if self.leg_mass is None:
             return log
+        _refuse_without_velocity("log", log)
         from hexload.estimation.leg_mass import without_leg_mass  # scipy, which other replays need not wait for
 
         return without_leg_mass(log, self.machine, self.leg_mass)

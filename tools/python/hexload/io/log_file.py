@@ -1,6 +1,6 @@
 """Reader of leg logs: CSV or CSV.gz, SI units, one row per tick, header t,dl1..dl6,vl1..vl6,f1..f6.
 
-Ticks may be missing. Anything else that is wrong in a log is refused with file, line and column.
+A log without vl1..vl6 is of a machine without velocity sensors. Ticks may be missing. Anything else that is wrong in a log is refused with file, line and column.
 """
 
 import gzip
@@ -16,6 +16,7 @@ from hexload.errors import InputError
 
 LEGS = range(1, 7)
 COLUMNS = ("t", *(f"{channel}{leg}" for channel in ("dl", "vl", "f") for leg in LEGS))
+WITHOUT_VELOCITY = tuple(name for name in COLUMNS if not name.startswith("vl"))
 
 
 @dataclass(frozen=True)
@@ -24,9 +25,13 @@ class LegLog:
 
     t_s: NDArray[np.float64]  # (n,)
     displacement_m: NDArray[np.float64]  # (n, 6), positive = extended
-    velocity_m_s: NDArray[np.float64]  # (n, 6)
+    velocity_m_s: NDArray[np.float64]  # (n, 6); nan throughout: no velocity sensors
     force_n: NDArray[np.float64]  # (n, 6), positive pushes the platform away from the base
     remarks: tuple[str, ...] = ()  # what the reader left out, for the user
+
+    @property
+    def has_velocity(self) -> bool:
+        return not np.isnan(self.velocity_m_s[0, 0])
 
 
 def read_log(path: Path | str) -> LegLog:
@@ -35,13 +40,15 @@ def read_log(path: Path | str) -> LegLog:
     lines = _read_text(path).splitlines()
     if not lines:
         raise InputError(f"{path}: found an empty file, expected the header {_header()} and at least 2 rows")
-    _check_header(path, lines[0].split(","))
+    columns = _columns(path, lines[0].split(","))
     while lines[-1].strip() == "" and len(lines) > 1:
         lines.pop()
     if len(lines) < 3:
         raise InputError(f"{path}: found {len(lines) - 1} rows after the header, expected at least 2")
-    rows = np.array([_parse_row(path, number, line) for number, line in enumerate(lines[1:], start=2)])
+    rows = np.array([_parse_row(path, number, line, columns) for number, line in enumerate(lines[1:], start=2)])
     _check_time(path, rows[:, 0])
+    if columns == WITHOUT_VELOCITY:
+        rows = np.insert(rows, [7] * len(LEGS), np.nan, axis=1)
     return LegLog(*(np.ascontiguousarray(part) for part in (rows[:, 0], rows[:, 1:7], rows[:, 7:13], rows[:, 13:19])))
 
 
@@ -65,10 +72,10 @@ def _read_text(path: Path) -> str:
         raise InputError(f"{path}: cannot be read, {error.strerror}") from None
 
 
-def _check_header(path: Path, found: list[str]) -> None:
-    found = [name.strip() for name in found]
-    if tuple(found) == COLUMNS:
-        return
+def _columns(path: Path, header: list[str]) -> tuple[str, ...]:
+    found = tuple(name.strip() for name in header)
+    if found in (COLUMNS, WITHOUT_VELOCITY):
+        return found
     where = f"{path}: line 1:"
     for name in COLUMNS:
         if name not in found:
@@ -83,14 +90,14 @@ def _check_header(path: Path, found: list[str]) -> None:
     raise InputError(f"{where} found {len(found)} columns, expected the {len(COLUMNS)} of {_header()}, each once")
 
 
-def _parse_row(path: Path, number: int, line: str) -> list[float]:
+def _parse_row(path: Path, number: int, line: str, columns: tuple[str, ...]) -> list[float]:
     fields = line.split(",")
-    if len(fields) != len(COLUMNS):
-        raise InputError(f"{path}: line {number}: found {len(fields)} values, expected {len(COLUMNS)}")
+    if len(fields) != len(columns):
+        raise InputError(f"{path}: line {number}: found {len(fields)} values, expected {len(columns)}")
     values = [_finite(field) for field in fields]
     if None in values:
         column = values.index(None)
-        name, field = COLUMNS[column], fields[column]
+        name, field = columns[column], fields[column]
         raise InputError(f"{path}: line {number}: column {name}: found '{field}', expected a finite number")
     return values
 

@@ -111,16 +111,16 @@ def leg_signals(log: LegLog) -> go.Figure:
     """What the estimator sees: displacement, velocity and force of the six legs, with sensor noise."""
     channels = (
         (1e3, log.displacement_m, "displacement, mm"),
-        (1.0, log.velocity_m_s, "velocity, m/s"),
+        *([(1.0, log.velocity_m_s, "velocity, m/s")] if log.has_velocity else []),
         (1e-3, log.force_n, "force, kN"),
     )
-    figure = make_subplots(rows=3, cols=1, shared_xaxes=True, vertical_spacing=0.05)
+    figure = make_subplots(rows=len(channels), cols=1, shared_xaxes=True, vertical_spacing=0.05)
     for row, (scale, values, title) in enumerate(channels, start=1):
         for leg in range(6):
             style = Style(LEG_COLOURS[leg], f"leg {leg + 1}", 1.1)
             figure.add_trace(_line(log.t_s, scale * values[:, leg], style, row == 1), row, 1)
         figure.update_yaxes(title=title, row=row)
-    figure.update_xaxes(title="time, s", row=3)
+    figure.update_xaxes(title="time, s", row=len(channels))
     return finish(figure, 640)
 
 

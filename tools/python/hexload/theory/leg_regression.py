@@ -44,7 +44,7 @@ def regression(log: LegLog, platform: Platform, smoothing: Smoothing, speeds: Sp
     displacement, velocity, force = (
         _smooth(values, smoothing, dt_s) for values in (log.displacement_m, log.velocity_m_s, log.force_n)
     )
-    if speeds == "displacement":
+    if speeds == "displacement" or not log.has_velocity:
         velocity = np.gradient(displacement, dt_s, axis=0)
     motion = motion_of_legs(platform, displacement, velocity)
     matrix = leg_equations(platform, motion, dt_s)
