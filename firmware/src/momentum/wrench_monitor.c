@@ -148,8 +148,8 @@ static bool is_moving(const hexload_motion_t* motion) {
     return square > MOVING_M_S * MOVING_M_S;
 }
 
-/// A bin goes to C when as many as there are have followed it: what a change does that is being detected shall
-/// not excuse it.
+/// A bin goes to C when as many as there are have followed it: a change that is being detected shall not
+/// excuse itself.
 static void learn(hexload_wrench_monitor_t* self, const hexload_config_t* config,
                   const hexload_real_t y[PARTS]) {
     const hexload_real_t share = config->tick_s / BIN_S;
