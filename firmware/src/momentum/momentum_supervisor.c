@@ -18,6 +18,10 @@ enum { DIM = HEXLOAD_LOAD_DIM };
 /// A filter that has begun anew explains everything for a while.
 #define UNFIT_S HEXLOAD_REAL(10.0)
 
+/// A theta that no body has must stay for so long: what is learnt in the first tenths of a second of a motion
+/// is of a few shocks, faster than the smoother, and not yet as certain as it seems.
+#define IMPOSSIBLE_S HEXLOAD_REAL(0.25)
+
 enum {
     FEWEST_TICKS = 20,
     JUDGED_TICKS = 100, ///< before, innovations have not said yet whether the machine fits its model
@@ -203,6 +207,17 @@ static void find_scales(const hexload_momentum_filter_t* filter, hexload_real_t 
     }
 }
 
+/// Whether the load has been one that no body is for long.
+static bool is_impossible(hexload_momentum_supervisor_t* self, const hexload_config_t* config,
+                          const hexload_estimate_t* estimate) {
+    if (hexload_pseudo_inertia_is_positive(estimate->value, estimate->sigma)) {
+        self->impossible_s = HEXLOAD_REAL(0.0);
+    } else {
+        self->impossible_s = hexload_min(self->impossible_s + config->tick_s, IMPOSSIBLE_S);
+    }
+    return self->impossible_s >= IMPOSSIBLE_S;
+}
+
 static hexload_verdict_t judge_parameter(const hexload_momentum_supervisor_t* self,
                                          const hexload_config_t* config, hexload_real_t scale,
                                          hexload_real_t sigma, int parameter) {
@@ -229,8 +244,8 @@ void hexload_momentum_supervisor_judge(hexload_momentum_supervisor_t* self, cons
     estimate->verdict = HEXLOAD_VERDICT_CONVERGED;
     find_scales(filter, scale);
     const bool is_misfit = self->fit_nis > MISFIT_NIS;
-    const bool fits_model = !is_misfit && self->nis_mean <= config->momentum.inconsistent_nis &&
-                            hexload_pseudo_inertia_is_positive(estimate->value, estimate->sigma);
+    const bool is_body = !is_impossible(self, config, estimate);
+    const bool fits_model = !is_misfit && self->nis_mean <= config->momentum.inconsistent_nis && is_body;
     for (int k = 0; k < DIM; k++) {
         const hexload_verdict_t verdict = fits_model
                                               ? judge_parameter(self, config, scale[k], estimate->sigma[k], k)
@@ -253,7 +268,8 @@ void hexload_momentum_supervisor_judge(hexload_momentum_supervisor_t* self, cons
 
 void hexload_momentum_supervisor_hold_back(const hexload_momentum_supervisor_t* self,
                                            hexload_estimate_t* estimate) {
-    for (int k = 0; k < DIM && self->fit_ticks < JUDGED_TICKS; k++) {
+    const bool is_doubtful = self->fit_ticks < JUDGED_TICKS || self->impossible_s > HEXLOAD_REAL(0.0);
+    for (int k = 0; k < DIM && is_doubtful; k++) {
         if (estimate->parameter_verdict[k] == HEXLOAD_VERDICT_CONVERGED) {
             estimate->parameter_verdict[k] = HEXLOAD_VERDICT_CONVERGING;
         }
