@@ -319,7 +319,7 @@ static void test_sums_do_not_drift(void) {
 }
 
 static void test_missing_ticks_are_bridged_and_reported(void) {
-    // GIVEN a motion of which ticks 100, 101 and 150 are missing
+    // GIVEN a motion that bends in all directions, of which ticks 100, 101 and 150 are missing
     const hexload_config_t config = machine_with_lag(30, 1e-9);
     hexload_smoother_t smoother;
     hexload_smooth_sample_t past;
@@ -331,6 +331,7 @@ static void test_missing_ticks_are_bridged_and_reported(void) {
         }
         const hexload_leg_sample_t sample = sample_of(tick);
         (void)put(&smoother, &config, &sample, tick - last_put);
+        open_all_directions(&smoother);
         last_put = tick;
         count++;
         // WHEN samples are taken out THEN at most one comes for each that is put in, in order, each with the

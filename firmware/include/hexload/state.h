@@ -159,7 +159,9 @@ typedef struct hexload_motion_directions {
     hexload_real_t spread[HEXLOAD_LEGS][HEXLOAD_LEGS]; ///< A, lower triangle
     hexload_real_t factor[HEXLOAD_LEGS]
                          [HEXLOAD_LEGS]; ///< of A / kappa + E; lower triangle, diagonal inverted
-    uint32_t slopes;                     ///< in the mean
+    hexload_real_t next_factor[HEXLOAD_LEGS][HEXLOAD_LEGS]; ///< a row at a tick
+    uint32_t slopes;                                        ///< in the mean
+    uint32_t turn;                                          ///< ticks since the last slope
 } hexload_motion_directions_t;
 
 typedef struct hexload_smoother {

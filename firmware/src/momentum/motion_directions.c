@@ -11,22 +11,25 @@
 #define LARGEST_SQUARE HEXLOAD_REAL(1e6)
 
 /// A is a mean over all slopes at first, later over 128, eight ticks apart, as neighbours share their window.
-enum { SLOPES = 128, TICKS_APART = 8, FACTOR_TICK = 1 };
-
-/// L L^T = (A + kappa E) / kappa.
-static void factor(hexload_motion_directions_t* self) {
-    for (int i = 0; i < HEXLOAD_LEGS; i++) {
-        for (int j = 0; j <= i; j++) {
-            self->factor[i][j] = self->spread[i][j] / KAPPA;
-        }
-        self->factor[i][i] += HEXLOAD_REAL(1.0);
-    }
-    hexload_cholesky6(self->factor);
-}
+enum { SLOPES = 128, TICKS_APART = 8 };
 
 HEXLOAD_RARE void hexload_motion_directions_init(hexload_motion_directions_t* self) {
     memset(self, 0, sizeof *self);
-    factor(self);
+    for (int i = 0; i < HEXLOAD_LEGS; i++) {
+        self->factor[i][i] = HEXLOAD_REAL(1.0);
+    }
+}
+
+/// Of L L^T = A / kappa + E, diagonal inverted.
+static void factor_row(hexload_motion_directions_t* self, uint32_t i) {
+    hexload_real_t* row = self->next_factor[i];
+    for (uint32_t j = 0; j <= i; j++) {
+        hexload_real_t sum = self->spread[i][j] / KAPPA + (i == j ? HEXLOAD_REAL(1.0) : HEXLOAD_REAL(0.0));
+        for (uint32_t k = 0; k < j; k++) {
+            sum = hexload_fma(-row[k], self->next_factor[j][k], sum);
+        }
+        row[j] = i == j ? HEXLOAD_REAL(1.0) / hexload_sqrt(sum) : sum * self->next_factor[j][j];
+    }
 }
 
 static void take(hexload_motion_directions_t* self, const hexload_real_t slope_m_s[HEXLOAD_LEGS],
@@ -46,31 +49,30 @@ static void take(hexload_motion_directions_t* self, const hexload_real_t slope_m
     }
 }
 
-void hexload_motion_directions_learn(hexload_motion_directions_t* self, uint32_t tick,
+void hexload_motion_directions_learn(hexload_motion_directions_t* self,
                                      const hexload_real_t slope_m_s[HEXLOAD_LEGS],
                                      hexload_real_t inverse_sigma_s_m) {
-    if (tick % TICKS_APART == 0 || self->slopes == 0) {
+    if (self->turn == 0) {
         take(self, slope_m_s, inverse_sigma_s_m);
-    } else if (tick % TICKS_APART == FACTOR_TICK || self->slopes == 1) {
-        factor(self);
+    } else if (self->turn <= HEXLOAD_LEGS) {
+        factor_row(self, self->turn - 1);
+    } else {
+        memcpy(self->factor, self->next_factor, sizeof self->factor);
     }
+    self->turn = (self->turn + 1) % TICKS_APART;
 }
 
 void hexload_motion_directions_keep(const hexload_motion_directions_t* self,
                                     hexload_real_t slope_m_s[HEXLOAD_LEGS]) {
     hexload_real_t y[HEXLOAD_LEGS]; // L^-1 c, then L^-T L^-1 c
-    HEXLOAD_UNROLL
     for (int i = 0; i < HEXLOAD_LEGS; i++) {
         y[i] = slope_m_s[i];
-        HEXLOAD_UNROLL
         for (int k = 0; k < i; k++) {
             y[i] = hexload_fma(-self->factor[i][k], y[k], y[i]);
         }
         y[i] *= self->factor[i][i];
     }
-    HEXLOAD_UNROLL
     for (int i = HEXLOAD_LEGS - 1; i >= 0; i--) {
-        HEXLOAD_UNROLL
         for (int k = i + 1; k < HEXLOAD_LEGS; k++) {
             y[i] = hexload_fma(-self->factor[k][i], y[k], y[i]);
         }

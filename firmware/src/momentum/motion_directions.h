@@ -19,13 +19,14 @@
 /// No motion yet.
 void hexload_motion_directions_init(hexload_motion_directions_t* self);
 
-/// At every tick, before hexload_motion_directions_keep(); what is costly is done at one in eight.
-/// @param slope_m_s c3, @param inverse_sigma_s_m 1 over its sigma in a leg.
-void hexload_motion_directions_learn(hexload_motion_directions_t* self, uint32_t tick,
+/// At every tick, before hexload_motion_directions_keep(): an eighth of what makes W of a slope and those
+/// before it. @param slope_m_s c3. @param inverse_sigma_s_m 1 over its sigma in a leg. Reentrant, no constant
+/// time.
+void hexload_motion_directions_learn(hexload_motion_directions_t* self,
                                      const hexload_real_t slope_m_s[HEXLOAD_LEGS],
                                      hexload_real_t inverse_sigma_s_m);
 
-/// c becomes W c.
+/// c becomes W c. Reentrant, constant time.
 void hexload_motion_directions_keep(const hexload_motion_directions_t* self,
                                     hexload_real_t slope_m_s[HEXLOAD_LEGS]);
 

@@ -282,7 +282,7 @@ static void fit_slopes(hexload_smoother_t* self, hexload_real_t sigma_m,
     for (int m = 0; m < 3; m++) {
         share[m] = share_of(q[m] * constants->inverse_gain[m] * inverse_variance_1_m2);
     }
-    hexload_motion_directions_learn(&self->directions, self->entered, part[1],
+    hexload_motion_directions_learn(&self->directions, part[1],
                                     hexload_sqrt(constants->inverse_gain[1] * inverse_variance_1_m2));
     for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
         part[1][leg] = hexload_fma(share[2], part[2][leg], share[1] * part[1][leg]);
