@@ -25,6 +25,7 @@
 #include "rig/rig.h"
 
 #include <stddef.h>
+#include <string.h>
 
 /// Ticks before the alarm at which the load may have changed already: the filter forgets then.
 enum { HEXLOAD_ALARM_DELAY_TICKS = 6 };
@@ -208,6 +209,16 @@ static inline void restart(hexload_momentum_t* self, const hexload_config_t* con
     hexload_health_set(health, HEXLOAD_HEALTH_FILTER_RESTARTED);
 }
 
+/// The filter's values and sigmas, and these widened by what its model leaves out: by what varies, and by
+/// what is open of the rig's constants.
+static inline void read_load(const hexload_momentum_t* self, const hexload_config_t* config,
+                             hexload_estimate_t* estimate) {
+    hexload_momentum_filter_read(&self->filter, estimate->value, estimate->own_sigma);
+    memcpy(estimate->sigma, estimate->own_sigma, sizeof estimate->sigma);
+    hexload_jackknife_widen(&self->jackknife, estimate->sigma);
+    hexload_consider_widen(&self->consider, config, estimate->sigma);
+}
+
 /// @param[out] update of the filter. NULL: not wanted; with effects it is needed.
 static inline hexload_status_t hexload_momentum_run(hexload_momentum_t* self, const hexload_config_t* config,
                                                     hexload_effects_stage_t* effects,
@@ -234,8 +245,9 @@ static inline hexload_status_t hexload_momentum_run(hexload_momentum_t* self, co
         (effects != NULL && !hexload_actuator_effects_is_finite(&effects->filter))) {
         restart(self, config, effects, &health);
     }
-    hexload_momentum_supervisor_judge(&self->supervisor, config, &self->filter, &self->jackknife,
-                                      &self->consider, estimate, &health);
+    read_load(self, config, estimate);
+    hexload_momentum_supervisor_judge(&self->supervisor, config, &self->filter, &self->jackknife, estimate,
+                                      &health);
     if (effects != NULL) {
         hexload_identifiability_judge(&effects->identifiability, estimate, &health);
     }

@@ -2,6 +2,7 @@
 
 import importlib
 import json
+import os
 import signal
 import socket
 import subprocess
@@ -68,7 +69,7 @@ def test_the_same_command_gives_the_same_numbers_with_and_without_a_cluster(fini
     assert any(loaded.values())
     # WHEN the same runs on this machine's own cores THEN cases and summary are the same, byte by byte
     out = tmp_path / "own"
-    options = ("--classes", "multisine", "--runs", 2, "--duration", SHORT_S, "--out", out)
+    options = ("--classes", "multisine", "--runs", 2, "--seed-base", 1, "--duration", SHORT_S, "--out", out)
     result = subprocess.run(command(*options), capture_output=True, text=True)
     assert result.returncode == 0, result.stderr
     assert result.stdout.splitlines()[-1] == str(out / "report.html")
@@ -256,6 +257,43 @@ def test_a_case_whose_tare_is_refused_has_failed_and_the_campaign_goes_on(cluste
     verb.run_campaign(settings, out, cluster.scheduler_address, keep=True, restart=False)
     assert "2 of 2 cases are done already, 0 to go" in capsys.readouterr().err
     assert contents(out) == before
+
+
+def test_seeds_are_fresh_with_every_commit_and_can_be_repeated(tmp_path, monkeypatch, capsys):
+    # GIVEN a clone with one commit WHEN no seeds are asked for THEN they are the commit's date, and that is said
+    git = ["git", "-C", tmp_path, "-c", "user.name=a", "-c", "user.email=a@b", "-c", "commit.gpgsign=false"]
+    subprocess.run(["git", "init", "--quiet", tmp_path], check=True)
+    date = {"GIT_COMMITTER_DATE": "1700000000 +0000", "PATH": os.environ["PATH"]}
+    subprocess.run([*git, "commit", "--quiet", "--allow-empty", "--message", "x"], check=True, env=date)
+    monkeypatch.setattr(project, "ROOT", tmp_path)
+    assert verb.choose_seeds(None) == 1700000000
+    assert "--seed-base 1700000000 repeats" in capsys.readouterr().err
+    # AND seeds that are asked for are taken
+    assert verb.choose_seeds(7) == 7
+
+
+def test_without_a_commit_seeds_must_be_given(tmp_path, monkeypatch):
+    # GIVEN a folder that is no clone, as of an installed package WHEN no seeds are asked for THEN it is refused
+    monkeypatch.setattr(project, "ROOT", tmp_path)
+    with pytest.raises(InputError, match="--seed-base: found no commit"):
+        verb.choose_seeds(None)
+
+
+@pytest.mark.parametrize("name", ["paper", "work_drop", "rig_work"])
+def test_servos_are_drawn_from_sluggish_to_stiff_and_stable(name):
+    # GIVEN 200 cases of a class WHEN their servos are compared
+    servos = [draw(Case(name, seed, SHORT_S)).scenario["controller"] for seed in range(200)]
+    # THEN feed-forward, proportional and integral gain come from all of their ranges; the ends are missed by chance in
+    # (1 - 0.05)^200 = 4e-5 of all choices of seeds
+    forward, proportional, integral, feedback = (
+        np.array([servo[key] for servo in servos])
+        for key in ("velocity_feedforward", "proportional_1_m", "integral_1_m_s", "pressure_feedback_1_n")
+    )
+    assert forward.min() < 0.05 and 0.95 < forward.max() <= 1.0
+    assert 5.0 <= proportional.min() < 5.8 and 25.0 < proportional.max() <= 35.0
+    assert integral.min() < 2.0 and 25.0 < integral.max() <= 35.0
+    # AND all are stable: the proportional gain stays below that of Routh's criterion
+    assert (proportional <= 0.71 * 5.7e6 * feedback).all()
 
 
 def test_an_unknown_class_is_refused(tmp_path):

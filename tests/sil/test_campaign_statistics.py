@@ -22,6 +22,7 @@ def result(error, nees=10.0, theta=THETA, changes_s=(), alarms_s=(), within_5=1.
         "changes_s": list(changes_s),
         "alarms_s": list(alarms_s),
         "verdict": "converged",
+        "health": {"inconsistent": 3} if nees > 50.0 else {},
     }
 
 
@@ -46,6 +47,12 @@ def test_an_estimate_has_settled_when_it_leaves_the_limit_no_more():
     assert settled_at(t, deviation, 10.0) == 0.0
     assert settled_at(t, deviation, 0.1) is None
     assert settled_at(t, np.array([0.0, 0.0, 0.0, 0.0, np.nan]), 1.0) is None
+
+
+def test_runs_that_were_called_inconsistent_are_counted_once():
+    # GIVEN three runs, one of which was called inconsistent for three ticks WHEN summarised THEN one is counted
+    runs = [result([0.0] * 10), result([0.0] * 10, nees=60.0), result([0.0] * 10)]
+    assert statistics.summarise("multisine", runs).called_inconsistent == 1
 
 
 def test_rmse_bias_and_their_relation_to_the_bound():

@@ -166,6 +166,16 @@ typedef struct hexload_smoother_constants {
     hexload_real_t inverse_gain[3];
 } hexload_smoother_constants_t;
 
+/// Covariance of a motion's curvature over the legs, in variances of its noise.
+typedef struct hexload_motion_directions {
+    hexload_real_t spread[HEXLOAD_LEGS][HEXLOAD_LEGS]; ///< A, lower triangle
+    hexload_real_t factor[HEXLOAD_LEGS]
+                         [HEXLOAD_LEGS]; ///< of A / kappa + E; lower triangle, diagonal inverted
+    hexload_real_t next_factor[HEXLOAD_LEGS][HEXLOAD_LEGS]; ///< a row at a tick
+    uint32_t slopes;                                        ///< in the mean
+    uint32_t turn;                                          ///< ticks since the last slope
+} hexload_motion_directions_t;
+
 typedef struct hexload_smoother {
     hexload_smoother_constants_t constants; ///< of the configured lag
     /// of weights times steps over the window, modulo 2^64
@@ -181,6 +191,7 @@ typedef struct hexload_smoother {
     uint32_t middle_tick; ///< of the window's middle
     bool has_taken;       ///< a sample has been taken out since the start
     hexload_real_t held_m_s[HEXLOAD_LEGS]; ///< speeds of the last one, until the window is full
+    hexload_motion_directions_t directions;
 } hexload_smoother_t;
 
 enum {
@@ -302,9 +313,10 @@ typedef struct hexload_momentum_supervisor {
     hexload_real_t nis_mean; ///< of the load monitor, leaky; starts at its ideal, 6
     /// Of the filter, each tick bounded, leaky over a second, also over changes of the load; ideal 6.
     hexload_real_t fit_nis;
-    hexload_real_t unfit_s; ///< for so long the machine still counts as one that is not its model
-    hexload_real_t calm_s;  ///< since the last load change, or long enough
-    uint32_t fit_ticks;     ///< in the mean, since the start
+    hexload_real_t unfit_s;      ///< for so long the machine still counts as one that is not its model
+    hexload_real_t calm_s;       ///< since the last load change, or long enough
+    hexload_real_t unphysical_s; ///< for how long theta has been that of no body
+    uint32_t fit_ticks;          ///< in the mean, since the start
     /// Information per tick that the motion gives on each parameter if the others were known, 1 / its unit
     /// squared: leaky mean over excitation_time_constant_s.
     hexload_real_t information[HEXLOAD_LOAD_DIM];

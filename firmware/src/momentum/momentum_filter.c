@@ -156,7 +156,8 @@ HEXLOAD_RARE static void seed_momentum(hexload_momentum_filter_t* self, const he
     hexload_momentum_add_noise(columns, variance, self->momentum_cov);
 }
 
-/// How many ticks a residual beyond the noise stays the same: a shock is smeared over half the lag.
+/// How many ticks a residual beyond the noise stays the same: what parabolas through the ticks around leave
+/// of a shock is smeared over as many as lie on one side.
 static hexload_real_t correlated_ticks(const hexload_delayed_tick_t* past, const residual_t* residual) {
     hexload_real_t q = HEXLOAD_REAL(0.0);
     for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
@@ -164,7 +165,7 @@ static hexload_real_t correlated_ticks(const hexload_delayed_tick_t* past, const
         q += in_sigmas * in_sigmas;
     }
     const hexload_real_t share = hexload_max(HEXLOAD_REAL(0.0), HEXLOAD_REAL(1.0) - CHI_SQUARE_6_95 / q);
-    return HEXLOAD_REAL(1.0) + HEXLOAD_REAL(0.5) * (hexload_real_t)past->smoother->lag_ticks * share;
+    return HEXLOAD_REAL(1.0) + (hexload_real_t)HEXLOAD_TRANSIENT_TICKS * share;
 }
 
 /// Noise of e: that of the leg speeds by the cautious body, and the parameters' errors on the part of the

@@ -27,6 +27,10 @@ enum { DIM = HEXLOAD_LOAD_DIM };
 #define UNFIT_VARIANCE HEXLOAD_REAL(9.0)
 #define DOUBTFUL_VARIANCE HEXLOAD_REAL(4.0)
 
+/// A theta that no body has must stay for so long: what is learnt in the first tenths of a second of a motion
+/// is of a few shocks, faster than the smoother, and not yet as certain as it seems.
+#define UNPHYSICAL_S HEXLOAD_REAL(0.25)
+
 enum {
     FEWEST_TICKS = 20,
     JUDGED_TICKS = 100, ///< before, innovations have not said yet whether the machine fits its model
@@ -227,6 +231,17 @@ static void find_scales(const hexload_momentum_filter_t* filter, hexload_real_t 
     }
 }
 
+/// Whether the load has been one that no body is for long.
+static bool is_unphysical(hexload_momentum_supervisor_t* self, const hexload_config_t* config,
+                          const hexload_estimate_t* estimate) {
+    if (hexload_pseudo_inertia_is_positive(estimate->value, estimate->sigma)) {
+        self->unphysical_s = HEXLOAD_REAL(0.0);
+    } else {
+        self->unphysical_s = hexload_min(self->unphysical_s + config->tick_s, UNPHYSICAL_S);
+    }
+    return self->unphysical_s >= UNPHYSICAL_S;
+}
+
 static hexload_verdict_t judge_parameter(const hexload_momentum_supervisor_t* self,
                                          const hexload_config_t* config, hexload_real_t scale,
                                          hexload_real_t sigma, int parameter) {
@@ -242,14 +257,9 @@ static hexload_verdict_t judge_parameter(const hexload_momentum_supervisor_t* se
 
 void hexload_momentum_supervisor_judge(hexload_momentum_supervisor_t* self, const hexload_config_t* config,
                                        const hexload_momentum_filter_t* filter,
-                                       const hexload_jackknife_t* jackknife,
-                                       const hexload_consider_t* consider, hexload_estimate_t* estimate,
+                                       const hexload_jackknife_t* jackknife, hexload_estimate_t* estimate,
                                        uint32_t* health) {
     hexload_real_t scale[DIM];
-    hexload_momentum_filter_read(filter, estimate->value, estimate->own_sigma);
-    memcpy(estimate->sigma, estimate->own_sigma, sizeof estimate->sigma);
-    hexload_jackknife_widen(jackknife, estimate->sigma);
-    hexload_consider_widen(consider, config, estimate->sigma);
     estimate->nis = filter->nis;
     estimate->nis_mean = self->nis_mean;
     estimate->verdict = HEXLOAD_VERDICT_CONVERGED;
@@ -257,8 +267,8 @@ void hexload_momentum_supervisor_judge(hexload_momentum_supervisor_t* self, cons
     const bool is_doubtful = self->unfit_s > HEXLOAD_REAL(0.0);
     const bool is_misfit =
         self->fit_nis > MISFIT_NIS || (is_doubtful && is_beyond(jackknife, config, DOUBTFUL_VARIANCE));
-    const bool fits_model = !is_misfit && self->nis_mean <= config->momentum.inconsistent_nis &&
-                            hexload_pseudo_inertia_is_positive(estimate->value, estimate->sigma);
+    const bool is_body = !is_unphysical(self, config, estimate);
+    const bool fits_model = !is_misfit && self->nis_mean <= config->momentum.inconsistent_nis && is_body;
     for (int k = 0; k < DIM; k++) {
         const hexload_verdict_t verdict = fits_model
                                               ? judge_parameter(self, config, scale[k], estimate->sigma[k], k)
@@ -282,7 +292,8 @@ void hexload_momentum_supervisor_judge(hexload_momentum_supervisor_t* self, cons
 void hexload_momentum_supervisor_hold_back(const hexload_momentum_supervisor_t* self,
                                            const hexload_jackknife_t* jackknife,
                                            hexload_estimate_t* estimate) {
-    const bool is_judged = self->fit_ticks >= JUDGED_TICKS && jackknife->has_concluded;
+    const bool is_judged = self->fit_ticks >= JUDGED_TICKS && jackknife->has_concluded &&
+                           !(self->unphysical_s > HEXLOAD_REAL(0.0));
     for (int k = 0; k < DIM && !is_judged; k++) {
         if (estimate->parameter_verdict[k] == HEXLOAD_VERDICT_CONVERGED) {
             estimate->parameter_verdict[k] = HEXLOAD_VERDICT_CONVERGING;

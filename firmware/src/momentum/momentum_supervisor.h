@@ -4,7 +4,6 @@
 #define HEXLOAD_MOMENTUM_SUPERVISOR_H
 
 #include "hexload/estimate.h"
-#include "momentum/consider.h"
 #include "momentum/jackknife.h"
 #include "momentum/load_monitor.h"
 
@@ -33,14 +32,13 @@ void hexload_momentum_supervisor_watch(hexload_momentum_supervisor_t* self, cons
                                        const hexload_jackknife_t* jackknife,
                                        const hexload_delayed_tick_t* past);
 
-/// Fills in the estimate from the filter and judges it. A parameter that has not converged is converging when
-/// the motion of the last excitation_time_constant_s, gone on for as long again, would lower its sigma by a
-/// third at least.
+/// Judges the estimate, whose values and sigmas are there. A parameter that has not converged is converging
+/// when the motion of the last excitation_time_constant_s, gone on for as long again, would lower its sigma
+/// by a third at least.
 /// @param[in,out] health sets NOT_EXCITED, INCONSISTENT, MODEL_MISFIT. Reentrant, constant time.
 void hexload_momentum_supervisor_judge(hexload_momentum_supervisor_t* self, const hexload_config_t* config,
                                        const hexload_momentum_filter_t* filter,
-                                       const hexload_jackknife_t* jackknife,
-                                       const hexload_consider_t* consider, hexload_estimate_t* estimate,
+                                       const hexload_jackknife_t* jackknife, hexload_estimate_t* estimate,
                                        uint32_t* health);
 
 /// Nothing counts as converged while innovations and blocks have not said yet whether the machine fits its

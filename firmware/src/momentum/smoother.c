@@ -1,6 +1,7 @@
 #include "momentum/smoother.h"
 
 #include "algebra/chi_square.h"
+#include "momentum/motion_directions.h"
 #include "momentum/transient.h"
 
 #include <string.h>
@@ -111,6 +112,7 @@ HEXLOAD_RARE void hexload_smoother_init(hexload_smoother_t* self, const hexload_
     constants->lag_ticks = config->momentum.lag_ticks;
     make_weights(constants);
     make_polynomials(constants, config);
+    hexload_motion_directions_init(&self->directions);
 }
 
 /// The cubic with these ends: where it is at `share` of the way.
@@ -264,7 +266,7 @@ static hexload_real_t share_of(hexload_real_t square) {
     return hexload_max(HEXLOAD_REAL(0.0), HEXLOAD_REAL(1.0) - CHI_SQUARE_6_95 / square);
 }
 
-static void fit_slopes(const hexload_smoother_t* self, hexload_real_t sigma_m,
+static void fit_slopes(hexload_smoother_t* self, hexload_real_t sigma_m,
                        hexload_real_t velocity_m_s[HEXLOAD_LEGS]) {
     const hexload_smoother_constants_t* constants = &self->constants;
     const hexload_real_t inverse_variance_1_m2 = HEXLOAD_REAL(1.0) / (sigma_m * sigma_m);
@@ -287,9 +289,14 @@ static void fit_slopes(const hexload_smoother_t* self, hexload_real_t sigma_m,
     for (int m = 0; m < 3; m++) {
         share[m] = share_of(q[m] * constants->inverse_gain[m] * inverse_variance_1_m2);
     }
+    hexload_motion_directions_learn(&self->directions, part[1],
+                                    hexload_sqrt(constants->inverse_gain[1] * inverse_variance_1_m2));
     for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
-        velocity_m_s[leg] =
-            hexload_fma(share[2], part[2][leg], hexload_fma(share[1], part[1][leg], share[0] * part[0][leg]));
+        part[1][leg] = hexload_fma(share[2], part[2][leg], share[1] * part[1][leg]);
+    }
+    hexload_motion_directions_keep(&self->directions, part[1]);
+    for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
+        velocity_m_s[leg] = hexload_fma(share[0], part[0][leg], part[1][leg]);
     }
 }
 

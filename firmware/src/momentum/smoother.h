@@ -10,7 +10,8 @@
 /// with p1, p3, p5 the odd orthogonal polynomials on -lag..lag. Each counts only as far as it stands out of
 /// its noise in all legs together: times max(0, 1 - 12.59 / q), q the sum of (c_m / sigma)^2 over the legs,
 /// 12.59 the 95 % point of chi-square with 6 degrees of freedom (positive-part shrinkage). A platform at rest
-/// then has speed zero, and its noise does not count as motion.
+/// then has speed zero, and its noise does not count as motion. c3 and c5 count only in the directions in
+/// which the motion of late has bent (motion_directions.h).
 ///
 /// A transient, as a step of speed or a servo that oscillates, is faster than that window. What the velocity
 /// sensors of the ticks around it, its own left out, show far beyond noise is added (transient.h); until the

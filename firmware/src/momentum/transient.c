@@ -53,8 +53,11 @@ void hexload_transient_follow(const hexload_smoother_t* smoother, uint32_t place
             by_narrow_m_s[leg] = hexload_fma(narrow[j], pair_m_s, by_narrow_m_s[leg]);
         }
     }
+    // until the window is full there is nothing else that follows a motion's start
+    const bool has_window = smoother->entered > 2 * smoother->constants.lag_ticks;
+    const hexload_real_t narrow_limit = has_window ? NARROW_LIMIT : CHI_SQUARE_6_999;
     if (is_whole) {
         keep_significant(by_wide_m_s, CHI_SQUARE_6_999 * WIDE(0.0) * variance, velocity_m_s);
-        keep_significant(by_narrow_m_s, NARROW_LIMIT * NARROW(0.0) * variance, velocity_m_s);
+        keep_significant(by_narrow_m_s, narrow_limit * NARROW(0.0) * variance, velocity_m_s);
     }
 }

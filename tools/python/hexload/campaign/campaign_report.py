@@ -82,11 +82,11 @@ def render(
 def terminal_table(statistics: Sequence[ClassStatistics], failed: dict[str, tuple[FailedCase, ...]]) -> Table:
     title = (
         "controller's filter: RMSE / bound, mean of ten and worst; NEES (ideal 10), NIS (6); "
-        "s to 5 %, to 1 % of scale; largest error in %; alarms"
+        "s to 5 %, to 1 % of scale; largest error in %; alarms; runs called inconsistent"
     )
     table = Table(title=title, title_justify="left", box=box.SIMPLE_HEAD, padding=(0, 1, 0, 0))
     errors = ("/ bound", "worst", "NEES", "in 95 %", "NIS", "failed")
-    for heading in ("class", "runs", *errors, "5 %", "p95", "1 %", "max %", "detected", "latest ms", "false"):
+    for heading in ("class", "runs", *errors, "5 %", "p95", "1 %", "max %", "detected", "latest ms", "false", "incons."):
         table.add_column(heading, justify="left" if heading == "class" else "right", no_wrap=True)
     for entry in statistics:
         one, alarms = entry.own, entry.alarms
@@ -107,11 +107,12 @@ def terminal_table(statistics: Sequence[ClassStatistics], failed: dict[str, tupl
             f"{len(alarms.delays_s)}/{alarms.changes}",
             fixed(1e3 * alarms.delays_s.max(), 0) if len(alarms.delays_s) else DASH,
             str(alarms.false),
+            str(entry.called_inconsistent),
         )
     judged = {entry.name for entry in statistics}
     for name, cases in failed.items():
         if name not in judged:
-            table.add_row(name, "0", *(len(errors) - 1) * [DASH], str(len(cases)), *7 * [DASH])
+            table.add_row(name, "0", *(len(errors) - 1) * [DASH], str(len(cases)), *8 * [DASH])
     return table
 
 

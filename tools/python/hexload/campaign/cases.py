@@ -29,6 +29,11 @@ FRICTION_SPEED_M_S = 5e-3  # from which their Coulomb friction is nearly whole; 
 LEG_BARS = {"rod_mass_kg": 1.0, "cylinder_mass_kg": 2.0}
 TARE_MOTION = {"kind": "multisine"}
 TARE_S = 10.0
+PROPORTIONAL_1_M = (5.0, 35.0)
+INTEGRAL_1_M_S = (0.0, 35.0)
+# The oil column, damped by the feedback of pressure alone, leaves a proportional servo stable up to 5.7e6 N/m times
+# that feedback whatever the load's mass (Routh; 60 rad/s at 600 kg, 0.4 of critical at 7e-6 1/N): the valve takes a third.
+PROPORTIONAL_PER_FEEDBACK_N_M = 4e6
 LARGEST_BIAS_N = 70.0  # of a force sensor
 
 
@@ -153,7 +158,7 @@ def draw(case: Case) -> Setup:
     # The class is part of the seed, so that two classes do not share their loads.
     random = np.random.default_rng([zlib.crc32(case.class_name.encode()), case.seed])
     loads = _draw_loads(random, kind, case.duration_s)
-    controller = {"proportional_1_m": random.uniform(10.0, 20.0), "pressure_feedback_1_n": random.uniform(4e-6, 9e-6)}
+    controller = _draw_servo(random)
     noise_seed = int(random.integers(2**31))
     trajectory, rows = _motion(random, kind.motion, case.duration_s)
     scenario = {
@@ -172,6 +177,20 @@ def draw(case: Case) -> Setup:
     effects = _add_effects(random, platform, scenario) if kind.effects else None
     tare_scenario = _add_legs(random, scenario) if kind.legs else None
     return Setup(platform, scenario, rows, tare_scenario, effects)
+
+
+def _draw_servo(random: np.random.Generator) -> Table:
+    """From sluggish to stiff, without velocity feed-forward and with all of it."""
+    pressure_feedback_1_n = random.uniform(4e-6, 9e-6)
+    stable_1_m = PROPORTIONAL_PER_FEEDBACK_N_M * pressure_feedback_1_n
+    low_1_m, high_1_m = PROPORTIONAL_1_M
+    proportional_1_m = np.exp(random.uniform(np.log(low_1_m), np.log(min(high_1_m, stable_1_m))))
+    return {
+        "velocity_feedforward": random.uniform(0.0, 1.0),
+        "proportional_1_m": float(proportional_1_m),
+        "integral_1_m_s": random.uniform(*INTEGRAL_1_M_S),
+        "pressure_feedback_1_n": pressure_feedback_1_n,
+    }
 
 
 def _draw_loads(random: np.random.Generator, kind: CaseClass, duration_s: float) -> list[tuple[float, Body]]:

@@ -101,6 +101,7 @@ class ClassStatistics:
     effects: EffectStatistics | None  # None: the class has none
     alarms: Alarms
     verdicts: dict[str, int]  # of the controller at the end
+    called_inconsistent: int  # runs in which it said so at any tick
     nees_mean_band: tuple[float, float]  # of a consistent estimator in as many runs
     ratio_band: tuple[float, float]  # of RMSE / bound of an efficient one
 
@@ -136,6 +137,7 @@ def summarise(name: str, results: Sequence[dict]) -> ClassStatistics:
         effects=None if results[0]["effects"] is None else _effects([result["effects"] for result in results]),
         alarms=alarms([(result["changes_s"], result["alarms_s"]) for result in results]),
         verdicts={verdict: verdicts.count(verdict) for verdict in sorted(set(verdicts))},
+        called_inconsistent=sum("inconsistent" in result["health"] for result in results),
         nees_mean_band=nees_mean_band(len(results)),
         ratio_band=ratio_band(len(results)),
     )

@@ -2,6 +2,7 @@
 
 import dataclasses
 import json
+import subprocess
 import sys
 from collections.abc import Sequence
 from pathlib import Path
@@ -33,6 +34,20 @@ def parse_classes(text: str | None) -> tuple[str, ...]:
         if name not in CLASSES:
             raise InputError(f"--classes: found '{name}', expected all, or some of: {', '.join(CLASSES)}")
     return tuple(dict.fromkeys(names))
+
+
+def choose_seeds(base: int | None) -> int:
+    """The seed of the first case: the one that is asked for, or the date of the last commit in s. Raises InputError."""
+    if base is not None:
+        return base
+    command = ["git", "-C", str(project.ROOT), "log", "-1", "--format=%ct"]
+    try:
+        date = subprocess.run(command, capture_output=True, text=True, check=True, stdin=subprocess.DEVNULL).stdout
+        base = int(date)
+    except (OSError, subprocess.CalledProcessError, ValueError):
+        raise InputError("--seed-base: found no commit whose date gives fresh seeds, expected a number") from None
+    print(f"hexload: seeds from {base} on, the date of the last commit; --seed-base {base} repeats", file=sys.stderr)
+    return base
 
 
 def run_campaign(settings: Settings, out: Path, scheduler: str | None, keep: bool, restart: bool) -> Path:

@@ -387,7 +387,14 @@ def campaign(
         ),
     ] = None,
     runs: Annotated[int, typer.Option(min=1, max=100_000, help="Cases of each class.")] = 48,
-    seed: Annotated[int, typer.Option(min=0, help="Of the first case of each class; the others count on from it.")] = 1,
+    seed_base: Annotated[
+        int | None,
+        typer.Option(
+            min=0,
+            help="Seed of the first case of each class; the others count on from it.",
+            show_default="the date of the clone's last commit, so that no figure is of seeds used in development",
+        ),
+    ] = None,
     duration: Annotated[float, typer.Option(help="Seconds of each case.")] = 10.0,
     out: Annotated[
         Path | None,
@@ -410,15 +417,15 @@ def campaign(
 
     Compares the momentum filter, with bias and friction or a tare where the class has them, the paper's filter, least
     squares, recursive and total least squares and instrumental variables with the Cramer-Rao bound of each case. Writes
-    report.html, summary.json and a file per case; the same command gives the same numbers, and goes on where it was
-    interrupted. Workers of a cluster need this version, built, and start with tools on the PYTHONPATH.
+    report.html, summary.json and a file per case; with the same seeds the same command gives the same numbers, and goes
+    on where it was interrupted. Workers of a cluster need this version, built, and start with tools on the PYTHONPATH.
 
     Example:  hexload campaign --classes multisine,work_pick_up --runs 24 --out build/runs/loads
     """
     from hexload.campaign import verb
     from hexload.campaign.store import Settings
 
-    settings = Settings(verb.parse_classes(classes), runs, seed, duration)
+    settings = Settings(verb.parse_classes(classes), runs, verb.choose_seeds(seed_base), duration)
     print(verb.run_campaign(settings, out or verb.DEFAULT_OUT, scheduler, keep, restart))
 
 
