@@ -35,19 +35,6 @@ void hexload_config_set_momentum(hexload_config_t* config) {
     momentum->lag_ticks = lag;
 }
 
-void hexload_config_set_no_velocity(hexload_config_t* config) {
-    hexload_sensors_t* sensors = &config->sensors;
-    const hexload_real_t ticks = HEXLOAD_REAL(0.006) / config->tick_s + HEXLOAD_REAL(0.5);
-    const uint32_t most = HEXLOAD_HALF_WINDOW_TICKS_MAX;
-    uint32_t half = 2;
-    while (half < most && (hexload_real_t)(half + 1) <= ticks) {
-        half++;
-    }
-    const hexload_real_t squares = (hexload_real_t)(half * (half + 1) * (2 * half + 1)) / HEXLOAD_REAL(3.0);
-    sensors->half_window_ticks = half;
-    sensors->velocity_sigma_m_s = sensors->displacement_sigma_m / (config->tick_s * hexload_sqrt(squares));
-}
-
 void hexload_config_set_known_mass(hexload_config_t* config, hexload_real_t mass_kg) {
     config->paper.load_mass_kg = mass_kg;
     config->momentum.prior_mass_kg = mass_kg;

@@ -79,6 +79,16 @@ CLASSES: dict[str, CaseClass] = {
     "work_machines": CaseClass("work motion on machines of other geometry", "work", own_machine=True),
     "multisine_no_velocity": CaseClass("multisine, no velocity sensors", "multisine", velocity_sensors=False),
     "work_no_velocity": CaseClass("work motion, no velocity sensors", "work", velocity_sensors=False),
+    "paper_no_velocity": CaseClass("the paper's motion, no velocity sensors", "paper", velocity_sensors=False),
+    "work_drop_no_velocity": CaseClass(
+        "work motion, the load drops off, no velocity sensors", "work", "drop", velocity_sensors=False
+    ),
+    "work_shift_no_velocity": CaseClass(
+        "work motion, the load's centre of mass shifts by 5 to 12 cm, no velocity sensors",
+        "work",
+        "shift",
+        velocity_sensors=False,
+    ),
     "multisine_leg_mass": CaseClass("multisine, legs with mass, and a tare", "multisine", legs=True),
     "work_leg_mass": CaseClass("work motion, legs with mass, and a tare", "work", legs=True),
     "multisine_actuator_effects": CaseClass("multisine, biased force sensors and friction", "multisine", effects=True),
