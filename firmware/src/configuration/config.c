@@ -265,6 +265,7 @@ static bool are_directions(const hexload_rig_config_t* rig) {
         if (!are_finite(direction->force_offset_n, HEXLOAD_LEGS) ||
             !are_finite(direction->force_gain, HEXLOAD_LEGS) ||
             !are_finite(direction->coulomb_n, HEXLOAD_LEGS) ||
+            !are_finite(direction->stribeck_n, HEXLOAD_LEGS) ||
             !are_finite(direction->growth_n_n, HEXLOAD_LEGS) ||
             !are_finite(direction->viscous_n_s_m, HEXLOAD_LEGS) || !are_finite(direction->gravity_m_s2, 2) ||
             !are_finite(direction->platform, 4 + HEXLOAD_I_DIM) ||
