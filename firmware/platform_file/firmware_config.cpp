@@ -24,6 +24,7 @@ hexload_rig_direction_t firmware_direction(const RigDirection& from) {
     copy(from.force_offset_n, to.force_offset_n);
     copy(from.force_gain, to.force_gain);
     copy(from.coulomb_n, to.coulomb_n);
+    copy(from.stribeck_n, to.stribeck_n);
     copy(from.growth_n_n, to.growth_n_n);
     copy(from.viscous_n_s_m, to.viscous_n_s_m);
     std::ranges::transform(from.gravity_m_s2, to.gravity_m_s2, real);

@@ -63,6 +63,7 @@ struct RigDirection {
     Vector6 force_offset_n = Vector6::Zero();
     Vector6 force_gain = Vector6::Zero();
     Vector6 coulomb_n = Vector6::Zero();
+    Vector6 stribeck_n = Vector6::Zero();
     Vector6 growth_n_n = Vector6::Zero();
     Vector6 viscous_n_s_m = Vector6::Zero();
     std::array<double, 2> gravity_m_s2{};

@@ -73,6 +73,8 @@ RigDirection read_direction(TomlReader table) {
     read_legs(table, "force_offset_n", direction.force_offset_n, any_number);
     read_legs(table, "force_gain", direction.force_gain, any_number);
     read_legs(table, "coulomb_n", direction.coulomb_n, any_number);
+    table.numbers("stribeck_n",
+                  {direction.stribeck_n.data(), 6}); // this and the next: none in the first rig files
     table.numbers("growth_n_n", {direction.growth_n_n.data(), 6});
     read_legs(table, "viscous_n_s_m", direction.viscous_n_s_m, any_number);
     table.require("gravity_m_s2");

@@ -1,5 +1,6 @@
 #include "hexload/momentum.h"
 #include "motion.h"
+#include "momentum/momentum_supervisor.h"
 #include "rig/rig.h"
 
 #include <math.h>
@@ -413,6 +414,17 @@ static void test_considered_errors_are_those_of_wrong_constants(void) {
     }
 }
 
+static void test_a_machine_known_to_a_tolerance_is_not_judged_by_noise_alone(void) {
+    // GIVEN machines whose innovations fit, one that is its model, one without friction that is commissioned
+    hexload_config_t config = paper_machine();
+    hexload_momentum_supervisor_t supervisor;
+    hexload_momentum_supervisor_init(&supervisor);
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_FIT_NOISE, hexload_momentum_supervisor_fit(&supervisor, &config));
+    // WHEN constants of it are still open THEN a change of its load must stand out of its own past
+    config.rig.direction_count = 1;
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_FIT_FRICTION, hexload_momentum_supervisor_fit(&supervisor, &config));
+}
+
 /// A machine at work whose sensors show friction.
 typedef struct bench {
     hexload_momentum_t estimator;
@@ -499,6 +511,7 @@ int main(void) {
     RUN_TEST(test_leg_wrench_does_the_work_that_the_legs_take_up);
     RUN_TEST(test_a_base_that_is_not_level_is_turned);
     RUN_TEST(test_considered_errors_are_those_of_wrong_constants);
+    RUN_TEST(test_a_machine_known_to_a_tolerance_is_not_judged_by_noise_alone);
     RUN_TEST(test_a_machine_that_rubs_raises_no_storm_and_is_not_believed);
     RUN_TEST(test_a_machine_whose_friction_is_known_is_believed);
     return UNITY_END();

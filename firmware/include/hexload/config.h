@@ -122,6 +122,7 @@ typedef struct hexload_rig_direction {
     hexload_real_t force_offset_n[HEXLOAD_LEGS];  ///< N
     hexload_real_t force_gain[HEXLOAD_LEGS];      ///< N/N
     hexload_real_t coulomb_n[HEXLOAD_LEGS];       ///< N
+    hexload_real_t stribeck_n[HEXLOAD_LEGS];      ///< N
     hexload_real_t growth_n_n[HEXLOAD_LEGS];      ///< N/N
     hexload_real_t viscous_n_s_m[HEXLOAD_LEGS];   ///< N s/m
     hexload_real_t gravity_m_s2[2];               ///< m/s^2: x and y of its vector, base axes

@@ -91,6 +91,19 @@ static void shift_gravity(const hexload_config_t* config, const hexload_real_t b
     }
 }
 
+/// Error of a leg's dry friction, by the smooth speed; exp(-x^2) by a fraction, which a sigma can bear.
+static hexload_real_t dry_error(const hexload_config_t* config, const hexload_rig_direction_t* direction,
+                                int leg, hexload_real_t v, hexload_real_t force_n) {
+    const hexload_real_t one = HEXLOAD_REAL(1.0);
+    const hexload_real_t in_stribeck = v / config->rig.stribeck_speed_m_s;
+    const hexload_real_t square = in_stribeck * in_stribeck;
+    const hexload_real_t level_n =
+        direction->coulomb_n[leg] +
+        direction->stribeck_n[leg] / (one + square * (one + HEXLOAD_REAL(0.5) * square)) +
+        direction->growth_n_n[leg] * hexload_abs(force_n);
+    return v < HEXLOAD_REAL(0.0) ? -level_n : level_n;
+}
+
 /// Error of the legs' wrench about O_A, and the wrench itself, both by forces that count as those on the
 /// platform.
 static void shift_forces(const hexload_config_t* config, const hexload_delayed_tick_t* past,
@@ -100,13 +113,10 @@ static void shift_forces(const hexload_config_t* config, const hexload_delayed_t
     memset(wrench, 0, 6 * sizeof wrench[0]);
     for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
         const hexload_real_t v = sample->smooth_velocity_m_s[leg];
-        const hexload_real_t sign = v < HEXLOAD_REAL(0.0) ? HEXLOAD_REAL(-1.0) : HEXLOAD_REAL(1.0);
         const hexload_real_t force_n = sample->sample.force_n[leg];
-        const hexload_real_t dry_n =
-            hexload_fma(direction->growth_n_n[leg], hexload_abs(force_n), direction->coulomb_n[leg]);
-        const hexload_real_t error_n = direction->force_offset_n[leg] + dry_n * sign +
-                                       direction->force_gain[leg] * force_n +
-                                       direction->viscous_n_s_m[leg] * v;
+        const hexload_real_t error_n =
+            direction->force_offset_n[leg] + dry_error(config, direction, leg, v, force_n) +
+            direction->force_gain[leg] * force_n + direction->viscous_n_s_m[leg] * v;
         shift_leg(config, past, shift, leg, wrench);
         for (int k = 0; k < 6; k++) {
             wrench[k] = hexload_fma(-error_n, past->motion.J[leg][k], wrench[k]);

@@ -55,7 +55,8 @@ hexload_fit_t hexload_momentum_supervisor_fit(const hexload_momentum_supervisor_
     if (self->unfit_s > HEXLOAD_REAL(0.0)) {
         return HEXLOAD_FIT_NONE;
     }
-    return rubbing_n > HEXLOAD_REAL(0.0) ? HEXLOAD_FIT_FRICTION : HEXLOAD_FIT_NOISE;
+    const bool is_open = rubbing_n > HEXLOAD_REAL(0.0) || config->rig.direction_count > 0;
+    return is_open ? HEXLOAD_FIT_FRICTION : HEXLOAD_FIT_NOISE;
 }
 
 void hexload_momentum_supervisor_forget(hexload_momentum_supervisor_t* self) {

@@ -18,7 +18,7 @@
 /// How well the machine has fitted its model of late.
 typedef enum hexload_fit {
     HEXLOAD_FIT_NOISE,    ///< the sensors' noise is all there is to an innovation
-    HEXLOAD_FIT_FRICTION, ///< and errors of a friction that is known
+    HEXLOAD_FIT_FRICTION, ///< and errors of a friction or of constants that are known to a tolerance
     HEXLOAD_FIT_NONE,     ///< not
 } hexload_fit_t;
 
