@@ -109,6 +109,7 @@ void write_machine(Initialiser& to, const hexload_config_t& config) {
     to.value("force_sigma_n", sensors.force_sigma_n, "N");
     to.value("velocity_range_m_s", sensors.velocity_range_m_s, "m/s");
     to.value("force_range_n", sensors.force_range_n, "N");
+    to.value("half_window_ticks", sensors.half_window_ticks, "0: there are velocity sensors");
     to.end();
 }
 

@@ -121,10 +121,10 @@ def test_sigmas_of_load_and_machine_are_honest(multisine, record_property):
 def test_without_these_states_the_load_is_wrong_and_said_to_be(multisine):
     # GIVEN the logs of eleven of them WHEN the filter without the machine's effects replays them
     runs = [replayed(run.log.parent, np.empty(0), "momentum") for run in multisine[:11]]
-    errors = np.array([np.abs(run.errors / run.result["sigma"][-1]).max() for run in runs])
+    errors = np.array([np.abs(run.errors / run.result["own_sigma"][-1]).max() for run in runs])
     told = np.array([(np.array(run.result["verdict"]) == "inconsistent").mean() for run in runs])
-    print("largest errors in sigma", np.round(errors, 1), "share of inconsistent ticks", np.round(told, 2))
-    # THEN what it takes for ever new loads is wrong by far more than its sigmas, and most of the time it says that
+    print("largest errors in own sigmas", np.round(errors, 1), "share of inconsistent ticks", np.round(told, 2))
+    # THEN what it takes for ever new loads is wrong by far more than its own sigmas, and most of the time it says that
     # something does not fit
     assert np.median(errors) > 10.0
     assert (told > 0.5).all()
@@ -135,9 +135,16 @@ def test_estimates_file_has_the_machines_columns(multisine):
     directory = multisine[0].log.parent
     header = (directory / "estimates.csv").read_text().splitlines()[0].split(",")
     names = multisine[0].result["names"]
-    # THEN ten load parameters and three effects of six legs stand there, and their sigmas
+    # THEN ten load parameters and three effects of six legs stand there, their sigmas, and the filter's own of the load
     assert names[10:] == [f"{effect}{leg}" for effect in ("bias", "coulomb", "viscous") for leg in range(1, 7)]
-    assert header == ["t", *names, *(f"s_{name}" for name in names), "nis", "verdict"]
+    assert header == [
+        "t",
+        *names,
+        *(f"s_{name}" for name in names),
+        *(f"n_{name}" for name in names[:10]),
+        "nis",
+        "verdict",
+    ]
 
 
 CREEP = """name = "creep"

@@ -62,7 +62,7 @@ def test_sigmas_are_those_that_can_be_reached(steady, record_property):
     # GIVEN the Cramer-Rao bound that came with the log, for a known pose and a prior like the filter's
     name, single, _ = steady
     bound = np.array(truth_of(name)["crlb_std"]["end"])
-    ratio = single["sigma"][-1] / bound
+    ratio = single["own_sigma"][-1] / bound
     record_property("sigma_over_bound", [float(value) for value in ratio])
     print(f"{name}: sigma / bound", np.round(ratio, 3))
     # WHEN the filter's own sigmas are compared THEN it claims no more than the bound allows, within the rounding and the

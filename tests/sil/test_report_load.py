@@ -93,14 +93,15 @@ def early(tmp_path_factory):
 def test_the_page_of_a_run_has_truth_estimate_error_and_verdict(runs, page):
     # GIVEN a run of all ten parameters WHEN its page is written THEN each row of the table has the run's own numbers
     run = read_run(runs / "momentum_effects")
-    rows = {row[0]: row[1:] for row in rows_of(page) if len(row) == 7}
+    rows = {row[0]: row[1:] for row in rows_of(page) if len(row) == 8}
     theta = run.theta(run.estimates["t"])[-1]
     for k, name in enumerate(("m", "hx", "hy", "hz", "Ixx", "Iyy", "Izz", "Ixy", "Ixz", "Iyz")):
         unit = "kg" if name == "m" else "kg m" if name[0] == "h" else "kg m²"
-        truth, value, sigma, percent, sigmas, verdict = rows[f"{name}, {unit}"]
+        truth, value, sigma, own, percent, sigmas, verdict = rows[f"{name}, {unit}"]
         last = run.estimates[name][-1]
         assert float(truth) == pytest.approx(theta[k], abs=1e-4)
         assert (float(value), float(sigma)) == pytest.approx((last, run.estimates[f"s_{name}"][-1]), abs=1e-4)
+        assert 0.0 < float(own) <= float(sigma)
         assert float(percent) == pytest.approx(100 * abs(last - theta[k]) / scale_of(theta)[k], abs=1e-3)
         assert float(sigmas) == pytest.approx((last - theta[k]) / run.estimates[f"s_{name}"][-1], abs=0.06)
         assert verdict in ("converged", "converging")
