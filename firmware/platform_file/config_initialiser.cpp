@@ -155,6 +155,8 @@ void write_direction(Initialiser& to, const hexload_rig_direction_t& direction) 
     to.value("force_offset_n", direction.force_offset_n, "N");
     to.value("force_gain", direction.force_gain, "N/N");
     to.value("coulomb_n", direction.coulomb_n, "N");
+    to.value("stribeck_n", direction.stribeck_n, "N");
+    to.value("growth_n_n", direction.growth_n_n, "N/N");
     to.value("viscous_n_s_m", direction.viscous_n_s_m, "N s/m");
     to.value("gravity_m_s2", direction.gravity_m_s2, "m/s^2: x, y");
     to.value("platform", direction.platform, "kg; kg m: hx, hy, hz; kg m^2: Ixx, Iyy, Izz, Ixy, Ixz, Iyz");
@@ -169,6 +171,7 @@ void write_rig(Initialiser& to, const hexload_rig_config_t& rig) {
     to.value("force_gain", rig.force_gain, "N/N, beyond 1");
     to.value("coulomb_n", rig.coulomb_n, "N");
     to.value("stribeck_n", rig.stribeck_n, "N, more at rest");
+    to.value("growth_n_n", rig.growth_n_n, "N/N, more under the leg's force");
     to.value("viscous_n_s_m", rig.viscous_n_s_m, "N s/m");
     to.value("stribeck_speed_m_s", rig.stribeck_speed_m_s, "m/s");
     to.value("reversal_speed_m_s", rig.reversal_speed_m_s, "m/s");

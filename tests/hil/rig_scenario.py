@@ -86,6 +86,8 @@ def _direction() -> dict:
         "force_offset_n": none,
         "force_gain": (1e-3 * LEGS).tolist(),
         "coulomb_n": none,
+        "stribeck_n": none,
+        "growth_n_n": none,
         "viscous_n_s_m": none,
         "gravity_m_s2": [0.0, 0.0],
         "platform": [0.0] * 10,

@@ -32,6 +32,9 @@ class Machine:
     force_delay_s: float
     presliding_m: float = 0.0
     has_leg_mass: bool = True
+    leg_scale: np.ndarray = field(default_factory=lambda: np.ones(6))  # of each leg's masses
+    growth: float = 0.0  # N of dry friction per N of the actuator's push
+    has_bristles: bool = False  # LuGre's law in place of Dahl's: the bristles' length goes with the level of friction
     sigma: dict = field(default_factory=lambda: {"displacement": 1e-5, "velocity": 1e-3, "force": 5.0})
 
 
@@ -88,7 +91,7 @@ def log_of(
     wrench = np.concatenate([force, moment], axis=1)
     push = np.linalg.solve(np.swapaxes(jacobian, 1, 2), wrench[:, :, None])[:, :, 0]
     speed = rate(length[:, :, 0])
-    shown = (1.0 + machine.gain) * (push + _friction(machine, speed, dt_s)) + machine.offset_n
+    shown = (1.0 + machine.gain) * (push + _friction(machine, speed, push, dt_s)) + machine.offset_n
     shown = np.stack([np.interp(t_s - machine.force_delay_s, t_s, leg) for leg in shown.T], axis=1)
     random = np.random.default_rng(seed)
     every = slice(None, None, SUBSTEPS)
@@ -110,21 +113,36 @@ def _body(theta, rotation, w, alpha, specific):
 def _leg_forces(machine, e, length, rate):
     """What the platform gives each leg at its upper hinge, beside the actuator's push: angular momentum about the base
     hinge, and the rod along the leg."""
+    scale = machine.leg_scale[:, None]
     inertia = CYLINDER_KG_M2 + CYLINDER_KG * CYLINDER_COM_M**2 + ROD_KG_M2 + ROD_KG * (length - ROD_COM_M) ** 2
     g = np.broadcast_to(machine.gravity_m_s2, e.shape)
     first_moment = CYLINDER_KG * CYLINDER_COM_M + ROD_KG * (length - ROD_COM_M)
     torque = rate(inertia * np.cross(e, rate(e))) - np.cross(e, g) * first_moment
     rod = rate(rate((length - ROD_COM_M) * e))
     along = ROD_KG * np.sum(e * (rod - g), axis=2, keepdims=True) * e
-    return np.cross(torque / length, e) + along
+    return scale * (np.cross(torque / length, e) + along)
 
 
-def _friction(machine, speed, dt_s):
+def _friction(machine, speed, push, dt_s):
+    level = machine.coulomb_n + machine.stribeck_n * np.exp(-((speed / STRIBECK_M_S) ** 2))
+    level = level + machine.growth * np.abs(push)
+    if machine.has_bristles:
+        return _bristles(machine, speed, level, dt_s) + machine.viscous_n_s_m * speed
     share = np.tanh(speed / REVERSAL_M_S)
     if machine.presliding_m > 0.0:
         towards, now = share.copy(), np.zeros(6)
         for k in range(len(share)):
             now = now + (towards[k] - now) * (1.0 - np.exp(-np.abs(speed[k]) * dt_s / machine.presliding_m))
             share[k] = now
-    dry = machine.coulomb_n + machine.stribeck_n * np.exp(-((speed / STRIBECK_M_S) ** 2))
-    return dry * share + machine.viscous_n_s_m * speed
+    return level * share + machine.viscous_n_s_m * speed
+
+
+def _bristles(machine, speed, level, dt_s):
+    """Canudas de Wit et al. 1995: dz/dt = v - stiffness |v| z / level, force = stiffness z, exact for constant v and level."""
+    stiffness = machine.coulomb_n / machine.presliding_m
+    force, now = np.empty_like(speed), np.zeros(6)
+    for k in range(len(speed)):
+        end = level[k] * np.sign(speed[k])
+        now = end + (now - end) * np.exp(-stiffness * np.abs(speed[k]) * dt_s / level[k])
+        force[k] = now
+    return force

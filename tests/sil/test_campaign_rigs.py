@@ -8,7 +8,7 @@ import pytest
 
 from hexload import project
 from hexload.campaign.cases import CLASSES, Case, draw
-from hexload.campaign.one_case import simulate
+from hexload.campaign.one_case import run_case, simulate
 from hexload.campaign.rigs import LAWS, WITHOUT_VELOCITY, draw_rig, with_rig
 from hexload.io.toml_document import read_toml, to_toml
 
@@ -50,6 +50,16 @@ def test_a_case_of_a_rig_class_is_simulated_on_a_rig_of_its_own(class_name, tmp_
     assert np.abs(np.array(first["base_hinges_m"]) - np.array(second["base_hinges_m"])).max() > 1e-5
     assert np.abs(np.array(first["base_hinges_m"]) - nominal).max() > 1e-5
     assert first["coulomb_friction_n"] != second["coulomb_friction_n"]
+
+
+def test_a_rig_is_commissioned_before_its_load_is_identified():
+    # GIVEN a rig with all sensors and a load on it for three seconds
+    seed = next(n for n in SEEDS if draw(Case("rig_multisine", n, 3.0)).scenario["sensors"]["velocity_sensor"])
+    # WHEN the case is run THEN the mass is within 1 %, and the error of each parameter is told in published sigmas
+    result = run_case(Case("rig_multisine", seed, 3.0), None)
+    assert result["rig"]["mass_percent"] < 1.0
+    assert len(result["rig"]["sigmas"]) == 10
+    assert result["alarms_s"] == []
 
 
 def test_a_scenario_keeps_what_a_rig_does_not_have(tmp_path):

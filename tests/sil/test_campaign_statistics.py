@@ -11,13 +11,14 @@ THETA = [500.0, 30.0, -40.0, 150.0, 70.0, 80.0, 30.0, 1.0, -2.0, 0.5]
 EMPTY = [0.0] * 10
 
 
-def result(error, nees=10.0, theta=THETA, changes_s=(), alarms_s=(), within_5=1.0, effects=None):
+def result(error, nees=10.0, theta=THETA, changes_s=(), alarms_s=(), within_5=1.0, effects=None, rig=None):
     score = {"error": error, "nees": nees, "nis": 6.0, "within_5": within_5, "within_1": None}
     return {
         "theta": theta,
         "bound": [2.0] * 10,
         "controller": "momentum",
         "effects": effects,
+        "rig": rig,
         "estimators": {"momentum": score},
         "changes_s": list(changes_s),
         "alarms_s": list(alarms_s),
@@ -81,6 +82,24 @@ def test_the_machines_effects_are_judged_by_kind_over_runs_and_legs():
     assert (effects.nees_mean, effects.nees_ideal) == (30.0, 28)
     # and a class without them has none
     assert statistics.summarise("multisine", [result([0.0] * 10)]).effects is None
+
+
+def test_rigs_are_judged_by_published_sigmas_over_runs_and_parameters():
+    # GIVEN two rigs whose mass is off by 0.1 and 0.3 %, the second with one of its parameters 3.5 sigmas off
+    runs = [
+        result(
+            [0.0] * 10, nees=None, rig={"mass_percent": off, "centre_mm": 1.0, "inertia_percent": 2.0, "sigmas": sigmas}
+        )
+        for off, sigmas in ((0.1, 10 * [1.0]), (0.3, 9 * [2.0] + [3.5]))
+    ]
+    # WHEN summarised THEN the median is 0.2 %, 95 % of the way to the larger one is p95, and 19 of 20 are within 3 sigmas
+    summary = statistics.summarise("rig_work", runs)
+    assert summary.rig.mass_percent == pytest.approx((0.2, 0.29))
+    assert (summary.rig.within_3_sigmas, summary.rig.largest_sigmas) == (0.95, 3.5)
+    # AND the filter's own covariance says nothing of them
+    assert summary.own.nees_mean is None
+    # AND a class of machines that are their models has none
+    assert statistics.summarise("work", [result([0.0] * 10)]).rig is None
 
 
 def test_the_worst_parameter_is_named():

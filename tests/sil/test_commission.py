@@ -10,7 +10,7 @@ import pytest
 
 from hexload import project
 from hexload.errors import InputError
-from hexload.estimation.commission import Wish, commission
+from hexload.estimation.commission import GROWTH_TOLERANCE_N_N, Wish, commission
 from hexload.estimation.firmware_run import native_firmware
 from hexload.estimation.load_summary import load_changes_s
 from hexload.estimation.replay import replay_log
@@ -138,6 +138,29 @@ def test_a_load_is_found_on_the_commissioned_rig(found, platform):
     assert "converged" not in without["verdict"]
     late = [t_s for t_s in load_changes_s(without) if t_s > 4.0]
     assert late == pytest.approx([7.1], abs=0.1)
+
+
+def test_a_load_is_found_on_legs_that_are_not_alike_and_rub_more_under_load(found, platform):
+    # GIVEN LuGre's friction that grows by 1 % of the leg's force, and legs whose masses differ by up to a tenth
+    machine, _, _ = found
+    machine = replace(machine, growth=0.01, has_bristles=True, leg_scale=np.array([1.1, 0.92, 1.03, 0.9, 1.06, 0.97]))
+    empty = write_log(platform.parent / "grown_empty.csv", log_of(machine, multisine(1, 12.0), EMPTY, 2))
+    out = platform.parent / "grown.toml"
+    # WHEN it is commissioned THEN the growth is found within four of its sigmas, as sure as a tenth of what is declared
+    result = commission(Wish(empty, platform, out))
+    sigma = np.array(result["sigma"]["growth_n_n"])
+    assert (np.abs(result["rig"]["growth_n_n"] - machine.growth) < 4.0 * sigma).all()
+    assert sigma.max() < 0.1 * GROWTH_TOLERANCE_N_N
+    # AND a load is found to 0.4 %, 1.5 mm and four of the published sigmas
+    log = write_log(platform.parent / "grown_load.csv", log_of(machine, multisine(3, 10.0), LOAD, 4))
+    replayed = replay_log(log, platform, None, None, platform.parent / "grown_estimates.csv", rig=out)
+    error = replayed["value"][-1] - LOAD
+    centre = replayed["value"][-1][1:4] / replayed["value"][-1][0] - LOAD[1:4] / LOAD[0]
+    assert replayed["verdict"][-1] == "converged"
+    assert load_changes_s(replayed) == []
+    assert abs(error[0]) < 0.004 * LOAD[0]
+    assert np.linalg.norm(centre) < 1.5e-3
+    assert (np.abs(error) < 4.0 * replayed["sigma"][-1]).all()
 
 
 def test_a_reference_mass_tells_the_common_gain(found, platform):

@@ -44,6 +44,9 @@ def in_memory(header_file: Path, compiler: tuple[str, ...]) -> bytes:
     return subprocess.run([program], check=True, capture_output=True).stdout
 
 
+LEG_CONSTANTS = ("force_offset_n", "force_gain", "coulomb_n", "stribeck_n", "growth_n_n", "viscous_n_s_m")
+
+
 @pytest.fixture
 def rig(tmp_path) -> Path:
     """A rig file with a number in every key and seven open directions."""
@@ -54,7 +57,7 @@ def rig(tmp_path) -> Path:
         return np.asarray(value) + random.uniform(1e-5, 1e-3, np.shape(value))
 
     direction = {
-        **{key: drawn(np.zeros(6)).tolist() for key in ("force_offset_n", "force_gain", "coulomb_n", "viscous_n_s_m")},
+        **{key: drawn(np.zeros(6)).tolist() for key in LEG_CONSTANTS},
         "gravity_m_s2": drawn([0.0, 0.0]).tolist(),
         "platform": drawn(np.zeros(10)).tolist(),
         **{key: drawn(np.zeros((6, 3))).tolist() for key in ("base_hinges_m", "platform_hinges_m")},

@@ -73,6 +73,8 @@ def nees(by_class: dict[str, list[dict]]) -> go.Figure:
     ideal = {"color": REFERENCE, "width": 4}
     figure.add_trace(go.Scatter(x=x, y=100.0 * chi2.cdf(x, PARAMETERS), mode="lines", name="chi-square", line=ideal))
     for position, (name, results) in enumerate(by_class.items()):
+        if results[0]["rig"] is not None:
+            continue  # a rig's covariance is not the filter's alone
         values = np.sort([result["estimators"][result["controller"]]["nees"] for result in results])
         figure.add_trace(_steps(values, len(values), name, position))
     figure.update_xaxes(title="NEES", type="log", dtick=DIGITS_2_AND_5)

@@ -69,6 +69,7 @@ def render(
         units=UNITS,
         effects={name: f"{words}, {EFFECT_UNITS[name]}" for name, words in EFFECT_WORDS.items()},
         has_tare=any(entry.controller == TARED for entry in statistics),
+        has_rigs=any(entry.rig is not None for entry in statistics),
         has_effects=any(entry.effects is not None for entry in statistics),
         statistics=statistics,
         failed=[case for cases in failed.values() for case in cases],
@@ -99,7 +100,7 @@ def terminal_table(statistics: Sequence[ClassStatistics], failed: dict[str, tupl
             fixed(one.nees_mean, 1),
             percent(one.nees_in_band),
             fixed(one.nis_mean, 2),
-            str(one.failures + len(entry.failed)),
+            str((one.failures or 0) + len(entry.failed)),
             time(within_5, "median"),
             time(within_5, "p95"),
             time(within_1, "median"),
@@ -113,6 +114,31 @@ def terminal_table(statistics: Sequence[ClassStatistics], failed: dict[str, tupl
     for name, cases in failed.items():
         if name not in judged:
             table.add_row(name, "0", *(len(errors) - 1) * [DASH], str(len(cases)), *8 * [DASH])
+    return table
+
+
+def rig_table(statistics: Sequence[ClassStatistics]) -> Table | None:
+    """None: no class is one of rigs."""
+    rigs = [entry for entry in statistics if entry.rig is not None]
+    if not rigs:
+        return None
+    title = "commissioned rigs: errors, median and p95; parameters within 3 published sigmas, the worst; alarms"
+    table = Table(title=title, title_justify="left", box=box.SIMPLE_HEAD, padding=(0, 1, 0, 0))
+    headings = ("class", "runs", "mass %", "centre mm", "inertia %", "in 3 sigmas", "worst", "failed", "alarms")
+    for heading in headings:
+        table.add_column(heading, justify="left" if heading in ("class", "alarms") else "right", no_wrap=True)
+    for entry in rigs:
+        rig = entry.rig
+        errors = (rig.mass_percent, rig.centre_mm, rig.inertia_percent)
+        table.add_row(
+            entry.name,
+            str(entry.runs),
+            *(f"{fixed(median, 2)}, {fixed(p95, 2)}" for median, p95 in errors),
+            f"{100.0 * rig.within_3_sigmas:.1f} %",
+            fixed(rig.largest_sigmas, 1),
+            str(len(entry.failed)),
+            alarm_text(entry.alarms),
+        )
     return table
 
 

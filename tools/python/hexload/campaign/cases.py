@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hexload import project
-from hexload.campaign.rigs import draw_rig, with_rig
+from hexload.campaign.rigs import TOLERANCES, draw_rig, with_rig
 from hexload.io.toml_document import Table, read_toml
 from hexload.theory.bound import LEGS, Machine
 
@@ -34,6 +34,7 @@ INTEGRAL_1_M_S = (0.0, 35.0)
 # The oil column, damped by the feedback of pressure alone, leaves a proportional servo stable up to 5.7e6 N/m times
 # that feedback whatever the load's mass (Routh; 60 rad/s at 600 kg, 0.4 of critical at 7e-6 1/N): the valve takes a third.
 PROPORTIONAL_PER_FEEDBACK_N_M = 4e6
+COMMISSIONING_S = 20.0
 LARGEST_BIAS_N = 70.0  # of a force sensor
 
 
@@ -49,7 +50,7 @@ class CaseClass:
     own_machine: bool = False  # hinges, platform and its centre of mass are drawn too
     legs: bool = False  # legs with mass, which the platform file does not know; a run of the empty platform is the tare
     velocity_sensors: bool = True
-    rig: bool = False  # a machine with every effect of a real one, which neither platform file nor controller know
+    rig: bool = False  # a machine with every effect of a real one, which is commissioned by a run of the empty platform
     effects: bool = False  # biased force sensors and legs that rub, of which the controller is to find out
 
 
@@ -94,8 +95,8 @@ CLASSES: dict[str, CaseClass] = {
     "multisine_actuator_effects": CaseClass("multisine, biased force sensors and friction", "multisine", effects=True),
     "paper_actuator_effects": CaseClass("the paper's motion, biased force sensors and friction", "paper", effects=True),
     "work_actuator_effects": CaseClass("work motion, biased force sensors and friction", "work", effects=True),
-    "rig_multisine": CaseClass("multisine on a new rig each run", "multisine", rig=True),
-    "rig_work": CaseClass("work motion on a new rig each run", "work", rig=True),
+    "rig_multisine": CaseClass("multisine on a new rig each run, commissioned", "multisine", rig=True),
+    "rig_work": CaseClass("work motion on a new rig each run, commissioned", "work", rig=True),
     "rig_changes": CaseClass(
         "work motion on a new rig each run, the empty platform picks up a load", "work", "pick_up", rig=True
     ),
@@ -147,6 +148,7 @@ class Setup:
     scenario: Table
     motion_rows: Array | None  # (n, 7): t, x, y, z, roll, pitch, yaw, for the scenario's motion file
     tare_scenario: Table | None  # of the empty platform
+    commissioning_scenario: Table | None  # of the empty platform of a rig
     effects: Effects | None
 
     @property
@@ -182,11 +184,14 @@ def draw(case: Case) -> Setup:
         "sensors": {"noise_scale": kind.true_sigma, "velocity_sensor": kind.velocity_sensors},
     }
     platform = _draw_platform(random, kind)
+    commissioning_scenario = None
     if kind.rig:
+        platform["tolerances"] = TOLERANCES
         scenario = with_rig(scenario, draw_rig(random))
+        commissioning_scenario = _empty_run(random, scenario, COMMISSIONING_S)
     effects = _add_effects(random, platform, scenario) if kind.effects else None
     tare_scenario = _add_legs(random, scenario) if kind.legs else None
-    return Setup(platform, scenario, rows, tare_scenario, effects)
+    return Setup(platform, scenario, rows, tare_scenario, commissioning_scenario, effects)
 
 
 def _draw_servo(random: np.random.Generator) -> Table:
@@ -282,8 +287,12 @@ def _draw_platform(random: np.random.Generator, kind: CaseClass) -> Table:
 def _add_legs(random: np.random.Generator, scenario: Table) -> Table:
     """Returns the scenario of the tare."""
     scenario["legs"] = LEG_BARS
+    return _empty_run(random, scenario, TARE_S)
+
+
+def _empty_run(random: np.random.Generator, scenario: Table, duration_s: float) -> Table:
     seed = int(random.integers(2**31))
-    empty = {"simulation": {"duration_s": TARE_S, "seed": seed}, "load": [_load_table(0.0, EMPTY)]}
+    empty = {"simulation": {"duration_s": duration_s, "seed": seed}, "load": [_load_table(0.0, EMPTY)]}
     return scenario | empty | {"trajectory": TARE_MOTION}
 
 

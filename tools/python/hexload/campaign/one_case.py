@@ -20,7 +20,7 @@ from hexload.campaign import baselines, cases, rigs
 from hexload.campaign.baselines import Answer
 from hexload.campaign.cases import MOTION_FILE, TARED, Case, Setup
 from hexload.errors import InputError, ToolFailed
-from hexload.estimation import leg_mass, tare
+from hexload.estimation import commission, leg_mass, rig_file, rig_model, rig_regression, tare
 from hexload.estimation.load_summary import load_changes_s
 from hexload.io import log_file
 from hexload.io.log_file import LegLog, read_log
@@ -33,6 +33,7 @@ Array = NDArray[np.float64]
 WITHIN = {"within_5": 0.05, "within_1": 0.01}
 START_S = 0.2  # of a load: the mean NIS leaves out what the first tick of a filter makes of an unknown load
 TARE_RUN = "tare_run"
+COMMISSIONING_RUN = "commissioning_run"
 FAILURE = "failure"  # key of a result that has no numbers
 LARGEST_TARE = 0.45  # of the platform's own parameters
 TEN = len(bound.THETA_NAMES)
@@ -41,9 +42,9 @@ TEN = len(bound.THETA_NAMES)
 @functools.cache
 def code_version() -> str:
     """Digest of what decides the numbers of a case: programs, modules, the platform and the friction of the cases."""
-    modules = [
-        Path(module.__file__) for module in (cases, rigs, leg_regression, baselines, bound, log_file, tare, leg_mass)
-    ]
+    own = (cases, rigs, leg_regression, baselines, bound, log_file, tare, leg_mass)
+    of_rigs = (commission, rig_file, rig_model, rig_regression)
+    modules = [Path(module.__file__) for module in (*own, *of_rigs)]
     native = Path(project.native_module().__file__)
     platform = project.SCENARIOS / "platforms" / "paper.toml"
     digest = hashlib.sha256()
@@ -63,7 +64,9 @@ def run_case(case: Case, keep: Path | None) -> dict:
         if keep is not None:
             shutil.copytree(directory, keep / case.name, dirs_exist_ok=True)
         try:
-            result = _evaluate(cases.draw(case), folder, directory)
+            setup = cases.draw(case)
+            evaluate = _evaluate if setup.commissioning_scenario is None else _evaluate_rig
+            result = evaluate(setup, folder, directory)
         except InputError as refusal:
             result = {FAILURE: str(refusal).replace(f"{folder}/", "")}  # the same in whatever folder
     return {"code": code_version(), "case": asdict(case), **result}
@@ -80,6 +83,9 @@ def simulate(case: Case, folder: Path) -> Path:
     if setup.tare_scenario is not None:
         (folder / "tare_scenario.toml").write_text(to_toml(setup.tare_scenario))
         _simulate(case, setup.kind, folder / "tare_scenario.toml", folder / TARE_RUN)
+    if setup.commissioning_scenario is not None:
+        (folder / "commissioning.toml").write_text(to_toml(setup.commissioning_scenario))
+        _simulate(case, setup.kind, folder / "commissioning.toml", folder / COMMISSIONING_RUN)
     _simulate(case, setup.kind, folder / "scenario.toml", folder / "run")
     return folder / "run"
 
@@ -126,11 +132,66 @@ def _evaluate(setup: Setup, folder: Path, directory: Path) -> dict:
         "controller": setup.filters[0],
         "estimators": estimators,
         "effects": None if setup.effects is None else _score_effects(own, theta, setup.effects.values, limit[TEN:]),
+        "rig": None,
         "changes_s": [change["at_s"] for change in meta["loads"][1:]],
         "alarms_s": load_changes_s(own),
         "verdict": own["verdict"][-1],
         "health": {name: ticks for name, ticks in own["health_counts"].items() if ticks},
     }
+
+
+def _evaluate_rig(setup: Setup, folder: Path, directory: Path) -> dict:
+    """The momentum filter with what commissioning has found of the machine. The bound is that of a machine that is its
+    model. Raises InputError."""
+    meta = json.loads((directory / "meta.json").read_text())
+    load = meta["loads"][-1]
+    theta, since_s = np.array(load["theta"]), load["at_s"]
+    machine = folder / "platform.toml"
+    commission.commission(commission.Wish(folder / COMMISSIONING_RUN / "log.csv", machine, folder / "rig.toml"))
+    native = project.native_module()
+    platform = rig_file.platform_with_rig(folder / "rig.toml", native, native.load_platform(str(machine)), machine)
+    log = _as_float32(read_log(directory / "log.csv"))
+    legs = (log.displacement_m, log.velocity_m_s, log.force_n)
+    replay = native.replay(platform, setup.kind, None, log.t_s, *legs, str(folder / "estimates.csv"))
+
+    sigma = bound.Sigmas(meta["sensors"]["velocity_sigma_m_s"], meta["sensors"]["force_sigma_n"])
+    truth = bound.read_truth(directory / "truth.csv", from_s=since_s)
+    prior_sigma = replay["sigma"][0]
+    limit = bound.crlb(bound.read_platform(machine), truth, theta, sigma, prior_sigma, dt_s=meta["tick_s"])[-1]
+    answer = replace(
+        _load_answer(replay, since_s), covariance=np.full((TEN, TEN), np.nan)
+    )  # its own part says too little
+    return {
+        "theta": theta.tolist(),
+        "bound": limit.tolist(),
+        "controller": setup.kind,
+        "estimators": {setup.kind: _score(answer, theta, log.t_s[log.t_s >= since_s - 1e-9] - since_s)},
+        "effects": None,
+        "rig": _score_rig(replay, theta),
+        "changes_s": [change["at_s"] for change in meta["loads"][1:]],
+        "alarms_s": load_changes_s(replay),
+        "verdict": replay["verdict"][-1],
+        "health": {name: ticks for name, ticks in replay["health_counts"].items() if ticks},
+    }
+
+
+def _score_rig(replay: dict, theta: Array) -> dict:
+    """Errors of mass, centre of mass and tensor about it, and of the ten parameters in published sigmas."""
+    found = replay["value"][-1]
+    tensor = _central_tensor(theta)
+    off = np.abs(_central_tensor(found) - tensor).max()
+    return {
+        "mass_percent": 100.0 * abs(found[0] / theta[0] - 1.0),
+        "centre_mm": 1e3 * float(np.linalg.norm(found[1:4] / found[0] - theta[1:4] / theta[0])),
+        "inertia_percent": float(100.0 * off / (np.trace(tensor) / 3.0)),
+        "sigmas": (np.abs(found - theta) / replay["sigma"][-1]).tolist(),
+    }
+
+
+def _central_tensor(theta: Array) -> Array:
+    mass, h = theta[0], theta[1:4]
+    about_origin = theta[[4, 7, 8, 7, 5, 9, 8, 9, 6]].reshape(3, 3)
+    return about_origin - ((h @ h) * np.eye(3) - np.outer(h, h)) / mass
 
 
 def _make_tare(folder: Path) -> tare.MachineTare:

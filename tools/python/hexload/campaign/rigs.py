@@ -13,6 +13,7 @@ LARGEST_TILT_RAD = 0.01
 LARGEST_BIAS_N = 25.0
 LARGEST_GAIN_ERROR = 5e-3
 HINGE_SIGMA_M = (0.1e-3, 0.4e-3)
+TOLERANCES = {"force_gain": 0.003, "force_offset_n": 15.0, "hinge_m": 0.3e-3, "tilt_rad": 0.006}  # of all of that
 WITHOUT_VELOCITY = 0.25  # share of rigs that have encoders and load cells alone
 
 

@@ -82,6 +82,17 @@ class EffectStatistics:
 
 
 @dataclass(frozen=True)
+class RigStatistics:
+    """Over runs: median and 95 % point of the errors, and how many of the parameters are within their sigmas."""
+
+    mass_percent: tuple[float, float]
+    centre_mm: tuple[float, float]
+    inertia_percent: tuple[float, float]  # of the tensor about the centre of mass, of its mean moment
+    within_3_sigmas: float  # share of the parameters of all runs
+    largest_sigmas: float
+
+
+@dataclass(frozen=True)
 class FailedCase:
     """A case that has no numbers, as a log of it was refused."""
 
@@ -99,6 +110,7 @@ class ClassStatistics:
     controller: str  # name of the controller's estimator among the others
     estimators: dict[str, EstimatorStatistics]
     effects: EffectStatistics | None  # None: the class has none
+    rig: RigStatistics | None  # None: the class is not one of rigs
     alarms: Alarms
     verdicts: dict[str, int]  # of the controller at the end
     called_inconsistent: int  # runs in which it said so at any tick
@@ -135,6 +147,7 @@ def summarise(name: str, results: Sequence[dict]) -> ClassStatistics:
         controller=results[0]["controller"],
         estimators=estimators,
         effects=None if results[0]["effects"] is None else _effects([result["effects"] for result in results]),
+        rig=None if results[0]["rig"] is None else _rig([result["rig"] for result in results]),
         alarms=alarms([(result["changes_s"], result["alarms_s"]) for result in results]),
         verdicts={verdict: verdicts.count(verdict) for verdict in sorted(set(verdicts))},
         called_inconsistent=sum("inconsistent" in result["health"] for result in results),
@@ -172,6 +185,21 @@ def _effects(scores: Sequence[dict]) -> EffectStatistics:
         ratio={name: float(np.sqrt(np.mean(ratio[:, k] ** 2))) for k, name in enumerate(EFFECTS)},
         nees_mean=float(np.mean([score["nees"] for score in scores])),
         nees_ideal=PARAMETERS + len(EFFECTS) * LEGS,
+    )
+
+
+def _rig(scores: Sequence[dict]) -> RigStatistics:
+    def spread(name: str) -> tuple[float, float]:
+        median, p95 = np.quantile([score[name] for score in scores], (0.5, 0.95))
+        return float(median), float(p95)
+
+    sigmas = np.array([score["sigmas"] for score in scores])
+    return RigStatistics(
+        mass_percent=spread("mass_percent"),
+        centre_mm=spread("centre_mm"),
+        inertia_percent=spread("inertia_percent"),
+        within_3_sigmas=float(np.mean(sigmas <= 3.0)),
+        largest_sigmas=float(sigmas.max()),
     )
 
 

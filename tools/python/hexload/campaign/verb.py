@@ -106,6 +106,8 @@ def _conclude(settings: Settings, done: dict[Case, dict], out: Path) -> Path:
         temporary.write_text(text, encoding="utf-8")
     console = Console(width=None if sys.stdout.isatty() else TABLE_WIDTH)
     console.print(campaign_report.terminal_table(statistics, failed))
+    if (rigs := campaign_report.rig_table(statistics)) is not None:
+        console.print(rigs)
     for case in (case for cases in failed.values() for case in cases):
         console.print(f"failed: {case.name}: {case.reason}", markup=False, highlight=False)
     return page

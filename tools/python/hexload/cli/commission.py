@@ -13,7 +13,7 @@ def print_summary(result: dict, out: Path) -> None:
     """What was found, on the terminal."""
     rig, sigma = result["rig"], result["sigma"]
     table = Table()
-    for heading in ("leg", "offset, N", "gain, %", "Coulomb, N", "at rest + N", "viscous, N s/m"):
+    for heading in ("leg", "offset, N", "gain, %", "Coulomb, N", "at rest + N", "with force, %", "viscous, N s/m"):
         table.add_column(heading, justify="right")
     for leg in range(LEGS):
         cells = (
@@ -23,6 +23,7 @@ def print_summary(result: dict, out: Path) -> None:
                 ("force_gain", 100.0, 2),
                 ("coulomb_n", 1.0, 1),
                 ("stribeck_n", 1.0, 1),
+                ("growth_n_n", 100.0, 2),
                 ("viscous_n_s_m", 1.0, 1),
             )
         )

@@ -16,7 +16,7 @@ from hexload.errors import InputError
 from hexload.estimation import rig_file, rig_model, rig_regression
 from hexload.estimation.firmware_run import load_platform, native_firmware
 from hexload.estimation.rig_model import LEGS, Geometry
-from hexload.estimation.rig_regression import FRICTION, SLICES, UNKNOWNS, Found, Start
+from hexload.estimation.rig_regression import SLICES, UNKNOWNS, Found, Start
 from hexload.io.atomic_file import replaced_or_none, replaced_when_done
 from hexload.io.log_file import LegLog
 from hexload.io.log_formats import read_any_log
@@ -26,9 +26,10 @@ Array = NDArray[np.float64]
 
 GAIN_TOLERANCE = 0.01  # of a load cell and of a drawing, where the platform file declares none
 HINGE_TOLERANCE_M = 1e-3
+GROWTH_TOLERANCE_N_N = 0.01  # of dry friction with the leg's force
 DELAY_SIGMA_S = 1e-3
-MIXED = ("leg_mass", *FRICTION)  # groups that are none unless they stand out of the noise
-DECLARED = ("offset", "delay", "gain", "hinges")  # groups with a tolerance
+MIXED = ("leg_mass", "coulomb", "stribeck", "viscous")  # groups that are none unless they stand out of the noise
+DECLARED = ("growth", "offset", "delay", "gain", "hinges")  # groups with a tolerance
 DOUBT = 1e-3  # of that
 TOLD_SHARE = 1e-6
 SHORTEST_S = 4.0
@@ -161,6 +162,7 @@ def _machine(platform, path: Path) -> Machine:
             "hinges": declared.get("hinge_m", HINGE_TOLERANCE_M),
             "offset": declared.get("force_offset_n", np.inf),
             "tilt": declared.get("tilt_rad", np.inf),
+            "growth": declared.get("friction_growth", GROWTH_TOLERANCE_N_N),
         },
         platform.force_delay_s,
         platform.velocity_delay_s,
@@ -207,21 +209,21 @@ def _fit(run: Run, machine: Machine, start: Start) -> Found:
 def _without(run: Run, machine: Machine, found: Found, start: Start, names: tuple[str, ...]) -> tuple[Found, Start]:
     none = [name for name in names if not _stands_out(found, name, start)]
     if "coulomb" in none:
-        none = [*{*none, "stribeck"}]  # a part of dry friction alone is none
+        none = [*{*none, "stribeck", "growth"}]  # a part of dry friction alone is none
     if not none:
         return found, start
     sigma = start.sigma.copy()
     for name in none:
         sigma[SLICES[name]] = 0.0
     fewer = replace(start, sigma=sigma)
-    return _regress(run, machine, fewer), fewer
+    return _regress(run, machine, fewer, found), fewer
 
 
-def _regress(run: Run, machine: Machine, start: Start) -> Found:
+def _regress(run: Run, machine: Machine, start: Start, near: Found | None = None) -> Found:
     log = run.log
     try:
         return rig_regression.fit(
-            log.t_s, log.displacement_m, log.force_n, machine.geometry, machine.gravity_m_s2, start
+            log.t_s, log.displacement_m, log.force_n, machine.geometry, machine.gravity_m_s2, start, near
         )
     except (ValueError, np.linalg.LinAlgError) as error:
         raise InputError(
@@ -317,7 +319,7 @@ def _with_reference(found: Found, machine: Machine, run: Run, mass_kg: float) ->
     sigma = np.zeros(UNKNOWNS)
     sigma[SLICES["theta"]] = np.inf
     value = found.value.copy()
-    loaded = _regress(run, machine, Start(value, sigma))
+    loaded = _regress(run, machine, Start(value, sigma), replace(found, hinge_columns=None))  # hinges are held
     weighed_kg = loaded.value[0] - found.value[0]
     ratio, of_ratio = weighed_kg / mass_kg, np.sqrt(loaded.covariance[0, 0]) / mass_kg
     tolerance = machine.tolerances["gain"]
@@ -377,6 +379,7 @@ def _tables(found: Found, machine: Machine, velocity_delay_s: float, loaded: boo
         "leg_tilt_kg_m": (legs[2], of_legs[2]),
         "coulomb_n": (coulomb, group("coulomb")[1]),
         "stribeck_n": (np.maximum(group("stribeck")[0], -coulomb), group("stribeck")[1]),
+        "growth_n_n": (np.maximum(group("growth")[0], 0.0), group("growth")[1]),
         "viscous_n_s_m": (np.maximum(group("viscous")[0], 0.0), group("viscous")[1]),
         "force_offset_n": group("offset"),
         "force_gain": group("gain"),
@@ -416,6 +419,8 @@ def _direction(way: Array, machine: Machine, loaded: bool) -> dict:
         "force_offset_n": way[SLICES["offset"]].tolist(),
         "force_gain": way[SLICES["gain"]].tolist(),
         "coulomb_n": way[SLICES["coulomb"]].tolist(),
+        "stribeck_n": way[SLICES["stribeck"]].tolist(),
+        "growth_n_n": way[SLICES["growth"]].tolist(),
         "viscous_n_s_m": way[SLICES["viscous"]].tolist(),
         "gravity_m_s2": (machine.gravity_m_s2 * way[SLICES["tilt"]]).tolist(),
         "platform": (np.zeros(10) if loaded else way[SLICES["theta"]]).tolist(),

@@ -28,6 +28,7 @@ KEYS = (
     "leg_tilt_kg_m",
     "coulomb_n",
     "stribeck_n",
+    "growth_n_n",
     "viscous_n_s_m",
     "stribeck_speed_m_s",
     "reversal_speed_m_s",
@@ -68,8 +69,8 @@ def document(rig: Table, sigma: Table, source: Table, directions: list[Table], p
     numbers = {key: np.asarray(rig[key]).tolist() for key in KEYS}
     heading = [
         "# Made by hexload commission. SI units; f shown = (1 + force_gain) (f on the platform + friction) + force_offset_n,",
-        "# friction = (coulomb_n + stribeck_n exp(-(v / stribeck_speed_m_s)^2)) s + viscous_n_s_m v, s to tanh(v /",
-        "# reversal_speed_m_s) over presliding_m of motion.",
+        "# friction = (coulomb_n + stribeck_n exp(-(v / stribeck_speed_m_s)^2) + growth_n_n |f on the platform|) s",
+        "# + viscous_n_s_m v, s to tanh(v / reversal_speed_m_s) over presliding_m of motion.",
     ]
     return "\n".join(
         [

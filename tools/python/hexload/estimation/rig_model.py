@@ -2,7 +2,7 @@
 
 The load cell of leg i shows
 
-    f_i(t + tau) = (1 + g_i) [ r_i + c_i(v_i) ] + b_i,    c_i(v) = (Fc_i + Fd_i exp(-(v / v_s)^2)) s + d_i v
+    f_i(t + tau) = (1 + g_i) [ r_i + c_i ] + b_i,    c_i = (Fc_i + Fd_i exp(-(v_i / v_s)^2) + k_i |r_i|) s + d_i v_i
 
 s follows the direction of motion, tanh(v / v_0), over the presliding length x_0 (Dahl 1968): ds/dt = |v| / x_0
 (tanh(v / v_0) - s). That of a friction that turns at once is 0.
@@ -106,6 +106,17 @@ def body_forces(motion: LegMotion, gravity_m_s2: Array) -> Array:
     """Leg forces per unit of each of theta = [m, hx, hy, hz, Ixx, Iyy, Izz, Ixy, Ixz, Iyz], (n, 6, 10).
 
     `gravity_m_s2`: (3,), base axes, downwards."""
+    return _of_wrench(motion, _body_wrenches(motion, gravity_m_s2))
+
+
+def rigid_forces(motion: LegMotion, geometry: Geometry, gravity_m_s2: Array, theta: Array, leg_mass: Array) -> Array:
+    """The legs' forces on the platform, r, (n, 6)."""
+    wrench = _body_wrenches(motion, gravity_m_s2) @ theta
+    wrench += _leg_mass_wrenches(motion, geometry, gravity_m_s2) @ leg_mass
+    return _of_wrench(motion, wrench[:, :, None])[:, :, 0]
+
+
+def _body_wrenches(motion: LegMotion, gravity_m_s2: Array) -> Array:
     s = motion.acceleration[:, :3] - motion.to_platform @ gravity_m_s2
     w, alpha = motion.twist[:, 3:], motion.acceleration[:, 3:]
     wrench = np.zeros((len(s), 6, 10))
@@ -118,11 +129,15 @@ def body_forces(motion: LegMotion, gravity_m_s2: Array) -> Array:
         tensor = np.zeros((3, 3))
         tensor[i, j] = tensor[j, i] = 1.0
         wrench[:, 3:, column] = alpha @ tensor + np.cross(w, w @ tensor)
-    return _of_wrench(motion, wrench)
+    return wrench
 
 
 def leg_mass_forces(motion: LegMotion, geometry: Geometry, gravity_m_s2: Array) -> Array:
     """Leg forces per unit of `inertia_kg_m2`, `slide_kg_m` and `tilt_kg_m`, (n, 6, 3)."""
+    return _of_wrench(motion, _leg_mass_wrenches(motion, geometry, gravity_m_s2))
+
+
+def _leg_mass_wrenches(motion: LegMotion, geometry: Geometry, gravity_m_s2: Array) -> Array:
     arms, e = geometry.platform_hinges_m, motion.directions
     length = motion.lengths_m[:, :, None]
     v, w = motion.twist[:, None, :3], motion.twist[:, None, 3:]
@@ -141,7 +156,7 @@ def leg_mass_forces(motion: LegMotion, geometry: Geometry, gravity_m_s2: Array) 
     tilting = (up - e * np.sum(e * up, axis=2, keepdims=True)) / length
     parts = [inertial(length**-2, -2.0 * length**-3), inertial(-1.0 / length, length**-2), tilting]
     wrenches = [np.concatenate([part.sum(axis=1), np.cross(arms, part).sum(axis=1)], axis=1) for part in parts]
-    return _of_wrench(motion, np.stack(wrenches, axis=2))
+    return np.stack(wrenches, axis=2)
 
 
 def _of_wrench(motion: LegMotion, wrench: Array) -> Array:
@@ -172,7 +187,9 @@ def slides(speed_m_s: Array, law: FrictionLaw, dt_s: float) -> Array:
 
 
 def friction_shapes(speed_m_s: Array, law: FrictionLaw, dt_s: float) -> Array:
-    """Friction per unit of Coulomb's, the Stribeck extra and the viscous one: the shape of the speeds, times 3."""
+    """Friction per unit of Coulomb's, the Stribeck extra and the viscous one: the shape of the speeds, times 3.
+
+    That which grows with the leg's force has Coulomb's shape, times the force."""
     direction = slides(speed_m_s, law, dt_s)
     return np.stack([direction, np.exp(-((speed_m_s / law.stribeck_speed_m_s) ** 2)) * direction, speed_m_s], axis=-1)
 

@@ -14,6 +14,7 @@ the priors' own part. As there are fewer blocks than unknowns, noise that is spr
 scores' size counts too.
 """
 
+import functools
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -28,18 +29,25 @@ Array = NDArray[np.float64]
 MOTION_HZ = 40.0
 ROW_HZ = 15.0
 SPEED_HZ = 25.0
-MOTION_STEP_S = 0.004  # at which the motion is worked out, and the columns filtered
+MOTION_STEP_S = 0.008  # at which the motion is worked out, and the columns filtered
 ROW_STEP_S = 0.016
 EDGE_S = 0.3  # there the filters still feel the ends of the record
 BLOCK_S = 1.0
 PASSES = 4
+SCANNING_PASSES = (1, 2)  # before the first nothing is known of the machine, before the second nothing of its hinges
+MORE_PASSES = 2  # from a solution that differs by what is held
 SLOW_M_S = 0.005
 UNKNOWN_FRICTION_SHARE = 0.3
 HINGE_STEP_M = 1e-4
 STRIBECK_SPEEDS_M_S = (0.003, 0.005, 0.007, 0.01, 0.014, 0.02, 0.03, 0.05)
-REVERSAL_SPEEDS_M_S = (0.0005, 0.001, 0.002, 0.004, 0.008)
+REVERSAL_SPEEDS_M_S = (0.0005, 0.001, 0.0014, 0.002, 0.0028, 0.004, 0.0057, 0.008)
 PRESLIDING_M = (0.0, 5e-6, 1e-5, 2e-5, 4e-5, 8e-5, 1.6e-4, 3.2e-4)
 FIRST_LAW = FrictionLaw(0.01, 0.001, 0.0)
+LAWS = tuple(  # the scan begins at the best: friction may turn by the speed or by the way
+    FrictionLaw(stribeck, *turn)
+    for stribeck in (0.005, 0.014, 0.03)
+    for turn in ((0.001, 0.0), (0.004, 0.0), (0.001, 4e-5), (0.001, 1.6e-4))
+)
 SCANS = 2  # of each number of the law, the others held
 GROUPS = {
     "theta": 10,
@@ -47,6 +55,7 @@ GROUPS = {
     "coulomb": 6,
     "stribeck": 6,
     "viscous": 6,
+    "growth": 6,
     "offset": 6,
     "delay": 1,
     "tilt": 2,
@@ -58,7 +67,7 @@ SLICES = {
     for (name, size), start in zip(GROUPS.items(), np.cumsum([0, *GROUPS.values()])[:-1], strict=True)
 }
 UNKNOWNS = sum(GROUPS.values())
-FRICTION = ("coulomb", "stribeck", "viscous")
+FRICTION = ("coulomb", "stribeck", "viscous", "growth")
 TILT_STEP_RAD = 1e-4
 DIRECTIONS = 8  # that the firmware carries along
 PACES = (1.0, 0.4)  # of the run itself: motions on which a load may be identified
@@ -69,7 +78,7 @@ WORST_CONDITION = 1e-13
 
 @dataclass(frozen=True)
 class Start:
-    """Prior of the unknowns, (88,) each; a sigma of inf: nothing known, of 0: fixed."""
+    """Prior of the unknowns, (94,) each; a sigma of inf: nothing known, of 0: fixed."""
 
     value: Array
     sigma: Array
@@ -77,13 +86,14 @@ class Start:
 
 @dataclass(frozen=True)
 class Found:
-    value: Array  # (88,), as in SLICES; hinges as [base_hinges_m, platform_hinges_m] less those of the platform file
-    covariance: Array  # (88, 88)
-    noise_covariance: Array  # (88, 88), without the part that the priors leave: of unknowns that are as the prior says
+    value: Array  # (94,), as in SLICES; hinges as [base_hinges_m, platform_hinges_m] less those of the platform file
+    covariance: Array  # (94, 94)
+    noise_covariance: Array  # (94, 94), without the part that the priors leave: of unknowns that are as the prior says
     law: FrictionLaw
     residual_n: float  # standard deviation where legs move
     residuals_n: Array  # (rows, 6)
     t_s: Array  # (rows,)
+    hinge_columns: Array | None  # of the rigid part's forces, for a regression that goes on from here
 
 
 @dataclass(frozen=True)
@@ -110,27 +120,40 @@ class _Left:
     """What a solution leaves."""
 
     residual: Array  # (rows, 6)
-    matrix: Array  # (rows, 6, 88)
+    matrix: Array  # (rows, 6, 94)
     weight: Array  # (rows, 6), 1 / standard deviation
     noise_n: float
 
 
 def fit(
-    log_t_s: Array, displacement_m: Array, force_n: Array, geometry: Geometry, gravity: float, start: Start
+    log_t_s: Array,
+    displacement_m: Array,
+    force_n: Array,
+    geometry: Geometry,
+    gravity: float,
+    start: Start,
+    near: Found | None = None,
 ) -> Found:
-    """`displacement_m`, `force_n`: (n, 6), without gaps. Raises ValueError."""
+    """`displacement_m`, `force_n`: (n, 6), without gaps. `near`: what the same run has given with other groups held; its
+    friction law stays. Raises ValueError."""
     record = _prepare(log_t_s, displacement_m, force_n)
-    value = np.where(np.isfinite(start.value), start.value, 0.0)
-    law = FIRST_LAW
+    if near is None:
+        value = np.where(np.isfinite(start.value), start.value, 0.0)
+        law, hinge_columns = FIRST_LAW, None  # hinges are of no weight before there is a theta
+    else:
+        value = np.where(start.sigma > 0, near.value, start.value)
+        law, hinge_columns = near.law, near.hinge_columns
     shapes = _friction_rows(record, law)
-    hinge_columns = None  # of no weight before there is a theta
-    for number in range(PASSES):
-        if number == 1:
+    for number in range(PASSES if near is None else MORE_PASSES):
+        if number == 1 and near is None:
             hinge_columns = _hinge_columns(record, geometry, gravity, value, start)
-            law, shapes = _scan(record, geometry, gravity, value, start)
+        if number in SCANNING_PASSES and near is None:
+            law = _scan(record, geometry, gravity, value, start, LAWS if number == 1 else (law,))
+            shapes = _friction_rows(record, law)
         rows = _linearise(record, geometry, gravity, value, shapes, hinge_columns)
         value, left = _solve(record, *rows, value, start)
-    return Found(value, *_sandwich(record, left, start), law, left.noise_n, left.residual, record.t_s)
+    covariances = _sandwich(record, left, start)
+    return Found(value, *covariances, law, left.noise_n, left.residual, record.t_s, hinge_columns)
 
 
 def _prepare(t_s: Array, displacement_m: Array, force_n: Array) -> _Record:
@@ -175,6 +198,11 @@ def _friction_rows(record: _Record, law: FrictionLaw) -> Array:
     return sosfiltfilt(record.motion_filter, shapes, axis=0)[:: record.step]
 
 
+def friction_columns(shapes: Array, rigid: Array) -> Array:
+    """(..., 4), in the order of FRICTION, of shapes (..., 3). `rigid`, (...): the legs' forces on the platform."""
+    return np.concatenate([shapes, shapes[..., :1] * np.abs(rigid)[..., None]], axis=-1)
+
+
 def moved(geometry: Geometry, value: Array) -> Geometry:
     """The geometry with the hinges that were found."""
     shift = value[SLICES["hinges"]].reshape(2, LEGS, 3)
@@ -191,9 +219,7 @@ def _motion(record: _Record, geometry: Geometry) -> LegMotion:
 
 def _rigid(record: _Record, geometry: Geometry, gravity: Array, value: Array) -> Array:
     motion = _motion(record, geometry)
-    return rig_model.body_forces(motion, gravity) @ value[SLICES["theta"]] + (
-        rig_model.leg_mass_forces(motion, geometry, gravity) @ value[SLICES["leg_mass"]]
-    )
+    return rig_model.rigid_forces(motion, geometry, gravity, value[SLICES["theta"]], value[SLICES["leg_mass"]])
 
 
 def _hinge_columns(record: _Record, geometry: Geometry, gravity: float, value: Array, start: Start) -> Array | None:
@@ -210,10 +236,25 @@ def _hinge_columns(record: _Record, geometry: Geometry, gravity: float, value: A
     return columns
 
 
+def _inertial_hinge_columns(record: _Record, geometry: Geometry, value: Array) -> Array:
+    """What wrong hinges do to the body's accelerations, in leg forces, (n, 6, 36): the firmware considers the rest of it."""
+    none = np.zeros(3)
+    right = _motion(record, moved(geometry, value))
+    base = rig_model.rigid_forces(right, geometry, none, value[SLICES["theta"]], none)
+    columns = np.empty((*base.shape, GROUPS["hinges"]))
+    for k in range(GROUPS["hinges"]):
+        shifted = value.copy()
+        shifted[SLICES["hinges"]][k] += HINGE_STEP_M
+        motion = replace(_motion(record, moved(geometry, shifted)), jacobian=right.jacobian)
+        wrong = rig_model.rigid_forces(motion, geometry, none, value[SLICES["theta"]], none)
+        columns[:, :, k] = (wrong - base) / HINGE_STEP_M
+    return columns
+
+
 def _linearise(
     record: _Record, geometry: Geometry, gravity: float, value: Array, shapes: Array, hinge_columns: Array | None
 ) -> tuple[Array, Array]:
-    """Residual (rows, 6) and matrix (rows, 6, 88) at `value`."""
+    """Residual (rows, 6) and matrix (rows, 6, 94) at `value`."""
     model, matrix = _columns(record, geometry, gravity, value, shapes, hinge_columns)
     matrix = _as_rows(record, matrix)
     matrix[:, :, SLICES["delay"].start] = -record.force_rate
@@ -223,7 +264,7 @@ def _linearise(
 def _columns(
     record: _Record, geometry: Geometry, gravity: float, value: Array, shapes: Array, hinge_columns: Array | None
 ) -> tuple[Array, Array]:
-    """What the load cells show, (n, 6), and its derivatives, (n, 6, 88), the delay's left out."""
+    """What the load cells show, (n, 6), and its derivatives, (n, 6, 94), the delay's left out."""
     tilt = value[SLICES["tilt"]]
     g = rig_model.gravity_vector(gravity, tilt)
     here = moved(geometry, value)
@@ -232,19 +273,19 @@ def _columns(
     theta, leg_mass = value[SLICES["theta"]], value[SLICES["leg_mass"]]
     rigid = of_body @ theta + of_legs @ leg_mass
     coefficients = np.stack([value[SLICES[name]] for name in FRICTION], axis=1)
-    model = rigid + np.einsum("nlk,lk->nl", shapes, coefficients)
+    of_friction = friction_columns(shapes, rigid)
+    model = rigid + np.einsum("nlk,lk->nl", of_friction, coefficients)
     gain = 1.0 + value[SLICES["gain"]][:, None]
     matrix = np.zeros((*rigid.shape, UNKNOWNS))
     matrix[:, :, SLICES["theta"]] = gain * of_body
     matrix[:, :, SLICES["leg_mass"]] = gain * of_legs
-    _put_friction(matrix, shapes, gain[:, 0])
+    _put_friction(matrix, of_friction, gain[:, 0])
     for leg in range(LEGS):
         matrix[:, leg, SLICES["offset"].start + leg] = 1.0
         matrix[:, leg, SLICES["gain"].start + leg] = model[:, leg]
     for k in range(2):
         turned = rig_model.gravity_vector(gravity, tilt + TILT_STEP_RAD * np.eye(2)[k])
-        tilted = rig_model.body_forces(motion, turned) @ theta
-        tilted += rig_model.leg_mass_forces(motion, here, turned) @ leg_mass
+        tilted = rig_model.rigid_forces(motion, here, turned, theta, leg_mass)
         matrix[:, :, SLICES["tilt"].start + k] = gain[:, 0] * (tilted - rigid) / TILT_STEP_RAD
     if hinge_columns is not None:
         matrix[:, :, SLICES["hinges"]] = gain * hinge_columns
@@ -252,7 +293,7 @@ def _columns(
 
 
 def _weights(record: _Record, value: Array, noise_n: float) -> Array:
-    rubbing = np.abs(value[SLICES["coulomb"]]) + np.abs(value[SLICES["stribeck"]])
+    rubbing = np.abs(value[SLICES["coulomb"]]) + np.maximum(value[SLICES["stribeck"]], 0.0)
     unknown = UNKNOWN_FRICTION_SHARE * rubbing / noise_n
     slow = np.exp(-((record.speeds_at_rows / SLOW_M_S) ** 2))
     return 1.0 / np.sqrt(1.0 + unknown**2 * slow)
@@ -284,20 +325,35 @@ def _noise(record: _Record, residual: Array, value: Array) -> float:
     return float(np.sqrt(np.mean(residual[moving] ** 2))) if moving.any() else float(residual.std())
 
 
-def _scan(record: _Record, geometry: Geometry, gravity: float, value: Array, start: Start) -> tuple[FrictionLaw, Array]:
-    """The friction law's numbers by the smallest residual of what is linear; hinges, gains, tilt stay."""
-    linear = np.arange(UNKNOWNS) < SLICES["offset"].stop
-    fixed = replace(start, sigma=np.where(linear, start.sigma, 0.0))
+def _scan(
+    record: _Record, geometry: Geometry, gravity: float, value: Array, start: Start, laws: tuple[FrictionLaw, ...]
+) -> FrictionLaw:
+    """The friction law's numbers by the smallest residual of what is linear, from the best of `laws` on; hinges, gains, tilt
+    stay."""
     residual, matrix = _linearise(record, geometry, gravity, value, _friction_rows(record, FIRST_LAW), None)
+    g = rig_model.gravity_vector(gravity, value[SLICES["tilt"]])
+    rigid = _rigid(record, moved(geometry, value), g, value)
+    weight = _weights(record, value, _noise(record, residual, value))
     rubbing = np.concatenate([np.arange(UNKNOWNS)[SLICES[name]] for name in FRICTION])
-    without = residual + matrix[:, :, rubbing] @ value[rubbing]
+    rubbing = rubbing[start.sigma[rubbing] > 0]
+    others = np.concatenate([np.arange(UNKNOWNS)[SLICES[name]] for name in ("theta", "leg_mass", "offset")])
+    others = others[start.sigma[others] > 0]
+    basis, _ = np.linalg.qr(_weighted(weight, matrix[:, :, others]))
 
+    def without_others(columns: Array) -> Array:
+        return columns - basis @ (basis.T @ columns)
+
+    due = without_others((weight * (residual + matrix[:, :, rubbing] @ value[rubbing])).ravel())
+
+    @functools.cache
     def cost(law: FrictionLaw) -> float:
-        _put_friction(matrix, _as_rows(record, _friction_rows(record, law)), 1.0 + value[SLICES["gain"]])
-        _, left = _solve(record, without - matrix[:, :, rubbing] @ value[rubbing], matrix, value, fixed)
-        return float(np.sum(left.residual**2))
+        columns = friction_columns(_friction_rows(record, law), rigid)
+        _put_friction(matrix, _as_rows(record, columns), 1.0 + value[SLICES["gain"]])
+        A = without_others(_weighted(weight, matrix[:, :, rubbing]))
+        left = due - A @ np.linalg.lstsq(A.T @ A, A.T @ due, rcond=WORST_CONDITION)[0]
+        return float(np.sum((left / weight.ravel()) ** 2))
 
-    law = FIRST_LAW
+    law = min(laws, key=cost)
     for _ in range(SCANS):
         for name, numbers in (
             ("presliding_m", PRESLIDING_M),
@@ -305,13 +361,17 @@ def _scan(record: _Record, geometry: Geometry, gravity: float, value: Array, sta
             ("reversal_speed_m_s", REVERSAL_SPEEDS_M_S),
         ):
             law = min((replace(law, **{name: number}) for number in numbers), key=cost)
-    return law, _friction_rows(record, law)
+    return law
 
 
-def _put_friction(matrix: Array, shapes: Array, gain: Array) -> None:
+def _weighted(weight: Array, matrix: Array) -> Array:
+    return (weight[:, :, None] * matrix).reshape(-1, matrix.shape[2])
+
+
+def _put_friction(matrix: Array, columns: Array, gain: Array) -> None:
     for leg in range(LEGS):
         for k, name in enumerate(FRICTION):
-            matrix[:, leg, SLICES[name].start + leg] = gain[leg] * shapes[:, leg, k]
+            matrix[:, leg, SLICES[name].start + leg] = gain[leg] * columns[:, leg, k]
 
 
 def _sandwich(record: _Record, left: _Left, start: Start) -> tuple[Array, Array]:
@@ -346,33 +406,43 @@ def open_directions(
     loads: tuple[Array, ...],
     scale: Array,
 ) -> Array:
-    """Ways in which all unknowns may be off together, one standard deviation each, (k, 88), k <= DIRECTIONS.
+    """Ways in which all unknowns may be off together, one standard deviation each, (k, 94), k <= DIRECTIONS.
 
     Those that matter most for a load: with A the body's columns and S the others', an estimate of the load goes off by
     -(d theta + A^+ S d others). Of the covariance as a product L L^T the largest singular directions are kept of what that is
-    of L, for each of `loads` at each of PACES of this run's motion, in units of `scale`, (10,). What the mass of the legs
-    is off counts as theta."""
+    of L, for each of `loads` at each of PACES of this run's motion, in units of `scale`, (10,). What the firmware does not
+    follow counts as theta, as the last of `loads` sees it at this run's own pace: the mass of the legs, what wrong hinges do
+    to accelerations, and as the last way all that the others leave."""
     record = _thinned(_prepare(log_t_s, displacement_m, force_n))
-    shapes = _friction_rows_thinned(record, found)
     root = _root(found.covariance)
-    effects, folded = [], root
+    effects, folded = [], root.copy()
     for pace in PACES:
         slower = replace(record, speed=pace * record.speed, acceleration=pace**2 * record.acceleration)
+        law = replace(found.law, presliding_m=0.0)
+        shapes = rig_model.friction_shapes(pace * record.friction_speed, law, record.dt_s)
         for load in loads:
             value = found.value.copy()
             value[SLICES["theta"]] += load
             hinges = _hinge_columns(slower, geometry, gravity, value, Start(value, np.ones(UNKNOWNS)))
-            slow_shapes = shapes * [1.0, 1.0, pace]
-            _, matrix = _columns(slower, geometry, gravity, value, slow_shapes, hinges)
+            _, matrix = _columns(slower, geometry, gravity, value, shapes, hinges)
             flat = matrix.reshape(-1, UNKNOWNS)
-            of_others = np.linalg.lstsq(flat[:, SLICES["theta"]], flat[:, SLICES["theta"].stop :], rcond=None)[0]
+            to_theta = np.linalg.pinv(flat[:, SLICES["theta"]])
+            of_others = to_theta @ flat[:, SLICES["theta"].stop :]
             effects.append(np.concatenate([np.eye(10), of_others], axis=1) @ root / scale[:, None])
-            if len(effects) == 1:
-                legs = slice(SLICES["leg_mass"].start - 10, SLICES["leg_mass"].stop - 10)
-                folded = root.copy()
-                folded[SLICES["theta"]] += of_others[:, legs] @ root[SLICES["leg_mass"]]
+            if pace == PACES[0] and load is loads[-1]:
+                whole = effects[-1]
+                for name, columns in (
+                    ("leg_mass", matrix[:, :, SLICES["leg_mass"]]),
+                    ("hinges", _inertial_hinge_columns(record, geometry, value)),
+                ):
+                    folded[SLICES["theta"]] += to_theta @ columns.reshape(len(flat), -1) @ root[SLICES[name]]
     _, size, ways = np.linalg.svd(np.concatenate(effects))
-    return (folded @ ways[: min(DIRECTIONS, np.count_nonzero(size > 0))].T).T
+    kept = ways[: min(DIRECTIONS - 1, np.count_nonzero(size > 0))]
+    left = np.zeros(UNKNOWNS)
+    left[SLICES["theta"]] = scale * np.sqrt(
+        np.maximum(np.sum(whole**2, axis=1) - np.sum((whole @ kept.T) ** 2, axis=1), 0.0)
+    )
+    return np.concatenate([kept @ folded.T, left[None]])
 
 
 def _thinned(record: _Record) -> _Record:
@@ -383,10 +453,6 @@ def _thinned(record: _Record) -> _Record:
     return replace(
         record, displacement=displacement, speed=speed, acceleration=acceleration, friction_speed=friction_speed, step=1
     )
-
-
-def _friction_rows_thinned(record: _Record, found: Found) -> Array:
-    return rig_model.friction_shapes(record.friction_speed, replace(found.law, presliding_m=0.0), record.dt_s)
 
 
 def _root(covariance: Array) -> Array:
@@ -406,6 +472,7 @@ class Explained:
     residual_n: Array  # (n, 6), what the load cells show less the model, below MOTION_HZ
     slow_residual_n: Array  # (n, 6), the same below ROW_HZ: above that it is noise of the accelerations
     friction_n: Array  # (n, 6), the model's friction on the legs
+    force_n: Array  # (n, 6), what the legs push the platform with by the model
 
 
 def explain(
@@ -417,7 +484,7 @@ def explain(
     value: Array,
     law: FrictionLaw,
 ) -> Explained:
-    """Of a rig with the unknowns `value`, (88,)."""
+    """Of a rig with the unknowns `value`, (94,)."""
     record = _prepare(log_t_s, displacement_m, force_n)
     shapes = _friction_rows(record, law)
     model, _ = _columns(record, geometry, gravity, value, shapes, None)
@@ -435,4 +502,5 @@ def explain(
         residual[inner],
         sosfiltfilt(record.row_filter, residual, axis=0)[inner],
         ((model - without) / (1.0 + value[SLICES["gain"]]))[inner],
+        ((without - value[SLICES["offset"]]) / (1.0 + value[SLICES["gain"]]))[inner],
     )

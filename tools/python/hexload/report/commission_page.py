@@ -12,7 +12,7 @@ from scipy.signal import welch
 
 from hexload.estimation import rig_model
 from hexload.estimation.rig_model import LEGS
-from hexload.estimation.rig_regression import FRICTION, ROW_HZ, SLICES, Explained, Found, Start
+from hexload.estimation.rig_regression import FRICTION, ROW_HZ, SLICES, Explained, Found, Start, friction_columns
 from hexload.report.figures import ERROR, ESTIMATE, REFERENCE, TRUTH, finish
 from hexload.report.page import templates, to_html
 from hexload.theory.bound import THETA_NAMES, unit_of
@@ -46,6 +46,7 @@ KINDS = {
     "coulomb": Kind("Coulomb friction", "N", 1.0, 1),
     "stribeck": Kind("more at rest (Stribeck)", "N", 1.0, 1),
     "viscous": Kind("viscous friction", "N s/m", 1.0, 1),
+    "growth": Kind("dry friction by the leg's force", "%", 100.0, 3),
     "offset": Kind("force offset", "N", 1.0, 2),
     "delay": Kind("force delay", "ms", 1e3, 3, ("forces late by, ms",)),
     "tilt": Kind("tilt of gravity", "deg", 180.0 / np.pi, 4, ("towards x, deg", "towards y, deg")),
@@ -182,7 +183,8 @@ def friction_curves(run: Explained, found: Found, fastest_m_s: float) -> go.Figu
     speeds = fastest_m_s * np.linspace(-1.0, 1.0, SPEEDS) ** 3  # close together where friction turns round
     shapes = rig_model.friction_shapes(speeds, rig_model.FrictionLaw(**vars(found.law) | {"presliding_m": 0.0}), 1.0)
     for leg in range(LEGS):
-        law_n = shapes @ [found.value[SLICES[name]][leg] for name in FRICTION]
+        mean_n = np.full(SPEEDS, np.abs(run.force_n[:, leg]).mean())
+        law_n = friction_columns(shapes, mean_n) @ [found.value[SLICES[name]][leg] for name in FRICTION]
         shown = np.flatnonzero(np.abs(run.speed_m_s[:, leg]) <= fastest_m_s)
         speed_mm_s, friction_n = 1e3 * run.speed_m_s[shown, leg], measured[shown, leg]
         every = max(1, len(shown) // DOTS)
