@@ -193,4 +193,9 @@ std::vector<HealthCount> AnswerBook::health_counts() const {
     return named_health_counts(health_count_);
 }
 
+std::span<const std::string_view> ControllerSession::own_sigma_names() const {
+    const bool has_any = wire_->has_own_sigma() && settings_.estimator != EstimatorKind::paper;
+    return has_any ? load_parameter_names(settings_.estimator) : std::span<const std::string_view>();
+}
+
 } // namespace hexload::sim

@@ -53,6 +53,9 @@ class ControllerSession {
     Clock::time_point now() const {
         return settings_.now();
     }
+    // Names of the parameters of which answers have the filter's part of sigma.
+    std::span<const std::string_view> own_sigma_names() const;
+
     const LinkSettings& settings() const {
         return settings_;
     }

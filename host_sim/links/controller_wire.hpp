@@ -36,6 +36,11 @@ class ControllerWire {
     // The profile that the controller is to speak.
     virtual hexload_bus_profile_t profile() const = 0;
 
+    // Whether answers have the filter's part of sigma too.
+    virtual bool has_own_sigma() const {
+        return false;
+    }
+
     // Whether the controller is to answer the sample of this tick.
     virtual bool answers(std::uint32_t tick) const = 0;
 

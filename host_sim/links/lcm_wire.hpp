@@ -22,6 +22,9 @@ class LcmWire final : public ControllerWire {
     hexload_bus_profile_t profile() const override {
         return HEXLOAD_BUS_FD; // whole samples and whole answers, as in that profile
     }
+    bool has_own_sigma() const override {
+        return true;
+    }
     bool answers(std::uint32_t) const override {
         return true;
     }

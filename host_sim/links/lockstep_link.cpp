@@ -21,6 +21,10 @@ class LockstepLink final : public EstimatorLink {
         return load_parameter_names(session_.settings().estimator);
     }
 
+    std::span<const std::string_view> own_sigma_names() const override {
+        return session_.own_sigma_names();
+    }
+
     void start() override {
         const LinkSettings& settings = session_.settings();
         const auto filter = static_cast<float>(kind_of(settings.estimator));

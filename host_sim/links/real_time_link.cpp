@@ -75,6 +75,10 @@ class RealTimeLink final : public EstimatorLink {
         return load_parameter_names(session_.settings().estimator);
     }
 
+    std::span<const std::string_view> own_sigma_names() const override {
+        return session_.own_sigma_names();
+    }
+
     void start() override {
         const auto timeout = std::max(start_timeout, session_.settings().answer_timeout);
         for (const auto kind :

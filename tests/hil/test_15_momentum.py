@@ -36,7 +36,9 @@ def replay(
     result = native.replay(platform, None, None, log.t_s, *(part.astype(float) for part in legs), str(out))
     bit = list(result["health_counts"]).index("load changed")
     detected_s = [float(t_s) for t_s in log.t_s[result["health"].astype(int) >> bit & 1 == 1]]
-    return {line.split(",")[0]: line for line in out.read_text().splitlines()[1:]}, detected_s
+    header, *rows = (line.split(",") for line in out.read_text().splitlines())
+    carried = [k for k, name in enumerate(header) if not name.startswith("n_")]  # a bus has no own sigmas
+    return {row[0]: ",".join(row[k] for k in carried) for row in rows}, detected_s
 
 
 def last_estimate(directory: Path) -> dict[str, str]:

@@ -55,7 +55,9 @@ def machine_of(platform) -> Table:
 def of_model(platform) -> Table:
     """KEYS of a machine that is its platform file's: nothing to take off. Where a rig file by hand starts."""
     machine = machine_of(platform)
-    legs = dict.fromkeys(("coulomb_n", "stribeck_n", "viscous_n_s_m", "force_offset_n", "force_gain"), np.zeros(LEGS))
+    legs = dict.fromkeys(
+        ("coulomb_n", "stribeck_n", "growth_n_n", "viscous_n_s_m", "force_offset_n", "force_gain"), np.zeros(LEGS)
+    )
     none = dict.fromkeys(KEYS, 0.0)
     hinges = {key: machine["geometry"][key] for key in ("base_hinges_m", "platform_hinges_m")}
     gravity = {"gravity_m_s2": np.array([0.0, 0.0, -platform.gravity_m_s2])}
