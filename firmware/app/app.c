@@ -134,14 +134,15 @@ static hexload_bus_result_t select_filter(hexload_app_t* self, float argument) {
                                           : HEXLOAD_RESULT_NOT_AVAILABLE; // not reached, as in start()
 }
 
-static bool has_safe_prior(const hexload_config_t* config) {
-    hexload_config_t safe = *config;
-    hexload_config_set_prior(&safe, HEXLOAD_PRIOR_SAFE);
-    bool is_same = safe.paper.prior_dz_sigma_m == config->paper.prior_dz_sigma_m;
+/// Leaves the configuration as it is.
+static bool has_safe_prior(hexload_config_t* config) {
+    const hexload_paper_config_t paper = config->paper;
+    hexload_config_set_prior(config, HEXLOAD_PRIOR_SAFE);
+    bool is_same = config->paper.prior_dz_sigma_m == paper.prior_dz_sigma_m;
     for (int k = 0; k < 3; k++) {
-        is_same =
-            is_same && safe.paper.prior_inertia_sigma_kg_m2[k] == config->paper.prior_inertia_sigma_kg_m2[k];
+        is_same = is_same && config->paper.prior_inertia_sigma_kg_m2[k] == paper.prior_inertia_sigma_kg_m2[k];
     }
+    config->paper = paper;
     return is_same;
 }
 
@@ -150,16 +151,18 @@ static hexload_bus_result_t set_known_mass(hexload_app_t* self, float mass_kg) {
     if (self->state != HEXLOAD_APP_IDLE) {
         return HEXLOAD_RESULT_WRONG_STATE;
     }
+    const hexload_paper_config_t paper = self->config.paper;
+    const hexload_momentum_config_t momentum = self->config.momentum;
     const bool is_safe = has_safe_prior(&self->config);
-    hexload_config_t config = self->config;
-    hexload_config_set_known_mass(&config, (hexload_real_t)mass_kg);
+    hexload_config_set_known_mass(&self->config, (hexload_real_t)mass_kg);
     if (is_safe) {
-        hexload_config_set_prior(&config, HEXLOAD_PRIOR_SAFE);
+        hexload_config_set_prior(&self->config, HEXLOAD_PRIOR_SAFE);
     }
-    if (hexload_config_check(&config, NULL) != HEXLOAD_OK) {
+    if (hexload_config_check(&self->config, NULL) != HEXLOAD_OK) {
+        self->config.paper = paper;
+        self->config.momentum = momentum;
         return HEXLOAD_RESULT_BAD_ARGUMENT;
     }
-    self->config = config;
     return HEXLOAD_RESULT_DONE;
 }
 

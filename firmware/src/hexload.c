@@ -10,6 +10,13 @@
 #include <stddef.h>
 #include <string.h>
 
+// For what a tick would call to do less than the call.
+#if defined(__GNUC__)
+#define IN_PLACE inline __attribute__((always_inline))
+#else
+#define IN_PLACE inline
+#endif
+
 static const hexload_unknown_t LOAD_AND_EFFECTS[HEXLOAD_UNKNOWNS_MAX] = {
     {"m", "kg"},           {"hx", "kg m"},        {"hy", "kg m"},        {"hz", "kg m"},
     {"Ixx", "kg m^2"},     {"Iyy", "kg m^2"},     {"Izz", "kg m^2"},     {"Ixy", "kg m^2"},
@@ -77,11 +84,12 @@ static hexload_momentum_t* momentum_in(hexload_t* self) {
     return self->kind == HEXLOAD_KIND_PAPER ? NULL : momentum;
 }
 
-/// What the estimator is given: the sample itself, or where there are no velocity sensors `middle`, all
-/// channels of half a window ago. NULL: nothing, by a status or while no window is complete.
-static const hexload_leg_sample_t* find_speeds(hexload_t* self, const hexload_config_t* config,
-                                               const hexload_leg_sample_t* sample,
-                                               hexload_leg_sample_t* middle, hexload_status_t* status) {
+/// What the estimator is given where there are no velocity sensors: `middle`, all channels of half a window
+/// ago. NULL: nothing, by a status or while no window is complete.
+HEXLOAD_APART static const hexload_leg_sample_t* find_speeds(hexload_t* self, const hexload_config_t* config,
+                                                             const hexload_leg_sample_t* sample,
+                                                             hexload_leg_sample_t* middle,
+                                                             hexload_status_t* status) {
     hexload_differentiator_t* differentiator = &self->differentiator;
     hexload_leg_sample_t seen = *sample;
     hexload_momentum_t* momentum = momentum_in(self);
@@ -89,9 +97,6 @@ static const hexload_leg_sample_t* find_speeds(hexload_t* self, const hexload_co
     uint32_t gap_ticks = 0;
     uint32_t bits = 0;
     *status = HEXLOAD_OK;
-    if (config->sensors.half_window_ticks == 0) {
-        return sample;
-    }
     memset(seen.velocity_m_s, 0, sizeof seen.velocity_m_s);
     *status = hexload_leg_sample_check(&differentiator->leg_gate, config, &seen, &gap_ticks, &bits);
     if (*status != HEXLOAD_OK) {
@@ -117,8 +122,9 @@ static void hold(const hexload_t* self, const hexload_leg_sample_t* sample, hexl
     estimate->tick = sample->tick;
 }
 
-static hexload_status_t tick_of_kind(hexload_t* self, const hexload_config_t* config,
-                                     const hexload_leg_sample_t* sample, hexload_estimate_t* estimate) {
+static IN_PLACE hexload_status_t tick_of_kind(hexload_t* self, const hexload_config_t* config,
+                                              const hexload_leg_sample_t* sample,
+                                              hexload_estimate_t* estimate) {
     switch (self->kind) {
     case HEXLOAD_KIND_MOMENTUM:
         return hexload_momentum_tick(&self->as.momentum, config, sample, estimate);
@@ -132,8 +138,9 @@ static hexload_status_t tick_of_kind(hexload_t* self, const hexload_config_t* co
     }
 }
 
-hexload_status_t hexload_tick(hexload_t* self, const hexload_config_t* config,
-                              const hexload_leg_sample_t* sample, hexload_estimate_t* estimate) {
+HEXLOAD_APART static hexload_status_t tick_without_velocity(hexload_t* self, const hexload_config_t* config,
+                                                            const hexload_leg_sample_t* sample,
+                                                            hexload_estimate_t* estimate) {
     hexload_leg_sample_t middle;
     hexload_status_t status;
     const hexload_leg_sample_t* given = find_speeds(self, config, sample, &middle, &status);
@@ -146,6 +153,12 @@ hexload_status_t hexload_tick(hexload_t* self, const hexload_config_t* config,
         hold(self, sample, estimate);
     }
     return status;
+}
+
+hexload_status_t hexload_tick(hexload_t* self, const hexload_config_t* config,
+                              const hexload_leg_sample_t* sample, hexload_estimate_t* estimate) {
+    return config->sensors.half_window_ticks == 0 ? tick_of_kind(self, config, sample, estimate)
+                                                  : tick_without_velocity(self, config, sample, estimate);
 }
 
 static hexload_status_t trace_of_kind(hexload_t* self, const hexload_config_t* config,
@@ -169,6 +182,9 @@ hexload_status_t hexload_trace(hexload_t* self, const hexload_config_t* config,
                                hexload_trace_t* trace) {
     hexload_leg_sample_t middle;
     hexload_status_t status;
+    if (config->sensors.half_window_ticks == 0) {
+        return trace_of_kind(self, config, sample, estimate, trace);
+    }
     const hexload_leg_sample_t* given = find_speeds(self, config, sample, &middle, &status);
     if (given != NULL) {
         status = trace_of_kind(self, config, given, estimate, trace);

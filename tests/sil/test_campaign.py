@@ -267,7 +267,7 @@ def test_seeds_are_fresh_with_every_commit_and_can_be_repeated(tmp_path, monkeyp
     subprocess.run([*git, "commit", "--quiet", "--allow-empty", "--message", "x"], check=True, env=date)
     monkeypatch.setattr(project, "ROOT", tmp_path)
     assert verb.choose_seeds(None) == 1700000000
-    assert "--seed-base 1700000000 repeats" in capsys.readouterr().err
+    assert "--seed-base 1700000000 repeats" in capsys.readouterr().out
     # AND seeds that are asked for are taken
     assert verb.choose_seeds(7) == 7
 

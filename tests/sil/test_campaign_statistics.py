@@ -23,7 +23,7 @@ def result(error, nees=10.0, theta=THETA, changes_s=(), alarms_s=(), within_5=1.
         "changes_s": list(changes_s),
         "alarms_s": list(alarms_s),
         "verdict": "converged",
-        "health": {"inconsistent": 3} if nees > 50.0 else {},
+        "health": {"inconsistent": 3} if nees is not None and nees > 50.0 else {},
     }
 
 

@@ -45,7 +45,7 @@ def platform(tmp_path_factory) -> Path:
 
 
 @pytest.fixture(scope="module")
-def as_told(platform) -> Machine:
+def as_stated(platform) -> Machine:
     """What the platform file says."""
     table = tomllib.loads(platform.read_text())
     geometry, own = table["geometry"], table["platform"]
@@ -54,7 +54,7 @@ def as_told(platform) -> Machine:
     sigma = {"displacement": 20e-6, "velocity": 1e-3, "force": 5.0}
     gravity_m_s2 = np.array([0.0, 0.0, -9.81])
     length_m = float(np.mean(geometry["home_leg_length_m"]))
-    return Machine(*hinges, length_m, theta, gravity_m_s2, ZERO, ZERO, ZERO, ZERO, ZERO, 0.0, 0.0, False, sigma)
+    return Machine(*hinges, length_m, theta, gravity_m_s2, ZERO, ZERO, ZERO, ZERO, ZERO, 0.0, 0.0, has_leg_mass=False, sigma=sigma)
 
 
 def run(machine: Machine, platform: Path, seed: int, load_from_s: float = 0.0, kind: str | None = None) -> dict:
@@ -70,9 +70,9 @@ def in_sigmas(result: dict, key: str, from_s: float) -> float:
     return float(np.max(np.abs(result["value"] - LOAD)[late, :10] / result[key][late, :10]))
 
 
-def test_an_ideal_machine_keeps_its_sigmas(as_told, platform):
-    # GIVEN three runs of a machine that is as told WHEN they are replayed
-    results = [run(as_told, platform, seed) for seed in (101, 103, 105)]
+def test_an_ideal_machine_keeps_its_sigmas(as_stated, platform):
+    # GIVEN three runs of a machine that is as stated WHEN they are replayed
+    results = [run(as_stated, platform, seed) for seed in (101, 103, 105)]
     factors = np.array([result["sigma"] / result["own_sigma"] for result in results])
     # THEN the blocks add a few per cent: 15 of them give a variance to sqrt(2 / 15), of which the larger half counts,
     # and what all ten parameters say is a fifth of it: 0.4 x 0.8 x 0.37 / 2 on the mean, 6 %
@@ -85,9 +85,9 @@ def test_an_ideal_machine_keeps_its_sigmas(as_told, platform):
 
 
 @pytest.mark.parametrize("effect", VARYING)
-def test_errors_that_vary_are_in_the_published_sigmas(effect, as_told, platform):
+def test_errors_that_vary_are_in_the_published_sigmas(effect, as_stated, platform):
     # GIVEN a machine with an effect that it is not told of WHEN a run is replayed
-    result = run(replace(as_told, **VARYING[effect]), platform, 111)
+    result = run(replace(as_stated, **VARYING[effect]), platform, 111)
     own, total = (in_sigmas(result, key, SETTLED_S) for key in ("own_sigma", "sigma"))
     print(f"{effect}: {own:.1f} of the filter's own sigmas, {total:.1f} of the published")
     # THEN the filter's own sigmas do not hold what the published ones do, and it is not believed
@@ -97,18 +97,18 @@ def test_errors_that_vary_are_in_the_published_sigmas(effect, as_told, platform)
 
 
 @pytest.mark.parametrize("effect", CONSTANT)
-def test_a_machine_with_constant_errors_is_not_believed(effect, as_told, platform):
+def test_a_machine_with_constant_errors_is_not_believed(effect, as_stated, platform):
     # GIVEN errors that no block shows WHEN a run is replayed THEN it ends as one that does not fit its model, as what
     # varies comes with them
-    result = run(replace(as_told, **CONSTANT[effect]), platform, 111)
+    result = run(replace(as_stated, **CONSTANT[effect]), platform, 111)
     assert result["verdict"][-1] == "inconsistent"
     assert result["health_counts"]["model misfit"] > 0
 
 
 @pytest.mark.parametrize("effect", VARYING | CONSTANT)
-def test_a_second_alarm_is_the_last_of_a_storm(effect, as_told, platform):
+def test_a_second_alarm_is_the_last_of_a_storm(effect, as_stated, platform):
     # GIVEN a machine with an effect that it is not told of, and a load that comes in mid-run
-    machine = replace(as_told, **(VARYING | CONSTANT)[effect])
+    machine = replace(as_stated, **(VARYING | CONSTANT)[effect])
     # WHEN the run is replayed
     told_s = load_changes_s(run(machine, platform, 121, PICK_UP_S))
     print(f"{effect}: {told_s}")

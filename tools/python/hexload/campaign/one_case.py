@@ -149,7 +149,7 @@ def _evaluate_rig(setup: Setup, folder: Path, directory: Path) -> dict:
     machine = folder / "platform.toml"
     commission.commission(commission.Wish(folder / COMMISSIONING_RUN / "log.csv", machine, folder / "rig.toml"))
     native = project.native_module()
-    platform = rig_file.platform_with_rig(folder / "rig.toml", native, native.load_platform(str(machine)), machine)
+    platform = rig_file.platform_with_rig(folder / "rig.toml", native, native.load_platform(str(machine)))
     log = _as_float32(read_log(directory / "log.csv"))
     legs = (log.displacement_m, log.velocity_m_s, log.force_n)
     replay = native.replay(platform, setup.kind, None, log.t_s, *legs, str(folder / "estimates.csv"))

@@ -46,7 +46,7 @@ def choose_seeds(base: int | None) -> int:
         base = int(date)
     except (OSError, subprocess.CalledProcessError, ValueError):
         raise InputError("--seed-base: found no commit whose date gives fresh seeds, expected a number") from None
-    print(f"hexload: seeds from {base} on, the date of the last commit; --seed-base {base} repeats", file=sys.stderr)
+    print(f"seeds: from {base} on, the date of the last commit; --seed-base {base} repeats them")
     return base
 
 
