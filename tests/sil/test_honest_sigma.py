@@ -54,7 +54,9 @@ def as_stated(platform) -> Machine:
     sigma = {"displacement": 20e-6, "velocity": 1e-3, "force": 5.0}
     gravity_m_s2 = np.array([0.0, 0.0, -9.81])
     length_m = float(np.mean(geometry["home_leg_length_m"]))
-    return Machine(*hinges, length_m, theta, gravity_m_s2, ZERO, ZERO, ZERO, ZERO, ZERO, 0.0, 0.0, has_leg_mass=False, sigma=sigma)
+    return Machine(
+        *hinges, length_m, theta, gravity_m_s2, ZERO, ZERO, ZERO, ZERO, ZERO, 0.0, 0.0, has_leg_mass=False, sigma=sigma
+    )
 
 
 def run(machine: Machine, platform: Path, seed: int, load_from_s: float = 0.0, kind: str | None = None) -> dict:

@@ -49,7 +49,9 @@ def on_rig(platform, file: Path):
         "velocity_delay_s": 0.05e-3,
     }
     direction = {
-        **dict.fromkeys(("force_offset_n", "force_gain", "coulomb_n", "stribeck_n", "growth_n_n", "viscous_n_s_m"), [1e-4] * 6),
+        **dict.fromkeys(
+            ("force_offset_n", "force_gain", "coulomb_n", "stribeck_n", "growth_n_n", "viscous_n_s_m"), [1e-4] * 6
+        ),
         "gravity_m_s2": [1e-4, 0.0],
         "platform": [1e-3] * 10,
         **dict.fromkeys(("base_hinges_m", "platform_hinges_m"), [[1e-5] * 3] * 6),

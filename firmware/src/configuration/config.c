@@ -96,18 +96,15 @@ void hexload_config_set_prior(hexload_config_t* config, hexload_prior_t prior) {
 /// Numbers of the configuration that lie next to each other, and their range.
 typedef struct range {
     const char* name;
-    uint16_t offset; ///< of the first, bytes
-    uint16_t count;
+    uint16_t offset;      ///< of the first, bytes
+    uint16_t size;        ///< of all, bytes
     hexload_real_t least; ///< is still good
     hexload_real_t most;  ///< likewise
 } range_t;
 
 #define SIZE_OF(field) sizeof(((const hexload_config_t*)NULL)->field)
 #define IN(field, least, most)                                                                               \
-    {                                                                                                        \
-#field, (uint16_t)offsetof(hexload_config_t, field),                                                 \
-            (uint16_t)(SIZE_OF(field) / sizeof(hexload_real_t)), least, most                                 \
-    }
+    { #field, (uint16_t)offsetof(hexload_config_t, field), (uint16_t)SIZE_OF(field), (least), (most) }
 #define FINITE(field) IN(field, -LARGEST, LARGEST)
 #define POSITIVE(field, most) IN(field, LEAST_POSITIVE, most)
 
@@ -162,13 +159,13 @@ static const range_t RANGES[] = {
     IN(rig.leg_tilt_kg_m, -MILLION, MILLION),
 };
 
-/// Whether numbers from an offset on are in a range; false for NaN.
-static bool are_in(const hexload_config_t* config, size_t offset, size_t count, hexload_real_t least,
+/// Whether numbers of so many bytes, from an offset on, are in a range; false for NaN.
+static bool are_in(const hexload_config_t* config, size_t offset, size_t size, hexload_real_t least,
                    hexload_real_t most) {
     const unsigned char* bytes = (const unsigned char*)config;
-    for (size_t k = 0; k < count; k++) {
-        hexload_real_t value;
-        memcpy(&value, &bytes[offset + k * sizeof value], sizeof value);
+    hexload_real_t value;
+    for (size_t at = offset; at < offset + size; at += sizeof value) {
+        memcpy(&value, &bytes[at], sizeof value);
         if (!(value >= least && value <= most)) {
             return false;
         }
@@ -180,7 +177,7 @@ static bool are_in(const hexload_config_t* config, size_t offset, size_t count, 
 static const char* first_out_of_range(const hexload_config_t* config) {
     for (size_t k = 0; k < sizeof RANGES / sizeof RANGES[0]; k++) {
         const range_t* range = &RANGES[k];
-        if (!are_in(config, range->offset, range->count, range->least, range->most)) {
+        if (!are_in(config, range->offset, range->size, range->least, range->most)) {
             return range->name;
         }
     }
@@ -233,7 +230,7 @@ HEXLOAD_RARE static const char* first_contradiction(const hexload_config_t* conf
     const hexload_momentum_config_t* momentum = &config->momentum;
     const hexload_rig_config_t* rig = &config->rig;
     const hexload_real_t latest_s = (hexload_real_t)HEXLOAD_RIG_DELAY_TICKS_MAX * config->tick_s;
-    const size_t directions = sizeof rig->direction[0] / sizeof(hexload_real_t) * rig->direction_count;
+    const size_t directions = sizeof rig->direction[0] * rig->direction_count;
     const struct {
         const char* name;
         bool is_good;

@@ -87,7 +87,19 @@ def terminal_table(statistics: Sequence[ClassStatistics], failed: dict[str, tupl
     )
     table = Table(title=title, title_justify="left", box=box.SIMPLE_HEAD, padding=(0, 1, 0, 0))
     errors = ("/ bound", "worst", "NEES", "in 95 %", "NIS", "failed")
-    for heading in ("class", "runs", *errors, "5 %", "p95", "1 %", "max %", "detected", "latest ms", "false", "incons."):
+    for heading in (
+        "class",
+        "runs",
+        *errors,
+        "5 %",
+        "p95",
+        "1 %",
+        "max %",
+        "detected",
+        "latest ms",
+        "false",
+        "incons.",
+    ):
         table.add_column(heading, justify="left" if heading == "class" else "right", no_wrap=True)
     for entry in statistics:
         one, alarms = entry.own, entry.alarms
