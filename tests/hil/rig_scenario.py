@@ -10,7 +10,7 @@ from hexload import project
 from hexload.estimation import rig_file
 from momentum_scenario import platform_of
 
-DURATION_S = 1.0
+DURATION_S = 1.5  # four blocks of the estimate, a lag and the start
 MASS_KG, COM_M = 500.0, (0.06, -0.04, 0.30)
 TILT_RAD = (-0.006, 0.008)
 COULOMB_N, VISCOUS_N_S_M, FRICTION_SPEED_M_S = 80.0, 200.0, 1e-3
