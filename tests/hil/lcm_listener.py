@@ -126,6 +126,7 @@ class Controller(Listener):
         estimate.tick = health.tick = self.messages["leg_sample_t"][self._answered].tick
         estimate.filter, estimate.count, estimate.name = "paper", 4, ["dz", "Ixx", "Iyy", "Izz"]
         estimate.value = estimate.sigma = [1.0, 2.0, 3.0, 4.0]
+        estimate.own_sigma = [0.0] * 4
         estimate.parameter_verdict, estimate.verdict = ["converging"] * 4, "converging"
         health.state, health.fault, health.status = "estimating", "no fault", "ok"
         self._publish("ESTIMATE", estimate, self._answered)

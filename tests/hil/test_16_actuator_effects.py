@@ -93,8 +93,8 @@ def test_over_can_the_load_is_found_beside_friction(in_module, kind, scenario, p
 
 def test_without_the_stage_for_actuator_effects_the_mass_is_wrong(start, simulator, scenario, tmp_path):
     # GIVEN the same run in one process WHEN it is estimated without actuator effects THEN the mass is off by more than
-    # five of its sigmas: the tests above fail where the controller runs another estimator
+    # five of the filter's own sigmas: the tests above fail where the controller runs another estimator
     program = start(simulator, scenario, "--out", tmp_path / "run", "--estimator", "momentum")
     assert program.wait() == 0
     last = last_estimate(tmp_path / "run")
-    assert abs(float(last["m"]) - MASS_KG) > 5 * float(last["s_m"])
+    assert abs(float(last["m"]) - MASS_KG) > 5 * float(last["n_m"])

@@ -61,11 +61,11 @@ def test_over_lcm_the_load_on_a_commissioned_rig_is_the_one_in_process(start, ec
 
 
 def test_without_the_rig_file_the_load_is_wrong(start, simulator, scenario, tmp_path):
-    # GIVEN the same run WHEN the estimator has no rig file THEN the mass is off by many of its sigmas, and does not count as
+    # GIVEN the same run WHEN the estimator has no rig file THEN the mass is off by many of the filter's own sigmas, and does not count as
     # converged: the tests above fail where a controller ignores the file
     assert start(simulator, scenario, "--out", tmp_path / "run").wait() == 0
     last = last_estimate(tmp_path / "run")
-    assert abs(float(last["m"]) - MASS_KG) > 20 * float(last["s_m"]) and last["verdict"] != "converged"
+    assert abs(float(last["m"]) - MASS_KG) > 20 * float(last["n_m"]) and last["verdict"] != "converged"
 
 
 @pytest.mark.parametrize("program", ["hexload_ecu", "hexload_sim"])

@@ -138,7 +138,9 @@ def assert_estimates_are_the_firmwares(directory: Path, platform, rows: int) -> 
     native, log = project.native_module(), read_log(directory / "log.csv")
     replayed = directory.with_name("replayed.csv")
     native.replay(platform, None, None, log.t_s, *quantised(log), str(replayed))
-    own = {line.split(",")[0]: line for line in estimate_lines(replayed)}
+    header, *lines = (line.split(",") for line in replayed.read_text().splitlines())
+    carried = [k for k, name in enumerate(header) if not name.startswith("n_")]  # a bus has no own sigmas
+    own = {line[0]: ",".join(line[k] for k in carried) for line in lines}
     received = estimate_lines(directory / "estimates.csv")
     assert len(received) == rows
     assert received == [own[line.split(",")[0]] for line in received]
