@@ -11,7 +11,7 @@ from hexload.estimation import rig_file
 from momentum_scenario import platform_of
 
 DURATION_S = 1.5  # four blocks of the estimate, a lag and the start
-MASS_KG, COM_M = 500.0, (0.06, -0.04, 0.30)
+MASS_KG, COM_M = momentum_scenario.HEAVY
 TILT_RAD = (-0.006, 0.008)
 COULOMB_N, VISCOUS_N_S_M, FRICTION_SPEED_M_S = 80.0, 200.0, 1e-3
 GAIN = np.array([0.004, -0.003, 0.002, -0.004, 0.003, -0.002])
@@ -19,24 +19,11 @@ OFFSET_N = np.array([-16.0, 11.0, 21.0, -9.0, -24.0, 13.0])
 FORCE_HZ, FORCE_DELAY_S = 350.0, 0.15e-3
 LEGS = np.ones(6)
 
-TEXT = f"""
-name = "rig"
-description = "Six-axis multisine of a machine that is not its platform file's."
-platform = "platform.toml"
-
-[simulation]
-duration_s = {DURATION_S}
-seed = 5
-
-[[load]]
-at_s = 0.0
-mass_kg = {MASS_KG}
-com_m = {list(COM_M)}
-inertia_com_kg_m2 = [25.0, 30.0, 20.0, 1.0, -2.0, 0.5]
-
-[trajectory]
-kind = "multisine"
-
+TEXT = momentum_scenario.of_heavy_load(
+    "rig",
+    "Six-axis multisine of a machine that is not its platform file's.",
+    DURATION_S,
+    f"""
 [machine]
 tilt_rad = {list(TILT_RAD)}
 
@@ -50,7 +37,8 @@ force_gain = {(1.0 + GAIN).tolist()}
 force_bias_n = {OFFSET_N.tolist()}
 force_bandwidth_hz = {FORCE_HZ}
 force_delay_s = {FORCE_DELAY_S}
-"""
+""",
+)
 
 
 def write(folder: Path) -> Path:

@@ -11,30 +11,18 @@ from momentum_scenario import platform_of
 from test_15_momentum import PATIENT, assert_same, last_estimate, replay
 
 DURATION_S = 2.0
-MASS_KG, COM_M = 500.0, (0.06, -0.04, 0.30)
+MASS_KG, COM_M = momentum_scenario.HEAVY
 
-TEXT = f"""
-name = "actuator_effects"
-description = "Six-axis multisine of a machine whose legs rub."
-platform = "platform.toml"
-
-[simulation]
-duration_s = {DURATION_S}
-seed = 5
-
-[[load]]
-at_s = 0.0
-mass_kg = {MASS_KG}
-com_m = {list(COM_M)}
-inertia_com_kg_m2 = [25.0, 30.0, 20.0, 1.0, -2.0, 0.5]
-
-[trajectory]
-kind = "multisine"
-
+TEXT = momentum_scenario.of_heavy_load(
+    "actuator_effects",
+    "Six-axis multisine of a machine whose legs rub.",
+    DURATION_S,
+    """
 [hydraulics]
 coulomb_friction_n = 80.0
 viscous_friction_n_s_m = 200.0
-"""
+""",
+)
 
 
 @pytest.fixture(scope="module")

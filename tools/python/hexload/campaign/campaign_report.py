@@ -2,7 +2,6 @@
 
 from collections.abc import Sequence
 
-import jinja2
 import numpy as np
 import plotly.graph_objects as go
 import plotly.offline
@@ -16,6 +15,7 @@ from hexload.campaign.one_case import code_version
 from hexload.campaign.statistics import ALARM_DUE_S, FAILURE_NEES, Alarms, ClassStatistics, FailedCase, Times
 from hexload.campaign.store import Settings
 from hexload.estimation.load_summary import EFFECT_UNITS, EFFECT_WORDS
+from hexload.report.page import templates
 from hexload.theory.bound import THETA_NAMES
 
 Array = NDArray[np.float64]
@@ -51,13 +51,7 @@ def render(
             "nees": campaign_figures.nees(by_class),
             "settling": campaign_figures.settling(by_class),
         }
-    environment = jinja2.Environment(
-        loader=jinja2.PackageLoader("hexload.campaign", "."),
-        autoescape=True,
-        trim_blocks=True,
-        lstrip_blocks=True,
-        undefined=jinja2.StrictUndefined,
-    )
+    environment = templates("hexload.campaign")
     environment.filters |= {"fixed": fixed, "percent": percent, "time": time}
     environment.filters |= {"alarms": alarm_text, "three": three_digits, "largest": largest}
     return environment.get_template(TEMPLATE).render(

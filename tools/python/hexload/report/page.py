@@ -103,10 +103,10 @@ def render(sections: list[Section | LoadSection]) -> str:
     )
 
 
-def templates() -> jinja2.Environment:
-    """The package's templates, with filters for numbers."""
+def templates(package: str = "hexload.report") -> jinja2.Environment:
+    """A package's templates, with filters for numbers."""
     environment = jinja2.Environment(
-        loader=jinja2.PackageLoader("hexload.report", "."),
+        loader=jinja2.PackageLoader(package, "."),
         autoescape=True,
         trim_blocks=True,
         lstrip_blocks=True,
