@@ -64,17 +64,17 @@ def test_no_result_file_means_that_no_test_ran(tmp_path):
 
 def test_the_last_line_sums_over_the_presets(presets, capsys):
     # GIVEN two presets that pass
-    presets.update({"host": outcome("host", 5), "host-clang": outcome("host-clang", 3)})
+    presets.update({"host": outcome("host", 5), "asan-ubsan": outcome("asan-ubsan", 3)})
     # WHEN they are run THEN the status is 0 and the last line has the sum
-    assert verb.run_tests(["host", "host-clang"], None) == 0
+    assert verb.run_tests(["host", "asan-ubsan"], None) == 0
     assert capsys.readouterr().out.splitlines()[-1] == "8 passed, 0 failed"
 
 
 def test_one_failure_fails_the_whole_run(presets, capsys):
     # GIVEN a preset with a failure
-    presets.update({"host": outcome("host", 5), "host-clang": outcome("host-clang", 2, "unit.wrench")})
+    presets.update({"host": outcome("host", 5), "asan-ubsan": outcome("asan-ubsan", 2, "unit.wrench")})
     # WHEN both are run THEN the status is 1, and the failure is counted and named
-    assert verb.run_tests(["host", "host-clang"], None) == 1
+    assert verb.run_tests(["host", "asan-ubsan"], None) == 1
     output = capsys.readouterr().out
     assert output.splitlines()[-1] == "7 passed, 1 failed"
     assert "unit.wrench" in output
@@ -134,8 +134,8 @@ def test_a_label_narrows_the_presets_own_labels_and_units_build_nothing_else(mon
         verb.subprocess, "run", lambda command, **_: commands.append(command) or CompletedProcess(command, 0)
     )
     # WHEN tests of a label are wanted
-    verb.run_tests(["host-clang"], None, "unit")
-    verb.run_tests(["host-clang"], None, "properties")
+    verb.run_tests(["asan-ubsan"], None, "unit")
+    verb.run_tests(["asan-ubsan"], None, "properties")
     # THEN ctest is given both, of which a test must match each; and of units alone the programs are built
     labels = [[word for option, word in pairwise(command) if option == "--label-regex"] for command in commands]
     assert labels == [["unit|properties", "unit"], ["unit|properties", "properties"]]
@@ -149,7 +149,7 @@ def test_a_build_that_fails_is_counted_and_the_other_presets_still_run(monkeypat
 
     monkeypatch.setattr(verb.build, "build", refuse)
     # WHEN two presets are run THEN both are tried and counted, and the compiler's words are shown
-    assert verb.run_tests(["host", "host-clang"], None) == 1
+    assert verb.run_tests(["host", "asan-ubsan"], None) == 1
     output = capsys.readouterr().out
     assert output.count("expected ';'") == 2
     assert output.splitlines()[-1] == "0 passed, 2 failed"
@@ -157,14 +157,14 @@ def test_a_build_that_fails_is_counted_and_the_other_presets_still_run(monkeypat
 
 def test_the_next_preset_is_built_while_one_is_tested(monkeypatch, capsys):
     # GIVEN tests of the first preset that last until the second one has been built
-    built = {"host": Event(), "host-clang": Event()}
+    built = {"host": Event(), "asan-ubsan": Event()}
     monkeypatch.setattr(verb.build, "build", lambda preset, *targets: built[preset].set())
 
     def tests_of(preset, selection, build):
         build.result()
-        return outcome(preset, int(built["host-clang"].wait(PATIENCE_S)))
+        return outcome(preset, int(built["asan-ubsan"].wait(PATIENCE_S)))
 
     monkeypatch.setattr(verb, "_run_preset", tests_of)
     # WHEN both are run THEN the tests of both end well
-    verb.run_tests(["host", "host-clang"], None)
+    verb.run_tests(["host", "asan-ubsan"], None)
     assert capsys.readouterr().out.splitlines()[-1] == "2 passed, 0 failed"
