@@ -27,9 +27,6 @@
 #include <stddef.h>
 #include <string.h>
 
-/// Ticks before the alarm at which the load may have changed already: the filter forgets then.
-enum { HEXLOAD_ALARM_DELAY_TICKS = 6 };
-
 /// What the present tick points to.
 typedef struct hexload_present_memory {
     hexload_leg_sample_t aligned; ///< all channels of one instant, without the rig's offsets and gains
@@ -91,8 +88,9 @@ static inline void watch_load(hexload_momentum_t* self, const hexload_config_t* 
     if (hexload_load_monitor_step(&self->monitor, config, &self->filter, fit_of(self, config), &seen) &&
         !self->is_changing) {
         self->is_changing = true;
-        // Half a window later where there are no velocity sensors: until then a sample has something of both.
-        self->change_tick = now->sample->tick - HEXLOAD_ALARM_DELAY_TICKS + config->sensors.half_window_ticks;
+        // The first sample that is certainly the new load's: one of before would be taken for it. Half a
+        // window later where there are no velocity sensors: until then a sample has something of both.
+        self->change_tick = now->sample->tick + config->sensors.half_window_ticks;
         hexload_momentum_supervisor_alarm(&self->supervisor);
         hexload_health_set(health, HEXLOAD_HEALTH_LOAD_CHANGED);
     }

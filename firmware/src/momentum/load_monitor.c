@@ -26,8 +26,8 @@
 #define LASTING_SHARE HEXLOAD_REAL(0.215)
 #define LASTING_NIS HEXLOAD_REAL(18.0)
 
-/// Time constant of the twist that an acceleration is taken from: at 1 ms the noise of that is
-/// sqrt(10) / 3 sigma / 5 ms.
+/// Time constant of the twist that an acceleration is taken from, and by which that is late: at 1 ms the
+/// noise of it is sqrt(10) / 3 sigma / 5 ms.
 #define LATE_S HEXLOAD_REAL(0.005)
 
 /// What is seen before counts for nothing: the first estimates of a load move mu with the noise of the twist,
@@ -132,7 +132,8 @@ static void follow_acceleration(hexload_load_monitor_t* self, const hexload_conf
 }
 
 /// What the parameters' errors do to mu at this acceleration. They last, so over the memory they add up;
-/// noise of this strength adds up to the same variance.
+/// noise of this strength adds up to the same variance. The acceleration is late: a component of it that
+/// passes zero has been, or already is, other than zero within that time, so its square is the mean over it.
 static void add_unknown(hexload_load_monitor_t* self, const hexload_momentum_filter_t* filter,
                         const hexload_motion_t* motion, hexload_real_t dt_s) {
     hexload_real_t Y[6][DIM];
@@ -141,8 +142,10 @@ static void add_unknown(hexload_load_monitor_t* self, const hexload_momentum_fil
     hexload_momentum_spread(filter, Y, spread);
     for (int a = 0; a < 6; a++) {
         for (int b = 0; b <= a; b++) {
-            self->covariance[a][b] =
-                hexload_fma(HEXLOAD_LOAD_MONITOR_MEMORY_S * dt_s, spread[a][b], self->covariance[a][b]);
+            const hexload_real_t recent = self->unknown[a][b];
+            self->unknown[a][b] = hexload_fma(dt_s / LATE_S, spread[a][b] - recent, recent);
+            self->covariance[a][b] = hexload_fma(HEXLOAD_LOAD_MONITOR_MEMORY_S * dt_s, self->unknown[a][b],
+                                                 self->covariance[a][b]);
         }
     }
 }
