@@ -5,9 +5,9 @@
 #include <stddef.h>
 
 // The lasting memory of a node, its estimator included.
-_Static_assert(sizeof(hexload_node_t) <= (size_t)29 * 1024 * sizeof(hexload_real_t) / sizeof(float) ||
+_Static_assert(sizeof(hexload_node_t) <= (size_t)30 * 1024 * sizeof(hexload_real_t) / sizeof(float) ||
                    HEXLOAD_LAG_TICKS_MAX > 82,
-               "a node fits in 29 KiB");
+               "a node fits in 30 KiB");
 
 // For functions with frames of their own: not parts of their caller, where these would lie on the stack while
 // the estimator runs.

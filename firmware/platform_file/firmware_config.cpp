@@ -108,9 +108,23 @@ hexload_config_t firmware_config(const PlatformFile& platform, const EstimatorSe
     const auto override_with = [](const std::optional<double>& value, hexload_real_t& field) {
         field = value ? real(*value) : field;
     };
+    const auto of_tilt = [&platform](std::optional<double> tilt_rad) {
+        return tilt_rad ? std::optional(*tilt_rad * platform.gravity_m_s2) : std::nullopt;
+    };
+    if (platform.rig) { // else there are the declared tolerances
+        const RigSigma& left = platform.rig->sigma;
+        override_with(left.force_offset_n, config.actuator_effects.prior_bias_sigma_n);
+        override_with(left.coulomb_n, config.actuator_effects.prior_coulomb_sigma_n);
+        override_with(left.viscous_n_s_m, config.actuator_effects.prior_viscous_sigma_n_s_m);
+        override_with(left.gravity_m_s2, config.actuator_effects.prior_tilt_sigma_m_s2);
+    } else {
+        override_with(platform.tolerances.force_offset_n, config.actuator_effects.prior_bias_sigma_n);
+        override_with(of_tilt(platform.tolerances.tilt_rad), config.actuator_effects.prior_tilt_sigma_m_s2);
+    }
     override_with(settings.bias_sigma_n, config.actuator_effects.prior_bias_sigma_n);
     override_with(settings.coulomb_sigma_n, config.actuator_effects.prior_coulomb_sigma_n);
     override_with(settings.viscous_sigma_n_s_m, config.actuator_effects.prior_viscous_sigma_n_s_m);
+    override_with(of_tilt(settings.tilt_sigma_rad), config.actuator_effects.prior_tilt_sigma_m_s2);
     override_with(settings.friction_speed_m_s, config.actuator_effects.friction_speed_m_s);
     return config;
 }

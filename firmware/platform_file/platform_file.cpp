@@ -85,13 +85,17 @@ double delay_of_low_pass_s(const std::optional<double>& bandwidth_hz) {
     return bandwidth_hz ? std::numbers::sqrt2 / (2.0 * std::numbers::pi * *bandwidth_hz) : 0.0;
 }
 
-// Read by `hexload commission`; here only that they are what they should be.
-void check_tolerances(TomlReader table) {
-    for (const char* key : {"force_gain", "force_offset_n", "hinge_m", "tilt_rad", "friction_growth"}) {
-        std::optional<double> tolerance;
-        table.optional_number(key, tolerance, non_negative);
+// The others are read by `hexload commission`; here only that they are what they should be.
+Tolerances read_tolerances(TomlReader table) {
+    std::optional<double> other;
+    Tolerances tolerances;
+    for (const char* key : {"force_gain", "hinge_m", "friction_growth"}) {
+        table.optional_number(key, other, non_negative);
     }
+    table.optional_number("force_offset_n", tolerances.force_offset_n, non_negative);
+    table.optional_number("tilt_rad", tolerances.tilt_rad, non_negative);
     table.refuse_unknown_keys();
+    return tolerances;
 }
 
 SensorSigma read_sensor_sigma(TomlReader table) {
@@ -131,6 +135,7 @@ EstimatorSettings read_estimator(TomlReader table) {
     table.optional_number("bias_sigma_n", settings.bias_sigma_n, non_negative);
     table.optional_number("coulomb_sigma_n", settings.coulomb_sigma_n, non_negative);
     table.optional_number("viscous_sigma_n_s_m", settings.viscous_sigma_n_s_m, non_negative);
+    table.optional_number("tilt_sigma_rad", settings.tilt_sigma_rad, non_negative);
     table.optional_number("friction_speed_m_s", settings.friction_speed_m_s, positive);
     table.refuse_unknown_keys();
     return settings;
@@ -178,7 +183,7 @@ PlatformFile load_platform_file(const std::filesystem::path& path) {
     file.known_mass_kg = read_known_mass_kg(reader.table("load"));
     file.estimator = read_estimator(reader.table("estimator"));
     file.actuators = read_actuators(reader.table("actuators"));
-    check_tolerances(reader.table("tolerances"));
+    file.tolerances = read_tolerances(reader.table("tolerances"));
     reader.refuse_unknown_keys();
     return file;
 }

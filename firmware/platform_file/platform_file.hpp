@@ -43,11 +43,13 @@ std::string_view name_of(PaperPrior prior);
 struct EstimatorSettings {
     EstimatorKind kind = EstimatorKind::momentum;
     PaperPrior prior = PaperPrior::safe;
-    // What is known beforehand of the machine's effects, per leg; nothing: the firmware's default. Sigma 0:
-    // none.
+    // What is known beforehand of the machine's effects, per leg, beside what the rig file takes off;
+    // nothing: what commissioning leaves, else the tolerance, else the firmware's default. Sigma 0: no
+    // unknown.
     std::optional<double> bias_sigma_n;
     std::optional<double> coulomb_sigma_n;
     std::optional<double> viscous_sigma_n_s_m;
+    std::optional<double> tilt_sigma_rad;
     std::optional<double> friction_speed_m_s;
 };
 
@@ -72,6 +74,14 @@ struct RigDirection {
     std::array<Vector3, 6> platform_hinges_m{};
 };
 
+// One standard deviation of what commissioning leaves of a group, the root mean square over the legs.
+struct RigSigma {
+    std::optional<double> force_offset_n;
+    std::optional<double> coulomb_n;
+    std::optional<double> viscous_n_s_m;
+    std::optional<double> gravity_m_s2; // of its x and y
+};
+
 struct RigSettings {
     Vector6 force_offset_n = Vector6::Zero();
     Vector6 force_gain = Vector6::Zero();
@@ -87,6 +97,13 @@ struct RigSettings {
     double leg_tilt_kg_m = 0.0;
     Vector3 gravity_m_s2 = Vector3(0.0, 0.0, -9.81); // base axes
     std::vector<RigDirection> directions;            // of what is still open, one standard deviation each
+    RigSigma sigma;
+};
+
+// Declared of a machine that is not commissioned, one standard deviation each.
+struct Tolerances {
+    std::optional<double> force_offset_n;
+    std::optional<double> tilt_rad;
 };
 
 struct PlatformFile {
@@ -97,6 +114,7 @@ struct PlatformFile {
     std::optional<double> known_mass_kg; // of the load
     EstimatorSettings estimator;
     ActuatorSettings actuators;
+    Tolerances tolerances;
     std::optional<RigSettings> rig; // of a rig file, whose hinges and body then stand above
 };
 

@@ -89,6 +89,29 @@ RigDirection read_direction(TomlReader table) {
     return direction;
 }
 
+// Root mean square of a group's sigmas, the first `count` of `size`; nothing: the file does not say.
+std::optional<double> read_sigma(TomlReader& table, std::string_view key, std::size_t size,
+                                 std::size_t count) {
+    std::array<double, 6> sigmas{};
+    sigmas.fill(-1.0);
+    table.numbers(key, std::span(sigmas).first(size), non_negative);
+    if (sigmas[0] < 0.0) {
+        return std::nullopt;
+    }
+    double sum = 0.0;
+    for (std::size_t k = 0; k < count; k++) {
+        sum += sigmas[k] * sigmas[k];
+    }
+    return std::sqrt(sum / static_cast<double>(count));
+}
+
+RigSigma read_sigmas(TomlReader table) {
+    return {.force_offset_n = read_sigma(table, "force_offset_n", 6, 6),
+            .coulomb_n = read_sigma(table, "coulomb_n", 6, 6),
+            .viscous_n_s_m = read_sigma(table, "viscous_n_s_m", 6, 6),
+            .gravity_m_s2 = read_sigma(table, "gravity_m_s2", 3, 2)};
+}
+
 // As in a file that was written and read again.
 void require_same(const TomlReader& table, std::string_view key, std::span<const double> found,
                   std::span<const double> expected) {
@@ -148,6 +171,7 @@ PlatformFile with_rig_file(PlatformFile platform, const std::filesystem::path& p
     platform.geometry = read_hinges(table, platform.geometry);
     platform.platform = read_body(table);
     platform.rig = read_settings(table);
+    platform.rig->sigma = read_sigmas(reader.table("sigma"));
     for (TomlReader& direction : reader.tables("direction")) {
         platform.rig->directions.push_back(read_direction(direction));
     }

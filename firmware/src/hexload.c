@@ -24,7 +24,8 @@ static const hexload_unknown_t LOAD_AND_EFFECTS[HEXLOAD_UNKNOWNS_MAX] = {
     {"bias3", "N"},        {"bias4", "N"},        {"bias5", "N"},        {"bias6", "N"},
     {"coulomb1", "N"},     {"coulomb2", "N"},     {"coulomb3", "N"},     {"coulomb4", "N"},
     {"coulomb5", "N"},     {"coulomb6", "N"},     {"viscous1", "N s/m"}, {"viscous2", "N s/m"},
-    {"viscous3", "N s/m"}, {"viscous4", "N s/m"}, {"viscous5", "N s/m"}, {"viscous6", "N s/m"}};
+    {"viscous3", "N s/m"}, {"viscous4", "N s/m"}, {"viscous5", "N s/m"}, {"viscous6", "N s/m"},
+    {"gx", "m/s^2"},       {"gy", "m/s^2"}};
 
 static const hexload_unknown_t PAPER[HEXLOAD_PAPER_DIM] = {
     {"dz", "m"}, {"Ixx", "kg m^2"}, {"Iyy", "kg m^2"}, {"Izz", "kg m^2"}};
@@ -229,7 +230,8 @@ const hexload_health_t* hexload_health(const hexload_t* self) {
     return momentum != NULL ? &momentum->health : &self->as.paper.health;
 }
 
-/// Rows of the effects: their covariance with theta, then with the effects before; mu's lies between.
+/// Rows of the effects: their covariance with theta, then with the effects before; mu's lies between. Widened
+/// by what the rig leaves open, as write_load() does.
 static uint32_t write_effects(const hexload_momentum_effects_t* self, hexload_real_t* covariance) {
     const hexload_real_t* known = self->effects.filter.covariance;
     uint32_t written = 0;
@@ -237,10 +239,18 @@ static uint32_t write_effects(const hexload_momentum_effects_t* self, hexload_re
     for (int i = 0; i < HEXLOAD_EFFECTS_DIM; i++) {
         for (int j = 0; j < HEXLOAD_LOAD_DIM; j++) {
             covariance[written] = self->momentum.jackknife.factor[j] * known[first + j];
+            for (int n = 0; n < HEXLOAD_RIG_DIRECTIONS_MAX; n++) {
+                covariance[written] = hexload_fma(self->effects.filter.considered[n][i],
+                                                  self->momentum.consider.load[n][j], covariance[written]);
+            }
             written++;
         }
         for (int j = 0; j <= i; j++) {
             covariance[written] = known[first + HEXLOAD_MOMENTUM_STATES + j];
+            for (int n = 0; n < HEXLOAD_RIG_DIRECTIONS_MAX; n++) {
+                covariance[written] = hexload_fma(self->effects.filter.considered[n][i],
+                                                  self->effects.filter.considered[n][j], covariance[written]);
+            }
             written++;
         }
         first += HEXLOAD_MOMENTUM_STATES + i + 1;

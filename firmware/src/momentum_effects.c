@@ -4,9 +4,9 @@
 
 // The lasting memory of an estimator: 4-byte numbers, or 8-byte ones in the reference build.
 _Static_assert(sizeof(hexload_momentum_effects_t) <=
-                       (size_t)24 * 1024 * sizeof(hexload_real_t) / sizeof(float) ||
+                       (size_t)25 * 1024 * sizeof(hexload_real_t) / sizeof(float) ||
                    HEXLOAD_LAG_TICKS_MAX > 82,
-               "an estimator fits in 24 KiB");
+               "an estimator fits in 25 KiB");
 
 hexload_status_t hexload_momentum_effects_init(hexload_momentum_effects_t* self,
                                                const hexload_config_t* config) {
@@ -35,5 +35,6 @@ void hexload_momentum_effects_read(const hexload_momentum_effects_t* self, const
     hexload_actuator_effects_read(&self->effects.filter, effects->value, effects->sigma);
     effects->confounded_with_bias = self->effects.identifiability.bias_mask & open;
     effects->confounded_with_friction = self->effects.identifiability.friction_mask & open;
+    effects->confounded_with_tilt = self->effects.identifiability.tilt_mask & open;
     effects->fastest_leg_m_s = self->effects.identifiability.fastest_leg_m_s;
 }

@@ -82,8 +82,8 @@ static inline void watch_load(hexload_momentum_t* self, const hexload_config_t* 
     if (effects != NULL) {
         without_effects = *now->sample;
         seen.sample = &without_effects;
-        hexload_actuator_effects_clean(&effects->filter, config, HEXLOAD_LOAD_MONITOR_MEMORY_S,
-                                       &without_effects, &seen.sensors);
+        hexload_actuator_effects_clean(&effects->filter, &self->filter, config, HEXLOAD_LOAD_MONITOR_MEMORY_S,
+                                       now->motion, &without_effects, &seen.sensors);
     }
     if (hexload_load_monitor_step(&self->monitor, config, &self->filter, fit_of(self, config), &seen) &&
         !self->is_changing) {
@@ -171,7 +171,8 @@ static inline void filter(hexload_momentum_t* self, const hexload_config_t* conf
                           hexload_momentum_update_t* update) {
     if (effects == NULL) {
         hexload_consider_step(&self->consider, &self->filter, config, past, update);
-    } else if (!hexload_actuator_effects_step(&effects->filter, &self->filter, config, past, update)) {
+    } else if (!hexload_actuator_effects_step(&effects->filter, &self->filter, &self->consider, config, past,
+                                              update)) {
         self->is_interrupted = true;
         past->smooth.gap_ticks = 1; // at rest, time goes on
     }

@@ -10,6 +10,8 @@
 
 namespace hexload::sim {
 
+static_assert(parameters_max == HEXLOAD_UNKNOWNS_MAX);
+
 std::span<const std::string_view> parameter_names(EstimatorKind kind) {
     using Names = std::vector<std::string_view>;
     static const auto all = [] {
@@ -63,6 +65,10 @@ std::vector<ConfoundedParameter> confounded_parameters(const hexload_effects_est
             confounded.push_back({names[k],
                                   "the force sensors' bias and load cannot be separated: too little tilt "
                                   "and acceleration of late"});
+        } else if ((effects.confounded_with_tilt >> k & 1U) != 0) {
+            confounded.push_back({names[k],
+                                  "the base's tilt and load cannot be separated: too little rotation of the "
+                                  "platform of late"});
         }
     }
     return confounded;

@@ -65,6 +65,7 @@ static void test_config_names_each_field_out_of_range(void) {
     ASSERT_REFUSED(actuator_effects.prior_bias_sigma_n, HEXLOAD_REAL(-1.0));
     ASSERT_REFUSED(actuator_effects.prior_coulomb_sigma_n, nan);
     ASSERT_REFUSED(actuator_effects.prior_viscous_sigma_n_s_m, HEXLOAD_REAL(-0.1));
+    ASSERT_REFUSED(actuator_effects.prior_tilt_sigma_m_s2, HEXLOAD_REAL(-0.1));
     ASSERT_REFUSED(actuator_effects.friction_speed_m_s, HEXLOAD_REAL(0.0));
 }
 

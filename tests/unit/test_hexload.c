@@ -31,7 +31,7 @@ static hexload_leg_sample_t sample_at(const hexload_config_t* config, uint32_t t
 
 static void test_every_kind_is_described_by_names_and_units(void) {
     static const uint32_t parameters[HEXLOAD_KINDS] = {4, 10, 10};
-    static const uint32_t effects[HEXLOAD_KINDS] = {0, 0, 18};
+    static const uint32_t effects[HEXLOAD_KINDS] = {0, 0, 20};
     static const uint32_t measurements[HEXLOAD_KINDS] = {3, 6, 6};
     static const char* const names[HEXLOAD_KINDS] = {"paper", "momentum", "momentum_effects"};
     for (int n = 0; n < HEXLOAD_KINDS; n++) {

@@ -21,8 +21,8 @@ typedef enum hexload_kind { // codes of the bus, too
     HEXLOAD_KIND_PAPER = 0,
     /// All ten parameters of the load, from any motion. The recommended one, and the default.
     HEXLOAD_KIND_MOMENTUM = 1,
-    /// The same with the actuators' effects, biases of the force sensors and friction of the legs, as
-    /// unknowns.
+    /// The same with what config->rig leaves of the machine's effects as unknowns: biases of the force
+    /// sensors, friction of the legs, tilt of the base.
     HEXLOAD_KIND_MOMENTUM_EFFECTS = 2,
     HEXLOAD_KINDS ///< how many there are
 } hexload_kind_t;
@@ -108,11 +108,14 @@ typedef struct hexload_momentum_config {
     hexload_real_t excitation_time_constant_s; ///< how far back the motion counts; tick_s..1e3
 } hexload_momentum_config_t;
 
-/// What the estimator of actuator effects knows beforehand. Sigma 0: that effect is none.
+/// What the estimator of actuator effects knows beforehand of what config->rig has not taken off. Sigma 0:
+/// nothing is left of that effect, and it is no unknown; config->rig.direction then tells how well it is
+/// known.
 typedef struct hexload_actuator_effects_config {
     hexload_real_t prior_bias_sigma_n;        ///< of each force sensor's offset; 0..1e6
     hexload_real_t prior_coulomb_sigma_n;     ///< of each leg's Coulomb friction; 0..1e6
     hexload_real_t prior_viscous_sigma_n_s_m; ///< of each leg's viscous friction; 0..1e8
+    hexload_real_t prior_tilt_sigma_m_s2;     ///< of gravity's x and y; 0..30. 0.17 is a degree
     hexload_real_t friction_speed_m_s;        ///< v0 of v / sqrt(v^2 + v0^2): 71 % of Coulomb's; 1e-6..10
 } hexload_actuator_effects_config_t;
 
@@ -194,8 +197,8 @@ void hexload_config_set_prior(hexload_config_t* config, hexload_prior_t prior);
 
 /// Sets lag_ticks and the prior sigmas of config->momentum for its sensors, tick, platform and hinges, and
 /// the prior sigmas of config->actuator_effects for the platform's mass: 1 m/s^2 of it for a bias, 2 m/s^2
-/// for Coulomb friction, 10 1/s for viscous friction. A leg carries a sixth of platform and load: 11 m/s^2 of
-/// the paper's.
+/// for Coulomb friction, 10 1/s for viscous friction, and none for tilt. A leg carries a sixth of platform
+/// and load: 11 m/s^2 of the paper's.
 ///
 /// The prior spans loads of a few times the platform's own mass within the hinge circle; nothing is known
 /// about their place. The lag is the shortest at which the smooth twist's noise,

@@ -30,8 +30,8 @@ enum hexload_load_parameter {
     HEXLOAD_LOAD_DIM
 };
 
-/// Actuator effects, in the order of every array of eighteen: six legs of the first, of the second, of the
-/// third.
+/// Actuator effects, in the order of every array of twenty: six legs of the first, of the second, of the
+/// third; then the tilt of the base, as what gravity's x and y have beside the configured, base axes, m/s^2.
 enum hexload_actuator_effect {
     HEXLOAD_EFFECT_BIAS,    ///< of the force sensor, N
     HEXLOAD_EFFECT_COULOMB, ///< friction, N; opposes motion when positive
@@ -50,7 +50,8 @@ enum hexload_paper_parameter {
 
 enum {
     HEXLOAD_PARAMETERS_MAX = HEXLOAD_LOAD_DIM,
-    HEXLOAD_EFFECTS_DIM = +HEXLOAD_EFFECT_KINDS * +HEXLOAD_LEGS,
+    HEXLOAD_EFFECT_TILT = +HEXLOAD_EFFECT_KINDS * +HEXLOAD_LEGS, ///< where gravity's x stands
+    HEXLOAD_EFFECTS_DIM = HEXLOAD_EFFECT_TILT + 2,
     /// Numbers of a symmetric matrix of theta, the lower triangle by rows.
     HEXLOAD_LOAD_COVARIANCES = HEXLOAD_LOAD_DIM * (HEXLOAD_LOAD_DIM + 1) / 2,
     HEXLOAD_MEASUREMENTS_MAX = 6,
@@ -84,6 +85,7 @@ typedef struct hexload_effects_estimate {
     hexload_real_t sigma[HEXLOAD_EFFECTS_DIM]; ///< standard deviation of each, same units
     uint32_t confounded_with_bias;     ///< bit k: load parameter k has not converged, as biases look like it
     uint32_t confounded_with_friction; ///< bit k: as friction looks like it
+    uint32_t confounded_with_tilt;     ///< bit k: as a base that is not level looks like it
     hexload_real_t fastest_leg_m_s;    ///< of late; fades over excitation_time_constant_s
 } hexload_effects_estimate_t;
 

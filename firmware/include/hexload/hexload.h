@@ -35,7 +35,7 @@ typedef struct hexload_unknown {
 typedef struct hexload_descriptor {
     const char* name;                 ///< of the kind, as platform files have it
     uint32_t parameters;              ///< of the load: 10 or 4
-    uint32_t effects;                 ///< of the actuators: 18 or 0; unknowns after the parameters
+    uint32_t effects;                 ///< of the machine: 20 or 0; unknowns after the parameters
     uint32_t measurements;            ///< degrees of freedom of the NIS: 6 or 3
     const hexload_unknown_t* unknown; ///< parameters + effects of them
 } hexload_descriptor_t;

@@ -61,11 +61,12 @@ HEXLOAD_MUST_USE HEXLOAD_NONNULL hexload_status_t hexload_momentum_trace(hexload
                                                                          hexload_estimate_t* estimate,
                                                                          hexload_trace_t* trace);
 
-/// The momentum estimator with a stage for actuator effects: the force sensors' biases and the legs' friction
-/// are found together with the load. Four times the work.
+/// The momentum estimator with a stage for actuator effects: the force sensors' biases, the legs' friction
+/// and the base's tilt are found together with the load, each where its prior sigma says that it is unknown.
+/// What config->rig knows of them is taken off before. Twice the work.
 typedef struct hexload_momentum_effects {
     hexload_momentum_t momentum;     ///< its filter holds theta, mu and their covariance
-    hexload_effects_stage_t effects; ///< biases and friction, N, N s/m, and what is confounded with them
+    hexload_effects_stage_t effects; ///< biases, friction and tilt, and what is confounded with them
 } hexload_momentum_effects_t;
 
 /// As hexload_momentum_init().

@@ -333,13 +333,16 @@ enum {
                                   +HEXLOAD_EFFECTS_DIM * (+HEXLOAD_EFFECTS_DIM + 1) / 2,
 };
 
-/// Eighteen states that go with those of a momentum filter.
+/// Twenty states that go with those of a momentum filter.
 typedef struct hexload_actuator_effects {
-    hexload_real_t effect[HEXLOAD_EFFECTS_DIM];             ///< x: N, N, N s/m
+    hexload_real_t effect[HEXLOAD_EFFECTS_DIM];             ///< x: N, N, N s/m, m/s^2
     hexload_real_t covariance[HEXLOAD_EFFECTS_COVARIANCES]; ///< the momentum filter's covariance goes on here
     hexload_real_t last_push[HEXLOAD_LEGS][6];              ///< Jw at the last sample, leg by leg, 1 and m
     hexload_real_t last_sign[HEXLOAD_LEGS];                 ///< s(v), 1
     hexload_real_t last_speed_m_s[HEXLOAD_LEGS];            ///< v, smooth
+    hexload_real_t last_lever[4]; ///< of platform and load there: m, kg; m p + R h, kg m
+    /// T, rows of x: what constants of the rig that are no states do to them, by direction of config->rig.
+    hexload_real_t considered[HEXLOAD_RIG_DIRECTIONS_MAX][HEXLOAD_EFFECTS_DIM];
     /// Residual of the smooth leg speeds beyond the velocity sensors' noise: leaky mean square.
     hexload_real_t residual_m2_s2;
     uint32_t ticks;      ///< that it goes back
@@ -352,16 +355,18 @@ typedef struct hexload_identifiability {
     hexload_real_t variance[HEXLOAD_LOAD_DIM];       ///< of theta, given the effects eliminated so far
     hexload_real_t before[HEXLOAD_LOAD_DIM];         ///< with none eliminated
     hexload_real_t given_bias[HEXLOAD_LOAD_DIM];     ///< with the biases eliminated
+    hexload_real_t given_friction[HEXLOAD_LOAD_DIM]; ///< with friction eliminated too
     hexload_real_t least_pivot[HEXLOAD_EFFECTS_DIM]; ///< below, what is left of P_ee is rounding
     uint32_t next;                                   ///< effect to eliminate; HEXLOAD_EFFECTS_DIM: copy first
     uint32_t bias_mask;     ///< bit k: the biases are confounded with parameter k, as of the last round
     uint32_t friction_mask; ///< bit k: friction is
+    uint32_t tilt_mask;     ///< bit k: tilt is
     hexload_real_t fastest_leg_m_s; ///< fades over excitation_time_constant_s
 } hexload_identifiability_t;
 
 /// The stage for actuator effects.
 typedef struct hexload_effects_stage {
-    hexload_actuator_effects_t filter;         ///< biases and friction
+    hexload_actuator_effects_t filter;         ///< biases, friction and tilt
     hexload_identifiability_t identifiability; ///< which load parameters are confounded with them
 } hexload_effects_stage_t;
 

@@ -1,6 +1,7 @@
 #include "actuator_effects/actuator_effects.h"
 
 #include "algebra/chi_square.h"
+#include "algebra/leg_blocks.h"
 #include "algebra/linalg.h"
 #include "actuator_effects/actuator_effects_model.h"
 #include "momentum/momentum_model.h"
@@ -11,6 +12,7 @@ enum {
     LOAD = HEXLOAD_LOAD_DIM,
     KNOWN = HEXLOAD_MOMENTUM_STATES, ///< states of the momentum filter: theta, mu
     DIM = HEXLOAD_EFFECTS_DIM,
+    TILT = HEXLOAD_EFFECT_TILT,
     COULOMB = HEXLOAD_EFFECT_COULOMB * HEXLOAD_LEGS,
     VISCOUS = HEXLOAD_EFFECT_VISCOUS * HEXLOAD_LEGS,
 };
@@ -21,28 +23,32 @@ enum {
 /// A platform at rest gives no more information after that.
 #define LONGEST_REST_S HEXLOAD_REAL(2.0)
 
-_Static_assert(DIM == (int)HEXLOAD_EFFECT_KINDS * HEXLOAD_LEGS, "each leg has each effect");
-
 void hexload_actuator_effects_init(hexload_actuator_effects_t* self, const hexload_config_t* config) {
     const hexload_actuator_effects_config_t* effects = &config->actuator_effects;
     const hexload_real_t sigma[HEXLOAD_EFFECT_KINDS] = {
         effects->prior_bias_sigma_n, effects->prior_coulomb_sigma_n, effects->prior_viscous_sigma_n_s_m};
     *self = (hexload_actuator_effects_t){.effect = {HEXLOAD_REAL(0.0)}};
     for (int i = 0; i < DIM; i++) {
-        self->covariance[EFFECT_ROW(i) + KNOWN + i] = sigma[i / HEXLOAD_LEGS] * sigma[i / HEXLOAD_LEGS];
+        const hexload_real_t of_effect = i < TILT ? sigma[i / HEXLOAD_LEGS] : effects->prior_tilt_sigma_m_s2;
+        self->covariance[EFFECT_ROW(i) + KNOWN + i] = of_effect * of_effect;
     }
 }
 
 /// Speeds of so many ticks are in a smoother's speed that follows a transient.
 #define TRANSIENT_WINDOW_TICKS (2u * HEXLOAD_TRANSIENT_TICKS + 1u)
 
-/// How the legs push and what their friction goes with, at one sample or on the mean over a period.
+/// What gravity's vector pulls at: m, and m p + R h about the fixed home point, of platform and load.
+typedef hexload_real_t lever_t[4];
+
+/// How the legs push, what their friction goes with and what a tilt pulls at, at one sample or on the mean
+/// over a period.
 typedef struct rub {
     hexload_real_t push[HEXLOAD_LEGS][6]; ///< Jw, leg by leg
     hexload_real_t sign[HEXLOAD_LEGS];    ///< s(v)
     hexload_real_t speed_m_s[HEXLOAD_LEGS];
     hexload_real_t slope_s_m[HEXLOAD_LEGS]; ///< s'(v)
-    bool is_at_rest;                        ///< no speed stands out of the noise
+    lever_t lever;
+    bool is_at_rest; ///< no speed stands out of the noise
 } rub_t;
 
 /// Variance of the smoother's speeds, whatever degrees it takes in.
@@ -55,8 +61,41 @@ static hexload_real_t speed_variance(const hexload_smoother_constants_t* smoothe
     return sum * sensors->displacement_sigma_m * sensors->displacement_sigma_m;
 }
 
-static void find_rub(const hexload_config_t* config, const hexload_delayed_tick_t* past, rub_t* rub) {
+/// @param origin_m of the platform's axes, from the point that moments are about.
+static void find_lever(const hexload_momentum_filter_t* load, const hexload_motion_t* motion,
+                       const hexload_real_t origin_m[3], lever_t lever) {
+    hexload_real_t h[3];
+    for (int k = 0; k < 3; k++) {
+        h[k] = load->platform[HEXLOAD_LOAD_HX + k] + load->theta[HEXLOAD_LOAD_HX + k];
+    }
+    lever[0] = load->platform[HEXLOAD_LOAD_M] + load->theta[HEXLOAD_LOAD_M];
+    for (int k = 0; k < 3; k++) {
+        lever[1 + k] = hexload_fma(lever[0], origin_m[k], dot3(motion->R[k], h));
+    }
+}
+
+/// out += what gravity's x and y make of the lever: [m g; lever x g].
+static inline void add_tilt(const lever_t lever, hexload_real_t x, hexload_real_t y, hexload_real_t out[6]) {
+    out[0] = hexload_fma(lever[0], x, out[0]);
+    out[1] = hexload_fma(lever[0], y, out[1]);
+    out[3] = hexload_fma(-lever[3], y, out[3]);
+    out[4] = hexload_fma(lever[3], x, out[4]);
+    out[5] = hexload_fma(lever[1], y, hexload_fma(-lever[2], x, out[5]));
+}
+
+/// What gravity's z loses as the vector turns: its length is known.
+static hexload_real_t lost_m_s2(const hexload_actuator_effects_t* self, const hexload_config_t* config) {
+    const hexload_real_t g = config->gravity_m_s2;
+    const hexload_real_t aside =
+        self->effect[TILT] * self->effect[TILT] + self->effect[TILT + 1] * self->effect[TILT + 1];
+    return aside > HEXLOAD_REAL(0.0) && aside < g * g ? aside / (g + hexload_sqrt(g * g - aside))
+                                                      : HEXLOAD_REAL(0.0);
+}
+
+static void find_rub(const hexload_momentum_filter_t* load, const hexload_config_t* config,
+                     const hexload_delayed_tick_t* past, rub_t* rub) {
     hexload_real_t square = HEXLOAD_REAL(0.0);
+    find_lever(load, &past->motion, past->motion.p_m, rub->lever);
     for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
         const hexload_real_t speed_m_s = past->smooth.smooth_velocity_m_s[leg];
         square += speed_m_s * speed_m_s;
@@ -73,10 +112,12 @@ static void remember(hexload_actuator_effects_t* self, rub_t* rub) {
     memcpy(self->last_push, rub->push, sizeof self->last_push);
     memcpy(self->last_sign, rub->sign, sizeof self->last_sign);
     memcpy(self->last_speed_m_s, rub->speed_m_s, sizeof self->last_speed_m_s);
+    memcpy(self->last_lever, rub->lever, sizeof self->last_lever);
 }
 
-/// The impulse that the effects take: Jw [E, S, V] times minus the period, each on its mean over the period.
-/// The product of the means is off the mean of the products by a quarter of both changes' product.
+/// The impulse that the effects take: Jw [E, S, V] times minus the period, each on its mean over the period,
+/// and the lever times the period. The product of the means is off the mean of the products by a quarter of
+/// both changes' product.
 static void make_impulse(const hexload_actuator_effects_t* self, const rub_t* now, hexload_real_t dt_s,
                          rub_t* impulse) {
     const hexload_real_t half = HEXLOAD_REAL(0.5);
@@ -87,9 +128,12 @@ static void make_impulse(const hexload_actuator_effects_t* self, const rub_t* no
         impulse->sign[leg] = half * (now->sign[leg] + self->last_sign[leg]);
         impulse->speed_m_s[leg] = half * (now->speed_m_s[leg] + self->last_speed_m_s[leg]);
     }
+    for (int k = 0; k < 4; k++) {
+        impulse->lever[k] = half * dt_s * (now->lever[k] + self->last_lever[k]);
+    }
 }
 
-/// [E, S, V] times eighteen numbers: what a leg's three effects come to.
+/// [E, S, V] times a column: what a leg's three effects come to.
 static inline hexload_real_t of_leg(const rub_t* impulse, int leg, const hexload_real_t x[DIM]) {
     return x[leg] + impulse->sign[leg] * x[COULOMB + leg] + impulse->speed_m_s[leg] * x[VISCOUS + leg];
 }
@@ -113,6 +157,14 @@ static inline void add_impulse(const rub_t* impulse, const hexload_real_t x[DIM]
         force[leg] = of_leg(impulse, leg, x);
     }
     add_push(impulse, force, out);
+    add_tilt(impulse->lever, x[TILT], x[TILT + 1], out);
+}
+
+/// Adds column b of a matrix and its transpose to a covariance of mu, lower triangle.
+static void add_column(hexload_real_t covariance[6][6], int b, const hexload_real_t column[6]) {
+    for (int a = 0; a < 6; a++) {
+        covariance[a >= b ? a : b][a >= b ? b : a] += a == b ? HEXLOAD_REAL(2.0) * column[a] : column[a];
+    }
 }
 
 static void read_column(const hexload_actuator_effects_t* self, int j, hexload_real_t column[DIM]) {
@@ -121,13 +173,17 @@ static void read_column(const hexload_actuator_effects_t* self, int j, hexload_r
     }
 }
 
-/// mu+ = mu + A effect with A = Jw [E, S, V]. With C the mean of P_me before and after, P_mm grows by
+/// mu+ = mu + A effect with A = [Jw [E, S, V], B]. With C the mean of P_me before and after, P_mm grows by
 /// A C^T + C A^T.
 static void take_impulse(hexload_actuator_effects_t* self, hexload_momentum_filter_t* load,
-                         const rub_t* impulse) {
+                         const hexload_config_t* config, const rub_t* impulse) {
+    const hexload_real_t lost = lost_m_s2(self, config);
     hexload_real_t column[DIM];
     hexload_real_t mean[6][DIM];
     add_impulse(impulse, self->effect, load->momentum);
+    load->momentum[2] = hexload_fma(impulse->lever[0], lost, load->momentum[2]);
+    load->momentum[3] = hexload_fma(impulse->lever[2], lost, load->momentum[3]);
+    load->momentum[4] = hexload_fma(-impulse->lever[1], lost, load->momentum[4]);
     for (int j = 0; j < LOAD; j++) {
         hexload_real_t change[6] = {0};
         for (int i = 0; i < DIM; i++) {
@@ -151,10 +207,69 @@ static void take_impulse(hexload_actuator_effects_t* self, hexload_momentum_filt
     for (int b = 0; b < 6; b++) {
         hexload_real_t product[6] = {0}; // column b of A C^T
         add_impulse(impulse, mean[b], product);
-        for (int a = 0; a < 6; a++) {
-            load->momentum_cov[a >= b ? a : b][a >= b ? b : a] +=
-                a == b ? HEXLOAD_REAL(2.0) * product[a] : product[a];
+        add_column(load->momentum_cov, b, product);
+    }
+}
+
+/// d mu / d (m, h) by the tilt alone, over a period: its entries that are not zero.
+typedef struct tilted_pull {
+    hexload_real_t of_mass[2];      ///< on P_x, P_y
+    hexload_real_t pull[3][LIFTED]; ///< on H
+} tilted_pull_t;
+
+static void find_tilted_pull(const hexload_actuator_effects_t* self, const hexload_motion_t* motion,
+                             hexload_real_t dt_s, tilted_pull_t* tilted) {
+    const hexload_real_t x = dt_s * self->effect[TILT];
+    const hexload_real_t y = dt_s * self->effect[TILT + 1];
+    tilted->of_mass[0] = x;
+    tilted->of_mass[1] = y;
+    for (int k = 0; k < LIFTED; k++) {
+        hexload_real_t arm[3];
+        for (int axis = 0; axis < 3; axis++) {
+            arm[axis] = k == 0 ? motion->p_m[axis] : motion->R[axis][k - 1];
         }
+        tilted->pull[0][k] = -y * arm[2];
+        tilted->pull[1][k] = x * arm[2];
+        tilted->pull[2][k] = y * arm[0] - x * arm[1];
+    }
+}
+
+/// out += the tilt's part of d mu / d (m, h) times four numbers.
+static inline void add_tilted(const tilted_pull_t* tilted, const hexload_real_t x[LIFTED],
+                              hexload_real_t out[6]) {
+    out[0] = hexload_fma(tilted->of_mass[0], x[0], out[0]);
+    out[1] = hexload_fma(tilted->of_mass[1], x[0], out[1]);
+    for (int a = 0; a < 3; a++) {
+        const hexload_real_t* G = tilted->pull[a];
+        out[3 + a] += hexload_fma(G[3], x[3], hexload_fma(G[2], x[2], hexload_fma(G[1], x[1], G[0] * x[0])));
+    }
+}
+
+/// The covariances for what the tilt does to the load, which the momentum filter takes for one on a level
+/// base. Without, the load's errors would pass for information on it as long as they are large.
+HEXLOAD_APART static void tilt_covariance(hexload_actuator_effects_t* self, hexload_momentum_filter_t* load,
+                                          const hexload_motion_t* motion, hexload_real_t dt_s) {
+    tilted_pull_t tilted;
+    hexload_real_t mean[6][LIFTED];
+    find_tilted_pull(self, motion, dt_s, &tilted);
+    for (int j = 0; j < LOAD; j++) {
+        hexload_real_t change[6] = {0};
+        add_tilted(&tilted, load->load_cov[j], change);
+        for (int k = 0; k < 6; k++) {
+            if (j < LIFTED) {
+                mean[k][j] = load->cross_cov[k][j] + HEXLOAD_REAL(0.5) * change[k];
+            }
+            load->cross_cov[k][j] += change[k];
+        }
+    }
+    for (int i = 0; i < DIM; i++) {
+        hexload_real_t* row = &self->covariance[EFFECT_ROW(i)];
+        add_tilted(&tilted, row, &row[LOAD]);
+    }
+    for (int b = 0; b < 6; b++) {
+        hexload_real_t product[6] = {0}; // column b of G C^T
+        add_tilted(&tilted, mean[b], product);
+        add_column(load->momentum_cov, b, product);
     }
 }
 
@@ -217,7 +332,8 @@ static void inflate_covariance(hexload_actuator_effects_t* self) {
 }
 
 /// Rows of the effects: what the momentum filter's update of theta and mu says of them.
-static void correct(hexload_actuator_effects_t* self, hexload_momentum_update_t* left) {
+static void correct(hexload_actuator_effects_t* self, hexload_consider_t* consider,
+                    const hexload_config_t* config, hexload_momentum_update_t* left) {
     hexload_real_t(*L)[6] = left->L;
     const hexload_real_t* e = left->innovation;
     hexload_real_t u[DIM][6];
@@ -239,6 +355,34 @@ static void correct(hexload_actuator_effects_t* self, hexload_momentum_update_t*
             row[KNOWN + j] -= dot6(u[i], u[j]);
         }
     }
+    for (uint32_t n = 0; n < config->rig.direction_count; n++) {
+        hexload_real_t of_open[6];
+        hexload_consider_follow(consider, config, n, left, of_open);
+        for (int i = 0; i < DIM; i++) {
+            self->considered[n][i] += dot6(u[i], of_open);
+        }
+    }
+}
+
+/// T's time update by the constants of the rig that are no states.
+HEXLOAD_APART static void move_considered(const hexload_momentum_filter_t* load, hexload_consider_t* consider,
+                                          const hexload_config_t* config,
+                                          const hexload_delayed_tick_t* past) {
+    const hexload_actuator_effects_config_t* effects = &config->actuator_effects;
+    hexload_rig_direction_t open = *hexload_consider_turn(consider, config);
+    if (effects->prior_bias_sigma_n > HEXLOAD_REAL(0.0)) {
+        memset(open.force_offset_n, 0, sizeof open.force_offset_n);
+    }
+    if (effects->prior_coulomb_sigma_n > HEXLOAD_REAL(0.0)) {
+        memset(open.coulomb_n, 0, sizeof open.coulomb_n);
+    }
+    if (effects->prior_viscous_sigma_n_s_m > HEXLOAD_REAL(0.0)) {
+        memset(open.viscous_n_s_m, 0, sizeof open.viscous_n_s_m);
+    }
+    if (effects->prior_tilt_sigma_m_s2 > HEXLOAD_REAL(0.0)) {
+        memset(open.gravity_m_s2, 0, sizeof open.gravity_m_s2);
+    }
+    hexload_consider_move(consider, load, config, past, &open);
 }
 
 /// P_me of a momentum that has just been set to Y theta.
@@ -270,27 +414,37 @@ static bool has_rested(hexload_actuator_effects_t* self, const hexload_config_t*
 }
 
 bool hexload_actuator_effects_step(hexload_actuator_effects_t* self, hexload_momentum_filter_t* load,
-                                   const hexload_config_t* config, const hexload_delayed_tick_t* past,
-                                   hexload_momentum_update_t* update) {
+                                   hexload_consider_t* consider, const hexload_config_t* config,
+                                   const hexload_delayed_tick_t* past, hexload_momentum_update_t* update) {
     const hexload_real_t dt_s = config->tick_s * (hexload_real_t)past->smooth.gap_ticks;
     rub_t now = {.is_at_rest = false};
     rub_t impulse;
-    find_rub(config, past, &now);
+    find_rub(load, config, past, &now);
     if (has_rested(self, config, now.is_at_rest)) {
         return false;
     }
     watch_residual(self, config, past);
+    if (config->rig.direction_count > 0) {
+        move_considered(load, consider, config, past);
+    }
     if (past->smooth.gap_ticks == 0) {
         hexload_momentum_filter_step(load, config, past, update);
         seed_covariance(self, load, &past->motion);
+        hexload_consider_seed(consider, config, load, &past->motion);
     } else {
         make_impulse(self, &now, dt_s, &impulse);
-        take_impulse(self, load, &impulse);
+        for (uint32_t n = 0; n < config->rig.direction_count; n++) {
+            add_impulse(&impulse, self->considered[n], consider->momentum[n]);
+        }
+        take_impulse(self, load, config, &impulse);
+        if (config->actuator_effects.prior_tilt_sigma_m_s2 > HEXLOAD_REAL(0.0)) {
+            tilt_covariance(self, load, &past->motion, dt_s);
+        }
         pull_covariance(self, load, config, past, dt_s);
         add_sign_noise(self, load, past, &now, dt_s);
         inflate_covariance(self);
         hexload_momentum_filter_step(load, config, past, update);
-        correct(self, update);
+        correct(self, consider, config, update);
     }
     remember(self, &now);
     return true;
@@ -313,16 +467,66 @@ bool hexload_actuator_effects_is_finite(const hexload_actuator_effects_t* self) 
 void hexload_actuator_effects_read(const hexload_actuator_effects_t* self, hexload_real_t value[DIM],
                                    hexload_real_t sigma[DIM]) {
     for (int i = 0; i < DIM; i++) {
+        hexload_real_t variance = effects_covariance(self, i, i);
+        for (int n = 0; n < HEXLOAD_RIG_DIRECTIONS_MAX; n++) { // zeros beyond the configured ones
+            variance = hexload_fma(self->considered[n][i], self->considered[n][i], variance);
+        }
         value[i] = self->effect[i];
-        sigma[i] = hexload_sqrt(effects_covariance(self, i, i));
+        sigma[i] = hexload_sqrt(variance);
     }
 }
 
-void hexload_actuator_effects_clean(const hexload_actuator_effects_t* self, const hexload_config_t* config,
-                                    hexload_real_t memory_s, hexload_leg_sample_t* sample,
-                                    hexload_sensors_t* sensors) {
+/// Leg forces that balance what gravity's x and y make of platform and load: rows of the legs.
+static void balance_tilt(const hexload_momentum_filter_t* load, const hexload_motion_t* motion,
+                         hexload_real_t lost, const hexload_real_t tilt_m_s2[2],
+                         hexload_real_t force_n[HEXLOAD_LEGS], hexload_real_t of_tilt_kg[HEXLOAD_LEGS][2]) {
+    static const hexload_real_t origin_m[3] = {0};
+    hexload_real_t columns[HEXLOAD_LEGS][6];
+    hexload_real_t wrench[3][6] = {{0}}; // of a unit of x, of y; of the whole vector
+    lever_t lever;
+    find_lever(load, motion, origin_m, lever);
+    add_tilt(lever, HEXLOAD_REAL(1.0), HEXLOAD_REAL(0.0), wrench[0]);
+    add_tilt(lever, HEXLOAD_REAL(0.0), HEXLOAD_REAL(1.0), wrench[1]);
+    add_tilt(lever, tilt_m_s2[0], tilt_m_s2[1], wrench[2]);
+    wrench[2][2] = lever[0] * lost;
+    wrench[2][3] = hexload_fma(lever[2], lost, wrench[2][3]);
+    wrench[2][4] = hexload_fma(-lever[1], lost, wrench[2][4]);
+    hexload_leg_blocks_invert(motion->jacobian, columns);
+    for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
+        of_tilt_kg[leg][0] = dot6(columns[leg], wrench[0]);
+        of_tilt_kg[leg][1] = dot6(columns[leg], wrench[1]);
+        force_n[leg] = dot6(columns[leg], wrench[2]);
+    }
+}
+
+/// Takes off what the base's tilt does to the sample. @param[out] variance_n2 of what is left of it.
+static void level(const hexload_actuator_effects_t* self, const hexload_momentum_filter_t* load,
+                  const hexload_config_t* config, const hexload_motion_t* motion,
+                  hexload_leg_sample_t* sample, hexload_real_t variance_n2[HEXLOAD_LEGS]) {
+    const hexload_real_t xx = effects_covariance(self, TILT, TILT);
+    const hexload_real_t xy = effects_covariance(self, TILT + 1, TILT);
+    const hexload_real_t yy = effects_covariance(self, TILT + 1, TILT + 1);
+    hexload_real_t force_n[HEXLOAD_LEGS];
+    hexload_real_t of_tilt_kg[HEXLOAD_LEGS][2];
+    balance_tilt(load, motion, lost_m_s2(self, config), &self->effect[TILT], force_n, of_tilt_kg);
+    for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
+        const hexload_real_t x = of_tilt_kg[leg][0];
+        const hexload_real_t y = of_tilt_kg[leg][1];
+        sample->force_n[leg] += force_n[leg];
+        variance_n2[leg] = x * x * xx + HEXLOAD_REAL(2.0) * x * y * xy + y * y * yy;
+    }
+}
+
+void hexload_actuator_effects_clean(const hexload_actuator_effects_t* self,
+                                    const hexload_momentum_filter_t* load, const hexload_config_t* config,
+                                    hexload_real_t memory_s, const hexload_motion_t* motion,
+                                    hexload_leg_sample_t* sample, hexload_sensors_t* sensors) {
     const hexload_real_t memory_ticks = memory_s / config->tick_s;
+    hexload_real_t of_tilt_n2[HEXLOAD_LEGS] = {0};
     hexload_real_t most = HEXLOAD_REAL(0.0);
+    if (config->actuator_effects.prior_tilt_sigma_m_s2 > HEXLOAD_REAL(0.0)) {
+        level(self, load, config, motion, sample, of_tilt_n2);
+    }
     for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
         const hexload_real_t speed_m_s = sample->velocity_m_s[leg];
         const friction_sign_t sign = friction_sign_of(speed_m_s, config->actuator_effects.friction_speed_m_s);
@@ -330,7 +534,7 @@ void hexload_actuator_effects_clean(const hexload_actuator_effects_t* self, cons
         const hexload_real_t slope_n_s_m =
             self->effect[COULOMB + leg] * sign.slope_s_m + self->effect[VISCOUS + leg];
         const hexload_real_t turning_n = slope_n_s_m * sensors->velocity_sigma_m_s;
-        hexload_real_t lasting = HEXLOAD_REAL(0.0);
+        hexload_real_t lasting = of_tilt_n2[leg];
         for (int i = 0; i < HEXLOAD_EFFECT_KINDS; i++) {
             sample->force_n[leg] -= weight[i] * self->effect[i * HEXLOAD_LEGS + leg];
             for (int j = 0; j < HEXLOAD_EFFECT_KINDS; j++) {

@@ -1,29 +1,31 @@
 /// @file actuator_effects.h
-/// What the legs' force sensors show beside the force on the platform, as more states beside the momentum
-/// filter's: a bias, Coulomb friction and viscous friction of each leg. EQUATIONS.md derives it.
+/// What is left of the machine's own effects when config->rig has been taken off, as more states beside the
+/// momentum filter's: a bias, Coulomb friction and viscous friction of each leg, and the base's tilt.
+/// EQUATIONS.md derives it.
 ///
 ///     f = force on the platform + bias + coulomb s(v) + viscous v,   s(v) = v / sqrt(v^2 + v0^2)
 ///
-/// so mu' loses Jw^T times the last three: the model stays linear in all unknowns. v is the smoother's leg
-/// speed, whose noise is not that tick's velocity sensor's.
+/// so mu' loses Jw^T times the last three, and gains what gravity's x and y do to platform and load. v is the
+/// smoother's leg speed, whose noise is not that tick's velocity sensor's. What config->rig.direction leaves
+/// open beside the states is considered.
 #ifndef HEXLOAD_ACTUATOR_EFFECTS_H
 #define HEXLOAD_ACTUATOR_EFFECTS_H
 
-#include "momentum/momentum_filter.h"
+#include "momentum/consider.h"
 
 /// No effects, with the configured sigmas; an effect of sigma zero stays zero.
 void hexload_actuator_effects_init(hexload_actuator_effects_t* self, const hexload_config_t* config);
 
-/// hexload_momentum_filter_step() of all states together.
-/// @param load theta and mu. @param[out] update that of the load, not written when mu began anew.
+/// hexload_consider_step() of all states together.
+/// @param load theta and mu. @param consider what the rig's open constants do to them. @param[out] update
+/// that of the load, not written when mu began anew.
 /// @return false when the platform has been at rest for seconds: there is nothing more to be learnt, and the
 /// sensors' noise would be taken for motion. Nothing has been done then, and mu must begin anew. Reentrant;
 /// time as there.
-HEXLOAD_MUST_USE bool hexload_actuator_effects_step(hexload_actuator_effects_t* self,
-                                                    hexload_momentum_filter_t* load,
-                                                    const hexload_config_t* config,
-                                                    const hexload_delayed_tick_t* past,
-                                                    hexload_momentum_update_t* update);
+HEXLOAD_MUST_USE bool
+hexload_actuator_effects_step(hexload_actuator_effects_t* self, hexload_momentum_filter_t* load,
+                              hexload_consider_t* consider, const hexload_config_t* config,
+                              const hexload_delayed_tick_t* past, hexload_momentum_update_t* update);
 
 /// The load has changed, the actuators have not: what is known of the effects stays, what they have in common
 /// with the old load goes. With hexload_momentum_filter_forget(load).
@@ -37,10 +39,13 @@ void hexload_actuator_effects_read(const hexload_actuator_effects_t* self,
                                    hexload_real_t value[HEXLOAD_EFFECTS_DIM],
                                    hexload_real_t sigma[HEXLOAD_EFFECTS_DIM]);
 
-/// A sample of the present without the known effects, and sensors whose force sigma covers the unknown ones.
+/// A sample of the present without the known effects, as on a level base, and sensors whose force sigma
+/// covers the unknown ones.
 /// @param memory_s how long the errors of the effects add up in what is to be computed from the sample.
-void hexload_actuator_effects_clean(const hexload_actuator_effects_t* self, const hexload_config_t* config,
-                                    hexload_real_t memory_s, hexload_leg_sample_t* sample,
-                                    hexload_sensors_t* sensors);
+/// @param motion of the sample.
+void hexload_actuator_effects_clean(const hexload_actuator_effects_t* self,
+                                    const hexload_momentum_filter_t* load, const hexload_config_t* config,
+                                    hexload_real_t memory_s, const hexload_motion_t* motion,
+                                    hexload_leg_sample_t* sample, hexload_sensors_t* sensors);
 
 #endif

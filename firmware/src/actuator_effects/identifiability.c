@@ -64,14 +64,20 @@ static void conclude(hexload_identifiability_t* self, const hexload_momentum_con
     hexload_momentum_prior_sigma(momentum, prior_sigma);
     self->bias_mask = 0;
     self->friction_mask = 0;
+    self->tilt_mask = 0;
     for (int k = 0; k < LOAD; k++) {
         const hexload_real_t sigma = prior_sigma[k];
         const hexload_real_t alone = hexload_max(self->variance[k], HEXLOAD_REAL(0.0));
         const uint32_t bit = (uint32_t)1 << k;
         if (self->before[k] > CONFOUNDED_RATIO * alone && sigma * sigma > CONFOUNDED_RATIO * alone) {
-            const bool is_bias = self->before[k] * alone > self->given_bias[k] * self->given_bias[k];
+            const hexload_real_t level = hexload_max(self->given_friction[k], HEXLOAD_REAL(0.0));
+            const bool is_tilt = level * self->given_bias[k] > alone * self->before[k] &&
+                                 level * level > alone * self->given_bias[k];
+            const bool is_bias =
+                !is_tilt && self->before[k] * level > self->given_bias[k] * self->given_bias[k];
+            self->tilt_mask |= is_tilt ? bit : 0;
             self->bias_mask |= is_bias ? bit : 0;
-            self->friction_mask |= is_bias ? 0 : bit;
+            self->friction_mask |= is_tilt || is_bias ? 0 : bit;
         }
     }
 }
@@ -95,7 +101,11 @@ void hexload_identifiability_step(hexload_identifiability_t* self, const hexload
     self->next++;
     if (self->next == HEXLOAD_EFFECT_COULOMB * HEXLOAD_LEGS) {
         memcpy(self->given_bias, self->variance, sizeof self->given_bias);
-    } else if (self->next == DIM) {
+    } else if (self->next == HEXLOAD_EFFECT_TILT) {
+        memcpy(self->given_friction, self->variance, sizeof self->given_friction);
+        self->next = config->actuator_effects.prior_tilt_sigma_m_s2 > HEXLOAD_REAL(0.0) ? self->next : DIM;
+    }
+    if (self->next == DIM) {
         conclude(self, &config->momentum);
     }
 }
@@ -103,7 +113,8 @@ void hexload_identifiability_step(hexload_identifiability_t* self, const hexload
 void hexload_identifiability_judge(const hexload_identifiability_t* self, hexload_estimate_t* estimate,
                                    uint32_t* health) {
     for (int k = 0; k < LOAD; k++) {
-        const bool is_confounded = ((self->bias_mask | self->friction_mask) >> k & 1u) != 0;
+        const uint32_t masks = self->bias_mask | self->friction_mask | self->tilt_mask;
+        const bool is_confounded = (masks >> k & 1u) != 0;
         if (!is_confounded || estimate->parameter_verdict[k] != HEXLOAD_VERDICT_CONVERGING) {
             continue;
         }

@@ -142,6 +142,7 @@ static const range_t RANGES[] = {
     IN(actuator_effects.prior_bias_sigma_n, HEXLOAD_REAL(0.0), MILLION),
     IN(actuator_effects.prior_coulomb_sigma_n, HEXLOAD_REAL(0.0), MILLION),
     IN(actuator_effects.prior_viscous_sigma_n_s_m, HEXLOAD_REAL(0.0), HEXLOAD_REAL(1e8)),
+    IN(actuator_effects.prior_tilt_sigma_m_s2, HEXLOAD_REAL(0.0), HEXLOAD_REAL(30.0)),
     IN(actuator_effects.friction_speed_m_s, HEXLOAD_REAL(1e-6), HEXLOAD_REAL(10.0)),
     IN(rig.force_offset_n, -MILLION, MILLION),
     IN(rig.force_gain, HEXLOAD_REAL(-0.5), HEXLOAD_REAL(0.5)),

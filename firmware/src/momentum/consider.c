@@ -153,8 +153,9 @@ static void find_drive(const hexload_config_t* config, const hexload_real_t body
 }
 
 /// T for mu = Y (theta + theta_platform), as the filter's begins.
-HEXLOAD_RARE static void seed(hexload_consider_t* self, const hexload_config_t* config,
-                              const hexload_momentum_filter_t* filter, const hexload_motion_t* motion) {
+HEXLOAD_RARE void hexload_consider_seed(hexload_consider_t* self, const hexload_config_t* config,
+                                        const hexload_momentum_filter_t* filter,
+                                        const hexload_motion_t* motion) {
     for (uint32_t n = 0; n < config->rig.direction_count; n++) {
         hexload_real_t error[DIM];
         for (int k = 0; k < DIM; k++) {
@@ -180,40 +181,37 @@ static void predict(hexload_consider_t* self, const hexload_config_t* config, he
     }
 }
 
-/// T follows the correction of an innovation that is Y times its theta less its mu.
-HEXLOAD_APART static void correct(hexload_consider_t* self, const hexload_config_t* config,
-                                  hexload_momentum_update_t* update) {
-    for (uint32_t n = 0; n < config->rig.direction_count; n++) {
-        hexload_real_t error[DIM];
-        hexload_real_t e[6];
+/// An innovation is Y times theta less mu.
+HEXLOAD_APART void hexload_consider_follow(hexload_consider_t* self, const hexload_config_t* config,
+                                           uint32_t n, hexload_momentum_update_t* update,
+                                           hexload_real_t e[6]) {
+    hexload_real_t error[DIM];
+    for (int k = 0; k < DIM; k++) {
+        error[k] = self->load[n][k] + config->rig.direction[n].platform[k];
+    }
+    for (int a = 0; a < 6; a++) {
+        e[a] = momentum_times_row(update->Y[a], error, a < 3) - self->momentum[n][a];
+    }
+    whiten6(update->L, e, 1);
+    for (int a = 0; a < 6; a++) {
         for (int k = 0; k < DIM; k++) {
-            error[k] = self->load[n][k] + config->rig.direction[n].platform[k];
+            self->load[n][k] = hexload_fma(update->U.load[a][k], e[a], self->load[n][k]);
         }
-        for (int a = 0; a < 6; a++) {
-            e[a] = momentum_times_row(update->Y[a], error, a < 3) - self->momentum[n][a];
-        }
-        whiten6(update->L, e, 1);
-        for (int a = 0; a < 6; a++) {
-            for (int k = 0; k < DIM; k++) {
-                self->load[n][k] = hexload_fma(update->U.load[a][k], e[a], self->load[n][k]);
-            }
-            for (int k = 0; k < 6; k++) {
-                self->momentum[n][k] = hexload_fma(update->U.momentum[a][k], e[a], self->momentum[n][k]);
-            }
+        for (int k = 0; k < 6; k++) {
+            self->momentum[n][k] = hexload_fma(update->U.momentum[a][k], e[a], self->momentum[n][k]);
         }
     }
 }
 
-/// T's time update, before the filter's own: from its state at the last sample. One drive at a time.
-HEXLOAD_APART static void move_on(hexload_consider_t* self, const hexload_momentum_filter_t* filter,
-                                  const hexload_config_t* config, const hexload_delayed_tick_t* past) {
+HEXLOAD_APART void hexload_consider_move(hexload_consider_t* self, const hexload_momentum_filter_t* filter,
+                                         const hexload_config_t* config, const hexload_delayed_tick_t* past,
+                                         const hexload_rig_direction_t* direction) {
     const hexload_real_t dt_s = config->tick_s * (hexload_real_t)past->smooth.gap_ticks;
     hexload_real_t body[DIM];
     for (int k = 0; k < DIM; k++) {
         body[k] = filter->platform[k] + filter->theta[k];
     }
-    self->next = self->next + 1 < config->rig.direction_count ? self->next + 1 : 0;
-    find_drive(config, body, past, &config->rig.direction[self->next], self->drive[self->next]);
+    find_drive(config, body, past, direction, self->drive[self->next]);
     if (past->smooth.gap_ticks > 0) {
         hexload_momentum_input_t input;
         hexload_real_t G[PULLED][LIFTED];
@@ -228,15 +226,18 @@ void hexload_consider_step(hexload_consider_t* self, hexload_momentum_filter_t* 
                            hexload_momentum_update_t* update) {
     hexload_momentum_update_t own;
     hexload_momentum_update_t* left = update != NULL ? update : &own;
-    const bool is_open = config->rig.direction_count > 0;
-    if (is_open) {
-        move_on(self, filter, config, past);
+    const uint32_t directions = config->rig.direction_count;
+    if (directions > 0) {
+        hexload_consider_move(self, filter, config, past, hexload_consider_turn(self, config));
     }
     hexload_momentum_filter_step(filter, config, past, left);
-    if (is_open && past->smooth.gap_ticks == 0) {
-        seed(self, config, filter, &past->motion);
-    } else if (is_open) {
-        correct(self, config, left);
+    if (past->smooth.gap_ticks == 0) {
+        hexload_consider_seed(self, config, filter, &past->motion);
+        return;
+    }
+    for (uint32_t n = 0; n < directions; n++) {
+        hexload_real_t e[6];
+        hexload_consider_follow(self, config, n, left, e);
     }
 }
 

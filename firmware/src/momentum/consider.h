@@ -13,7 +13,30 @@
 
 void hexload_consider_init(hexload_consider_t* self);
 
-/// hexload_momentum_filter_step(), and the same for T. Reentrant, constant time but for a sample with
+/// Turns to the next direction, whose errors of mu' are looked at in this tick: one at a time.
+static inline const hexload_rig_direction_t* hexload_consider_turn(hexload_consider_t* self,
+                                                                   const hexload_config_t* config) {
+    self->next = self->next + 1 < config->rig.direction_count ? self->next + 1 : 0;
+    return &config->rig.direction[self->next];
+}
+
+/// T's time update, before the filter's own: from its state at the last sample.
+/// @param direction that of hexload_consider_turn(), or what of it is no state of a filter that goes with
+///                  this one.
+void hexload_consider_move(hexload_consider_t* self, const hexload_momentum_filter_t* filter,
+                           const hexload_config_t* config, const hexload_delayed_tick_t* past,
+                           const hexload_rig_direction_t* direction);
+
+/// T of all directions as the filter's momentum begins anew.
+void hexload_consider_seed(hexload_consider_t* self, const hexload_config_t* config,
+                           const hexload_momentum_filter_t* filter, const hexload_motion_t* motion);
+
+/// T of direction n follows the filter's correction.
+/// @param[out] e the whitened innovation that a unit of the direction makes.
+void hexload_consider_follow(hexload_consider_t* self, const hexload_config_t* config, uint32_t n,
+                             hexload_momentum_update_t* update, hexload_real_t e[6]);
+
+/// hexload_momentum_filter_step(), and all of that for T. Reentrant, constant time but for a sample with
 /// gap_ticks 0.
 /// @param[out] update as there; NULL: not wanted.
 void hexload_consider_step(hexload_consider_t* self, hexload_momentum_filter_t* filter,

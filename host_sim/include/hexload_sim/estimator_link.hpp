@@ -23,8 +23,8 @@ struct LegSample {
     Vector6 force_n = Vector6::Zero();
 };
 
-// Ten load parameters, and a bias and two kinds of friction of six legs.
-inline constexpr std::size_t parameters_max = 28;
+// Ten load parameters, a bias and two kinds of friction of six legs, and gravity's x and y.
+inline constexpr std::size_t parameters_max = 30;
 
 struct EstimateRow {
     double t_s = 0.0;                           // of the sample that it belongs to

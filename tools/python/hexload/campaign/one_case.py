@@ -218,8 +218,9 @@ def _load_answer(replay: dict, since_s: float) -> Answer:
 
 def _score_effects(replay: dict, theta: Array, values: Array, limit: Array) -> dict:
     """Of the machine's effects; the NEES is that of load and machine together."""
-    error = replay["value"][-1] - np.concatenate([theta, values])
-    nees = float(error @ np.linalg.solve(replay["covariance"], error))
+    size = TEN + len(values)  # a tilt of the base, which comes last, is none
+    error = replay["value"][-1, :size] - np.concatenate([theta, values])
+    nees = float(error @ np.linalg.solve(replay["covariance"][:size, :size], error))
     return {"error": error[TEN:].tolist(), "bound": limit.tolist(), "nees": nees}
 
 

@@ -13,7 +13,7 @@ UNITS = {"dz": "m", "Ixx": "kg m²", "Iyy": "kg m²", "Izz": "kg m²"}
 DIGITS = {"dz": 6, "Ixx": 2, "Iyy": 2, "Izz": 2}
 
 EFFECT_WORDS = {"bias": "force bias", "coulomb": "Coulomb friction", "viscous": "viscous friction"}  # of each leg
-EFFECT_UNITS = {"bias": "N", "coulomb": "N", "viscous": "N s/m"}
+EFFECT_UNITS = {"bias": "N", "coulomb": "N", "viscous": "N s/m", "g": "m/s²"}  # the last of the base's tilt, gx and gy
 TEN_DIGITS = 4  # of the momentum filter's parameters, in kg, kg m and kg m^2
 BODY_UNITS = {"m": "kg", "c": "m", "I": "kg m²"}
 BODY_DIGITS = {"m": TEN_DIGITS, "c": 6, "I": TEN_DIGITS}

@@ -42,7 +42,7 @@ class ParameterRow:
 
 @dataclass(frozen=True)
 class EffectRow:
-    """One of the machine's effects, leg by leg."""
+    """One of the machine's effects, leg by leg; of the base's tilt x and y."""
 
     name: str
     legs: list[Parameter]
@@ -140,10 +140,14 @@ def _effect_rows(numbers: list[Parameter], run: Run | None) -> list[EffectRow]:
     if not numbers:
         return []
     truth = dict.fromkeys(EFFECTS) if run is None else _true_effects(tomllib.loads(run.scenario_toml))
-    return [
+    rows = [
         EffectRow(f"{EFFECT_WORDS[name]}, {EFFECT_UNITS[name]}", numbers[LEGS * k : LEGS * (k + 1)], truth[name])
         for k, name in enumerate(EFFECTS)
     ]
+    tilt = numbers[LEGS * len(EFFECTS) :]
+    if any(number.sigma > 0.0 for number in tilt):
+        rows.append(EffectRow(f"tilt: gravity's x, y, {EFFECT_UNITS['g']}", tilt, None))
+    return rows
 
 
 def _true_effects(scenario: dict) -> dict[str, list[float]]:
