@@ -85,13 +85,19 @@ double delay_of_low_pass_s(const std::optional<double>& bandwidth_hz) {
     return bandwidth_hz ? std::numbers::sqrt2 / (2.0 * std::numbers::pi * *bandwidth_hz) : 0.0;
 }
 
-// Read by `hexload commission`; here only that they are what they should be.
-void check_tolerances(TomlReader table) {
+// Those for `hexload commission` it reads itself; here only that they are what they should be.
+Tolerances read_tolerances(TomlReader table) {
     for (const char* key : {"force_gain", "force_offset_n", "hinge_m", "tilt_rad", "friction_growth"}) {
         std::optional<double> tolerance;
         table.optional_number(key, tolerance, non_negative);
     }
+    Tolerances open;
+    table.optional_number("force_gain_common", open.force_gain_common, non_negative);
+    table.optional_number("platform_mass", open.platform_mass, non_negative);
+    table.optional_number("platform_com_m", open.platform_com_m, non_negative);
+    table.optional_number("platform_inertia", open.platform_inertia, non_negative);
     table.refuse_unknown_keys();
+    return open;
 }
 
 SensorSigma read_sensor_sigma(TomlReader table) {
@@ -163,6 +169,13 @@ SensorSigma without_velocity(SensorSigma sensors) {
     return sensors;
 }
 
+Tolerances of_known_body(Tolerances tolerances) {
+    tolerances.platform_mass = 0.0;
+    tolerances.platform_com_m = 0.0;
+    tolerances.platform_inertia = 0.0;
+    return tolerances;
+}
+
 PlatformFile load_platform_file(const std::filesystem::path& path) {
     const toml::table root = parse_toml_file(path);
     TomlReader reader(path.string(), root);
@@ -178,7 +191,7 @@ PlatformFile load_platform_file(const std::filesystem::path& path) {
     file.known_mass_kg = read_known_mass_kg(reader.table("load"));
     file.estimator = read_estimator(reader.table("estimator"));
     file.actuators = read_actuators(reader.table("actuators"));
-    check_tolerances(reader.table("tolerances"));
+    file.tolerances = read_tolerances(reader.table("tolerances"));
     reader.refuse_unknown_keys();
     return file;
 }

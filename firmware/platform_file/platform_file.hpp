@@ -51,6 +51,18 @@ struct EstimatorSettings {
     std::optional<double> friction_speed_m_s;
 };
 
+// Section [tolerances], as far as the controller has them; nothing: the firmware's default. The rest is for
+// `hexload commission` alone.
+struct Tolerances {
+    std::optional<double> force_gain_common;
+    std::optional<double> platform_mass;
+    std::optional<double> platform_com_m;
+    std::optional<double> platform_inertia;
+};
+
+// Of a platform whose body has been found on the machine itself.
+Tolerances of_known_body(Tolerances tolerances);
+
 // What the actuators can do, section [actuators]; nothing: not stated. Only motions are designed by it.
 struct ActuatorSettings {
     std::optional<double> leg_speed_m_s; // of one leg, without load
@@ -97,6 +109,7 @@ struct PlatformFile {
     std::optional<double> known_mass_kg; // of the load
     EstimatorSettings estimator;
     ActuatorSettings actuators;
+    Tolerances tolerances;
     std::optional<RigSettings> rig; // of a rig file, whose hinges and body then stand above
 };
 

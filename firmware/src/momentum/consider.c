@@ -226,17 +226,15 @@ HEXLOAD_APART static void move_on(hexload_consider_t* self, const hexload_moment
 void hexload_consider_step(hexload_consider_t* self, hexload_momentum_filter_t* filter,
                            const hexload_config_t* config, const hexload_delayed_tick_t* past,
                            hexload_momentum_update_t* update) {
-    hexload_momentum_update_t own;
-    hexload_momentum_update_t* left = update != NULL ? update : &own;
     const bool is_open = config->rig.direction_count > 0;
     if (is_open) {
         move_on(self, filter, config, past);
     }
-    hexload_momentum_filter_step(filter, config, past, left);
+    hexload_momentum_filter_step(filter, config, past, update);
     if (is_open && past->smooth.gap_ticks == 0) {
         seed(self, config, filter, &past->motion);
     } else if (is_open) {
-        correct(self, config, left);
+        correct(self, config, update);
     }
 }
 
