@@ -111,6 +111,13 @@ void write_machine(Initialiser& to, const hexload_config_t& config) {
     to.value("force_range_n", sensors.force_range_n, "N");
     to.value("half_window_ticks", sensors.half_window_ticks, "0: there are velocity sensors");
     to.end();
+    const hexload_tolerances_t& tolerances = config.tolerances;
+    to.begin(".tolerances =", "what no motion shows, one standard deviation each");
+    to.value("force_gain", tolerances.force_gain, "N/N, of all sensors alike");
+    to.value("platform_mass", tolerances.platform_mass, "kg/kg");
+    to.value("platform_com_m", tolerances.platform_com_m, "m");
+    to.value("platform_inertia", tolerances.platform_inertia, "of the mean moment");
+    to.end();
 }
 
 void write_paper(Initialiser& to, const hexload_paper_config_t& paper) {

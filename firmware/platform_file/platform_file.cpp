@@ -85,17 +85,21 @@ double delay_of_low_pass_s(const std::optional<double>& bandwidth_hz) {
     return bandwidth_hz ? std::numbers::sqrt2 / (2.0 * std::numbers::pi * *bandwidth_hz) : 0.0;
 }
 
-// The others are read by `hexload commission`; here only that they are what they should be.
+// Those for `hexload commission` it reads itself; here only that they are what they should be.
 Tolerances read_tolerances(TomlReader table) {
-    std::optional<double> other;
-    Tolerances tolerances;
     for (const char* key : {"force_gain", "hinge_m", "friction_growth"}) {
-        table.optional_number(key, other, non_negative);
+        std::optional<double> tolerance;
+        table.optional_number(key, tolerance, non_negative);
     }
-    table.optional_number("force_offset_n", tolerances.force_offset_n, non_negative);
-    table.optional_number("tilt_rad", tolerances.tilt_rad, non_negative);
+    Tolerances open;
+    table.optional_number("force_offset_n", open.force_offset_n, non_negative);
+    table.optional_number("tilt_rad", open.tilt_rad, non_negative);
+    table.optional_number("force_gain_common", open.force_gain_common, non_negative);
+    table.optional_number("platform_mass", open.platform_mass, non_negative);
+    table.optional_number("platform_com_m", open.platform_com_m, non_negative);
+    table.optional_number("platform_inertia", open.platform_inertia, non_negative);
     table.refuse_unknown_keys();
-    return tolerances;
+    return open;
 }
 
 SensorSigma read_sensor_sigma(TomlReader table) {
@@ -166,6 +170,13 @@ SensorSigma without_velocity(SensorSigma sensors) {
     sensors.velocity_sigma_m_s = sensors.displacement_sigma_m / (tick_s * std::sqrt(sum_of_squares));
     sensors.velocity_delay_s = 0.0;
     return sensors;
+}
+
+Tolerances of_known_body(Tolerances tolerances) {
+    tolerances.platform_mass = 0.0;
+    tolerances.platform_com_m = 0.0;
+    tolerances.platform_inertia = 0.0;
+    return tolerances;
 }
 
 PlatformFile load_platform_file(const std::filesystem::path& path) {

@@ -53,6 +53,20 @@ struct EstimatorSettings {
     std::optional<double> friction_speed_m_s;
 };
 
+// Section [tolerances], as far as the controller has them; nothing: the firmware's default. The rest is for
+// `hexload commission` alone.
+struct Tolerances {
+    std::optional<double> force_offset_n;
+    std::optional<double> tilt_rad;
+    std::optional<double> force_gain_common;
+    std::optional<double> platform_mass;
+    std::optional<double> platform_com_m;
+    std::optional<double> platform_inertia;
+};
+
+// Of a platform whose body has been found on the machine itself.
+Tolerances of_known_body(Tolerances tolerances);
+
 // What the actuators can do, section [actuators]; nothing: not stated. Only motions are designed by it.
 struct ActuatorSettings {
     std::optional<double> leg_speed_m_s; // of one leg, without load
@@ -98,12 +112,6 @@ struct RigSettings {
     Vector3 gravity_m_s2 = Vector3(0.0, 0.0, -9.81); // base axes
     std::vector<RigDirection> directions;            // of what is still open, one standard deviation each
     RigSigma sigma;
-};
-
-// Declared of a machine that is not commissioned, one standard deviation each.
-struct Tolerances {
-    std::optional<double> force_offset_n;
-    std::optional<double> tilt_rad;
 };
 
 struct PlatformFile {

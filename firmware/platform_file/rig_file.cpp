@@ -160,6 +160,21 @@ void check_machine(TomlReader& reader, const PlatformFile& platform) {
     require_same(environment, "gravity_m_s2", {&gravity_m_s2, 1}, {&platform.gravity_m_s2, 1});
 }
 
+bool is_near(const PlatformBody& a, const PlatformBody& b) {
+    return std::abs(a.mass_kg - b.mass_kg) <= 1e-9 * b.mass_kg && a.com_m.isApprox(b.com_m, 1e-9) &&
+           a.inertia_kg_m2.isApprox(b.inertia_kg_m2, 1e-9);
+}
+
+// What has been found is open by as much as its directions say, and no more by what was declared.
+void replace_tolerances(const PlatformBody& declared, PlatformFile& platform) {
+    if (!platform.rig->directions.empty()) {
+        platform.tolerances.force_gain_common = 0.0;
+    }
+    if (!is_near(platform.platform, declared)) {
+        platform.tolerances = of_known_body(platform.tolerances);
+    }
+}
+
 } // namespace
 
 PlatformFile with_rig_file(PlatformFile platform, const std::filesystem::path& path) {
@@ -169,6 +184,7 @@ PlatformFile with_rig_file(PlatformFile platform, const std::filesystem::path& p
     check_machine(reader, platform);
     TomlReader table = reader.table("rig");
     platform.geometry = read_hinges(table, platform.geometry);
+    const PlatformBody declared = platform.platform;
     platform.platform = read_body(table);
     platform.rig = read_settings(table);
     platform.rig->sigma = read_sigmas(reader.table("sigma"));
@@ -178,6 +194,7 @@ PlatformFile with_rig_file(PlatformFile platform, const std::filesystem::path& p
     if (platform.rig->directions.size() > 8) {
         reader.fail("direction", fmt::format("{} of them", platform.rig->directions.size()), "8 at most");
     }
+    replace_tolerances(declared, platform);
     platform.gravity_m_s2 = platform.rig->gravity_m_s2.norm();
     read_number(table, "force_delay_s", platform.sensors.force_delay_s, non_negative);
     read_number(table, "velocity_delay_s", platform.sensors.velocity_delay_s, non_negative);

@@ -27,6 +27,7 @@ PlatformFile with_tare(PlatformFile platform, const Vector10& tare) {
     body.inertia_kg_m2 << theta[4], theta[7], theta[8], //
         theta[7], theta[5], theta[9],                   //
         theta[8], theta[9], theta[6];
+    platform.tolerances = of_known_body(platform.tolerances);
     const Matrix3 inertia_com_kg_m2 = mass_properties(body).inertia_com_kg_m2();
     if (const auto fault = find_inertia_fault(inertia_com_kg_m2, InertiaRule::positive)) {
         throw InputError(
@@ -41,6 +42,8 @@ PlatformFile with_own_load(PlatformFile platform, double load_share) {
     platform.platform.mass_kg *= 1.0 - load_share;
     platform.platform.inertia_kg_m2 *= 1.0 - load_share;
     platform.known_mass_kg.reset();
+    platform.tolerances = of_known_body(platform.tolerances);
+    platform.tolerances.force_gain_common = 0.0; // sigma of what it weighs later has it
     return platform;
 }
 

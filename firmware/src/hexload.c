@@ -5,6 +5,7 @@
 #include "front_end/leg_sample.h"
 #include "front_end/noise_estimator.h"
 #include "momentum/momentum_filter.h"
+#include "momentum/tolerances.h"
 #include "paper/paper_filter.h"
 
 #include <stddef.h>
@@ -258,17 +259,20 @@ static uint32_t write_effects(const hexload_momentum_effects_t* self, hexload_re
     return written;
 }
 
-/// The filter's, widened as its sigmas are: by the blocks' factors, and by what the rig leaves open.
+/// The filter's, widened as its sigmas are: by the blocks' factors or by the residual test's, by what
+/// the rig leaves open, and by what no motion tells.
 static uint32_t write_load(const hexload_momentum_t* momentum, hexload_real_t* covariance) {
     const hexload_real_t* factor = momentum->jackknife.factor;
+    const hexload_real_t least = momentum->residual_test.factor;
     uint32_t written = 0;
     for (int i = 0; i < HEXLOAD_LOAD_DIM; i++) {
         for (int j = 0; j <= i; j++) {
-            hexload_real_t sum = factor[i] * factor[j] * momentum->filter.load_cov[i][j];
+            hexload_real_t sum = hexload_max(factor[i], least) * hexload_max(factor[j], least) *
+                                 momentum->filter.load_cov[i][j];
             for (int n = 0; n < HEXLOAD_RIG_DIRECTIONS_MAX; n++) { // zeros beyond the configured ones
                 sum = hexload_fma(momentum->consider.load[n][i], momentum->consider.load[n][j], sum);
             }
-            covariance[written] = sum;
+            covariance[written] = sum + hexload_tolerances_covariance(&momentum->filter, i, j);
             written++;
         }
     }

@@ -21,7 +21,9 @@
 #include "momentum/load_monitor.h"
 #include "momentum/momentum_filter.h"
 #include "momentum/momentum_supervisor.h"
+#include "momentum/residual_test.h"
 #include "momentum/smoother.h"
+#include "momentum/tolerances.h"
 #include "rig/rig.h"
 
 #include <stddef.h>
@@ -102,6 +104,7 @@ static inline void watch_load(hexload_momentum_t* self, const hexload_config_t* 
 static inline void forget_load(hexload_momentum_t* self, const hexload_config_t* config,
                                hexload_effects_stage_t* effects) {
     hexload_load_monitor_restart(&self->monitor);
+    hexload_residual_test_init(&self->residual_test);
     hexload_momentum_supervisor_forget(&self->supervisor);
     hexload_momentum_filter_forget(&self->filter, config);
     hexload_jackknife_forget(&self->jackknife);
@@ -169,12 +172,18 @@ static inline void join(hexload_momentum_t* self, const hexload_config_t* config
 static inline void filter(hexload_momentum_t* self, const hexload_config_t* config,
                           hexload_effects_stage_t* effects, hexload_delayed_tick_t* past,
                           hexload_momentum_update_t* update) {
+    hexload_momentum_update_t own;
+    hexload_momentum_update_t* left = update != NULL ? update : &own;
+    const bool is_measured = past->smooth.gap_ticks > 0;
     if (effects == NULL) {
-        hexload_consider_step(&self->consider, &self->filter, config, past, update);
+        hexload_consider_step(&self->consider, &self->filter, config, past, left);
     } else if (!hexload_actuator_effects_step(&effects->filter, &self->filter, &self->consider, config, past,
-                                              update)) {
+                                              left)) {
         self->is_interrupted = true;
         past->smooth.gap_ticks = 1; // at rest, time goes on
+    }
+    if (is_measured && !self->is_interrupted) {
+        hexload_residual_test_step(&self->residual_test, config, left);
     }
     hexload_momentum_supervisor_watch(&self->supervisor, config, &self->filter, &self->jackknife, past);
     if (effects != NULL) {
@@ -199,6 +208,7 @@ static inline void restart(hexload_momentum_t* self, const hexload_config_t* con
     hexload_consider_init(&self->consider);
     hexload_jackknife_init(&self->jackknife);
     hexload_load_monitor_init(&self->monitor);
+    hexload_residual_test_init(&self->residual_test);
     hexload_momentum_supervisor_forget(&self->supervisor);
     if (effects != NULL) {
         hexload_actuator_effects_init(&effects->filter, config);
@@ -208,17 +218,19 @@ static inline void restart(hexload_momentum_t* self, const hexload_config_t* con
     hexload_health_set(health, HEXLOAD_HEALTH_FILTER_RESTARTED);
 }
 
-/// The filter's values and sigmas, and these widened by what its model leaves out: by what varies, and by
-/// what is open of the rig's constants.
+/// The filter's values and sigmas, and these widened by what its model leaves out: by what varies, by what is
+/// open of the rig's constants, and by what no motion tells.
 static inline void read_load(const hexload_momentum_t* self, const hexload_config_t* config,
                              hexload_estimate_t* estimate) {
     hexload_momentum_filter_read(&self->filter, estimate->value, estimate->own_sigma);
     memcpy(estimate->sigma, estimate->own_sigma, sizeof estimate->sigma);
     hexload_jackknife_widen(&self->jackknife, estimate->sigma);
+    hexload_residual_test_widen(&self->residual_test, estimate->own_sigma, estimate->sigma);
     hexload_consider_widen(&self->consider, config, estimate->sigma);
+    hexload_tolerances_widen(&self->filter, estimate->sigma);
 }
 
-/// @param[out] update of the filter. NULL: not wanted; with effects it is needed.
+/// @param[out] update of the filter. NULL: not wanted.
 static inline hexload_status_t hexload_momentum_run(hexload_momentum_t* self, const hexload_config_t* config,
                                                     hexload_effects_stage_t* effects,
                                                     const hexload_leg_sample_t* sample,
@@ -245,8 +257,8 @@ static inline hexload_status_t hexload_momentum_run(hexload_momentum_t* self, co
         restart(self, config, effects, &health);
     }
     read_load(self, config, estimate);
-    hexload_momentum_supervisor_judge(&self->supervisor, config, &self->filter, &self->jackknife, estimate,
-                                      &health);
+    hexload_momentum_supervisor_judge(&self->supervisor, config, &self->filter, &self->jackknife,
+                                      &self->residual_test, estimate, &health);
     if (effects != NULL) {
         hexload_identifiability_judge(&effects->identifiability, estimate, &health);
     }

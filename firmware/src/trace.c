@@ -30,6 +30,8 @@ static hexload_status_t run(hexload_momentum_t* self, const hexload_config_t* co
         return status;
     }
     *trace = (hexload_trace_t){.tick = self->smoother.middle_tick, .dimension = 6};
+    trace->sum_nis = self->residual_test.nis;
+    trace->sum_nis_mean = self->residual_test.nis_mean;
     if (update.L[0][0] > HEXLOAD_REAL(0.0)) {
         write_trace(self, &update, trace);
     }

@@ -69,7 +69,7 @@ TraceFile::TraceFile(const std::filesystem::path& path, std::size_t dimension)
             fmt::format_to(std::back_inserter(line), ",{}{}", prefix, k);
         }
     }
-    fmt::format_to(std::back_inserter(line), ",nis,gate\n");
+    fmt::format_to(std::back_inserter(line), ",nis,sum_nis,sum_nis_mean,gate\n");
     std::fwrite(line.data(), 1, line.size(), file_.get());
 }
 
@@ -81,7 +81,8 @@ void TraceFile::write(double t_s, const UpdateTrace& trace) {
             fmt::format_to(std::back_inserter(line), ",{:.9g}", (*numbers)[k]);
         }
     }
-    fmt::format_to(std::back_inserter(line), ",{:.9g},{}\n", trace.nis, trace.gate);
+    fmt::format_to(std::back_inserter(line), ",{:.9g},{:.9g},{:.9g},{}\n", trace.nis, trace.sum_nis,
+                   trace.sum_nis_mean, trace.gate);
     if (std::fwrite(line.data(), 1, line.size(), file_.get()) != line.size()) {
         throw_write_error(path_);
     }

@@ -33,7 +33,8 @@ class EstimateFile {
     std::size_t own_sigma_count_;
 };
 
-// The trace CSV, a row for each estimate: t, of the measurement; the innovations; their variances; nis; gate.
+// The trace CSV, a row for each estimate: t, of the measurement; the innovations; their variances; nis;
+// sum_nis and its mean; gate.
 class TraceFile {
   public:
     // Creates or empties the file. Throws InputError when it cannot be written; so do write() and close().

@@ -129,6 +129,8 @@ class InprocLink final : public EstimatorLink {
         UpdateTrace trace{.tick = trace_.tick,
                           .dimension = trace_.dimension,
                           .nis = static_cast<double>(trace_.nis),
+                          .sum_nis = static_cast<double>(trace_.sum_nis),
+                          .sum_nis_mean = static_cast<double>(trace_.sum_nis_mean),
                           .gate = gates.at(trace_.gate)};
         std::copy(std::begin(trace_.innovation), std::end(trace_.innovation), trace.innovation.begin());
         std::copy(std::begin(trace_.variance), std::end(trace_.variance), trace.variance.begin());

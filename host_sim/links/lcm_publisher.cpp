@@ -77,6 +77,8 @@ void LcmPublisher::publish(const UpdateTrace& trace) {
         message.variance.push_back(static_cast<float>(trace.variance[k]));
     }
     message.nis = static_cast<float>(trace.nis);
+    message.sum_nis = static_cast<float>(trace.sum_nis);
+    message.sum_nis_mean = static_cast<float>(trace.sum_nis_mean);
     message.gate = trace.gate;
     innovations_.send(message);
 }

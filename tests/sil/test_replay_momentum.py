@@ -158,7 +158,7 @@ def test_the_trace_has_the_measurement_update_of_each_row(tmp_path):
     # THEN the estimates are those of a replay without, and the trace has a row for each
     assert out.read_bytes() == plain_file.read_bytes()
     header, *lines = trace_file.read_text().splitlines()
-    assert header == "t," + ",".join(f"{kind}{k}" for kind in "ev" for k in range(1, 7)) + ",nis,gate"
+    assert header == "t," + ",".join(f"{kind}{k}" for kind in "ev" for k in range(1, 7)) + ",nis,sum_nis,sum_nis_mean,gate"
     table = [line.split(",") for line in lines]
     assert len(table) == len(t_s)
     # AND once the window is full each row is an accepted update of a constant time ago, with the NIS of its estimate
@@ -166,4 +166,7 @@ def test_the_trace_has_the_measurement_update_of_each_row(tmp_path):
     assert {row[-1] for row in settled} == {"accepted"}
     delays_s = t_s[500:] - np.array([float(row[0]) for row in settled])
     assert np.ptp(delays_s) < 1e-6 and 0.05 < delays_s[0] < 0.1
-    assert np.allclose([float(row[-2]) for row in settled], result["nis"][500:], rtol=1e-5)
+    assert np.allclose([float(row[-4]) for row in settled], result["nis"][500:], rtol=1e-5)
+    # AND with the sums' NIS, which is new every half second, and of a machine that is its model below 38 but once in 1e6
+    assert all(0.0 < float(row[-3]) < 38.0 and 4.0 < float(row[-2]) < 10.0 for row in settled)
+    assert len({row[-3] for row in settled}) == 3

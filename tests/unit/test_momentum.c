@@ -335,7 +335,8 @@ static hexload_verdict_t judge_again(bench_t* bench) {
     uint32_t health = 0;
     hexload_momentum_filter_read(&bench->estimator.filter, bench->estimate.value, bench->estimate.sigma);
     hexload_momentum_supervisor_judge(&bench->estimator.supervisor, &bench->config, &bench->estimator.filter,
-                                      &bench->estimator.jackknife, &bench->estimate, &health);
+                                      &bench->estimator.jackknife, &bench->estimator.residual_test,
+                                      &bench->estimate, &health);
     return bench->estimate.verdict;
 }
 

@@ -77,6 +77,18 @@ typedef struct hexload_sensors {
     uint32_t half_window_ticks;
 } hexload_sensors_t;
 
+/// What no motion can tell from a load, so that only a sigma can say it: one standard deviation each, 0 for
+/// exact. The momentum filters add it to theirs (EQUATIONS.md, R14). A machine whose empty run has been
+/// commissioned or tared has less of it.
+typedef struct hexload_tolerances {
+    /// Of all force sensors alike, N/N; 0..0.5. An error of gravity or of the clock does no more than one of
+    /// the same share here.
+    hexload_real_t force_gain;
+    hexload_real_t platform_mass;    ///< of platform.mass_kg, kg/kg; 0..1
+    hexload_real_t platform_com_m;   ///< of each of platform.com_m; 0..10
+    hexload_real_t platform_inertia; ///< of each entry, in mean moments of inertia of the platform, 1; 0..1
+} hexload_tolerances_t;
+
 /// Tuning of the paper's filter. Standard deviations, not variances.
 typedef struct hexload_paper_config {
     /// m_l, known beforehand as in the paper; 0..1e6, not 0. hexload_config_set_prior() goes with it.
@@ -173,6 +185,7 @@ typedef struct hexload_config {
     hexload_geometry_t geometry;                        ///< hinges, leg lengths, stroke
     hexload_platform_t platform;                        ///< the empty platform
     hexload_sensors_t sensors;                          ///< sigmas and ranges of the legs' sensors
+    hexload_tolerances_t tolerances;                    ///< what of machine and sensors no motion shows
     hexload_paper_config_t paper;                       ///< for HEXLOAD_KIND_PAPER alone
     hexload_momentum_config_t momentum;                 ///< for the two momentum kinds
     hexload_actuator_effects_config_t actuator_effects; ///< for HEXLOAD_KIND_MOMENTUM_EFFECTS alone
@@ -189,7 +202,8 @@ typedef enum hexload_prior {
 } hexload_prior_t;
 
 /// Fills in the paper's machine (Table 1 with hinge half angles of 15 and 10 degrees), nominal sensors
-/// (20 um, 1 mm/s, 5 N), 1 ms, the paper's 500 kg and the safe prior. The one place where defaults stand.
+/// (20 um, 1 mm/s, 5 N) and tolerances (0.5 % of force; 2 %, 2 mm and 2 % of the platform), 1 ms, the paper's
+/// 500 kg and the safe prior. The one place where defaults stand.
 void hexload_config_default(hexload_config_t* config);
 
 /// Sets the four prior sigmas of config->paper for its load mass.

@@ -71,7 +71,8 @@ typedef struct hexload_estimate {
     /// hexload_paper_parameter. Units as there.
     hexload_real_t value[HEXLOAD_PARAMETERS_MAX];
     hexload_real_t sigma[HEXLOAD_PARAMETERS_MAX]; ///< standard deviation of each, same units
-    /// The filter's part of sigma, without what of the rig is open; same units.
+    /// The filter's part of sigma, which more motion lowers: without what the blocks of the run, the rig's
+    /// directions and the tolerances add; same units.
     hexload_real_t own_sigma[HEXLOAD_PARAMETERS_MAX];
     hexload_verdict_t parameter_verdict[HEXLOAD_PARAMETERS_MAX]; ///< of each
     hexload_verdict_t verdict;                                   ///< the worst of them
@@ -106,6 +107,10 @@ typedef struct {         // no tag: hexload_trace() has the name
     hexload_real_t innovation[HEXLOAD_MEASUREMENTS_MAX]; ///< measured minus predicted
     hexload_real_t variance[HEXLOAD_MEASUREMENTS_MAX];   ///< of the innovation as the filter expects it
     hexload_real_t nis;                                  ///< innovation squared over its whole covariance, 1
+    /// Of the momentum estimators: the NIS of the sum of the whitened innovations over the last whole half
+    /// second, and its leaky mean over 5 s; ideal 6, also where nis is too blind to see an error that lasts.
+    hexload_real_t sum_nis;
+    hexload_real_t sum_nis_mean; ///< 0 of the paper's estimator
 } hexload_trace_t;
 
 /// "converged", "converging", "not_excited" or "inconsistent". Static storage.

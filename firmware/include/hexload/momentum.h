@@ -27,6 +27,7 @@ typedef struct hexload_momentum {
     hexload_momentum_filter_t filter;          ///< theta and mu, of lag_ticks ago
     hexload_consider_t consider;               ///< what the rig's open constants do to theta
     hexload_jackknife_t jackknife;             ///< how much theta varies from block to block
+    hexload_residual_test_t residual_test;     ///< whether the filter's innovations are white
     hexload_momentum_supervisor_t supervisor;  ///< verdicts
     hexload_health_t health;                   ///< bits and counters
     uint32_t change_tick;                      ///< first tick after the last load change

@@ -206,6 +206,7 @@ typedef struct hexload_momentum_input {
 
 typedef struct hexload_momentum_filter {
     hexload_real_t platform[HEXLOAD_LOAD_DIM];                   ///< theta_platform; kg, kg m, kg m^2
+    hexload_tolerances_t tolerances;                             ///< of the configuration
     hexload_real_t theta[HEXLOAD_LOAD_DIM];                      ///< of the load; kg, kg m, kg m^2
     hexload_real_t theta_excess[HEXLOAD_LOAD_DIM];               ///< what rounding has added to theta so far
     hexload_real_t momentum[6];                                  ///< mu, N s and N m s
@@ -309,6 +310,17 @@ typedef struct hexload_load_monitor {
     hexload_wrench_monitor_t wrench;
     hexload_rig_slide_t slide; ///< by the speeds of the velocity sensors
 } hexload_load_monitor_t;
+
+/// The filter's whitened innovations over half a second.
+typedef struct hexload_residual_test {
+    hexload_real_t sum[6];   ///< of the present block, in sigmas
+    uint32_t ticks;          ///< in it
+    hexload_real_t nis;      ///< of the last whole block's sum; 6 when there was none
+    hexload_real_t nis_mean; ///< over some ten blocks, leaky; ideal 6
+    hexload_real_t excess;   ///< of this load's blocks beyond what noise makes, summed; 0 or more
+    hexload_real_t factor;   ///< by which the filter's sigma is too small for that
+    bool has_begun;          ///< the first block is over, which does not count
+} hexload_residual_test_t;
 
 typedef struct hexload_momentum_supervisor {
     hexload_real_t nis_mean; ///< of the load monitor, leaky; starts at its ideal, 6

@@ -11,6 +11,7 @@ typedef struct paper_machine {
     hexload_geometry_t geometry;
     hexload_platform_t platform;
     hexload_sensors_t sensors;
+    hexload_tolerances_t tolerances;
     hexload_paper_config_t paper;
     hexload_momentum_config_t momentum;
 } paper_machine_t;
@@ -43,6 +44,10 @@ void hexload_config_default(hexload_config_t* config) {
                     .force_sigma_n = HEXLOAD_REAL(5.0),
                     .velocity_range_m_s = HEXLOAD_REAL(10.0),
                     .force_range_n = HEXLOAD_REAL(1e6)},
+        .tolerances = {.force_gain = HEXLOAD_REAL(0.005), // six load cells of 1 %, and gravity's 0.3 %
+                       .platform_mass = HEXLOAD_REAL(0.02),
+                       .platform_com_m = HEXLOAD_REAL(0.002),
+                       .platform_inertia = HEXLOAD_REAL(0.02)},
         .paper =
             {.load_mass_kg = HEXLOAD_REAL(500.0),
              .gate_nis = HEXLOAD_REAL(40.0), // chi-square, 3 degrees of freedom: 1e-8 of good innovations
@@ -64,6 +69,7 @@ void hexload_config_default(hexload_config_t* config) {
     config->geometry = paper_machine.geometry;
     config->platform = paper_machine.platform;
     config->sensors = paper_machine.sensors;
+    config->tolerances = paper_machine.tolerances;
     config->paper = paper_machine.paper;
     config->momentum = paper_machine.momentum;
     config->actuator_effects.friction_speed_m_s = HEXLOAD_REAL(5e-3);
@@ -124,6 +130,10 @@ static const range_t RANGES[] = {
     IN(sensors.force_sigma_n, HEXLOAD_REAL(1e-6), HEXLOAD_REAL(1e5)),
     POSITIVE(sensors.velocity_range_m_s, HEXLOAD_REAL(50.0)),
     POSITIVE(sensors.force_range_n, HEXLOAD_REAL(1e8)),
+    IN(tolerances.force_gain, HEXLOAD_REAL(0.0), HEXLOAD_REAL(0.5)),
+    IN(tolerances.platform_mass, HEXLOAD_REAL(0.0), HEXLOAD_REAL(1.0)),
+    IN(tolerances.platform_com_m, HEXLOAD_REAL(0.0), HEXLOAD_REAL(10.0)),
+    IN(tolerances.platform_inertia, HEXLOAD_REAL(0.0), HEXLOAD_REAL(1.0)),
     POSITIVE(paper.load_mass_kg, MILLION),
     POSITIVE(paper.prior_dz_sigma_m, HEXLOAD_REAL(1e3)),
     POSITIVE(paper.prior_inertia_sigma_kg_m2, MILLION),

@@ -224,20 +224,18 @@ HEXLOAD_APART void hexload_consider_move(hexload_consider_t* self, const hexload
 void hexload_consider_step(hexload_consider_t* self, hexload_momentum_filter_t* filter,
                            const hexload_config_t* config, const hexload_delayed_tick_t* past,
                            hexload_momentum_update_t* update) {
-    hexload_momentum_update_t own;
-    hexload_momentum_update_t* left = update != NULL ? update : &own;
     const uint32_t directions = config->rig.direction_count;
     if (directions > 0) {
         hexload_consider_move(self, filter, config, past, hexload_consider_turn(self, config));
     }
-    hexload_momentum_filter_step(filter, config, past, left);
+    hexload_momentum_filter_step(filter, config, past, update);
     if (past->smooth.gap_ticks == 0) {
         hexload_consider_seed(self, config, filter, &past->motion);
         return;
     }
     for (uint32_t n = 0; n < directions; n++) {
         hexload_real_t e[6];
-        hexload_consider_follow(self, config, n, left, e);
+        hexload_consider_follow(self, config, n, update, e);
     }
 }
 

@@ -38,7 +38,7 @@ void hexload_consider_follow(hexload_consider_t* self, const hexload_config_t* c
 
 /// hexload_momentum_filter_step(), and all of that for T. Reentrant, constant time but for a sample with
 /// gap_ticks 0.
-/// @param[out] update as there; NULL: not wanted.
+/// @param[out] update as there.
 void hexload_consider_step(hexload_consider_t* self, hexload_momentum_filter_t* filter,
                            const hexload_config_t* config, const hexload_delayed_tick_t* past,
                            hexload_momentum_update_t* update);

@@ -24,6 +24,7 @@ HEXLOAD_RARE void hexload_momentum_filter_init(hexload_momentum_filter_t* self,
     const hexload_platform_t* platform = &config->platform;
     hexload_real_t sigma[DIM];
     *self = (hexload_momentum_filter_t){.nis = CHI_SQUARE_6_MEAN};
+    self->tolerances = config->tolerances;
     self->platform[HEXLOAD_LOAD_M] = platform->mass_kg;
     for (int k = 0; k < 3; k++) {
         self->platform[HEXLOAD_LOAD_HX + k] = platform->mass_kg * platform->com_m[k];

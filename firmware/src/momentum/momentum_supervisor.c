@@ -243,6 +243,12 @@ static bool is_unphysical(hexload_momentum_supervisor_t* self, const hexload_con
     return self->unphysical_s >= UNPHYSICAL_S;
 }
 
+/// Whether the mismatch alone keeps a parameter from having converged.
+static bool is_spoilt(const hexload_residual_test_t* residual_test, hexload_real_t own_sigma,
+                      hexload_real_t limit) {
+    return own_sigma <= limit && residual_test->factor * own_sigma > limit;
+}
+
 static hexload_verdict_t judge_parameter(const hexload_momentum_supervisor_t* self,
                                          const hexload_config_t* config, hexload_real_t scale,
                                          hexload_real_t sigma, int parameter) {
@@ -258,8 +264,9 @@ static hexload_verdict_t judge_parameter(const hexload_momentum_supervisor_t* se
 
 void hexload_momentum_supervisor_judge(hexload_momentum_supervisor_t* self, const hexload_config_t* config,
                                        const hexload_momentum_filter_t* filter,
-                                       const hexload_jackknife_t* jackknife, hexload_estimate_t* estimate,
-                                       uint32_t* health) {
+                                       const hexload_jackknife_t* jackknife,
+                                       const hexload_residual_test_t* residual_test,
+                                       hexload_estimate_t* estimate, uint32_t* health) {
     hexload_real_t scale[DIM];
     estimate->nis = filter->nis;
     estimate->nis_mean = self->nis_mean;
@@ -268,6 +275,7 @@ void hexload_momentum_supervisor_judge(hexload_momentum_supervisor_t* self, cons
     const bool is_doubtful = self->unfit_s > HEXLOAD_REAL(0.0);
     const bool is_misfit =
         self->fit_nis > MISFIT_NIS || (is_doubtful && is_beyond(jackknife, config, DOUBTFUL_VARIANCE));
+    bool has_spoilt = false;
     const bool is_body = !is_unphysical(self, config, estimate);
     const bool fits_model = !is_misfit && self->nis_mean <= config->momentum.inconsistent_nis && is_body;
     for (int k = 0; k < DIM; k++) {
@@ -275,6 +283,8 @@ void hexload_momentum_supervisor_judge(hexload_momentum_supervisor_t* self, cons
                                               ? judge_parameter(self, config, scale[k], estimate->sigma[k], k)
                                               : HEXLOAD_VERDICT_INCONSISTENT;
         estimate->parameter_verdict[k] = verdict;
+        has_spoilt = has_spoilt || is_spoilt(residual_test, estimate->own_sigma[k],
+                                             config->momentum.converged_relative_sigma * scale[k]);
         if (verdict > estimate->verdict) {
             estimate->verdict = verdict;
         }
@@ -285,7 +295,7 @@ void hexload_momentum_supervisor_judge(hexload_momentum_supervisor_t* self, cons
     if (!fits_model) {
         hexload_health_set(health, HEXLOAD_HEALTH_INCONSISTENT);
     }
-    if (is_misfit) {
+    if (is_misfit || has_spoilt) {
         hexload_health_set(health, HEXLOAD_HEALTH_MODEL_MISFIT);
     }
 }

@@ -100,6 +100,8 @@ struct UpdateTrace {
     std::array<double, 6> innovation{}; // measured minus predicted
     std::array<double, 6> variance{};   // of the innovation, as the filter expects it
     double nis = 0.0;                   // normalised innovation squared
+    double sum_nis = 0.0;               // of the sum of the whitened ones over half a second; ideal 6
+    double sum_nis_mean = 0.0;          // leaky mean of that
     std::string_view gate;              // none, accepted or rejected; none: the numbers are 0
 };
 

@@ -7,6 +7,7 @@ hexload_config_t paper_machine(void) {
     hexload_config_t config;
     hexload_config_default(&config);
     config.kind = HEXLOAD_KIND_PAPER;
+    memset(&config.tolerances, 0, sizeof config.tolerances); // what moves here is this machine exactly
     return config;
 }
 

@@ -35,6 +35,8 @@ INTEGRAL_1_M_S = (0.0, 35.0)
 # that feedback whatever the load's mass (Routh; 60 rad/s at 600 kg, 0.4 of critical at 7e-6 1/N): the valve takes a third.
 PROPORTIONAL_PER_FEEDBACK_N_M = 4e6
 COMMISSIONING_S = 20.0
+# A simulated machine is exactly its platform file's, or a rig, whose tolerances are rigs.py's.
+EXACT = {"force_gain_common": 0.0, "platform_mass": 0.0, "platform_com_m": 0.0, "platform_inertia": 0.0}
 LARGEST_BIAS_N = 70.0  # of a force sensor
 
 
@@ -268,6 +270,7 @@ def _paper_after_rest(duration_s: float) -> Array:
 def _draw_platform(random: np.random.Generator, kind: CaseClass) -> Table:
     platform = read_toml(Path(project.SCENARIOS / "platforms" / "paper.toml"))
     del platform["load"], platform["estimator"]
+    platform["tolerances"] = EXACT
     platform["sensors"] = {name: kind.stated_sigma * sigma for name, sigma in platform["sensors"].items()}
     if kind.own_machine:
         platform["geometry"] |= _draw_hinges(random)

@@ -69,6 +69,7 @@ class Machine:
     theta: Array
     gravity_m_s2: float
     tolerances: dict[str, float]
+    common_gain: float | None  # tolerance of the gains' mean; None: what six independent gains leave
     force_delay_s: float
     velocity_delay_s: float
 
@@ -93,6 +94,8 @@ def commission(wish: Wish) -> dict:
         found = _fit(run, machine, _start(machine))
         _refuse(run, machine, found, wish)
         words = _identifiability(found, _start(machine))
+        if machine.common_gain is not None:
+            found = replace(found, covariance=with_common_gain(found.covariance, machine.common_gain))
         if wish.reference is not None:
             found = _with_reference(found, machine, _run(wish.reference), wish.reference_mass_kg)
         delay_s = _velocity_delay(run, machine)
@@ -164,6 +167,7 @@ def _machine(platform, path: Path) -> Machine:
             "tilt": declared.get("tilt_rad", np.inf),
             "growth": declared.get("friction_growth", GROWTH_TOLERANCE_N_N),
         },
+        declared.get("force_gain_common"),
         platform.force_delay_s,
         platform.velocity_delay_s,
     )
@@ -314,6 +318,17 @@ def _identifiability(found: Found, start: Start) -> dict[str, str]:
     return words
 
 
+def with_common_gain(covariance: Array, tolerance: float) -> Array:
+    """An empty run tells nothing of the gains' mean, so that it is as open as declared; what follows it, follows."""
+    mean = np.zeros(UNKNOWNS)
+    mean[SLICES["gain"]] = 1.0 / LEGS
+    variance = mean @ covariance @ mean
+    if variance == 0.0:
+        return covariance
+    follow = covariance @ mean / variance
+    return covariance + (tolerance**2 - variance) * np.outer(follow, follow)
+
+
 def _with_reference(found: Found, machine: Machine, run: Run, mass_kg: float) -> Found:
     """The common gain, which an empty run leaves to the declared tolerance: a known mass weighs r times itself."""
     sigma = np.zeros(UNKNOWNS)
@@ -322,7 +337,7 @@ def _with_reference(found: Found, machine: Machine, run: Run, mass_kg: float) ->
     loaded = _regress(run, machine, Start(value, sigma), replace(found, hinge_columns=None))  # hinges are held
     weighed_kg = loaded.value[0] - found.value[0]
     ratio, of_ratio = weighed_kg / mass_kg, np.sqrt(loaded.covariance[0, 0]) / mass_kg
-    tolerance = machine.tolerances["gain"]
+    tolerance = max(machine.tolerances["gain"], machine.common_gain or 0.0)
     if abs(ratio - 1.0) > 5.0 * np.hypot(tolerance, of_ratio):
         raise InputError(
             f"{run.name}: found a load of {weighed_kg:.4g} kg, expected --reference-mass {mass_kg:g} kg within five times the "

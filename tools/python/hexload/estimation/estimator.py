@@ -190,11 +190,11 @@ class Identification:
         return float(self.value[self.names.index(name)])
 
     def __str__(self) -> str:
-        """A line for each parameter: value, sigma, unit, verdict."""
-        rows = zip(self.names, self.value, self.sigma)
+        """A line for each parameter: value, sigma, unit, the filter's own part of sigma, verdict."""
+        rows = zip(self.names, self.value, self.sigma, self.own_sigma)
         lines = [
-            f"{name:4} {value:10.4f} +- {sigma:.4f} {unit_of(name)}  {self.words.get(name, '')}".rstrip()
-            for name, value, sigma in rows
+            f"{name:4} {value:10.4f} +- {sigma:.4f} {unit_of(name)} (own {own:.4f})  {self.words.get(name, '')}".rstrip()
+            for name, value, sigma, own in rows
         ]
         return "\n".join(lines)
 

@@ -132,7 +132,7 @@ def health_in_words(ticks_of: dict[str, int]) -> str:
 
 def mend_in_words(ticks_of: dict[str, int], verdict: str, has_rig: bool = False) -> str:
     """What to do about a verdict that the machine itself causes; nothing when it does not."""
-    if verdict != "inconsistent" or not ticks_of.get("model misfit"):
+    if verdict == "converged" or not ticks_of.get("model misfit"):
         return ""
     if has_rig:
         return (

@@ -1,0 +1,91 @@
+#include "machine.h"
+#include "momentum/residual_test.h"
+
+#include <math.h>
+
+void setUp(void) {}
+void tearDown(void) {}
+
+enum { BLOCK_TICKS = 500 }; // half a second
+
+/// Blocks of whitened innovations: six normal numbers each tick, and an error that lasts in the second.
+/// @return the mean NIS of single ticks.
+static double show(hexload_residual_test_t* test, const hexload_config_t* config, int blocks, double error,
+                   uint64_t* seed) {
+    double sum = 0.0;
+    for (int tick = 0; tick < blocks * BLOCK_TICKS; tick++) {
+        hexload_momentum_update_t update = {.innovation = {HEXLOAD_REAL(0.0)}};
+        for (int k = 0; k < 6; k++) {
+            update.innovation[k] = (hexload_real_t)(normal(seed) + (k == 1 ? error : 0.0));
+            sum += (double)(update.innovation[k] * update.innovation[k]);
+        }
+        hexload_residual_test_step(test, config, &update);
+    }
+    return sum / (double)(blocks * BLOCK_TICKS);
+}
+
+static void test_sums_of_noise_are_noise(void) {
+    // GIVEN innovations as a filter has them that fits its model WHEN a quarter of an hour goes by
+    const hexload_config_t config = paper_machine();
+    hexload_residual_test_t test;
+    uint64_t seed = 7;
+    double mean = 0.0;
+    hexload_residual_test_init(&test);
+    for (int block = 0; block < 1800; block++) {
+        (void)show(&test, &config, 1, 0.0, &seed);
+        mean += (double)test.nis / 1800.0;
+        // THEN no sigma is widened
+        TEST_ASSERT_EQUAL_DOUBLE(1.0, (double)test.factor);
+    }
+    // AND the sums have a mean NIS of 6, to five standard deviations of sqrt(12 / 1800)
+    TEST_ASSERT_DOUBLE_WITHIN(0.41, 6.0, mean);
+}
+
+static void test_an_error_that_single_ticks_do_not_show_widens_sigma(void) {
+    // GIVEN a fifth of a sigma that lasts in one of six innovations: 0.04 of the NIS of a tick
+    const hexload_config_t config = paper_machine();
+    hexload_residual_test_t test;
+    uint64_t seed = 8;
+    hexload_residual_test_init(&test);
+    // WHEN the load's first half second goes by, which does not count, and ten seconds
+    (void)show(&test, &config, 1, 5.0, &seed);
+    TEST_ASSERT_EQUAL_DOUBLE(1.0, (double)test.factor);
+    const double nis = show(&test, &config, 20, 0.2, &seed);
+    // THEN ticks are as they should be, to five of their standard deviations
+    TEST_ASSERT_DOUBLE_WITHIN(0.04 + 5.0 * sqrt(12.0 / 1e4), 6.0, nis);
+    // AND the sums are not: 500 ticks add 500 0.2^2 = 20 to each one's 6, of which 9 are granted. Their
+    // variance is 12 + 4 20, that of twenty of them twenty times as much.
+    const double excess = 20.0 * (26.0 - 9.0);
+    const double spread = 5.0 * sqrt(20.0 * 92.0);
+    TEST_ASSERT_DOUBLE_WITHIN(spread, excess, (double)(test.factor * test.factor) - 1.0);
+    // AND sigma is what the mismatch may have made of it, where nothing else has widened it further
+    const hexload_real_t own[HEXLOAD_LOAD_DIM] = {HEXLOAD_REAL(0.01), HEXLOAD_REAL(0.02)};
+    hexload_real_t sigma[HEXLOAD_LOAD_DIM] = {HEXLOAD_REAL(0.01), HEXLOAD_REAL(9.0)};
+    hexload_residual_test_widen(&test, own, sigma);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-6, 0.01 * (double)test.factor, (double)sigma[0]);
+    TEST_ASSERT_EQUAL_DOUBLE(9.0, (double)sigma[1]);
+    // AND of another load it says nothing
+    hexload_residual_test_init(&test);
+    TEST_ASSERT_EQUAL_DOUBLE(1.0, (double)test.factor);
+}
+
+static void test_a_machine_known_to_a_tolerance_is_not_widened_twice(void) {
+    // GIVEN a commissioned rig, whose open constants stand in sigma and in the sums, WHEN an error lasts
+    hexload_config_t config = paper_machine();
+    config.rig.direction_count = 1;
+    hexload_residual_test_t test;
+    uint64_t seed = 9;
+    hexload_residual_test_init(&test);
+    (void)show(&test, &config, 20, 1.0, &seed);
+    // THEN the sums show it, and sigma is left to the directions
+    TEST_ASSERT_TRUE((double)test.nis_mean > 100.0);
+    TEST_ASSERT_EQUAL_DOUBLE(1.0, (double)test.factor);
+}
+
+int main(void) {
+    UNITY_BEGIN();
+    RUN_TEST(test_sums_of_noise_are_noise);
+    RUN_TEST(test_an_error_that_single_ticks_do_not_show_widens_sigma);
+    RUN_TEST(test_a_machine_known_to_a_tolerance_is_not_widened_twice);
+    return UNITY_END();
+}
