@@ -70,9 +70,9 @@ static inline uint8_t hexload_frame_leg_code(const hexload_input_fault_t* input)
 /// An input fault from its codes. A cause that is not known yet is one that has no words.
 static inline hexload_input_fault_t hexload_frame_input(uint8_t cause, uint8_t leg_code) {
     const bool has_leg = leg_code > 0 && leg_code <= HEXLOAD_LEGS;
-    const hexload_input_fault_t input = {
-        cause < (uint8_t)HEXLOAD_INPUT_CAUSES ? (hexload_input_cause_t)cause : HEXLOAD_INPUT_CAUSES,
-        has_leg ? (uint32_t)leg_code - 1 : (uint32_t)HEXLOAD_LEGS};
+    const hexload_input_fault_t input = {cause < (uint8_t)HEXLOAD_INPUT_CAUSES ? (hexload_input_cause_t)cause
+                                                                               : HEXLOAD_INPUT_CAUSES,
+                                         has_leg ? (uint32_t)leg_code - 1 : (uint32_t)HEXLOAD_LEGS};
     return input;
 }
 

@@ -172,8 +172,7 @@ health_t health_message(const hexload_bus_answer_t& answer, std::uint32_t sample
     message.health_bits = answer.health;
     message.health = health_names(answer.health);
     message.input_cause = static_cast<std::int8_t>(answer.input.cause);
-    message.input_leg =
-        static_cast<std::int8_t>(answer.input.leg < HEXLOAD_LEGS ? answer.input.leg + 1 : 0);
+    message.input_leg = static_cast<std::int8_t>(answer.input.leg < HEXLOAD_LEGS ? answer.input.leg + 1 : 0);
     message.input_fault = input_fault_words(answer.input);
     message.samples_refused = answer.refused;
     message.samples_missing = samples_missing;

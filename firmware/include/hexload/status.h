@@ -66,7 +66,7 @@ typedef enum hexload_input_cause {
     HEXLOAD_INPUT_FORCES_NEGATED = 11,    ///< all legs together pull the platform down
     HEXLOAD_INPUT_FORCES_LIGHT = 12,      ///< they carry less than the empty platform
     HEXLOAD_INPUT_FORCE_SIGN = 13,        ///< with the other sign of one force the legs balance the weight
-    HEXLOAD_INPUT_FORCE_SIZE = 14,        ///< with one force of another size they do
+    HEXLOAD_INPUT_FORCE_DEAD = 14,        ///< a force is next to none, and without it they do not
     HEXLOAD_INPUT_CAUSES = 15             ///< how many there are
 } hexload_input_cause_t;
 

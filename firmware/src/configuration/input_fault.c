@@ -13,10 +13,10 @@ const char* hexload_input_fault_text(hexload_input_cause_t cause) {
         [HEXLOAD_INPUT_VELOCITY_SWAPPED] =
             "velocity is that of another leg's displacement: check whether "
             "its displacement or velocity sensor is swapped with another leg's",
-        [HEXLOAD_INPUT_VELOCITY_STUCK] = "velocity does not change while the displacement does: check its "
-                                         "velocity sensor",
-        [HEXLOAD_INPUT_DISPLACEMENT_STUCK] = "displacement does not change while the velocity says that it "
-                                             "moves: check its displacement sensor",
+        [HEXLOAD_INPUT_VELOCITY_STUCK] = "velocity hardly changes while the displacement does: check its "
+                                         "velocity sensor and its unit (m/s)",
+        [HEXLOAD_INPUT_DISPLACEMENT_STUCK] = "displacement hardly changes while the velocity says that it "
+                                             "moves: check its displacement sensor and its unit (m)",
         [HEXLOAD_INPUT_VELOCITY_OTHER] = "velocity is not the displacement's derivative: check its two "
                                          "sensors for spikes, saturation and loose contacts",
         [HEXLOAD_INPUT_CLOCK] = "all velocities are the displacements' derivatives times one factor: check "
@@ -31,8 +31,8 @@ const char* hexload_input_fault_text(hexload_input_cause_t cause) {
                                        "(N) and sign, and the platform's mass",
         [HEXLOAD_INPUT_FORCE_SIGN] = "force has the opposite sign of the one that balances the weight: "
                                      "check the wiring or sign of its force sensor",
-        [HEXLOAD_INPUT_FORCE_SIZE] = "force is far from the one that balances the weight with the other "
-                                     "five: check scale, offset and wiring of its force sensor",
+        [HEXLOAD_INPUT_FORCE_DEAD] = "force is next to none, and the other five do not balance the weight: "
+                                     "check the wiring of its force sensor",
     };
     return (unsigned)cause < (unsigned)HEXLOAD_INPUT_CAUSES ? TEXTS[cause] : "unknown input fault";
 }
