@@ -238,6 +238,7 @@ void hexload_app_sample(hexload_app_t* self, const hexload_leg_sample_t* sample,
     answer->fault = (uint8_t)self->fault;
     answer->filter = (uint8_t)hexload_bus_filter_of(self->config.kind);
     answer->health = (uint16_t)hexload_app_health(self)->bits;
+    answer->input = hexload_app_health(self)->input;
     answer->refused = hexload_app_health(self)->refused;
     answer->estimate = self->estimate;
 }

@@ -184,6 +184,7 @@ static void send_status(hexload_node_t* self) {
     status->samples_missing = self->app.samples_missing;
     status->samples_refused = hexload_app_health(&self->app)->refused;
     status->load_changes = load_changes(self);
+    status->input = hexload_app_health(&self->app)->input;
     if (self->port.stack_margin_bytes != NULL) {
         status->stack_margin_bytes = self->port.stack_margin_bytes(self->port.context);
     }

@@ -44,7 +44,7 @@ SAME_VERDICTS_OF(LOAD_IYZ);
 SAME_STATUSES(HEALTH_FD_STATUS);
 SAME_STATUSES(ANSWER_PAGE_STATUS);
 
-_Static_assert((int)HEXLOAD_HEALTH_BITS == 13,
+_Static_assert((int)HEXLOAD_HEALTH_BITS == 14,
                "health bits of the DBC: its range and its comments name each");
 
 #define SAME_FILTERS(signal)                                                                                 \
@@ -219,6 +219,8 @@ static void encode_health(const hexload_bus_answer_t* answer, hexload_bus_frame_
         .missing_legs = answer->missing_legs,
         .filter = answer->filter,
         .health = answer->health,
+        .input_cause = (uint8_t)answer->input.cause,
+        .input_leg = hexload_frame_leg_code(&answer->input),
         .refused = answer->refused,
     };
     hexload_frame_begin(frame, &health_layout);
@@ -468,6 +470,7 @@ static hexload_bus_status_t decode_health(const hexload_bus_frame_t* frame, hexl
     answer->missing_legs = m.missing_legs;
     answer->filter = m.filter;
     answer->health = m.health;
+    answer->input = hexload_frame_input(m.input_cause, m.input_leg);
     answer->refused = m.refused;
     answer->estimate.verdict = (hexload_verdict_t)m.verdict;
     return HEXLOAD_BUS_OK;

@@ -137,6 +137,8 @@ void hexload_bus_encode_status(const hexload_bus_controller_status_t* status, in
         .frames_refused = status->frames_refused,
         .samples_refused = status->samples_refused,
         .load_changes = status->load_changes,
+        .input_cause = (uint8_t)status->input.cause,
+        .input_leg = hexload_frame_leg_code(&status->input),
     };
     hexload_frame_begin(frame, &status_layout);
     (void)hexload_dbc_controller_status_pack(frame->data, &message, sizeof frame->data);
@@ -175,6 +177,7 @@ static void take_status_page(const struct hexload_dbc_controller_status_t* messa
         break;
     default:
         status->load_changes = message->load_changes;
+        status->input = hexload_frame_input(message->input_cause, message->input_leg);
         break;
     }
 }

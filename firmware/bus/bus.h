@@ -111,6 +111,7 @@ typedef struct hexload_bus_answer {
     uint8_t missing_legs;        ///< bit n: leg n + 1 was missing in the last incomplete sample of this run
     uint8_t filter;              ///< hexload_bus_filter_t: whose the estimate is
     uint16_t health;             ///< health bits, hexload_health_bit_t; classic: of the whole round
+    hexload_input_fault_t input; ///< what the health bit INPUT_IMPLAUSIBLE means; classic answers have none
     uint32_t refused;            ///< samples refused since START
     hexload_estimate_t estimate; ///< the last one; its tick is not sent and reads 0
 } hexload_bus_answer_t;
@@ -134,7 +135,8 @@ typedef struct hexload_bus_controller_status {
     uint32_t samples_missing;    ///< ticks without an accepted sample since START
     uint32_t frames_refused;     ///< frames with a wrong length, checksum, tick or value
     uint32_t samples_refused;
-    uint16_t load_changes; ///< load changes detected since START
+    uint16_t load_changes;       ///< load changes detected since START
+    hexload_input_fault_t input; ///< what is wrong with the samples; on the page of load_changes
 } hexload_bus_controller_status_t;
 
 /// Writes the frames of a sample.

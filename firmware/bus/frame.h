@@ -62,6 +62,20 @@ static inline void hexload_frame_seal(hexload_bus_frame_t* frame, const hexload_
     }
 }
 
+/// Code of the input fault's leg: 1..6, or 0 for none in particular.
+static inline uint8_t hexload_frame_leg_code(const hexload_input_fault_t* input) {
+    return (uint8_t)(input->leg < (uint32_t)HEXLOAD_LEGS ? input->leg + 1 : 0);
+}
+
+/// An input fault from its codes. A cause that is not known yet is one that has no words.
+static inline hexload_input_fault_t hexload_frame_input(uint8_t cause, uint8_t leg_code) {
+    const bool has_leg = leg_code > 0 && leg_code <= HEXLOAD_LEGS;
+    const hexload_input_fault_t input = {cause < (uint8_t)HEXLOAD_INPUT_CAUSES ? (hexload_input_cause_t)cause
+                                                                               : HEXLOAD_INPUT_CAUSES,
+                                         has_leg ? (uint32_t)leg_code - 1 : (uint32_t)HEXLOAD_LEGS};
+    return input;
+}
+
 /// Whether length and format are those of the layout.
 static inline bool hexload_frame_fits(const hexload_bus_frame_t* frame,
                                       const hexload_frame_layout_t* layout) {

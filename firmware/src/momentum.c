@@ -25,6 +25,7 @@ HEXLOAD_RARE hexload_status_t hexload_momentum_init(hexload_momentum_t* self,
     hexload_rig_twists_init(&self->twists);
     hexload_rig_slide_init(&self->slide);
     hexload_noise_estimator_init(&self->noise_estimator);
+    hexload_plausibility_init(&self->plausibility);
     hexload_load_monitor_init(&self->monitor);
     hexload_smoother_init(&self->smoother, config);
     hexload_momentum_filter_init(&self->filter, config);

@@ -1,8 +1,8 @@
 /// @file momentum_tick.h
 /// The tick of the momentum estimator, on one screen. Internal.
 ///
-///     channels of one instant -> pose -> load monitor -> smooth motion of lag_ticks ago -> forces without
-///     the rig's own -> filter -> verdict
+///     channels of one instant -> pose -> do channels contradict each other? -> load monitor -> smooth motion
+///     of lag_ticks ago -> forces without the rig's own -> filter -> verdict
 ///
 /// Inline, so that an estimator without a stage for actuator effects, or a tick without a trace, holds and
 /// links nothing of either: `effects` and `update` are NULL there at compile time.
@@ -15,6 +15,7 @@
 #include "configuration/health.h"
 #include "front_end/leg_sample.h"
 #include "front_end/noise_estimator.h"
+#include "front_end/plausibility.h"
 #include "hexload/momentum.h"
 #include "momentum/consider.h"
 #include "momentum/jackknife.h"
@@ -244,6 +245,7 @@ static inline hexload_status_t hexload_momentum_run(hexload_momentum_t* self, co
     if (status != HEXLOAD_OK) {
         return status;
     }
+    hexload_plausibility_step(&self->plausibility, config, sample, &now, HEXLOAD_REAL(0.0));
     if (now.sample != NULL) {
         watch_load(self, config, effects, &now, &health);
     }
@@ -263,6 +265,7 @@ static inline hexload_status_t hexload_momentum_run(hexload_momentum_t* self, co
         hexload_identifiability_judge(&effects->identifiability, estimate, &health);
     }
     hexload_momentum_supervisor_hold_back(&self->supervisor, &self->jackknife, estimate);
+    hexload_plausibility_judge(&self->plausibility, HEXLOAD_LOAD_DIM, estimate, &self->health.input, &health);
     estimate->tick = sample->tick;
     hexload_health_count(&self->health, health);
     return HEXLOAD_OK;

@@ -9,6 +9,7 @@
 
 #include "configuration/health.h"
 #include "front_end/leg_sample.h"
+#include "front_end/plausibility.h"
 #include "front_end/wrench.h"
 #include "hexload/paper.h"
 #include "paper/paper_filter.h"
@@ -43,6 +44,7 @@ static inline hexload_status_t hexload_paper_run(hexload_paper_t* self, const he
         return hexload_health_refuse(&self->health, status);
     }
     hexload_leg_sample_accept(&self->leg_gate, sample);
+    hexload_plausibility_step(&self->plausibility, config, sample, &now, config->rig.velocity_delay_s);
 
     hexload_wrench_compute(&motion, sample, &wrench);
     hexload_paper_filter_predict(&self->filter, config, &now, &wrench, &step, &health);
@@ -51,6 +53,8 @@ static inline hexload_status_t hexload_paper_run(hexload_paper_t* self, const he
     }
     hexload_paper_filter_correct(&self->filter, config, &now, &wrench, &step, &health);
     hexload_paper_supervisor_judge(&self->supervisor, config, &self->filter, estimate, &health);
+    hexload_plausibility_judge(&self->plausibility, HEXLOAD_PAPER_DIM, estimate, &self->health.input,
+                               &health);
     estimate->tick = sample->tick;
     hexload_health_count(&self->health, health);
     return HEXLOAD_OK;

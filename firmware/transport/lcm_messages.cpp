@@ -1,5 +1,7 @@
 #include "lcm_messages.hpp"
 
+#include "input_fault_words.hpp"
+
 #include <algorithm>
 #include <array>
 #include <cstring>
@@ -71,6 +73,15 @@ std::string health_names(std::uint32_t bits) {
         }
     }
     return names;
+}
+
+// A cause that is not known yet is one that has no words.
+hexload_input_fault_t input_fault_of(const health_t& health) {
+    const bool has_cause = health.input_cause >= 0 && health.input_cause < HEXLOAD_INPUT_CAUSES;
+    const bool has_leg = health.input_leg > 0 && health.input_leg <= HEXLOAD_LEGS;
+    return {has_cause ? static_cast<hexload_input_cause_t>(health.input_cause) : HEXLOAD_INPUT_CAUSES,
+            has_leg ? static_cast<std::uint32_t>(health.input_leg) - 1U
+                    : static_cast<std::uint32_t>(HEXLOAD_LEGS)};
 }
 
 bool fits_tick(std::int64_t tick) {
@@ -160,6 +171,9 @@ health_t health_message(const hexload_bus_answer_t& answer, std::uint32_t sample
     message.status = hexload_status_name(static_cast<hexload_status_t>(answer.status));
     message.health_bits = answer.health;
     message.health = health_names(answer.health);
+    message.input_cause = static_cast<std::int8_t>(answer.input.cause);
+    message.input_leg = static_cast<std::int8_t>(answer.input.leg < HEXLOAD_LEGS ? answer.input.leg + 1 : 0);
+    message.input_fault = input_fault_words(answer.input);
     message.samples_refused = answer.refused;
     message.samples_missing = samples_missing;
     message.missing_legs = static_cast<std::int8_t>(answer.missing_legs);
@@ -182,6 +196,7 @@ std::optional<hexload_bus_answer_t> answer_of(const estimate_t& estimate, const 
     answer.state = static_cast<std::uint8_t>(*state);
     answer.fault = static_cast<std::uint8_t>(*fault);
     answer.health = static_cast<std::uint16_t>(health.health_bits);
+    answer.input = input_fault_of(health);
     answer.refused = static_cast<std::uint32_t>(health.samples_refused);
     answer.missing_legs = static_cast<std::uint8_t>(health.missing_legs);
     return answer;

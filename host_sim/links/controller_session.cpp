@@ -46,6 +46,10 @@ bool ends_with_new_start(hexload_app_fault_t fault) {
            fault == HEXLOAD_FAULT_BUS_DOWN;
 }
 
+bool has_input_implausible(std::uint32_t health_bits) {
+    return (health_bits >> HEXLOAD_HEALTH_INPUT_IMPLAUSIBLE & 1U) != 0;
+}
+
 } // namespace
 
 ControllerSession::ControllerSession(std::unique_ptr<ControllerWire> wire, const LinkSettings& settings)
@@ -182,7 +186,17 @@ std::optional<EstimateRow> AnswerBook::take(const hexload_bus_answer_t& answer) 
     for (int bit = 0; bit < HEXLOAD_HEALTH_BITS; bit++) {
         health_count_[bit] += (answer.health >> bit) & 1U;
     }
-    return estimate_row(answer.estimate, static_cast<double>(answer.tick) / 1000.0, answer.health);
+    const double t_s = static_cast<double>(answer.tick) / 1000.0;
+    if (answer.input.cause != HEXLOAD_INPUT_PLAUSIBLE || !has_input_implausible(answer.health)) {
+        input_faults_.note(t_s, answer.input);
+    }
+    return estimate_row(answer.estimate, t_s, answer.health);
+}
+
+void AnswerBook::take(const hexload_bus_controller_status_t& status) {
+    if (status.input.cause != HEXLOAD_INPUT_PLAUSIBLE) {
+        input_faults_.note(static_cast<double>(status.tick) / 1000.0, status.input);
+    }
 }
 
 std::string AnswerBook::last_refusal() const {

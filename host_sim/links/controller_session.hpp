@@ -3,6 +3,7 @@
 #pragma once
 
 #include "bus_link.hpp"
+#include "estimate_row.hpp"
 
 #include <bitset>
 #include <optional>
@@ -100,7 +101,14 @@ class AnswerBook {
     std::string last_refusal() const;
     std::vector<HealthCount> health_counts() const;
 
+    // Classic answers have no input fault: the controller's status has.
+    void take(const hexload_bus_controller_status_t& status);
+    const InputFaultBook& input_faults() const {
+        return input_faults_;
+    }
+
   private:
+    InputFaultBook input_faults_;
     std::uint32_t refused_ = 0;
     std::uint32_t health_count_[HEXLOAD_HEALTH_BITS]{};
     hexload_status_t last_status_ = HEXLOAD_OK;

@@ -1,6 +1,7 @@
 #include "estimate_row.hpp"
 
 #include "platform_file/estimator_code.hpp"
+#include "transport/input_fault_words.hpp"
 
 #include <fmt/format.h>
 
@@ -80,6 +81,18 @@ std::vector<HealthCount> named_health_counts(const std::uint32_t (&count)[HEXLOA
         counts.push_back({hexload_health_name(static_cast<hexload_health_bit_t>(bit)), count[bit]});
     }
     return counts;
+}
+
+void InputFaultBook::note(double t_s, const hexload_input_fault_t& fault) {
+    const bool is_new = fault.cause != fault_.cause || fault.leg != fault_.leg;
+    fault_ = fault;
+    if (is_new && fault.cause != HEXLOAD_INPUT_PLAUSIBLE) {
+        all_.push_back({t_s, words()});
+    }
+}
+
+std::string InputFaultBook::words() const {
+    return transport::input_fault_words(fault_);
 }
 
 } // namespace hexload::sim

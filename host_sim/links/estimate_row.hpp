@@ -6,6 +6,8 @@
 #include <hexload/hexload.h>
 #include <hexload_sim/estimator_link.hpp>
 
+#include <vector>
+
 namespace hexload::sim {
 
 // In the order of the firmware's arrays.
@@ -22,5 +24,21 @@ void add_effects(EstimateRow& row, const hexload_effects_estimate_t& effects);
 std::vector<ConfoundedParameter> confounded_parameters(const hexload_effects_estimate_t& effects);
 
 std::vector<HealthCount> named_health_counts(const std::uint32_t (&count)[HEXLOAD_HEALTH_BITS]);
+
+// Input faults as they come and go.
+class InputFaultBook {
+  public:
+    void note(double t_s, const hexload_input_fault_t& fault);
+
+    const std::vector<InputFault>& all() const {
+        return all_;
+    }
+    // At present.
+    std::string words() const;
+
+  private:
+    hexload_input_fault_t fault_{HEXLOAD_INPUT_PLAUSIBLE, HEXLOAD_LEGS};
+    std::vector<InputFault> all_;
+};
 
 } // namespace hexload::sim

@@ -79,6 +79,7 @@ class InprocLink final : public EstimatorLink {
         if ((bits >> HEXLOAD_HEALTH_LOAD_CHANGED & 1U) != 0) {
             load_changes_s_.push_back(sample.t_s);
         }
+        input_faults_.note(sample.t_s, hexload_health(&estimator_)->input);
         if (hexload_read_effects(&estimator_, &estimate_, &effects_)) {
             add_effects(row_, effects_);
         }
@@ -102,6 +103,14 @@ class InprocLink final : public EstimatorLink {
 
     std::vector<double> load_changes_s() const override {
         return load_changes_s_;
+    }
+
+    std::vector<InputFault> input_faults() const override {
+        return input_faults_.all();
+    }
+
+    std::string input_fault() const override {
+        return input_faults_.words();
     }
 
     std::vector<double> covariance() const override {
@@ -153,6 +162,7 @@ class InprocLink final : public EstimatorLink {
     hexload_status_t last_status_ = HEXLOAD_OK;
     EstimateRow row_;
     std::vector<double> load_changes_s_;
+    InputFaultBook input_faults_;
 };
 
 } // namespace

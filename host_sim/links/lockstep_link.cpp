@@ -63,6 +63,13 @@ class LockstepLink final : public EstimatorLink {
         return book_.health_counts();
     }
 
+    std::vector<InputFault> input_faults() const override {
+        return book_.input_faults().all();
+    }
+    std::string input_fault() const override {
+        return book_.input_faults().words();
+    }
+
     std::vector<double> load_changes_s() const override {
         return session_.load_changes_s();
     }
@@ -106,6 +113,7 @@ void LockstepLink::await_answer(std::uint32_t tick) {
 bool LockstepLink::is_answered_by(const BusNews& news, std::uint32_t tick) {
     if (const auto* status = std::get_if<hexload_bus_controller_status_t>(&news)) {
         check_state(status->state, status->fault, tick);
+        book_.take(*status);
     }
     const auto* part = std::get_if<AnswerPart>(&news);
     if (part == nullptr) {

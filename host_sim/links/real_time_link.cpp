@@ -100,6 +100,13 @@ class RealTimeLink final : public EstimatorLink {
     std::vector<HealthCount> health_counts() const override {
         return book_.health_counts();
     }
+    std::vector<InputFault> input_faults() const override {
+        return book_.input_faults().all();
+    }
+    std::string input_fault() const override {
+        return book_.input_faults().words();
+    }
+
     std::vector<double> load_changes_s() const override {
         return session_.load_changes_s();
     }
@@ -177,6 +184,7 @@ void RealTimeLink::take(const BusNews& news) {
         take(*acknowledge);
     } else if (const auto* status = std::get_if<hexload_bus_controller_status_t>(&news)) {
         take_state(status->state, status->fault);
+        book_.take(*status);
     } else if (const auto* change = std::get_if<hexload_bus_load_change_t>(&news)) {
         session_.report(fmt::format("another load is detected at tick {}", change->tick));
     }

@@ -82,6 +82,14 @@ toml::array times(const std::vector<double>& times_s) {
     return array;
 }
 
+toml::array input_faults(const std::vector<InputFault>& faults) {
+    toml::array array;
+    for (const InputFault& fault : faults) {
+        array.push_back(toml::table{{"t_s", fault.t_s}, {"fault", fault.words}});
+    }
+    return array;
+}
+
 std::int64_t whole(std::uint64_t count) {
     return static_cast<std::int64_t>(count);
 }
@@ -163,6 +171,7 @@ std::string run_meta_json(const Scenario& scenario, const PlatformFile& platform
                                   {"prior", name_of(platform.estimator.prior)}}},
         {"health_ticks", health_ticks(result.health)},
         {"load_changes_detected_s", times(result.load_changes_s)},
+        {"input_faults", input_faults(result.input_faults)},
         {"bus", bus(result.bus, result.pacing.mode)},
         {"pacing", pacing(result.pacing)},
     };

@@ -77,6 +77,10 @@ class Estimator {
         return link_->load_changes_s();
     }
 
+    std::string input_fault() const {
+        return link_->input_fault();
+    }
+
     std::vector<std::string> health_names() const {
         std::vector<std::string> names;
         for (const HealthCount& count : link_->health_counts()) {
@@ -107,5 +111,7 @@ void bind_estimator(nb::module_& module) {
         .def_prop_ro("refused", &Estimator::refused)
         .def_prop_ro("last_refusal", &Estimator::last_refusal)
         .def_prop_ro("load_changes_s", &Estimator::load_changes_s)
+        .def_prop_ro("input_fault", &Estimator::input_fault,
+                     "what is wrong with the channels, in words; empty: nothing")
         .def_prop_ro("health_names", &Estimator::health_names, "of bit 0, 1, ...");
 }

@@ -163,6 +163,12 @@ class Answer {
         }
         result["health"] = as_array(std::move(health_), rows, 0);
         result["health_counts"] = counts;
+        nb::list faults;
+        for (const InputFault& fault : link.input_faults()) {
+            faults.append(nb::make_tuple(fault.t_s, fault.words));
+        }
+        result["input_faults"] = faults;
+        result["input_fault"] = link.input_fault();
         result["refused"] = link.refused();
         result["first_refusal"] = first_refusal;
         return result;

@@ -19,6 +19,7 @@ typedef struct hexload_momentum {
     hexload_rig_history_t history;             ///< samples of late, to look up what was late
     hexload_kinematics_t kinematics;           ///< at the present tick
     hexload_noise_estimator_t noise_estimator; ///< effective sigmas of the sensors
+    hexload_plausibility_t plausibility;       ///< whether channels contradict each other
     hexload_load_monitor_t monitor;            ///< detects load changes, at the present tick
     hexload_smoother_t smoother;               ///< motion of lag_ticks ago
     hexload_rig_twists_t twists;               ///< of the smoother, for the acceleration of legs with mass

@@ -18,6 +18,7 @@ HEXLOAD_DECLS_BEGIN
 typedef struct hexload_paper {
     hexload_leg_gate_t leg_gate;           ///< last accepted sample
     hexload_kinematics_t kinematics;       ///< at the present tick
+    hexload_plausibility_t plausibility;   ///< whether channels contradict each other
     hexload_paper_filter_t filter;         ///< rates and four parameters
     hexload_paper_supervisor_t supervisor; ///< verdicts
     hexload_health_t health;               ///< bits and counters

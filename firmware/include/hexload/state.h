@@ -77,6 +77,64 @@ typedef struct hexload_noise_estimator {
     hexload_real_t ratio[HEXLOAD_NOISE_KINDS];
 } hexload_noise_estimator_t;
 
+/// Sums over the blocks of a window, of one leg. Ways are over one block: by the displacement, and as the
+/// integral of the velocity.
+typedef struct hexload_plausibility_leg {
+    hexload_real_t shown_m;     ///< of the ways by displacement
+    hexload_real_t integral_m;  ///< of those by velocity
+    hexload_real_t product_m2;  ///< of their products
+    hexload_real_t integral_m2; ///< of the squares by velocity
+} hexload_plausibility_leg_t;
+
+/// More sums, of the one leg that is looked at more closely in this window.
+typedef struct hexload_plausibility_look {
+    hexload_real_t shown_m2;               ///< squares of its ways by displacement
+    hexload_real_t cross_m2[HEXLOAD_LEGS]; ///< their products with the ways by each leg's velocity
+    hexload_real_t change_m_s;             ///< sum of the changes of its velocity
+    hexload_real_t change_m2_s2;           ///< of their squares
+    hexload_real_t change_shown_m2_s;      ///< of their products with the ways by displacement
+    hexload_real_t change_integral_m2_s;   ///< and with those by velocity
+    hexload_real_t jump_m2_s2;             ///< of the squares of their own changes
+    hexload_real_t last_change_m_s;        ///< in the block before
+    hexload_real_t force_n;                ///< mean of its force
+    hexload_real_t wrench[4];              ///< its part of the wrench
+} hexload_plausibility_look_t;
+
+typedef struct hexload_plausibility {
+    hexload_real_t last_displacement_m[HEXLOAD_LEGS]; ///< of the sensors
+    hexload_real_t last_force_n[HEXLOAD_LEGS];
+    hexload_real_t begin_m[HEXLOAD_LEGS];    ///< displacements at the block's begin
+    hexload_real_t begin_m_s[HEXLOAD_LEGS];  ///< velocities there
+    hexload_real_t velocities[HEXLOAD_LEGS]; ///< their sums since, m/s
+    hexload_plausibility_leg_t sum[HEXLOAD_LEGS];
+    hexload_plausibility_look_t look;
+    hexload_real_t wrench[4]; ///< means of F_x, F_y, M_z about O_A, F_z, base axes; N, N m
+    /// Of O_A, m/s^2: its mean, and up to the window's end its velocity at first.
+    hexload_real_t acceleration[3];
+    hexload_real_t least_gain;    ///< of displacements against velocities, of the legs that move
+    hexload_real_t largest_gain;  ///< likewise
+    hexload_real_t largest_error; ///< of such a gain
+    uint8_t run[HEXLOAD_LEGS];    ///< ticks for which the force has stood still
+    uint8_t ticks;                ///< since the block's begin
+    uint8_t blocks;               ///< in the window
+    uint8_t stage;                ///< of the evaluation after the window's end; 0: a window is being filled
+    uint8_t repeated;             ///< samples in the window that repeat the one before
+    uint8_t stuck_force;          ///< leg whose force has while others changed; HEXLOAD_LEGS: none
+    uint8_t turn;                 ///< leg that is looked at
+    uint8_t round;                ///< leg whose turn came last without a reason
+    uint8_t worst;                ///< leg of largest_error
+    uint8_t moving;               ///< legs that have a gain
+    uint8_t motion_cause;         ///< what the look has found; hexload_input_cause_t
+    uint8_t force_cause;          ///< what the forces say
+    uint8_t seen_cause;           ///< of the last windows
+    uint8_t seen_leg;             ///< likewise
+    uint8_t strikes;              ///< windows in a row that have said so
+    uint8_t hold;                 ///< windows for which the fault stays
+    bool has_moved;               ///< the leg that is looked at has, enough to tell
+    bool has_begun;               ///< there is a block's begin
+    hexload_input_fault_t fault;  ///< what is reported
+} hexload_plausibility_t;
+
 enum {
     /// Ticks of the past from which the late channels of the oldest are made.
     HEXLOAD_RIG_HISTORY = HEXLOAD_RIG_DELAY_TICKS_MAX + 1,

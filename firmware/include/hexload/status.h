@@ -45,14 +45,43 @@ typedef enum hexload_health_bit {
         11, ///< the sensors' noise is not the stated one; measured sigmas are used
     HEXLOAD_HEALTH_MODEL_MISFIT =
         12, ///< the machine does not fit its model: commission it, whatever the load
-    HEXLOAD_HEALTH_BITS = 13
+    HEXLOAD_HEALTH_INPUT_IMPLAUSIBLE = 13, ///< channels contradict each other: hexload_health_t::input says
+                                           ///< which, and the verdict is "inconsistent"
+    HEXLOAD_HEALTH_BITS = 14
 } hexload_health_bit_t;
+
+/// What is wrong with the channels of the samples. Codes of the bus, too.
+typedef enum hexload_input_cause {
+    HEXLOAD_INPUT_PLAUSIBLE = 0,          ///< nothing is, as far as channels can tell of each other
+    HEXLOAD_INPUT_VELOCITY_SIGN = 1,      ///< velocity is minus the displacement's derivative
+    HEXLOAD_INPUT_VELOCITY_GAIN = 2,      ///< it is that derivative times a factor
+    HEXLOAD_INPUT_VELOCITY_LAG = 3,       ///< it is that of another time
+    HEXLOAD_INPUT_VELOCITY_SWAPPED = 4,   ///< it is that of another leg
+    HEXLOAD_INPUT_VELOCITY_STUCK = 5,     ///< it does not move while the displacement does
+    HEXLOAD_INPUT_DISPLACEMENT_STUCK = 6, ///< the other way round
+    HEXLOAD_INPUT_VELOCITY_OTHER = 7,     ///< velocity and displacement have another contradiction
+    HEXLOAD_INPUT_CLOCK = 8,              ///< all velocities are the derivatives times one factor
+    HEXLOAD_INPUT_ROWS_REPEATED = 9,      ///< samples repeat those before while the machine moves
+    HEXLOAD_INPUT_FORCE_STUCK = 10,       ///< force stands still while others change
+    HEXLOAD_INPUT_FORCES_NEGATED = 11,    ///< all legs together pull the platform down
+    HEXLOAD_INPUT_FORCES_LIGHT = 12,      ///< they carry less than the empty platform
+    HEXLOAD_INPUT_FORCE_SIGN = 13,        ///< with the other sign of one force the legs balance the weight
+    HEXLOAD_INPUT_FORCE_DEAD = 14,        ///< a force is next to none, and without it they do not
+    HEXLOAD_INPUT_CAUSES = 15             ///< how many there are
+} hexload_input_cause_t;
+
+/// The input fault. It stays until windows of 512 ticks that could have shown it have not, ten in a row.
+typedef struct hexload_input_fault {
+    hexload_input_cause_t cause; ///< while the health bit is not set: plausible
+    uint32_t leg;                ///< 0..5, of a swap one of the two; 6: all legs, or none in particular
+} hexload_input_fault_t;
 
 /// Health of the last accepted tick and how often each bit was set since the start. Counters saturate.
 typedef struct {                         // no tag: hexload_health() has the name
     uint32_t bits;                       ///< bit n is hexload_health_bit_t n
     uint32_t count[HEXLOAD_HEALTH_BITS]; ///< ticks with that bit
     uint32_t refused;                    ///< samples refused with a negative status
+    hexload_input_fault_t input;         ///< what INPUT_IMPLAUSIBLE means
 } hexload_health_t;
 
 /// Sets a health bit of the present tick. Reentrant, constant time.
@@ -66,6 +95,10 @@ const char* hexload_status_name(hexload_status_t status);
 
 /// Short name of a health bit for messages, e.g. "measurement gated". Never NULL; static storage.
 const char* hexload_health_name(hexload_health_bit_t bit);
+
+/// What is wrong, and what to do, in words without the leg: e.g. "velocity has the opposite sign of the
+/// displacement's derivative: check ...". Never NULL; static storage.
+const char* hexload_input_fault_text(hexload_input_cause_t cause);
 
 HEXLOAD_DECLS_END
 

@@ -151,8 +151,13 @@ void print_known_mass(const sim::Scenario& scenario, const platform::PlatformFil
     }
 }
 
-// What to do about a verdict that the machine itself causes.
-void print_mend(const std::vector<sim::HealthCount>& health, std::string_view verdict) {
+// What to do about a verdict that the machine itself causes, or its sensors.
+void print_mend(const std::vector<sim::HealthCount>& health, const sim::EstimatorLink& link,
+                std::string_view verdict) {
+    if (const std::string fault = link.input_fault(); !fault.empty()) {
+        fmt::print("  input: {}\n", fault);
+        return;
+    }
     const auto is_misfit = [](const sim::HealthCount& count) {
         return count.name == hexload_health_name(HEXLOAD_HEALTH_MODEL_MISFIT) && count.ticks > 0;
     };
@@ -189,7 +194,7 @@ void print_summary(const sim::Scenario& scenario, const platform::PlatformFile& 
     }
     if (last) {
         fmt::print("  verdict: {}\n", last->verdict);
-        print_mend(result.health, last->verdict);
+        print_mend(result.health, link, last->verdict);
     }
     if (!result.load_changes_s.empty()) {
         fmt::print("  another load detected at {:.3f} s\n", fmt::join(result.load_changes_s, " s, "));
@@ -288,6 +293,7 @@ ExitStatus simulate(const Options& options) {
     recorder.close();
     result.health = link->health_counts();
     result.load_changes_s = link->load_changes_s();
+    result.input_faults = link->input_faults();
     result.bus = link->bus_counts();
     result.pacing = real_time.result(options.pacing());
     directory.finish(scenario, platform, simulator, result);

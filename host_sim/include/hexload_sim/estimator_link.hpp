@@ -42,6 +42,12 @@ struct HealthCount {
     std::uint32_t ticks = 0;
 };
 
+// What is wrong with the channels of the samples, and what to do: in words, with the leg.
+struct InputFault {
+    double t_s = 0.0; // when it was found
+    std::string words;
+};
+
 // A load parameter that is confounded with actuator effects.
 struct ConfoundedParameter {
     std::string_view name;
@@ -142,6 +148,16 @@ class EstimatorLink {
 
     // When the estimator detected a load change, in s since the start of the run.
     virtual std::vector<double> load_changes_s() const = 0;
+
+    // The channels' contradictions that were found, in s since the start of the run.
+    virtual std::vector<InputFault> input_faults() const {
+        return {};
+    }
+
+    // The one at present; empty: none.
+    virtual std::string input_fault() const {
+        return {};
+    }
 
     // Covariance of the estimates after the last sample, row by row. Empty: this link does not have it.
     virtual std::vector<double> covariance() const {

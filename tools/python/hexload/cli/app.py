@@ -8,6 +8,8 @@ import typer
 
 from hexload.errors import InputError, ToolFailed
 
+EXIT_IMPLAUSIBLE_INPUT = 3  # of replay: estimates are there, and not to be believed
+
 app = typer.Typer(
     name="hexload",
     help="Identifies the load of a Gough-Stewart platform: simulator, controller firmware, replay and report.\n\n"
@@ -155,6 +157,9 @@ def replay(
     All ten parameters (--estimator momentum) are shown as a body too: mass, centre of mass and tensor about it, whether any body
     can have them, and if none can, the nearest one that a body can have.
 
+    Exit status: 0; 2 for a file or an option that is refused; 3 when the estimates are written but not to be believed, as channels
+    of the log contradict each other at its end or most samples are refused. The last line then says which, and what to do.
+
     Example:  hexload replay tests/data/paper_noisy.csv.gz --platform tests/data/paper_load.toml --out estimates.csv
     """
     from hexload.cli.replay import print_summary
@@ -162,6 +167,8 @@ def replay(
 
     result = replay_log(log, platform, estimator, prior, out, tare, bodies, report, trace, rig)
     print_summary(result, out, bodies, report, trace)
+    if result["input_words"]:
+        raise typer.Exit(EXIT_IMPLAUSIBLE_INPUT)
 
 
 @app.command()

@@ -24,8 +24,13 @@ def print_summary(
         print(f"body:      {load_summary.consistent_in_words(result['body'])}")
     print(f"verdict:   {result['verdict'][-1]} after {len(result['t'])} ticks")
     print(f"health:    {load_summary.health_in_words(result['health_counts']) or 'no remark'}")
-    if mend := load_summary.mend_in_words(result["health_counts"], result["verdict"][-1], result["has_rig"]):
+    mend = load_summary.mend_in_words(
+        result["health_counts"], result["verdict"][-1], result["has_rig"], result["input_words"]
+    )
+    if mend and not result["input_words"]:
         print(f"mend:      {mend}")
+    for t_s, words in result["input_faults"]:
+        print(f"input:     from {t_s:.3f} s on: {words}")
     if times_s := load_summary.load_changes_s(result):
         print(f"new load:  detected {load_summary.moments_in_words(times_s)}")
     if result["refused"]:
@@ -39,6 +44,8 @@ def print_summary(
         print(f"trace:     {trace}")
     if report is not None:
         print(f"page:      {report}")
+    if result["input_words"]:  # the last line: it matters more than all above
+        print(f"mend:      {mend}")
 
 
 def _body_table(body: dict) -> Table:

@@ -39,6 +39,7 @@ class Estimate:
     verdict: str  # the worst of the parameters': converging, converged, not_excited, inconsistent
     parameter_verdict: tuple[str, ...]  # of the load's parameters
     health: tuple[str, ...]  # remarks of this sample, as in hexload/status.h
+    input_fault: str  # what is wrong with the channels, with leg and what to do; empty: nothing
 
     def __getitem__(self, name: str) -> float:
         """The value of a parameter."""
@@ -106,7 +107,16 @@ class Estimator:
         value, sigma, own_sigma, nis, verdict, verdicts, bits = answer
         health = tuple(name for bit, name in enumerate(self._health_names) if bits >> bit & 1)
         return Estimate(
-            now * self._sampling_s, self.names, value, sigma, own_sigma, nis, verdict, tuple(verdicts), health
+            now * self._sampling_s,
+            self.names,
+            value,
+            sigma,
+            own_sigma,
+            nis,
+            verdict,
+            tuple(verdicts),
+            health,
+            self._native.input_fault,
         )
 
     def _without_leg_mass(self, tick: int, legs: tuple[Array, ...]) -> tuple[Array, ...]:
@@ -168,6 +178,7 @@ class Replay:
     body: Body | None  # at the end; None: the paper's filter
     load_changes_s: list[float]  # when a change of the load was detected
     health_counts: dict[str, int]  # ticks with each remark
+    input_faults: list[tuple[float, str]]  # since when which channels contradict each other, in words
     refused: int  # samples
     first_refusal: str
 
@@ -243,6 +254,7 @@ def replay(
         body=_body(result.get("body")),
         load_changes_s=load_summary.load_changes_s(result),
         health_counts=dict(result["health_counts"]),
+        input_faults=list(result["input_faults"]),
         refused=result["refused"],
         first_refusal=result["first_refusal"],
     )

@@ -4,6 +4,7 @@ from pathlib import Path
 
 from hexload.errors import InputError
 from hexload.estimation.firmware_run import load_platform, native_firmware, run_firmware
+from hexload.estimation.input_check import input_in_words, refusal_in_words
 from hexload.estimation.rig_file import platform_with_rig
 from hexload.estimation.tare import tare_for
 from hexload.io.atomic_file import replaced_or_none, replaced_when_done
@@ -24,7 +25,7 @@ def replay_log(
     rig: Path | None = None,
 ) -> dict:
     """Writes the estimates CSV to `out`, one row per log row, and returns what hexload_native.replay returns, with
-    `has_rig` and the log reader's remarks.
+    `has_rig`, `input_words`, what is wrong with the log's channels, and the log reader's remarks.
 
     `estimator` and `prior` override the platform file's [estimator] table. `tare`: file of `hexload tare`, made with
     the same platform; `rig`: of `hexload commission`, likewise. `bodies`: a CSV for the load as a body, one row per log row. `report`: a page, of all ten
@@ -50,8 +51,10 @@ def replay_log(
         try:
             result = run_firmware(native, platform, legs, temporary, estimator, prior, offset, body_file, trace_file)
             result["has_rig"] = rig is not None
+            result["input_words"] = input_in_words(result, samples)
         except ValueError as error:
-            raise InputError(f"{files}: {error}") from None
+            mend = f"; {refusal_in_words(samples)}" if "refused every sample" in str(error) else ""
+            raise InputError(f"{files}: {error}{mend}") from None
         if page is not None:
             tared = "" if tare is None else f" and the tare {tare.name}"
             tared += "" if rig is None else f" and the rig {rig.name}"

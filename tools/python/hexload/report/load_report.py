@@ -113,7 +113,12 @@ def _estimate(result: dict, known_mass_kg: float | None, run: Run | None) -> Loa
         given_wrong=[] if run is None or known_mass_kg is None else _given_wrong(run, known_mass_kg),
         changes_s=load_summary.load_changes_s(result),
         verdict=result["verdict"][-1],
-        mend=load_summary.mend_in_words(result["health_counts"], result["verdict"][-1], result.get("has_rig", False)),
+        mend=load_summary.mend_in_words(
+            result["health_counts"],
+            result["verdict"][-1],
+            result.get("has_rig", False),
+            result.get("input_words", result["input_fault"]),
+        ),
         nis=nis.summarise(result["t"], result["nis"], nis.LOAD_MEASUREMENTS),
         health_ticks=result["health_counts"],
         samples=len(result["t"]),
