@@ -164,9 +164,9 @@ class Setup:
         return self.filters[-1] if self.effects is None else self.filters[0]
 
 
-def draw(case: Case) -> Setup:
-    """The case's load, servo, motion, machine and noise."""
-    kind = CLASSES[case.class_name]
+def draw(case: Case, kind: CaseClass | None = None) -> Setup:
+    """The case's load, servo, motion, machine and noise. `kind`: another class than that of its name."""
+    kind = kind or CLASSES[case.class_name]
     # The class is part of the seed, so that two classes do not share their loads.
     random = np.random.default_rng([zlib.crc32(case.class_name.encode()), case.seed])
     loads = _draw_loads(random, kind, case.duration_s)
