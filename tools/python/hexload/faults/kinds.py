@@ -29,6 +29,10 @@ class Kind:
     changes_truth: bool = False  # the load itself changes
     estimators: tuple[str, ...] = ESTIMATORS
 
+    @property
+    def is_fault(self) -> bool:
+        return self.name != NONE
+
     def size_in_words(self, size: float) -> str:
         if size == REST_S:
             return "to the end"
