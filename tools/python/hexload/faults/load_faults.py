@@ -5,6 +5,8 @@ which it was: a point of mass m at r (platform axes), held by F = -m (a(r) - g).
 its rest, stay as they are, unless the load itself changes.
 """
 
+import math
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -49,21 +51,25 @@ def pendulum(recording: Recording, size: float, _: Random) -> Recording:
 
 
 def _swing(recording: Recording, pivot_m: Array) -> Array:
-    """l u'', (n, 3), base axes: leap-frog from rest, with the speed half a tick behind."""
+    """l u'', (n, 3), base axes: leap-frog from rest, u' at u's tick by half a step ahead."""
     drive = _to_base(recording.motion, _specific(recording, pivot_m)) / PENDULUM_M
     damping = 2.0 * PENDULUM_DAMPING * np.sqrt(-recording.gravity_m_s2[2] / PENDULUM_M)
-    ux, uy, uz = 0.0, 0.0, -1.0
-    vx = vy = vz = 0.0
+    u, v = (0.0, 0.0, -1.0), (0.0, 0.0, 0.0)
     rate = np.empty_like(drive)
-    for k, (ax, ay, az) in enumerate(drive.tolist()):
-        along = ax * ux + ay * uy + az * uz + vx * vx + vy * vy + vz * vz
-        rx, ry, rz = ax - along * ux - damping * vx, ay - along * uy - damping * vy, az - along * uz - damping * vz
-        vx, vy, vz = vx + TICK_S * rx, vy + TICK_S * ry, vz + TICK_S * rz
-        ux, uy, uz = ux + TICK_S * vx, uy + TICK_S * vy, uz + TICK_S * vz
-        norm = (ux * ux + uy * uy + uz * uz) ** 0.5
-        ux, uy, uz = ux / norm, uy / norm, uz / norm
-        rate[k] = rx, ry, rz
+    for k, push in enumerate(drive.tolist()):
+        ahead = _swing_rate(u, v, push, damping)
+        now = [speed + 0.5 * TICK_S * more for speed, more in zip(v, ahead)]
+        rate[k] = r = _swing_rate(u, now, push, damping)
+        v = [speed + TICK_S * more for speed, more in zip(v, r)]
+        u = [place + TICK_S * speed for place, speed in zip(u, v)]
+        length = math.hypot(*u)
+        u = [place / length for place in u]
     return PENDULUM_M * rate
+
+
+def _swing_rate(u: Sequence[float], v: Sequence[float], drive: Sequence[float], damping: float) -> list[float]:
+    along = sum(place * push for place, push in zip(u, drive)) + sum(speed * speed for speed in v)
+    return [push - along * place - damping * speed for place, speed, push in zip(u, v, drive)]
 
 
 def sloshing(recording: Recording, size: float, _: Random) -> Recording:
