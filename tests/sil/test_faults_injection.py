@@ -331,9 +331,9 @@ def test_levels_of_friction(clean):
     assert force(machine_faults.viscous, 300.0) == pytest.approx(300.0 * speed)
     assert np.abs(force(machine_faults.stribeck, 60.0)[fast]) == pytest.approx(60.0)
     assert np.abs(force(machine_faults.stribeck, 60.0)[slow]).mean() == pytest.approx(82.0, rel=0.05)
-    # AND bristles end on Stribeck's curve: within 60 N of 90 N once they have slid 0.3 mm, ten times their length
+    # AND bristles end on Stribeck's curve: 60 N when fast, nearly 90 N where slow, never more
     bristles = force(machine_faults.lugre, 60.0)
-    assert np.abs(bristles).max() < 90.0 + 1e-6
+    assert 75.0 < np.abs(bristles).max() < 90.0 + 1e-6
     assert np.median(np.abs(bristles[fast])) == pytest.approx(60.0, rel=0.01)
     growing = force(machine_faults.growing_with_force, 0.02)
     assert np.abs(growing[fast]) == pytest.approx(0.02 * np.abs(clean.clean.force_n)[fast])

@@ -14,7 +14,7 @@ from hexload.campaign.statistics import ALARM_DUE_S
 from hexload.faults.kinds import KINDS
 from hexload.faults.one_fault import FaultCase
 from hexload.faults.score import LAST_S, OUTCOMES, WRONG_SHARE, WRONG_SIGMAS
-from hexload.faults.tally import EstimatorTally, KindTally, Tally
+from hexload.faults.tally import EstimatorTally, Tally
 from hexload.report.figures import finish
 from hexload.report.page import templates, to_html
 
@@ -55,7 +55,8 @@ def terminal_table(entry: EstimatorTally) -> Table:
     )
     table = Table(title=title, title_justify="left", box=box.SIMPLE_HEAD, padding=(0, 1, 0, 0))
     for heading in ("fault", *HEADINGS, "said most"):
-        table.add_column(heading, justify="left" if heading in ("fault", "said most") else "right", no_wrap=True)
+        is_text = heading in ("fault", "said most")
+        table.add_column(heading, justify="left" if is_text else "right", no_wrap=heading != "said most")
     for group, tally in entry.groups.items():
         table.add_row(group, *map(str, counts(tally)), words_of(tally))
         for kind in entry.kinds:
@@ -142,10 +143,6 @@ def outcome_figure(entry: EstimatorTally) -> go.Figure:
                 hovertemplate="%{y}: %{customdata} runs, %{x:.0f} %",
             )
         )
-    figure.update_layout(barmode="stack")
+    figure.update_layout(barmode="stack", legend_traceorder="normal")
     figure.update_xaxes(title="runs, %", range=[0, 100])
     return finish(figure, 130 + ROW_PX * len(groups))
-
-
-def kinds_of(entry: EstimatorTally, group: str) -> list[KindTally]:
-    return [kind for kind in entry.kinds if KINDS[kind.kind].group == group]

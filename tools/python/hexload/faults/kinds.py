@@ -71,7 +71,7 @@ def _of_channel(channel: _Channel) -> list[Kind]:
     assert name in CHANNELS
 
     def kind(word: str, group: str, says: str, sizes: tuple, of: str, words: str, apply: Callable) -> Kind:
-        return Kind(f"{name}_{word}", group, f"{name}: {says}", sizes, of, words, partial(apply, channel=name))
+        return Kind(f"{name}_{word}", group, says, sizes, of, words, partial(apply, channel=name))
 
     leg = f"leg N, {name} sensor"
     rest = (0.3, 3.0, REST_S)
