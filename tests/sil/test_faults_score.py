@@ -152,3 +152,12 @@ def test_scales_are_those_of_the_supervisor():
     # AND of no load those of the platform, for h a tenth of its mass times its radius of gyration
     least = 0.1 * np.sqrt(100.0 * 30.0)
     assert score.load_scale(np.zeros(10), platform) == pytest.approx([100.0, *(3 * [least]), *(6 * [30.0])])
+
+
+def test_named_causes_are_words_of_the_time_at_which_they_stood():
+    # GIVEN a cause that was named early, and another that stands at the end
+    told = replace(RIGHT, causes=((2.0, "leg 3: velocity stuck"), (9.9, "clock"), (9.95, "clock")))
+    result = score.score(told, TRUTH)
+    # THEN each is told once, in its place, and a cause alone does not make a run wrong
+    assert (result.words, result.words_before) == (("clock",), ("leg 3: velocity stuck",))
+    assert result.outcome == "right"

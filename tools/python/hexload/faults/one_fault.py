@@ -96,7 +96,14 @@ def told_by(answer: dict, sample_t_s: np.ndarray) -> Told:
         verdict=answer["verdict"],
         bits={name: (health >> bit & 1).astype(bool) for bit, name in enumerate(answer["health_counts"])},
         sample_t_s=sample_t_s,
+        causes=_causes_named(answer, float(sample_t_s[-1])),
     )
+
+
+def _causes_named(answer: dict, end_s: float) -> tuple[tuple[float, str], ...]:
+    """Where the firmware names any: as they came, and the one that stands at the end."""
+    standing = answer.get("input_fault", "")
+    return (*answer.get("input_faults", ()), *([(end_s, standing)] if standing else []))
 
 
 def truth_of(faulty: Recording, estimator: str) -> Truth:
@@ -111,12 +118,14 @@ def truth_of(faulty: Recording, estimator: str) -> Truth:
 
 
 def clean_recording(motion: str, seed: int, duration_s: float, estimator: str, logs: str) -> Recording:
-    """With the platform as the estimator is told of it. The paper's filter has the paper's kind of load."""
+    """With the platform as the estimator is told of it: no tolerances, so that the default ones count. The paper's filter
+    has the paper's kind of load."""
     base = _kept_recording(motion, seed, duration_s, estimator == "paper", logs)
     more: Table = {"estimator": {"friction_speed_m_s": FRICTION_SPEED_M_S}}
     if estimator == "paper":
         more = {"load": {"known_mass_kg": float(base.theta[0])}}
-    return replace(base, platform=base.platform | more)
+    told = {name: table for name, table in base.platform.items() if name != "tolerances"}
+    return replace(base, platform=told | more)
 
 
 @functools.lru_cache(maxsize=4)

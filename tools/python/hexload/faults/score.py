@@ -54,6 +54,7 @@ class Told:
     verdict: Sequence[str]  # (k,)
     bits: Mapping[str, Array]  # health bit -> (k,) whether it was set
     sample_t_s: Array  # (samples,)
+    causes: tuple[tuple[float, str], ...] = ()  # in words, and when they were named
 
 
 @dataclass(frozen=True)
@@ -85,7 +86,7 @@ def score(told: Told, truth: Truth) -> Score:
     run_refused = _refused_share(told, np.ones(len(told.sample_t_s), bool), np.ones(len(told.t_s), bool))
     wrong, largest = _wrong(told, truth)
     bits_late = _names_set(told.bits, is_late) + ((REFUSED_SAMPLES,) if late_refused > 0.0 else ())
-    words = bits_late + _last_verdict(told, bits_late)
+    words = bits_late + _last_verdict(told, bits_late) + _causes(told, end_s - LAST_S, np.inf)
     false_changes = _false_changes(told, truth)
     is_inconsistent = _is_called_inconsistent(told, truth)
     is_trusted = any(parameter.verdict == CONVERGED for parameter in wrong)
@@ -97,7 +98,8 @@ def score(told: Told, truth: Truth) -> Score:
         outcome = "said"
     else:
         outcome = "false_alarm" if false_changes or is_inconsistent else "right"
-    before = tuple(name for name in _names_set(told.bits, ~is_late) if name not in words)
+    before = _names_set(told.bits, ~is_late) + _causes(told, -np.inf, end_s - LAST_S)
+    before = tuple(word for word in before if word not in words)
     return Score(outcome, words, before, wrong, largest, false_changes, is_inconsistent)
 
 
@@ -136,6 +138,10 @@ def _refused_share(told: Told, samples: NDArray[np.bool_], answers: NDArray[np.b
 
 def _names_set(bits: Mapping[str, Array], ticks: NDArray[np.bool_]) -> tuple[str, ...]:
     return tuple(name for name, is_set in bits.items() if is_set[ticks].any())
+
+
+def _causes(told: Told, from_s: float, to_s: float) -> tuple[str, ...]:
+    return tuple(dict.fromkeys(words for t_s, words in told.causes if from_s <= t_s < to_s))
 
 
 def _last_verdict(told: Told, said: tuple[str, ...]) -> tuple[str, ...]:
