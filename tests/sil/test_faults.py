@@ -4,6 +4,7 @@ import csv
 import json
 import subprocess
 import sys
+from dataclasses import replace
 
 import pytest
 
@@ -115,6 +116,34 @@ def test_every_estimator_is_right_about_a_clean_run(estimator, tmp_path):
     result = run_fault(FaultCase("none", 0.0, "multisine", estimator, SEED, verb.DURATION_S), tmp_path)
     assert result["wrong"] == [] and result["outcome"] in ("right", "false_alarm")
     assert is_possible(FaultCase("none", 0.0, "multisine", estimator, SEED, verb.DURATION_S))
+
+
+def test_a_commissioned_machine_knows_the_fault_that_it_had_when_empty(tmp_path):
+    # GIVEN force sensors of one leg 100 N off, which make the load wrong WHEN the empty machine has been commissioned
+    # with them
+    case = FaultCase("force_bias", 100.0, "multisine", "momentum", SEED, verb.DURATION_S)
+    before = run_fault(case, tmp_path)
+    after = run_fault(replace(case, is_commissioned=True), tmp_path)
+    # THEN the numbers are right, and without a word; before they were not
+    assert before["outcome"] != "right" and before["largest_sigmas"] > 5.0
+    assert after["outcome"] == "right" and after["largest_sigmas"] < 5.0
+    # AND the rig file is kept for the other motions; the fault is the same one on each of them
+    (rig,) = tmp_path.glob("force_bias-100-*.rig.toml")
+    made = rig.stat().st_mtime_ns
+    assert run_fault(replace(case, motion="work", is_commissioned=True), tmp_path)["largest_sigmas"] < 5.0
+    assert rig.stat().st_mtime_ns == made
+    # AND a load that falls off is no fault of the empty machine: its rig file is that of the clean one
+    falling = FaultCase("falling", 0.1, "multisine", "momentum", SEED, verb.DURATION_S, is_commissioned=True)
+    assert run_fault(falling, tmp_path)["outcome"] == "right"
+    assert sorted(path.name.split("-")[0] for path in tmp_path.glob("*.rig.toml")) == ["force_bias", "none"]
+
+
+def test_a_machine_that_cannot_be_commissioned_is_refused(tmp_path):
+    # GIVEN velocities and displacements in other units WHEN the empty machine is commissioned THEN the reason is told
+    case = FaultCase("displacement_unit", 1e3, "multisine", "momentum", SEED, verb.DURATION_S, is_commissioned=True)
+    result = run_fault(case, tmp_path)
+    assert result["outcome"] == "refused" and result["words"][0].startswith("commissioning: empty.csv")
+    assert str(tmp_path) not in result["words"][0]
 
 
 def test_kinds_are_chosen_by_name_or_group():

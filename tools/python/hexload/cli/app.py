@@ -463,6 +463,14 @@ def faults(
     ] = None,
     quick: Annotated[bool, typer.Option("--quick", help="One size of each fault, one seed, one estimator.")] = False,
     restart: Annotated[bool, typer.Option("--restart", help="Do the cases again that are done.")] = False,
+    rig: Annotated[
+        bool,
+        typer.Option(
+            "--rig",
+            help="Commission each machine first, on an empty run that has the same fault if it is one of the machine; "
+            "some seconds a fault and size.",
+        ),
+    ] = False,
     list_kinds: Annotated[bool, typer.Option("--list", help="Print the faults and their sizes, run nothing.")] = False,
 ) -> None:
     """Puts faults into clean runs, one at a time, and tells what each estimator makes of them: does it say so, or is it
@@ -482,7 +490,7 @@ def faults(
     if list_kinds:
         verb.print_list()
         return
-    settings = verb.settings_of(kind, motion, estimator, runs, choose_seeds(seed_base), quick)
+    settings = verb.settings_of(kind, motion, estimator, runs, choose_seeds(seed_base), quick, rig)
     print(verb.run_faults(settings, out or verb.DEFAULT_OUT, restart))
 
 

@@ -14,6 +14,10 @@ from hexload.faults.recording import CHANNELS, Recording
 
 ESTIMATORS = ("momentum", "momentum_effects", "paper")
 NONE = "none"
+PASSING = (
+    *(f"{channel}_{word}" for channel in CHANNELS for word in ("stuck", "dead", "saturated")),
+    *("clock_jump", "lost_stretch", "frozen", "known_mass", "contact"),
+)
 REST_S = sensor.REST_S
 
 
@@ -32,6 +36,11 @@ class Kind:
     @property
     def is_fault(self) -> bool:
         return self.name != NONE
+
+    @property
+    def is_of_machine(self) -> bool:
+        """The empty machine has it too, when it is commissioned; it is neither a matter of the load nor of a moment."""
+        return self.name not in PASSING and self.group not in ("loads that are not rigid", "loads that change")
 
     def size_in_words(self, size: float) -> str:
         if size == REST_S:

@@ -6,6 +6,7 @@ import json
 import os
 import tempfile
 import zlib
+from collections.abc import Callable
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 
@@ -15,14 +16,14 @@ from hexload import project
 from hexload.campaign import cases, one_case, statistics
 from hexload.campaign.store import plain
 from hexload.errors import InputError
-from hexload.estimation import arrays, firmware_run, load_summary, rig_model
+from hexload.estimation import commission, firmware_run, rig_file, rig_model, rig_regression
 from hexload.faults import kinds, load_faults, machine_faults, recording, score, sensor_faults, timing_faults
-from hexload.faults.kinds import KINDS
+from hexload.faults.kinds import KINDS, NONE
 from hexload.faults.recording import Recording
 from hexload.faults.score import Score, Told, Truth
 from hexload.io.atomic_file import replaced_when_done
-from hexload.io.log_file import read_log
-from hexload.io.toml_document import Table
+from hexload.io.log_file import COLUMNS, read_log
+from hexload.io.toml_document import Table, to_toml
 from hexload.platform import Platform
 from hexload.theory import bound
 
@@ -39,10 +40,12 @@ class FaultCase:
     estimator: str
     seed: int
     duration_s: float
+    is_commissioned: bool = False
 
     @property
     def name(self) -> str:
-        return f"{self.kind}-{self.size:g}-{self.motion}-{self.estimator}-{self.seed}"
+        rig = "-rig" if self.is_commissioned else ""
+        return f"{self.kind}-{self.size:g}-{self.motion}-{self.estimator}-{self.seed}{rig}"
 
 
 def is_possible(case: FaultCase) -> bool:
@@ -56,7 +59,8 @@ def is_possible(case: FaultCase) -> bool:
 def code_version() -> str:
     """Digest of what decides the score of a case: programs, modules, the platform of the cases."""
     own = (kinds, load_faults, machine_faults, recording, score, sensor_faults, timing_faults)
-    others = (cases, one_case, statistics, arrays, firmware_run, load_summary, rig_model, bound)
+    of_rigs = (commission, rig_file, rig_model, rig_regression)
+    others = (cases, one_case, statistics, firmware_run, bound, *of_rigs)
     modules = [Path(module.__file__) for module in (*own, *others)]
     native = Path(project.native_module().__file__)
     machine = project.SCENARIOS / "platforms" / "paper.toml"
@@ -70,14 +74,18 @@ def run_fault(case: FaultCase, logs: Path) -> dict:
     """What is stored of a case. `logs`: the folder of clean runs, which are made when they are missing. Raises ToolFailed."""
     base = clean_recording(case.motion, case.seed, case.duration_s, case.estimator, str(logs))
     faulty = KINDS[case.kind].apply(base, case.size, _random(case))
-    return {"code": code_version(), "case": asdict(case), **plain(score_of(faulty, case.estimator))}
+    rig = (lambda: _rig_file(case, logs)) if case.is_commissioned else None
+    return {"code": code_version(), "case": asdict(case), **plain(score_of(faulty, case.estimator, rig))}
 
 
-def score_of(faulty: Recording, estimator: str) -> Score:
-    log = faulty.log
+def score_of(faulty: Recording, estimator: str, rig: Callable[[], Path] | None = None) -> Score:
+    """`rig`: makes the rig file that the estimator is given beside the platform, or refuses with InputError."""
+    log, native = faulty.log, project.native_module()
     try:
         machine = Platform.of(faulty.platform).with_estimator(estimator).native()
-        answer = firmware_run.run_firmware(project.native_module(), machine, log, Path(os.devnull))
+        if rig is not None:
+            machine = rig_file.platform_with_rig(rig(), native, machine)
+        answer = firmware_run.run_firmware(native, machine, log, Path(os.devnull))
     except (InputError, ValueError) as refused:
         return score.refusal(str(refused))
     return score.score(told_by(answer, log.t_s), truth_of(faulty, estimator))
@@ -124,8 +132,11 @@ def clean_recording(motion: str, seed: int, duration_s: float, estimator: str, l
     more: Table = {"estimator": {"friction_speed_m_s": FRICTION_SPEED_M_S}}
     if estimator == "paper":
         more = {"load": {"known_mass_kg": float(base.theta[0])}}
-    told = {name: table for name, table in base.platform.items() if name != "tolerances"}
-    return replace(base, platform=told | more)
+    return replace(base, platform=_told(base, more))
+
+
+def _told(base: Recording, more: Table) -> Table:
+    return {name: table for name, table in base.platform.items() if name != "tolerances"} | more
 
 
 @functools.lru_cache(maxsize=4)
@@ -134,16 +145,50 @@ def _kept_recording(motion: str, seed: int, duration_s: float, on_axis: bool, lo
     case = cases.Case(CLASS_OF[motion], seed, duration_s)
     setup = cases.draw(case, replace(cases.CLASSES[case.class_name], on_axis=on_axis))
     load = "on_axis" if on_axis else "any_load"
-    path = Path(logs) / f"{case.name}-{load}-{duration_s:g}-{code_version()}.npz"
+    return _simulated(setup, Path(logs) / f"{case.name}-{load}-{duration_s:g}-{code_version()}.npz")
+
+
+@functools.lru_cache(maxsize=2)
+def _empty_recording(seed: int, logs: str) -> Recording:
+    """The run by which a machine is commissioned."""
+    setup = cases.draw(cases.Case("multisine", seed, cases.COMMISSIONING_S))
+    scenario = cases.empty_run(np.random.default_rng(seed), setup.scenario, cases.COMMISSIONING_S)
+    path = Path(logs) / f"empty-{seed}-{code_version()}.npz"
+    base = _simulated(replace(setup, scenario=scenario), path)
+    return replace(base, platform=_told(base, {}))
+
+
+def _simulated(setup: cases.Setup, path: Path) -> Recording:
+    """The recording that is kept at the path, made when it is missing."""
     if not path.is_file():
         with tempfile.TemporaryDirectory(prefix="hexload-faults-") as name:
-            run = one_case.simulate_setup(setup, case.name, Path(name))
+            run = one_case.simulate_setup(setup, path.stem, Path(name))
             loads = json.loads((run / "meta.json").read_text())["loads"]
             with replaced_when_done(path) as temporary:
                 recording.write_recording(temporary, run, loads, read_log(run / "log.csv"))
     return recording.read_recording(path, setup.platform)
 
 
+def _rig_file(case: FaultCase, logs: Path) -> Path:
+    """Of hexload commission, on a run of the empty machine with the same fault, if it is one of the machine. All motions
+    and estimators share it. Raises InputError."""
+    fault = case if KINDS[case.kind].is_of_machine else replace(case, kind=NONE, size=0.0)
+    path = logs / f"{fault.kind}-{fault.size:g}-{fault.seed}-{code_version()}.rig.toml"
+    if not path.is_file():
+        empty = KINDS[fault.kind].apply(_empty_recording(case.seed, str(logs)), fault.size, _random(fault))
+        with tempfile.TemporaryDirectory(prefix="hexload-faults-") as name:
+            log, platform = Path(name) / "empty.csv", Path(name) / "platform.toml"
+            rows = np.column_stack([empty.log.t_s, *recording.channels_of(empty.log)])
+            np.savetxt(log, rows, fmt="%.9g", delimiter=",", header=",".join(COLUMNS), comments="")
+            platform.write_text(to_toml(empty.platform))
+            try:
+                commission.commission(commission.Wish(log, platform, path))
+            except InputError as refused:
+                raise InputError(f"commissioning: {str(refused).replace(f'{name}/', '')}") from None
+    return path
+
+
 def _random(case: FaultCase) -> np.random.Generator:
-    """Sizes and estimators share leg, sign and moment."""
-    return np.random.default_rng([zlib.crc32(f"{case.kind} {case.motion}".encode()), case.seed])
+    """Sizes and estimators share leg, sign and moment; the motions too, when one machine runs them all."""
+    motion = "" if case.is_commissioned else case.motion
+    return np.random.default_rng([zlib.crc32(f"{case.kind} {motion}".encode()), case.seed])

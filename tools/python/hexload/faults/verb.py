@@ -37,11 +37,12 @@ class FaultSettings:
     seed: int
     duration_s: float
     one_size: bool  # the middle one of each kind
+    is_commissioned: bool  # each machine, with its fault
 
     def cases(self) -> list[FaultCase]:
         """Those that share a clean run, one after the other."""
         cases = [
-            FaultCase(name, size, motion, estimator, seed, self.duration_s)
+            FaultCase(name, size, motion, estimator, seed, self.duration_s, self.is_commissioned)
             for seed in range(self.seed, self.seed + self.runs)
             for motion in self.motions
             for estimator in self.estimators
@@ -56,7 +57,13 @@ class FaultSettings:
 
 
 def settings_of(
-    kinds: str | None, motions: str | None, estimators: str | None, runs: int | None, seed: int, quick: bool
+    kinds: str | None,
+    motions: str | None,
+    estimators: str | None,
+    runs: int | None,
+    seed: int,
+    quick: bool,
+    is_commissioned: bool = False,
 ) -> FaultSettings:
     """Of the options as they are given. Raises InputError."""
     return FaultSettings(
@@ -67,6 +74,7 @@ def settings_of(
         seed=seed,
         duration_s=DURATION_S,
         one_size=quick,
+        is_commissioned=is_commissioned,
     )
 
 
