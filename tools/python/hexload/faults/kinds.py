@@ -30,17 +30,25 @@ class Kind:
     unit: str
     words: str  # what a user should read
     apply: Callable[[Recording, float, np.random.Generator], Recording]
-    changes_truth: bool = False  # the load itself changes
-    estimators: tuple[str, ...] = ESTIMATORS
 
     @property
     def is_fault(self) -> bool:
         return self.name != NONE
 
     @property
+    def changes_truth(self) -> bool:
+        """The load itself changes."""
+        return self.group == _CHANGING
+
+    @property
+    def estimators(self) -> tuple[str, ...]:
+        """That can have it: one of them alone is given the load's mass."""
+        return ("paper",) if self.name == "known_mass" else ESTIMATORS
+
+    @property
     def is_of_machine(self) -> bool:
         """The empty machine has it too, when it is commissioned; it is neither a matter of the load nor of a moment."""
-        return self.name not in PASSING and self.group not in ("loads that are not rigid", "loads that change")
+        return self.name not in PASSING and self.group not in (_SOFT, _CHANGING)
 
     def size_in_words(self, size: float) -> str:
         if size == REST_S:
@@ -75,369 +83,242 @@ _FORCE = _Channel(
 )
 
 
+_STUCK, _BIAS = "stuck, dead, negated", "bias and drift"
+_LEG = "leg N, {name} sensor"
+_LASTING_S, _GAINS, _LATE_S = (0.3, 3.0, REST_S), (0.003, 0.02, 0.1), (2e-4, 2e-3, 2e-2)
+# Name, group, what is wrong, sizes (or which of the channel's), unit, what should be read, function.
+_OF_CHANNELS = (
+    ("stuck", _STUCK, "one leg shows its last value", _LASTING_S, "s", f"{_LEG}: stuck", sensor.stuck),
+    ("dead", _STUCK, "one leg shows zero", _LASTING_S, "s", f"{_LEG}: dead", sensor.dead),
+    ("negated", _STUCK, "one leg has the wrong sign", (1.0,), "", f"{_LEG}: sign", sensor.negated),
+    ("drifting", _BIAS, "one leg's zero drifts", "drift", "{unit}/s", f"{_LEG}: zero", sensor.drift),
+    ("bias", _BIAS, "one leg's zero is off", "bias", "{unit}", f"{_LEG}: zero", sensor.bias_one),
+    ("bias_all", _BIAS, "all zeros are off alike", "bias", "{unit}", "zero of {name} channels", sensor.bias_all),
+    ("spikes", "noise", "single wrong values of one leg", "spike", "{unit}", f"{_LEG}: spikes", sensor.spikes),
+    ("noise", "noise", "noise is not the stated one", (0.25, 2.0, 4.0), "x", "noise of {name} channels", sensor.noise),
+    ("hum", "noise", "50 Hz on all legs", "hum", "{unit}", "hum in {name} channels", sensor.hum),
+    ("saturated", "range", "one leg ends early", (0.9, 0.6), "of the reach", f"{_LEG}: saturated", sensor.saturated),
+    ("quantised", "range", "all legs in steps", "step", "{unit}", "steps of {name} channels", sensor.quantised),
+    (
+        "swapped",
+        "wiring",
+        "two legs' plugs exchanged",
+        (1.0, 3.0),
+        "legs apart",
+        "{name}: N, M swapped",
+        sensor.swapped,
+    ),
+    ("unit", "units", "another unit", "units", "per SI unit", "unit of {name} channels", sensor.unit),
+    ("gain", "gains", "one leg's gain", _GAINS, "", f"{_LEG}: gain", sensor.gain_one),
+    ("gain_all", "gains", "all gains alike", _GAINS, "", "gain of {name} channels", sensor.gain_all),
+    ("late", "timing", "all legs late", _LATE_S, "s", "{name} channels late", timing.late),
+    ("late_leg", "timing", "one leg late", _LATE_S, "s", f"{_LEG}: late", timing.late_leg),
+    ("low_pass", "timing", "all legs filtered", (200.0, 50.0, 10.0), "Hz", "{name} channels late", timing.low_pass),
+    ("held", "timing", "all legs held", (2.0, 10.0), "ticks", "{name} channels held", timing.held_channel),
+    ("nan", "rows", "one leg is no number at times", (0.001, 0.05), "of the rows", f"{_LEG}: none", sensor.not_numbers),
+)
+
+
 def _of_channel(channel: _Channel) -> list[Kind]:
-    name, unit = channel.name, channel.unit
-    assert name in CHANNELS
-
-    def kind(word: str, group: str, says: str, sizes: tuple, of: str, words: str, apply: Callable) -> Kind:
-        return Kind(f"{name}_{word}", group, says, sizes, of, words, partial(apply, channel=name))
-
-    leg = f"leg N, {name} sensor"
-    rest = (0.3, 3.0, REST_S)
-    return [
-        kind("stuck", "stuck, dead, negated", "one leg shows its last value", rest, "s", f"{leg}: stuck", sensor.stuck),
-        kind("dead", "stuck, dead, negated", "one leg shows zero", rest, "s", f"{leg}: dead", sensor.dead),
-        kind(
-            "negated", "stuck, dead, negated", "one leg has the wrong sign", (1.0,), "", f"{leg}: sign", sensor.negated
-        ),
-        kind(
-            "drifting",
-            "bias and drift",
-            "one leg's zero drifts",
-            channel.drift,
-            f"{unit}/s",
-            f"{leg}: zero",
-            sensor.drift,
-        ),
-        kind("bias", "bias and drift", "one leg's zero is off", channel.bias, unit, f"{leg}: zero", sensor.bias_one),
-        kind(
-            "bias_all",
-            "bias and drift",
-            "all zeros are off alike",
-            channel.bias,
-            unit,
-            f"zero of {name}s",
-            sensor.bias_all,
-        ),
-        kind("spikes", "noise", "single wrong values of one leg", channel.spike, unit, f"{leg}: spikes", sensor.spikes),
-        kind(
-            "noise",
-            "noise",
-            "all noise is another than stated",
-            (0.25, 2.0, 4.0),
-            "x",
-            f"noise of {name}s",
-            sensor.noise,
-        ),
-        kind("hum", "noise", "50 Hz on all legs", channel.hum, unit, f"hum in {name}s", sensor.hum),
-        kind(
-            "saturated",
-            "range",
-            "one leg's converter ends early",
-            (0.9, 0.6),
-            "of the reach",
-            f"{leg}: saturated",
-            sensor.saturated,
-        ),
-        kind(
-            "quantised", "range", "all legs in coarse steps", channel.step, unit, f"steps of {name}s", sensor.quantised
-        ),
-        kind(
-            "swapped",
-            "wiring",
-            "two legs' plugs exchanged",
-            (1.0, 3.0),
-            "legs apart",
-            f"legs N and M: {name} swapped",
-            sensor.swapped,
-        ),
-        kind("unit", "units", "another unit", channel.units, "per SI unit", f"unit of {name}s", sensor.unit),
-        kind("gain", "gains", "one leg's gain", (0.003, 0.02, 0.1), "", f"{leg}: gain", sensor.gain_one),
-        kind("gain_all", "gains", "all gains alike", (0.003, 0.02, 0.1), "", f"gain of {name}s", sensor.gain_all),
-        kind("late", "timing", "all legs late", (2e-4, 2e-3, 2e-2), "s", f"{name}s late", timing.late),
-        kind("late_leg", "timing", "one leg late", (2e-4, 2e-3, 2e-2), "s", f"{leg}: late", timing.late_leg),
-        kind("low_pass", "timing", "all legs filtered", (200.0, 50.0, 10.0), "Hz", f"{name}s late", timing.low_pass),
-        kind(
-            "held", "timing", "all legs held for some ticks", (2.0, 10.0), "ticks", f"{name}s held", timing.held_channel
-        ),
-        kind(
-            "nan",
-            "rows",
-            "one leg is not a number now and then",
-            (0.001, 0.05),
-            "of the rows",
-            f"{leg}: no number",
-            sensor.not_numbers,
-        ),
-    ]
+    assert channel.name in CHANNELS
+    kinds = []
+    for name, group, says, sizes, unit, words, apply in _OF_CHANNELS:
+        own = getattr(channel, sizes) if isinstance(sizes, str) else sizes
+        unit, words = (text.format(name=channel.name, unit=channel.unit) for text in (unit, words))
+        fault = partial(apply, channel=channel.name)
+        kinds.append(Kind(f"{channel.name}_{name}", group, says, own, unit, words, fault))
+    return kinds
 
 
-def _wiring_and_time() -> list[Kind]:
-    wiring, time, rows = "wiring", "timing", "rows"
-    return [
-        Kind(
-            "renumbered",
-            wiring,
-            "legs counted from another one, in all channels",
-            (1.0, 2.0, 3.0),
-            "further",
-            "legs renumbered",
-            sensor.renumbered,
-        ),
-        Kind(
-            "mirrored",
-            wiring,
-            "legs counted the other way round, in all channels",
-            (1.0,),
-            "",
-            "legs mirrored",
-            sensor.mirrored,
-        ),
-        Kind(
-            "exchanged_legs",
-            wiring,
-            "two legs exchanged in all channels",
-            (1.0, 3.0),
-            "legs apart",
-            "legs N and M swapped",
-            sensor.exchanged_legs,
-        ),
-        Kind(
-            "stated_noise",
-            "noise",
-            "sensor sigmas of the platform file",
-            (0.33, 3.0),
-            "x",
-            "stated noise",
-            sensor.stated_noise,
-        ),
-        Kind(
-            "jitter",
-            time,
-            "rows read at other times than they tell",
-            (1e-4, 5e-4),
-            "s",
-            "jitter of the samples",
-            timing.jitter,
-        ),
-        Kind("clock", time, "the clock is wrong", (0.003, 0.02, 0.1), "", "clock", timing.clock),
-        Kind("clock_jump", time, "the clock jumps ahead", (0.02, 1.0), "s", "clock jumped", timing.clock_jump),
-        Kind("held", time, "all channels held for some ticks", (2.0, 5.0, 20.0), "ticks", "samples held", timing.held),
-        Kind(
-            "slow_sampling",
-            time,
-            "fewer rows, with their times",
-            (2.0, 5.0, 20.0),
-            "ticks",
-            "sampling rate",
-            timing.slow_sampling,
-        ),
-        Kind("lost", rows, "rows lost", (0.01, 0.2), "of the rows", "samples missing", timing.lost),
-        Kind("lost_stretch", rows, "a stretch without rows", (0.1, 2.0), "s", "samples missing", timing.lost_stretch),
-        Kind(
-            "doubled",
-            rows,
-            "rows twice, with their times",
-            (0.01, 0.5),
-            "of the rows",
-            "samples doubled",
-            timing.doubled,
-        ),
-        Kind(
-            "repeated",
-            rows,
-            "old values under new times",
-            (0.01, 0.2),
-            "of the rows",
-            "samples repeated",
-            timing.repeated,
-        ),
-        Kind(
-            "shuffled",
-            rows,
-            "neighbouring rows exchanged, with their times",
-            (0.01, 0.2),
-            "of the rows",
-            "samples out of order",
-            timing.shuffled,
-        ),
-        Kind(
-            "shuffled_values",
-            rows,
-            "neighbouring rows exchanged, times in order",
-            (0.01, 0.2),
-            "of the rows",
-            "samples out of order",
-            timing.shuffled_values,
-        ),
-        Kind(
-            "frozen",
-            rows,
-            "all channels frozen under times that go on",
-            (0.05, 0.5, REST_S),
-            "s",
-            "samples frozen",
-            timing.frozen,
-        ),
-    ]
-
-
-def _machines() -> list[Kind]:
-    shape, mass, rub = "hinges", "platform, gravity", "friction"
-    return [
-        Kind("hinges", shape, "all hinges off", (3e-4, 1e-3, 3e-3), "m, one sigma", "hinges", machine.hinges),
-        Kind("one_hinge", shape, "one hinge off", (1e-3, 5e-3), "m", "hinge of leg N", machine.one_hinge),
-        Kind(
-            "hinge_circle", shape, "circle of the platform's hinges", (0.003, 0.02), "", "hinges", machine.hinge_circle
-        ),
-        Kind("home_length", shape, "length of all legs at home", (1e-3, 5e-3), "m", "home length", machine.home_length),
-        Kind(
-            "platform_mass",
-            mass,
-            "mass of the platform",
-            (0.01, 0.05, 0.2),
-            "",
-            "platform's mass",
-            machine.platform_mass,
-        ),
-        Kind(
-            "platform_centre",
-            mass,
-            "centre of mass of the platform",
-            (2e-3, 1e-2, 5e-2),
-            "m",
-            "platform's centre of mass",
-            machine.platform_centre,
-        ),
-        Kind(
-            "platform_inertia",
-            mass,
-            "inertia of the platform",
-            (0.05, 0.2, 0.5),
-            "",
-            "platform's inertia",
-            machine.platform_inertia,
-        ),
-        Kind(
-            "known_mass",
-            mass,
-            "the load's mass as given",
-            (0.005, 0.05),
-            "",
-            "given mass",
-            machine.known_mass,
-            estimators=("paper",),
-        ),
-        Kind("gravity", mass, "g of the platform file", (0.001, 0.01), "", "gravity", machine.gravity),
-        Kind("tilt", "tilt", "base off level", (0.002, 0.006, 0.02), "rad", "base off level", machine.tilt),
-        Kind(
-            "leg_mass", "leg mass", "legs with mass", (2.0, 6.0, 20.0), "kg each", "mass of the legs", machine.leg_mass
-        ),
-        Kind("coulomb", rub, "dry friction", (10.0, 60.0), "N", "friction", machine.coulomb),
-        Kind("viscous", rub, "viscous friction", (50.0, 300.0), "N s/m", "friction", machine.viscous),
-        Kind("stribeck", rub, "dry friction with breakaway", (10.0, 60.0), "N", "friction", machine.stribeck),
-        Kind("lugre", rub, "bristle friction with breakaway", (10.0, 60.0), "N", "friction", machine.lugre),
-        Kind(
-            "friction_growing",
-            rub,
-            "dry friction that grows with the force",
-            (0.003, 0.02),
-            "N/N",
-            "friction",
-            machine.growing_with_force,
-        ),
-        Kind(
-            "friction_warming_up",
-            rub,
-            "dry friction that halves as the oil gets warm",
-            (20.0, 80.0),
-            "N",
-            "friction",
-            machine.warming_up,
-        ),
-        Kind(
-            "hinge_friction", rub, "dry friction in the hinges", (2.0, 10.0), "N m", "friction", machine.hinge_friction
-        ),
-    ]
-
-
-def _loads() -> list[Kind]:
-    soft, outside, falling = "loads that are not rigid", "forces from outside", "loads that change"
-    return [
-        Kind(
-            "pendulum",
-            soft,
-            "a part of the load swings",
-            (0.02, 0.1, 0.3),
-            "of its mass",
-            "load not rigid",
-            load.pendulum,
-        ),
-        Kind(
-            "sloshing",
-            soft,
-            "a part of the load sloshes",
-            (0.02, 0.1, 0.3),
-            "of its mass",
-            "load not rigid",
-            load.sloshing,
-        ),
-        Kind(
-            "soft_mount", soft, "the load stands on rubber", (20.0, 8.0, 4.0), "Hz", "load not rigid", load.soft_mount
-        ),
-        Kind("shaking_base", outside, "the floor shakes", (0.02, 0.1, 0.5), "m/s²", "base shakes", load.shaking_base),
-        Kind(
-            "external_force",
-            outside,
-            "a constant force",
-            (10.0, 50.0, 250.0),
-            "N",
-            "external force",
-            load.external_force,
-        ),
-        Kind("contact", outside, "a push of half a second", (20.0, 100.0, 500.0), "N", "contact", load.contact),
-        Kind("end_stop", outside, "something in the way", (50.0, 500.0), "N", "contact", load.end_stop),
-        Kind("hoses", outside, "hoses pull back", (50.0, 500.0), "N/m", "external force", load.hoses),
-        Kind("leaking", falling, "the load leaks", (0.2, 2.0, 10.0), "kg/s", "load changes", load.leaking, True),
-        Kind(
-            "falling",
-            falling,
-            "a part of the load falls off",
-            (0.01, 0.1, 0.5),
-            "of the load",
-            "load changed",
-            load.falling,
-            True,
-        ),
-        Kind(
-            "two_changes",
-            falling,
-            "two changes of the load at once",
-            (0.05, 0.1, 0.2),
-            "s apart",
-            "load changed",
-            load.two_changes,
-            True,
-        ),
-    ]
+_PLATFORM, _SOFT, _OUTSIDE = "platform, gravity", "loads that are not rigid", "forces from outside"
+_CHANGING = "loads that change"
+_OTHERS = (
+    (
+        "renumbered",
+        "wiring",
+        "legs counted from another one",
+        (1.0, 2.0, 3.0),
+        "further",
+        "legs renumbered",
+        sensor.renumbered,
+    ),
+    ("mirrored", "wiring", "legs counted the other way round", (1.0,), "", "legs mirrored", sensor.mirrored),
+    (
+        "exchanged_legs",
+        "wiring",
+        "two legs exchanged in all channels",
+        (1.0, 3.0),
+        "legs apart",
+        "legs N and M swapped",
+        sensor.exchanged_legs,
+    ),
+    (
+        "stated_noise",
+        "noise",
+        "sensor sigmas of the platform file",
+        (0.33, 3.0),
+        "x",
+        "stated noise",
+        sensor.stated_noise,
+    ),
+    ("jitter", "timing", "rows not of the time they tell", (1e-4, 5e-4), "s", "jitter of the samples", timing.jitter),
+    ("clock", "timing", "the clock is wrong", (0.003, 0.02, 0.1), "", "clock", timing.clock),
+    ("clock_jump", "timing", "the clock jumps ahead", (0.02, 1.0), "s", "clock jumped", timing.clock_jump),
+    ("held", "timing", "all channels held for some ticks", (2.0, 5.0, 20.0), "ticks", "samples held", timing.held),
+    (
+        "slow_sampling",
+        "timing",
+        "fewer rows, with their times",
+        (2.0, 5.0, 20.0),
+        "ticks",
+        "sampling rate",
+        timing.slow_sampling,
+    ),
+    ("lost", "rows", "rows lost", (0.01, 0.2), "of the rows", "samples missing", timing.lost),
+    ("lost_stretch", "rows", "a stretch without rows", (0.1, 2.0), "s", "samples missing", timing.lost_stretch),
+    ("doubled", "rows", "rows twice, with their times", (0.01, 0.5), "of the rows", "samples doubled", timing.doubled),
+    ("repeated", "rows", "old values under new times", (0.01, 0.2), "of the rows", "samples repeated", timing.repeated),
+    (
+        "shuffled",
+        "rows",
+        "rows out of order, with their times",
+        (0.01, 0.2),
+        "of the rows",
+        "samples shuffled",
+        timing.shuffled,
+    ),
+    (
+        "shuffled_values",
+        "rows",
+        "values out of order, times in order",
+        (0.01, 0.2),
+        "of the rows",
+        "samples shuffled",
+        timing.shuffled_values,
+    ),
+    ("frozen", "rows", "values frozen, times go on", (0.05, 0.5, REST_S), "s", "samples frozen", timing.frozen),
+    ("hinges", "hinges", "all hinges off", (3e-4, 1e-3, 3e-3), "m, one sigma", "hinges", machine.hinges),
+    ("one_hinge", "hinges", "one hinge off", (1e-3, 5e-3), "m", "hinge of leg N", machine.one_hinge),
+    ("hinge_circle", "hinges", "circle of the platform's hinges", (0.003, 0.02), "", "hinges", machine.hinge_circle),
+    ("home_length", "hinges", "length of all legs at home", (1e-3, 5e-3), "m", "home length", machine.home_length),
+    (
+        "platform_mass",
+        _PLATFORM,
+        "mass of the platform",
+        (0.01, 0.05, 0.2),
+        "",
+        "platform's mass",
+        machine.platform_mass,
+    ),
+    (
+        "platform_centre",
+        _PLATFORM,
+        "the platform's centre of mass",
+        (2e-3, 1e-2, 5e-2),
+        "m",
+        "platform's centre",
+        machine.platform_centre,
+    ),
+    (
+        "platform_inertia",
+        _PLATFORM,
+        "inertia of the platform",
+        (0.05, 0.2, 0.5),
+        "",
+        "platform's inertia",
+        machine.platform_inertia,
+    ),
+    ("known_mass", _PLATFORM, "the load's mass as given", (0.005, 0.05), "", "given mass", machine.known_mass),
+    ("gravity", _PLATFORM, "g of the platform file", (0.001, 0.01), "", "gravity", machine.gravity),
+    ("tilt", "tilt", "base off level", (0.002, 0.006, 0.02), "rad", "base off level", machine.tilt),
+    ("leg_mass", "leg mass", "legs with mass", (2.0, 6.0, 20.0), "kg each", "mass of the legs", machine.leg_mass),
+    ("coulomb", "friction", "dry friction", (10.0, 60.0), "N", "friction", machine.coulomb),
+    ("viscous", "friction", "viscous friction", (50.0, 300.0), "N s/m", "friction", machine.viscous),
+    ("stribeck", "friction", "dry friction with breakaway", (10.0, 60.0), "N", "friction", machine.stribeck),
+    ("lugre", "friction", "bristle friction with breakaway", (10.0, 60.0), "N", "friction", machine.lugre),
+    (
+        "friction_growing",
+        "friction",
+        "dry friction that grows with force",
+        (0.003, 0.02),
+        "N/N",
+        "friction",
+        machine.growing_with_force,
+    ),
+    (
+        "friction_warming_up",
+        "friction",
+        "dry friction, halved when warm",
+        (20.0, 80.0),
+        "N",
+        "friction",
+        machine.warming_up,
+    ),
+    (
+        "hinge_friction",
+        "friction",
+        "dry friction in the hinges",
+        (2.0, 10.0),
+        "N m",
+        "friction",
+        machine.hinge_friction,
+    ),
+    ("pendulum", _SOFT, "a part of the load swings", (0.02, 0.1, 0.3), "of its mass", "load not rigid", load.pendulum),
+    ("sloshing", _SOFT, "a part of the load sloshes", (0.02, 0.1, 0.3), "of its mass", "load not rigid", load.sloshing),
+    ("soft_mount", _SOFT, "the load stands on rubber", (20.0, 8.0, 4.0), "Hz", "load not rigid", load.soft_mount),
+    ("shaking_base", _OUTSIDE, "the floor shakes", (0.02, 0.1, 0.5), "m/s²", "base shakes", load.shaking_base),
+    ("external_force", _OUTSIDE, "a constant force", (10.0, 50.0, 250.0), "N", "external force", load.external_force),
+    ("contact", _OUTSIDE, "a push of half a second", (20.0, 100.0, 500.0), "N", "contact", load.contact),
+    ("end_stop", _OUTSIDE, "something in the way", (50.0, 500.0), "N", "contact", load.end_stop),
+    ("hoses", _OUTSIDE, "hoses pull back", (50.0, 500.0), "N/m", "external force", load.hoses),
+    ("leaking", _CHANGING, "the load leaks", (0.2, 2.0, 10.0), "kg/s", "load changes", load.leaking),
+    (
+        "falling",
+        _CHANGING,
+        "a part of the load falls off",
+        (0.01, 0.1, 0.5),
+        "of the load",
+        "load changed",
+        load.falling,
+    ),
+    (
+        "two_changes",
+        _CHANGING,
+        "two changes of the load at once",
+        (0.05, 0.1, 0.2),
+        "s apart",
+        "load changed",
+        load.two_changes,
+    ),
+)
 
 
 def _all() -> dict[str, Kind]:
     clean = Kind(NONE, NONE, "nothing is wrong", (0.0,), "", "", _nothing)
     of_channels = [kind for channel in (_DISPLACEMENT, _VELOCITY, _FORCE) for kind in _of_channel(channel)]
-    kinds = [clean, *of_channels, *_wiring_and_time(), *_machines(), *_loads()]
+    kinds = [clean, *of_channels, *(Kind(*row) for row in _OTHERS)]
     kinds.sort(key=lambda kind: GROUPS.index(kind.group))
     return {kind.name: kind for kind in kinds}
 
 
 GROUPS = (
     NONE,
-    "stuck, dead, negated",
+    _STUCK,
     "wiring",
     "units",
-    "bias and drift",
+    _BIAS,
     "gains",
     "range",
     "noise",
     "timing",
     "rows",
     "hinges",
-    "platform, gravity",
+    _PLATFORM,
     "tilt",
     "leg mass",
     "friction",
-    "loads that are not rigid",
-    "forces from outside",
-    "loads that change",
+    _SOFT,
+    _OUTSIDE,
+    _CHANGING,
 )
 KINDS = _all()
