@@ -11,7 +11,21 @@ from hexload.io.log_file import COLUMNS
 from hexload.simulation.sim import known_scenarios, resolve_scenario
 from synthetic_run import PLATFORM_TOML
 
-VERBS = ("demo", "test", "sim", "replay", "tare", "excite", "report", "campaign", "bench", "soak", "vm", "doctor")
+VERBS = (
+    "demo",
+    "test",
+    "sim",
+    "replay",
+    "tare",
+    "excite",
+    "report",
+    "campaign",
+    "faults",
+    "bench",
+    "soak",
+    "vm",
+    "doctor",
+)
 GOOD_LOG = "\n".join([",".join(COLUMNS), *(f"{k / 1000}" + ",0" * 12 + ",1070" * 6 for k in range(20)), ""])
 
 
@@ -61,7 +75,12 @@ def test_the_help_of_each_verb_has_an_example(verb):
 
 @pytest.mark.parametrize(
     ("verb", "default"),
-    [("sim", "build/runs/NAME-SEED"), ("campaign", "multisine,paper,paper_rest,work"), ("vm", "build/vm")],
+    [
+        ("sim", "build/runs/NAME-SEED"),
+        ("campaign", "multisine,paper,paper_rest,work"),
+        ("faults", "build/runs/faults"),
+        ("vm", "build/vm"),
+    ],
 )
 def test_help_tells_what_is_taken_where_nothing_is_said(verb, default):
     # GIVEN an option whose default is not a value but found out WHEN help is asked for THEN it is told

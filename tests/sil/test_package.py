@@ -38,9 +38,13 @@ def part_of(path):
     "forbidden, allowed",
     [
         ("hexload_dev", ()),
-        ("hexload.campaign", ("campaign", "cli")),  # cli has its verb
+        ("hexload.campaign", ("campaign", "faults", "cli")),  # cli has their verbs
+        ("hexload.faults", ("faults", "cli")),
         ("hexload.cli", ("cli",)),
-        ("hexload.report", ("report", "campaign", "cli", "estimation")),  # a replay writes its page when it is asked to
+        (
+            "hexload.report",
+            ("report", "campaign", "faults", "cli", "estimation"),
+        ),  # a replay writes its page when it is asked to
         ("hexload.simulation", ("simulation", "campaign", "cli")),
     ],
 )

@@ -166,9 +166,9 @@ class Setup:
         return self.filters[-1] if self.effects is None else self.filters[0]
 
 
-def draw(case: Case) -> Setup:
-    """The case's load, servo, motion, machine and noise."""
-    kind = CLASSES[case.class_name]
+def draw(case: Case, kind: CaseClass | None = None) -> Setup:
+    """The case's load, servo, motion, machine and noise. `kind`: another class than that of its name."""
+    kind = kind or CLASSES[case.class_name]
     # The class is part of the seed, so that two classes do not share their loads.
     random = np.random.default_rng([zlib.crc32(case.class_name.encode()), case.seed])
     loads = _draw_loads(random, kind, case.duration_s)
@@ -190,7 +190,7 @@ def draw(case: Case) -> Setup:
     if kind.rig:
         platform["tolerances"] = TOLERANCES
         scenario = with_rig(scenario, draw_rig(random))
-        commissioning_scenario = _empty_run(random, scenario, COMMISSIONING_S)
+        commissioning_scenario = empty_run(random, scenario, COMMISSIONING_S)
     effects = _add_effects(random, platform, scenario) if kind.effects else None
     tare_scenario = _add_legs(random, scenario) if kind.legs else None
     return Setup(platform, scenario, rows, tare_scenario, commissioning_scenario, effects)
@@ -290,10 +290,11 @@ def _draw_platform(random: np.random.Generator, kind: CaseClass) -> Table:
 def _add_legs(random: np.random.Generator, scenario: Table) -> Table:
     """Returns the scenario of the tare."""
     scenario["legs"] = LEG_BARS
-    return _empty_run(random, scenario, TARE_S)
+    return empty_run(random, scenario, TARE_S)
 
 
-def _empty_run(random: np.random.Generator, scenario: Table, duration_s: float) -> Table:
+def empty_run(random: np.random.Generator, scenario: Table, duration_s: float) -> Table:
+    """The scenario's machine without load, on a multisine."""
     seed = int(random.integers(2**31))
     empty = {"simulation": {"duration_s": duration_s, "seed": seed}, "load": [_load_table(0.0, EMPTY)]}
     return scenario | empty | {"trajectory": TARE_MOTION}

@@ -74,7 +74,11 @@ def run_case(case: Case, keep: Path | None) -> dict:
 
 def simulate(case: Case, folder: Path) -> Path:
     """The run directory of a case, in `folder`; its platform file lies beside it. Raises ToolFailed."""
-    setup = cases.draw(case)
+    return simulate_setup(cases.draw(case), case.name, folder)
+
+
+def simulate_setup(setup: Setup, name: str, folder: Path) -> Path:
+    """The same of any setup; `name` is for messages."""
     (folder / "platform.toml").write_text(to_toml(setup.platform))
     (folder / "scenario.toml").write_text(to_toml(setup.scenario))
     if setup.motion_rows is not None:
@@ -82,20 +86,20 @@ def simulate(case: Case, folder: Path) -> Path:
         np.savetxt(folder / MOTION_FILE, setup.motion_rows, fmt="%.12g", delimiter=",", header=header, comments="")
     if setup.tare_scenario is not None:
         (folder / "tare_scenario.toml").write_text(to_toml(setup.tare_scenario))
-        _simulate(case, setup.kind, folder / "tare_scenario.toml", folder / TARE_RUN)
+        _simulate(name, setup.kind, folder / "tare_scenario.toml", folder / TARE_RUN)
     if setup.commissioning_scenario is not None:
         (folder / "commissioning.toml").write_text(to_toml(setup.commissioning_scenario))
-        _simulate(case, setup.kind, folder / "commissioning.toml", folder / COMMISSIONING_RUN)
-    _simulate(case, setup.kind, folder / "scenario.toml", folder / "run")
+        _simulate(name, setup.kind, folder / "commissioning.toml", folder / COMMISSIONING_RUN)
+    _simulate(name, setup.kind, folder / "scenario.toml", folder / "run")
     return folder / "run"
 
 
-def _simulate(case: Case, estimator: str, scenario: Path, out: Path) -> None:
+def _simulate(name: str, estimator: str, scenario: Path, out: Path) -> None:
     command = [project.simulator(), scenario, "--out", out, "--estimator", estimator, "--quiet"]
     finished = subprocess.run(command, capture_output=True, text=True, stdin=subprocess.DEVNULL)
     if finished.returncode != 0:
         said = finished.stderr.strip()
-        raise ToolFailed(f"case {case.name}: the simulator ended with status {finished.returncode}: {said}")
+        raise ToolFailed(f"case {name}: the simulator ended with status {finished.returncode}: {said}")
 
 
 def _evaluate(setup: Setup, folder: Path, directory: Path) -> dict:

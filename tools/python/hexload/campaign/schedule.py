@@ -3,13 +3,12 @@
 import contextlib
 import logging
 import tempfile
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 
 from distributed import Client, LocalCluster, as_completed
 
-from hexload.campaign.cases import Case
-from hexload.campaign.one_case import run_case
+from hexload.campaign.store import AnyCase
 from hexload.errors import InputError, ToolFailed
 
 CONNECT_TIMEOUT_S = 5.0
@@ -56,12 +55,18 @@ def _remote(address: str) -> Client:
     return client
 
 
-def results(client: Client, cases: Sequence[Case], code: str, keep: Path | None) -> Iterator[tuple[Case, dict]]:
-    """Each case with its result, in the order in which they are ready.
+def results(
+    client: Client,
+    run: Callable[[AnyCase, Path | None], dict],
+    cases: Sequence[AnyCase],
+    code: str,
+    folder: Path | None,
+) -> Iterator[tuple[AnyCase, dict]]:
+    """Each case with the result of `run` of it and the folder, in the order in which they are ready.
 
     Raises ToolFailed when a case fails, or a worker has another version of the code.
     """
-    futures = {client.submit(run_case, case, keep, pure=False): case for case in cases}
+    futures = {client.submit(run, case, folder, pure=False): case for case in cases}
     try:
         for future in as_completed(futures):
             case = futures[future]

@@ -1,15 +1,27 @@
 """The folder of a campaign: one file per finished case, written whole or not at all, so that a campaign can go on."""
 
+import dataclasses
 import json
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
+from typing import Protocol
+
+import numpy as np
 
 from hexload.campaign.cases import Case
 from hexload.errors import InputError
 from hexload.io.atomic_file import replaced_when_done
 
 SETTINGS = "campaign.json"
+
+
+class AnyCase(Protocol):
+    """A frozen dataclass of what defines a case."""
+
+    @property
+    def name(self) -> str:
+        """Of its file; no two cases of a campaign share it."""
 
 
 @dataclass(frozen=True)
@@ -29,8 +41,8 @@ class Store:
         self.folder = folder
         self._results = folder / "cases"
 
-    def open(self, settings: Settings, code: str, restart: bool) -> list[str]:
-        """Makes the folder one of this campaign; returns what there is to say of what it held.
+    def open(self, settings: object, code: str, restart: bool) -> list[str]:
+        """Makes the folder one of this campaign, whose settings are a dataclass; returns what there is to say of what it held.
 
         Raises InputError when the results of another version of the code are in it, unless they are to be done again.
         """
@@ -48,7 +60,7 @@ class Store:
         _write_json(self.folder / SETTINGS, {"code": code, **asdict(settings)})
         return remarks
 
-    def _compare(self, settings: Settings, code: str, restart: bool) -> list[str]:
+    def _compare(self, settings: object, code: str, restart: bool) -> list[str]:
         path = self.folder / SETTINGS
         try:
             before = json.loads(path.read_text())
@@ -69,7 +81,7 @@ class Store:
         ]
         return [f"the campaign in {self.folder} has changed: {'; '.join(changes)}"] if changes else []
 
-    def split(self, cases: Sequence[Case], code: str) -> tuple[dict[Case, dict], list[str]]:
+    def split(self, cases: Sequence[AnyCase], code: str) -> tuple[dict[AnyCase, dict], list[str]]:
         """The cases that are done, and remarks on results that cannot be used and are done again."""
         done, remarks = {}, []
         for case in cases:
@@ -89,11 +101,24 @@ class Store:
                 remarks.append(f"{path}: done again, as {fault}")
         return done, remarks
 
-    def write(self, case: Case, result: dict) -> None:
+    def write(self, case: AnyCase, result: dict) -> None:
         _write_json(self._path(case), result)
 
-    def _path(self, case: Case) -> Path:
+    def _path(self, case: AnyCase) -> Path:
         return self._results / f"{case.name}.json"
+
+
+def plain(value: object) -> object:
+    """For JSON: dataclasses as their fields, arrays as lists, what is not finite as null."""
+    if dataclasses.is_dataclass(value):
+        return plain({field.name: getattr(value, field.name) for field in dataclasses.fields(value)})
+    if isinstance(value, dict):
+        return {key: plain(entry) for key, entry in value.items()}
+    if isinstance(value, (list, tuple, np.ndarray)):
+        return [plain(entry) for entry in value]
+    if isinstance(value, (float, np.floating)):
+        return float(value) if np.isfinite(value) else None
+    return value
 
 
 def _write_json(path: Path, content: dict) -> None:

@@ -1,22 +1,19 @@
 """`hexload campaign`: checks what is asked, runs the cases that are not done yet, writes page and summary."""
 
-import dataclasses
 import json
 import subprocess
 import sys
-from collections.abc import Sequence
 from pathlib import Path
 
-import numpy as np
 from rich.console import Console
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
 from hexload import project
-from hexload.campaign import campaign_report, schedule
+from hexload.campaign import campaign_report
 from hexload.campaign.cases import CLASSES, DEFAULT_CLASSES, Case
-from hexload.campaign.one_case import FAILURE, code_version
+from hexload.campaign.one_case import FAILURE, code_version, run_case
+from hexload.campaign.progress import run_and_store
 from hexload.campaign.statistics import failed_cases, summarise
-from hexload.campaign.store import Settings, Store
+from hexload.campaign.store import Settings, Store, plain
 from hexload.errors import InputError
 from hexload.io.atomic_file import replaced_when_done
 
@@ -67,27 +64,14 @@ def run_campaign(settings: Settings, out: Path, scheduler: str | None, keep: boo
     for remark in (*remarks, *more):
         print(f"hexload: {remark}", file=sys.stderr)
     if missing:
-        done |= _run(missing, code, store, scheduler, out / "runs" if keep else None)
+        done |= run_and_store(missing, run_case, code, store, scheduler, _kept(out) if keep else None)
     return _conclude(settings, done, out)
 
 
-def _run(cases: Sequence[Case], code: str, store: Store, scheduler: str | None, keep: Path | None) -> dict[Case, dict]:
-    if keep is not None:
-        keep.mkdir(exist_ok=True)
-        keep = keep.resolve()
-    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
-    done = {}
-    with schedule.connected(scheduler) as client, Progress(*columns, console=Console(stderr=True)) as progress:
-        task = progress.add_task("cases", total=len(cases))
-        try:
-            for case, result in schedule.results(client, cases, code, keep):
-                store.write(case, result)
-                done[case] = result
-                progress.advance(task)
-        except KeyboardInterrupt:
-            print(f"hexload: {len(done)} of {len(cases)} cases were done; the same command goes on", file=sys.stderr)
-            raise
-    return done
+def _kept(out: Path) -> Path:
+    folder = out / "runs"
+    folder.mkdir(exist_ok=True)
+    return folder.resolve()
 
 
 def _conclude(settings: Settings, done: dict[Case, dict], out: Path) -> Path:
@@ -95,8 +79,8 @@ def _conclude(settings: Settings, done: dict[Case, dict], out: Path) -> Path:
     failed = {name: failed_cases(results) for name, results in by_class.items()}
     judged = {name: results for name, results in by_class.items() if len(results) > len(failed[name])}
     statistics = [summarise(name, results) for name, results in judged.items()]
-    summary = [_plain(entry) for entry in statistics]
-    summary += [{"name": name, "runs": 0, "failed": _plain(failed[name])} for name in by_class if name not in judged]
+    summary = [plain(entry) for entry in statistics]
+    summary += [{"name": name, "runs": 0, "failed": plain(failed[name])} for name in by_class if name not in judged]
     with replaced_when_done(out / "summary.json") as temporary:
         temporary.write_text(json.dumps(summary, indent=1) + "\n")
     page = out / "report.html"
@@ -111,16 +95,3 @@ def _conclude(settings: Settings, done: dict[Case, dict], out: Path) -> Path:
     for case in (case for cases in failed.values() for case in cases):
         console.print(f"failed: {case.name}: {case.reason}", markup=False, highlight=False)
     return page
-
-
-def _plain(value: object) -> object:
-    """For JSON: arrays as lists, infinite times as null."""
-    if dataclasses.is_dataclass(value):
-        return _plain({field.name: getattr(value, field.name) for field in dataclasses.fields(value)})
-    if isinstance(value, dict):
-        return {key: _plain(entry) for key, entry in value.items()}
-    if isinstance(value, (list, tuple, np.ndarray)):
-        return [_plain(entry) for entry in value]
-    if isinstance(value, (float, np.floating)):
-        return float(value) if np.isfinite(value) else None
-    return value

@@ -437,6 +437,71 @@ def campaign(
 
 
 @app.command()
+def faults(
+    kind: Annotated[
+        str | None,
+        typer.Option(
+            help="Faults, or groups of them, with commas between; with semicolons where a group's name has a comma.",
+            show_default="all",
+        ),
+    ] = None,
+    motion: Annotated[
+        str | None,
+        typer.Option(help="Some of multisine, paper, work, pick_up; with commas between.", show_default="all"),
+    ] = None,
+    estimator: Annotated[
+        str | None,
+        typer.Option(
+            help="Some of momentum, momentum_effects, paper; with commas between.",
+            show_default="all; with --quick momentum",
+        ),
+    ] = None,
+    runs: Annotated[
+        int | None,
+        typer.Option(min=1, max=1000, help="Seeds of each fault, size and motion.", show_default="3; with --quick 1"),
+    ] = None,
+    seed_base: Annotated[
+        int | None,
+        typer.Option(min=0, help="The first seed.", show_default="the date of the clone's last commit"),
+    ] = None,
+    out: Annotated[
+        Path | None,
+        typer.Option(help="Folder of the campaign; one that is there goes on.", show_default="build/runs/faults"),
+    ] = None,
+    quick: Annotated[bool, typer.Option("--quick", help="One size of each fault, one seed, one estimator.")] = False,
+    restart: Annotated[bool, typer.Option("--restart", help="Do the cases again that are done.")] = False,
+    rig: Annotated[
+        bool,
+        typer.Option(
+            "--rig",
+            help="Commission each machine first, on an empty run that has the same fault if it is one of the machine; "
+            "some seconds a fault and size.",
+        ),
+    ] = False,
+    list_kinds: Annotated[bool, typer.Option("--list", help="Print the faults and their sizes, run nothing.")] = False,
+) -> None:
+    """Puts faults into clean runs, one at a time, and tells what each estimator makes of them: does it say so, or is it
+    silently wrong?
+
+    Sensors, wiring, units, clocks, lost rows, hinges, masses, tilt, friction, loads that swing or slosh, forces from
+    outside, loads that change: each in some sizes, on several motions, with seeds that no development has seen. A
+    run's answer is right within its sigma, said to be wrong, wrong with some word (weak), wrong without any (silent),
+    refused, or a false alarm. Writes report.html, table.md, cases.csv, summary.json and a file per case, on all cores;
+    the same command goes on where it was interrupted.
+
+    Example:  hexload faults --kind friction,tilt --runs 2 --out build/runs/friction
+    """
+    from hexload.campaign.verb import choose_seeds
+    from hexload.faults import verb
+
+    if list_kinds:
+        verb.print_list()
+        return
+    settings = verb.settings_of(kind, motion, estimator, runs, choose_seeds(seed_base), quick, rig)
+    print(verb.run_faults(settings, out or verb.DEFAULT_OUT, restart))
+
+
+@app.command()
 def bridge(
     bus: Annotated[
         str,

@@ -1,0 +1,215 @@
+"""hexload faults as a user meets it: a table of outcomes, words, files, going on where it stopped."""
+
+import csv
+import json
+import subprocess
+import sys
+from dataclasses import replace
+
+import pytest
+
+from hexload.errors import InputError
+from hexload.faults import fault_report, verb
+from hexload.faults.kinds import ESTIMATORS, GROUPS, KINDS
+from hexload.faults.one_fault import MOTIONS, FaultCase, is_possible, run_fault
+from hexload.faults.score import OUTCOMES
+from hexload.faults.tally import tally
+
+SEED = 5
+FEW = "renumbered,force_dead,displacement_unit"
+
+
+def command(*arguments):
+    return [sys.executable, "-m", "hexload_dev", "faults", *map(str, arguments)]
+
+
+def run(*arguments):
+    return subprocess.run(command(*arguments), capture_output=True, text=True)
+
+
+def settings(kinds=FEW, runs=1):
+    return verb.settings_of(kinds, "multisine", "momentum", runs, SEED, quick=True)
+
+
+@pytest.fixture(scope="module")
+def finished(tmp_path_factory):
+    """Folder and output of a campaign of four kinds, from the command line."""
+    out = tmp_path_factory.mktemp("faults") / "few"
+    options = ("--quick", "--kind", FEW, "--motion", "multisine", "--seed-base", SEED, "--out", out)
+    result = run(*options)
+    assert result.returncode == 0, result.stderr
+    return out, result.stdout
+
+
+def outcomes(out):
+    with (out / "cases.csv").open(newline="") as file:
+        return {row["fault"]: row for row in csv.DictReader(file)}
+
+
+def test_a_campaign_tells_what_came_of_each_fault(finished):
+    # GIVEN legs counted two further, which a symmetric machine cannot show, a dead force sensor, millimetres for metres
+    out, told = finished
+    assert told.splitlines()[-1] == str(out / "report.html")
+    rows = outcomes(out)
+    assert set(rows) == {"none", *FEW.split(",")}
+    # THEN the clean run is right and the log in millimetres is refused; a dead sensor does not go without a word
+    assert rows["none"]["outcome"] == "right"
+    assert rows["displacement_unit"]["outcome"] == "refused"
+    assert rows["force_dead"]["outcome"] != "silent" and rows["force_dead"]["words_last_3_s"]
+    # AND the row says what was done and what should have been read
+    assert rows["renumbered"]["size"] == "2" and rows["renumbered"]["to_be_read"] == "legs renumbered"
+    # AND terminal, Markdown, JSON and page tell the same counts
+    (entry,) = json.loads((out / "summary.json").read_text())
+    assert entry["whole"]["runs"] == 3  # the clean run is no fault
+    for outcome in OUTCOMES:
+        expected = sum(row["outcome"] == outcome for name, row in rows.items() if name != "none")
+        assert entry["whole"]["outcomes"][outcome] == expected
+    table = (out / "table.md").read_text()
+    for name, row in rows.items():
+        assert f"| {name} | 1 |" in table
+        assert row["outcome"] in OUTCOMES
+    page = (out / "report.html").read_text()
+    assert "Faults: 4 runs of 4 kinds" in page and "legs renumbered" in page
+    assert "http://" not in page.split("</style>")[0]
+
+
+def test_the_same_command_goes_on_and_does_nothing_twice(finished, capsys):
+    # GIVEN a finished campaign one of whose results is gone, another cut off
+    out, _ = finished
+    before = {path.name: path.read_bytes() for path in (out / "cases").iterdir()}
+    gone, cut = sorted((out / "cases").iterdir())[:2]
+    gone.unlink()
+    cut.write_bytes(before[cut.name][:100])
+    kept = {path.name: path.stat().st_mtime_ns for path in (out / "cases").iterdir() if path != cut}
+    logs = {path.name: path.stat().st_mtime_ns for path in (out / "logs").iterdir()}
+    # WHEN it runs again THEN these two are done again, with the same numbers, and the clean run is not simulated again
+    verb.run_faults(settings(), out, restart=False)
+    said = capsys.readouterr().err
+    assert f"{cut}: done again, as it is not whole" in said and "2 of 4 cases are done already, 2 to go" in said
+    assert {path.name: path.read_bytes() for path in (out / "cases").iterdir()} == before
+    now = {path.name: path.stat().st_mtime_ns for path in (out / "cases").iterdir()}
+    assert {name: now[name] for name in kept} == kept
+    assert {path.name: path.stat().st_mtime_ns for path in (out / "logs").iterdir()} == logs and len(logs) == 1
+
+
+def test_cases_are_all_kinds_sizes_motions_and_estimators():
+    # GIVEN the whole campaign WHEN its cases are counted THEN each estimator has 2,000 runs
+    whole = verb.settings_of(None, None, None, None, SEED, quick=False)
+    cases = whole.cases()
+    assert len(set(cases)) == len({case.name for case in cases}) == len(cases)
+    for estimator in ESTIMATORS:
+        assert sum(case.estimator == estimator for case in cases) >= 2000
+    assert {case.kind for case in cases} == set(KINDS)
+    assert {(case.motion, case.estimator) for case in cases} == {
+        (motion, estimator) for motion in MOTIONS for estimator in ESTIMATORS
+    } - {("pick_up", "paper")}
+    # AND the given mass is a matter of the paper's filter alone
+    assert {case.estimator for case in cases if case.kind == "known_mass"} == {"paper"}
+    # AND the quick one has one size of each
+    quick = verb.settings_of(None, "work", None, None, SEED, quick=True).cases()
+    assert len(quick) == len(KINDS) - 1
+
+
+@pytest.mark.parametrize("estimator", ESTIMATORS)
+def test_every_estimator_is_right_about_a_clean_run(estimator, tmp_path):
+    # GIVEN a multisine with a load that the estimator's model has WHEN nothing is wrong THEN no parameter is
+    result = run_fault(FaultCase("none", 0.0, "multisine", estimator, SEED, verb.DURATION_S), tmp_path)
+    assert result["wrong"] == [] and result["outcome"] in ("right", "false_alarm")
+    assert is_possible(FaultCase("none", 0.0, "multisine", estimator, SEED, verb.DURATION_S))
+
+
+def test_a_commissioned_machine_knows_the_fault_that_it_had_when_empty(tmp_path):
+    # GIVEN force sensors of one leg 100 N off, which make the load wrong WHEN the empty machine has been commissioned
+    # with them
+    case = FaultCase("force_bias", 100.0, "multisine", "momentum", SEED, verb.DURATION_S)
+    before = run_fault(case, tmp_path)
+    after = run_fault(replace(case, is_commissioned=True), tmp_path)
+    # THEN the numbers are right, and without a word; before they were not
+    assert before["outcome"] != "right" and before["largest_sigmas"] > 5.0
+    assert after["outcome"] == "right" and after["largest_sigmas"] < 5.0
+    # AND the rig file is kept for the other motions; the fault is the same one on each of them
+    (rig,) = tmp_path.glob("force_bias-100-*.rig.toml")
+    made = rig.stat().st_mtime_ns
+    assert run_fault(replace(case, motion="work", is_commissioned=True), tmp_path)["largest_sigmas"] < 5.0
+    assert rig.stat().st_mtime_ns == made
+    # AND a load that falls off is no fault of the empty machine: its rig file is that of the clean one
+    falling = FaultCase("falling", 0.1, "multisine", "momentum", SEED, verb.DURATION_S, is_commissioned=True)
+    assert run_fault(falling, tmp_path)["outcome"] == "right"
+    assert sorted(path.name.split("-")[0] for path in tmp_path.glob("*.rig.toml")) == ["force_bias", "none"]
+
+
+def test_a_machine_that_cannot_be_commissioned_is_refused(tmp_path):
+    # GIVEN velocities and displacements in other units WHEN the empty machine is commissioned THEN the reason is told
+    case = FaultCase("displacement_unit", 1e3, "multisine", "momentum", SEED, verb.DURATION_S, is_commissioned=True)
+    result = run_fault(case, tmp_path)
+    assert result["outcome"] == "refused" and result["words"][0].startswith("commissioning: empty.csv")
+    assert str(tmp_path) not in result["words"][0]
+
+
+def test_kinds_are_chosen_by_name_or_group():
+    assert settings("tilt, leg_mass").kinds == ("none", "tilt", "leg_mass")
+    friction = tuple(name for name, kind in KINDS.items() if kind.group == "friction")
+    assert settings("friction").kinds == ("none", *friction)
+    assert settings("stuck, dead, negated; tilt").kinds[-1] == "tilt"
+
+
+@pytest.mark.parametrize(
+    "options, said",
+    [
+        (("--kind", "gremlins"), "--kind: found 'gremlins', expected some of those that hexload faults --list prints"),
+        (("--motion", "waltz"), "--motion: found 'waltz', expected some of: multisine, paper, work, pick_up"),
+        (("--estimator", "kalman"), "--estimator: found 'kalman', expected some of: momentum, momentum_effects, paper"),
+    ],
+)
+def test_what_is_not_known_is_refused(options, said, tmp_path):
+    result = run(*options, "--seed-base", SEED, "--out", tmp_path / "out")
+    assert (result.returncode, result.stderr) == (2, f"hexload: {said}\n")
+    assert not (tmp_path / "out").exists()
+    with pytest.raises(InputError):
+        verb.settings_of("gremlins", None, None, None, SEED, quick=False)
+
+
+def test_the_list_names_every_fault_with_sizes_and_words():
+    result = run("--list")
+    assert result.returncode == 0
+    for name, kind in KINDS.items():
+        assert not kind.is_fault or f"  {name} " in result.stdout
+    for text in ("0.0002 m; 0.002 m", "to the end", "legs renumbered", *GROUPS[1:]):
+        assert text in result.stdout
+
+
+def result_of(outcome, words=(), wrong=(), changes=()):
+    entries = [{"name": name, "sigmas": 9.0, "percent": percent, "verdict": "converged"} for name, percent in wrong]
+    return {"outcome": outcome, "words": list(words), "wrong": entries, "false_changes_s": list(changes)} | {
+        "words_before": [],
+        "largest_sigmas": 9.0,
+    }
+
+
+def test_outcomes_are_counted_by_kind_size_and_group():
+    # GIVEN five runs of two kinds of one group, and a clean one
+    def case(kind, size, seed):
+        return FaultCase(kind, size, "work", "momentum", seed, 16.0)
+
+    results = {
+        case("none", 0.0, 1): result_of("right"),
+        case("tilt", 0.002, 1): result_of("silent", wrong=[("m", 3.0), ("hz", 7.0)]),
+        case("tilt", 0.02, 1): result_of("weak", words=["inconsistent"], wrong=[("m", 30.0)]),
+        case("tilt", 0.02, 2): result_of("said", words=["inconsistent", "model misfit"], changes=[4.0, 5.0]),
+        case("leg_mass", 6.0, 1): result_of("false_alarm", words=["inconsistent"], changes=[4.0]),
+    }
+    # WHEN they are counted THEN the clean one is none of the faults
+    (entry,) = tally(results, ("momentum", "paper"))
+    assert entry.whole.runs == 4 and entry.groups["none"].runs == 1
+    assert entry.whole.outcomes == {"right": 0, "said": 1, "weak": 1, "silent": 1, "refused": 0, "false_alarm": 1}
+    assert entry.whole.false_changes == 2
+    # AND kinds, sizes, words, wrong parameters and the largest silent error are told
+    tilt = next(kind for kind in entry.kinds if kind.kind == "tilt")
+    assert [size.label for size in tilt.sizes] == ["0.002 rad", "0.02 rad"]
+    assert [size.runs for size in tilt.sizes] == [1, 2]
+    assert tilt.whole.words == {"inconsistent": 2, "model misfit": 1}
+    assert tilt.whole.wrong == {"m": 2, "hz": 1}
+    assert tilt.whole.largest_percent == 7.0
+    assert [case.size for case in entry.silent] == [0.002]
+    # AND the rows of the table are in that order
+    assert fault_report.counts(tilt.whole) == [3, 0, 1, 1, 1, 0, 0, 1]

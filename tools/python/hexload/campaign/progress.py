@@ -1,0 +1,36 @@
+"""Runs cases with a bar on stderr; each result is a file as soon as it is there."""
+
+import sys
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+from rich.console import Console
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+
+from hexload.campaign import schedule
+from hexload.campaign.store import AnyCase, Store
+
+
+def run_and_store(
+    cases: Sequence[AnyCase],
+    run: Callable[[AnyCase, Path | None], dict],
+    code: str,
+    store: Store,
+    scheduler: str | None,
+    folder: Path | None,
+) -> dict[AnyCase, dict]:
+    """The results by case. `run` gets case and folder, on a worker. Raises as schedule.results; at Ctrl-C, says how to go
+    on."""
+    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
+    done = {}
+    with schedule.connected(scheduler) as client, Progress(*columns, console=Console(stderr=True)) as progress:
+        task = progress.add_task("cases", total=len(cases))
+        try:
+            for case, result in schedule.results(client, run, cases, code, folder):
+                store.write(case, result)
+                done[case] = result
+                progress.advance(task)
+        except KeyboardInterrupt:
+            print(f"hexload: {len(done)} of {len(cases)} cases were done; the same command goes on", file=sys.stderr)
+            raise
+    return done

@@ -1,0 +1,148 @@
+"""Tables and page of a campaign of faults: terminal, Markdown, CSV, self-contained HTML."""
+
+import csv
+import io
+from collections.abc import Mapping, Sequence
+
+import plotly.graph_objects as go
+import plotly.offline
+from rich import box
+from rich.table import Table
+
+from hexload.campaign.campaign_report import METHODS
+from hexload.campaign.statistics import ALARM_DUE_S
+from hexload.faults.kinds import KINDS
+from hexload.faults.one_fault import FaultCase
+from hexload.faults.score import LAST_S, OUTCOMES, WRONG_SHARE, WRONG_SIGMAS
+from hexload.faults.tally import EstimatorTally, Tally
+from hexload.report.figures import finish
+from hexload.report.page import templates, to_html
+
+TEMPLATE = "fault_report.html.jinja"
+OUTCOME_WORDS = {
+    "right": "right within sigma",
+    "said": "said",
+    "weak": "weak",
+    "silent": "silent",
+    "refused": "refused",
+    "false_alarm": "false alarm",
+}
+COLOURS = {
+    "right": "#15803d",
+    "said": "#1d5fa6",
+    "weak": "#d97706",
+    "silent": "#b91c1c",
+    "refused": "#475569",
+    "false_alarm": "#c4b5fd",
+}
+HEADINGS = ("runs", "right", "said", "weak", "silent", "refused", "false", "false changes")
+ROW_PX = 26
+
+
+def counts(tally: Tally) -> list[int]:
+    """In the order of HEADINGS."""
+    return [tally.runs, *(tally.outcomes[outcome] for outcome in OUTCOMES), tally.false_changes]
+
+
+def words_of(tally: Tally) -> str:
+    return ", ".join(f"{word} ({runs})" for word, runs in tally.words.items())
+
+
+def terminal_table(entry: EstimatorTally) -> Table:
+    """Groups; the kinds of those that have silent runs."""
+    title = (
+        f"{METHODS[entry.estimator]}: runs by outcome; false changes: runs with a load change reported that was none"
+    )
+    table = Table(title=title, title_justify="left", box=box.SIMPLE_HEAD, padding=(0, 1, 0, 0))
+    for heading in ("fault", *HEADINGS, "said most"):
+        is_text = heading in ("fault", "said most")
+        table.add_column(heading, justify="left" if is_text else "right", no_wrap=heading != "said most")
+    for group, tally in entry.groups.items():
+        table.add_row(group, *map(str, counts(tally)), words_of(tally))
+        for kind in entry.kinds:
+            if KINDS[kind.kind].group == group and kind.whole.outcomes["silent"]:
+                table.add_row(f"  {kind.kind}", *map(str, counts(kind.whole)), words_of(kind.whole), style="dim")
+    table.add_section()
+    table.add_row("all faults", *map(str, counts(entry.whole)), words_of(entry.whole))
+    return table
+
+
+def markdown(tallies: Sequence[EstimatorTally]) -> str:
+    parts = []
+    for entry in tallies:
+        rows = [("", "**all faults**", entry.whole)]
+        rows += [(KINDS[kind.kind].group, kind.kind, kind.whole) for kind in entry.kinds]
+        header = ("group", "fault", *HEADINGS, "said most in the last 3 s", "to be read")
+        lines = [f"## {METHODS[entry.estimator]}", "", _line(header), _line(["---"] * len(header))]
+        for group, name, tally in rows:
+            expected = KINDS[name].words if name in KINDS else ""
+            lines.append(_line((group, name, *map(str, counts(tally)), words_of(tally), expected)))
+        parts.append("\n".join(lines))
+    return "\n\n".join(parts) + "\n"
+
+
+def _line(cells: Sequence[str]) -> str:
+    return f"| {' | '.join(cells)} |"
+
+
+def as_csv(results: Mapping[FaultCase, dict]) -> str:
+    """A row per case."""
+    file = io.StringIO()
+    writer = csv.writer(file, lineterminator="\n")
+    writer.writerow(
+        ("group", "fault", "size", "unit", "motion", "estimator", "seed", "outcome", "largest_sigmas")
+        + ("wrong", "words_last_3_s", "words_before", "false_changes", "to_be_read")
+    )
+    for case, result in results.items():
+        kind = KINDS[case.kind]
+        wrong = " ".join(entry["name"] for entry in result["wrong"])
+        said = ("; ".join(result[name]) for name in ("words", "words_before"))
+        writer.writerow(
+            (kind.group, case.kind, f"{case.size:g}", kind.unit, case.motion, case.estimator, case.seed)
+            + (result["outcome"], result["largest_sigmas"], wrong, *said, len(result["false_changes_s"]), kind.words)
+        )
+    return file.getvalue()
+
+
+def render(settings: object, code: str, tallies: Sequence[EstimatorTally], results: Mapping[FaultCase, dict]) -> str:
+    environment = templates("hexload.faults")
+    environment.filters |= {"counts": counts, "said": words_of}
+    figures = [to_html(outcome_figure(entry), f"{entry.estimator}-figure") for entry in tallies]
+    return environment.get_template(TEMPLATE).render(
+        settings=settings,
+        code=code,
+        methods=METHODS,
+        kinds=KINDS,
+        headings=HEADINGS,
+        tallies=tallies,
+        results=results,
+        figures=figures,
+        wrong_sigmas=WRONG_SIGMAS,
+        wrong_percent=100.0 * WRONG_SHARE,
+        last_s=LAST_S,
+        alarm_due_s=ALARM_DUE_S,
+        plotly_js=plotly.offline.get_plotlyjs(),
+    )
+
+
+def outcome_figure(entry: EstimatorTally) -> go.Figure:
+    """Share of the runs with each outcome, group by group."""
+    figure = go.Figure()
+    groups = list(entry.groups)[::-1]  # the first on top
+    for outcome in OUTCOMES:
+        shares = [100.0 * entry.groups[group].share(outcome) for group in groups]
+        runs = [entry.groups[group].outcomes[outcome] for group in groups]
+        figure.add_trace(
+            go.Bar(
+                x=shares,
+                y=groups,
+                orientation="h",
+                name=OUTCOME_WORDS[outcome],
+                marker={"color": COLOURS[outcome]},
+                customdata=runs,
+                hovertemplate="%{y}: %{customdata} runs, %{x:.0f} %",
+            )
+        )
+    figure.update_layout(barmode="stack", legend_traceorder="normal")
+    figure.update_xaxes(title="runs, %", range=[0, 100])
+    return finish(figure, 130 + ROW_PX * len(groups))

@@ -1,0 +1,194 @@
+"""One case: a clean run, one fault in it, one estimator's answer, its score. Runs in the processes of the scheduler."""
+
+import functools
+import hashlib
+import json
+import os
+import tempfile
+import zlib
+from collections.abc import Callable
+from dataclasses import asdict, dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from hexload import project
+from hexload.campaign import cases, one_case, statistics
+from hexload.campaign.store import plain
+from hexload.errors import InputError
+from hexload.estimation import commission, firmware_run, rig_file, rig_model, rig_regression
+from hexload.faults import kinds, load_faults, machine_faults, recording, score, sensor_faults, timing_faults
+from hexload.faults.kinds import KINDS, NONE
+from hexload.faults.recording import Recording
+from hexload.faults.score import Score, Told, Truth
+from hexload.io.atomic_file import replaced_when_done
+from hexload.io.log_file import COLUMNS, read_log
+from hexload.io.toml_document import Table, to_toml
+from hexload.platform import Platform
+from hexload.theory import bound
+
+CLASS_OF = {"multisine": "multisine", "paper": "paper", "work": "work", "pick_up": "multisine_pick_up"}
+MOTIONS = tuple(CLASS_OF)
+FRICTION_SPEED_M_S = 5e-3  # what the filter with friction is told
+
+
+@dataclass(frozen=True)
+class FaultCase:
+    kind: str
+    size: float
+    motion: str
+    estimator: str
+    seed: int
+    duration_s: float
+    is_commissioned: bool = False
+
+    @property
+    def name(self) -> str:
+        rig = "-rig" if self.is_commissioned else ""
+        return f"{self.kind}-{self.size:g}-{self.motion}-{self.estimator}-{self.seed}{rig}"
+
+
+def is_possible(case: FaultCase) -> bool:
+    """The paper's filter is given one load's mass, so that a pick-up is none of its motions."""
+    return case.estimator in KINDS[case.kind].estimators and not (
+        case.estimator == "paper" and case.motion == "pick_up"
+    )
+
+
+@functools.cache
+def code_version() -> str:
+    """Digest of what decides the score of a case: programs, modules, the platform of the cases."""
+    own = (kinds, load_faults, machine_faults, recording, score, sensor_faults, timing_faults)
+    of_rigs = (commission, rig_file, rig_model, rig_regression)
+    others = (cases, one_case, statistics, firmware_run, bound, *of_rigs)
+    modules = [Path(module.__file__) for module in (*own, *others)]
+    native = Path(project.native_module().__file__)
+    machine = project.SCENARIOS / "platforms" / "paper.toml"
+    digest = hashlib.sha256()
+    for path in (Path(__file__), *modules, native, project.simulator(), machine):
+        digest.update(path.read_bytes())
+    return digest.hexdigest()[:16]
+
+
+def run_fault(case: FaultCase, logs: Path) -> dict:
+    """What is stored of a case. `logs`: the folder of clean runs, which are made when they are missing. Raises ToolFailed."""
+    base = clean_recording(case.motion, case.seed, case.duration_s, case.estimator, str(logs))
+    faulty = KINDS[case.kind].apply(base, case.size, _random(case))
+    rig = (lambda: _rig_file(case, logs)) if case.is_commissioned else None
+    return {"code": code_version(), "case": asdict(case), **plain(score_of(faulty, case.estimator, rig))}
+
+
+def score_of(faulty: Recording, estimator: str, rig: Callable[[], Path] | None = None) -> Score:
+    """`rig`: makes the rig file that the estimator is given beside the platform, or refuses with InputError."""
+    log, native = faulty.log, project.native_module()
+    try:
+        machine = Platform.of(faulty.platform).with_estimator(estimator).native()
+        if rig is not None:
+            machine = rig_file.platform_with_rig(rig(), native, machine)
+        answer = firmware_run.run_firmware(native, machine, log, Path(os.devnull))
+    except (InputError, ValueError) as refused:
+        return score.refusal(str(refused))
+    return score.score(told_by(answer, log.t_s), truth_of(faulty, estimator))
+
+
+def told_by(answer: dict, sample_t_s: np.ndarray) -> Told:
+    """Of what hexload_native.replay returns."""
+    count = len(answer["parameter_verdict"])
+    health = answer["health"].astype(np.int64)
+    return Told(
+        names=tuple(answer["names"][:count]),
+        value=answer["value"][-1, :count],
+        sigma=answer["sigma"][-1, :count],
+        parameter_verdict=tuple(answer["parameter_verdict"]),
+        t_s=answer["t"],
+        verdict=answer["verdict"],
+        bits={name: (health >> bit & 1).astype(bool) for bit, name in enumerate(answer["health_counts"])},
+        sample_t_s=sample_t_s,
+        causes=_causes_named(answer, float(sample_t_s[-1])),
+    )
+
+
+def _causes_named(answer: dict, end_s: float) -> tuple[tuple[float, str], ...]:
+    """Where the firmware names any: as they came, and the one that stands at the end."""
+    standing = answer.get("input_fault", "")
+    return (*answer.get("input_faults", ()), *([(end_s, standing)] if standing else []))
+
+
+def truth_of(faulty: Recording, estimator: str) -> Truth:
+    theta = faulty.theta
+    if estimator != "paper":
+        own = bound.platform_of(faulty.platform).theta
+        return Truth(theta, score.load_scale(theta, own), faulty.changes_s)
+    mass, (hx, hy, hz) = theta[0], theta[1:4]
+    steiner = np.array([hy**2 + hz**2, hx**2 + hz**2, hx**2 + hy**2]) / mass
+    value = np.array([hz / mass, *(theta[4:7] - steiner)])
+    return Truth(value, np.maximum(np.abs(value), bound.paper_prior_sigma("safe", mass)), faulty.changes_s)
+
+
+def clean_recording(motion: str, seed: int, duration_s: float, estimator: str, logs: str) -> Recording:
+    """With the platform as the estimator is told of it: no tolerances, so that the default ones count. The paper's filter
+    has the paper's kind of load."""
+    base = _kept_recording(motion, seed, duration_s, estimator == "paper", logs)
+    more: Table = {"estimator": {"friction_speed_m_s": FRICTION_SPEED_M_S}}
+    if estimator == "paper":
+        more = {"load": {"known_mass_kg": float(base.theta[0])}}
+    return replace(base, platform=_told(base, more))
+
+
+def _told(base: Recording, more: Table) -> Table:
+    return {name: table for name, table in base.platform.items() if name != "tolerances"} | more
+
+
+@functools.lru_cache(maxsize=4)
+def _kept_recording(motion: str, seed: int, duration_s: float, on_axis: bool, logs: str) -> Recording:
+    """All kinds and sizes share the run of a motion and seed."""
+    case = cases.Case(CLASS_OF[motion], seed, duration_s)
+    setup = cases.draw(case, replace(cases.CLASSES[case.class_name], on_axis=on_axis))
+    load = "on_axis" if on_axis else "any_load"
+    return _simulated(setup, Path(logs) / f"{case.name}-{load}-{duration_s:g}-{code_version()}.npz")
+
+
+@functools.lru_cache(maxsize=2)
+def _empty_recording(seed: int, logs: str) -> Recording:
+    """The run by which a machine is commissioned."""
+    setup = cases.draw(cases.Case("multisine", seed, cases.COMMISSIONING_S))
+    scenario = cases.empty_run(np.random.default_rng(seed), setup.scenario, cases.COMMISSIONING_S)
+    path = Path(logs) / f"empty-{seed}-{code_version()}.npz"
+    base = _simulated(replace(setup, scenario=scenario), path)
+    return replace(base, platform=_told(base, {}))
+
+
+def _simulated(setup: cases.Setup, path: Path) -> Recording:
+    """The recording that is kept at the path, made when it is missing."""
+    if not path.is_file():
+        with tempfile.TemporaryDirectory(prefix="hexload-faults-") as name:
+            run = one_case.simulate_setup(setup, path.stem, Path(name))
+            loads = json.loads((run / "meta.json").read_text())["loads"]
+            with replaced_when_done(path) as temporary:
+                recording.write_recording(temporary, run, loads, read_log(run / "log.csv"))
+    return recording.read_recording(path, setup.platform)
+
+
+def _rig_file(case: FaultCase, logs: Path) -> Path:
+    """Of hexload commission, on a run of the empty machine with the same fault, if it is one of the machine. All motions
+    and estimators share it. Raises InputError."""
+    fault = case if KINDS[case.kind].is_of_machine else replace(case, kind=NONE, size=0.0)
+    path = logs / f"{fault.kind}-{fault.size:g}-{fault.seed}-{code_version()}.rig.toml"
+    if not path.is_file():
+        empty = KINDS[fault.kind].apply(_empty_recording(case.seed, str(logs)), fault.size, _random(fault))
+        with tempfile.TemporaryDirectory(prefix="hexload-faults-") as name:
+            log, platform = Path(name) / "empty.csv", Path(name) / "platform.toml"
+            rows = np.column_stack([empty.log.t_s, *recording.channels_of(empty.log)])
+            np.savetxt(log, rows, fmt="%.9g", delimiter=",", header=",".join(COLUMNS), comments="")
+            platform.write_text(to_toml(empty.platform))
+            try:
+                commission.commission(commission.Wish(log, platform, path))
+            except InputError as refused:
+                raise InputError(f"commissioning: {str(refused).replace(f'{name}/', '')}") from None
+    return path
+
+
+def _random(case: FaultCase) -> np.random.Generator:
+    """Sizes and estimators share leg, sign and moment; the motions too, when one machine runs them all."""
+    motion = "" if case.is_commissioned else case.motion
+    return np.random.default_rng([zlib.crc32(f"{case.kind} {motion}".encode()), case.seed])

@@ -1,0 +1,179 @@
+"""Faults of sensors and wiring: what one leg, or all, show instead of what is.
+
+Each function takes a recording, a size and a generator, from which leg, sign and moment are drawn, and returns another
+recording. `channel` is displacement, velocity or force.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hexload.faults.recording import (
+    CHANNELS,
+    LEGS,
+    TICK_S,
+    Recording,
+    channels_of,
+    in_channel,
+    noise_of,
+    with_channel,
+    with_log,
+)
+
+Array = NDArray[np.float64]
+Random = np.random.Generator
+
+SPIKES = 0.002  # share of ticks
+MAINS_HZ = 50.0
+REST_S = 1e3  # a duration that lasts to the end of every log
+MIRRORED = (5, 4, 3, 2, 1, 0)
+
+
+def stuck(recording: Recording, size: float, random: Random, channel: str) -> Recording:
+    """One leg shows its last value for `size` s."""
+    values, leg = in_channel(recording, channel), random.integers(LEGS)
+    rows = event_rows(recording, size, random)
+    values[rows, leg] = values[rows.start, leg]
+    return with_channel(recording, channel, values)
+
+
+def dead(recording: Recording, size: float, random: Random, channel: str) -> Recording:
+    """One leg shows zero for `size` s."""
+    values = in_channel(recording, channel)
+    values[event_rows(recording, size, random), random.integers(LEGS)] = 0.0
+    return with_channel(recording, channel, values)
+
+
+def drift(recording: Recording, size: float, random: Random, channel: str) -> Recording:
+    """One leg's zero moves by `size` units a second, up or down."""
+    values = in_channel(recording, channel)
+    values[:, random.integers(LEGS)] += size * sign(random) * recording.t_s
+    return with_channel(recording, channel, values)
+
+
+def spikes(recording: Recording, size: float, random: Random, channel: str) -> Recording:
+    """One leg is off by `size` in single ticks, up and down."""
+    values, leg = in_channel(recording, channel), random.integers(LEGS)
+    hit = random.uniform(size=len(values)) < SPIKES
+    values[hit, leg] += size * random.choice([-1.0, 1.0], int(hit.sum()))
+    return with_channel(recording, channel, values)
+
+
+def saturated(recording: Recording, size: float, random: Random, channel: str) -> Recording:
+    """One leg's converter ends `size` of the way from the mean to the extremes of what it should show."""
+    values, leg = in_channel(recording, channel), random.integers(LEGS)
+    middle = values[:, leg].mean()
+    reach = size * np.abs(values[:, leg] - middle).max()
+    values[:, leg] = np.clip(values[:, leg], middle - reach, middle + reach)
+    return with_channel(recording, channel, values)
+
+
+def quantised(recording: Recording, size: float, _: Random, channel: str) -> Recording:
+    """All legs show multiples of `size`."""
+    return with_channel(recording, channel, size * np.round(in_channel(recording, channel) / size))
+
+
+def negated(recording: Recording, _size: float, random: Random, channel: str) -> Recording:
+    """One leg's sign is wrong."""
+    values = in_channel(recording, channel)
+    values[:, random.integers(LEGS)] *= -1.0
+    return with_channel(recording, channel, values)
+
+
+def swapped(recording: Recording, size: float, random: Random, channel: str) -> Recording:
+    """Two legs' plugs of one channel are exchanged; `size` legs apart in number."""
+    values, leg = in_channel(recording, channel), random.integers(LEGS)
+    pair = [leg, (leg + int(size)) % LEGS]
+    values[:, pair] = values[:, pair[::-1]]
+    return with_channel(recording, channel, values)
+
+
+def renumbered(recording: Recording, size: float, _: Random) -> Recording:
+    """In all channels the legs are counted from another one, `size` further."""
+    return with_log(
+        recording, recording.log.t_s, [np.roll(part, int(size), axis=1) for part in channels_of(recording.log)]
+    )
+
+
+def mirrored(recording: Recording, _size: float, _random: Random) -> Recording:
+    """In all channels the legs are counted the other way round."""
+    return with_log(recording, recording.log.t_s, [part[:, MIRRORED] for part in channels_of(recording.log)])
+
+
+def exchanged_legs(recording: Recording, size: float, random: Random) -> Recording:
+    """Two legs are exchanged in all channels; `size` legs apart in number."""
+    leg = random.integers(LEGS)
+    pair = [leg, (leg + int(size)) % LEGS]
+    order = np.arange(LEGS)
+    order[pair] = pair[::-1]
+    return with_log(recording, recording.log.t_s, [part[:, order] for part in channels_of(recording.log)])
+
+
+def bias_one(recording: Recording, size: float, random: Random, channel: str) -> Recording:
+    values = in_channel(recording, channel)
+    values[:, random.integers(LEGS)] += size * sign(random)
+    return with_channel(recording, channel, values)
+
+
+def bias_all(recording: Recording, size: float, random: Random, channel: str) -> Recording:
+    """The same on all legs."""
+    return with_channel(recording, channel, in_channel(recording, channel) + size * sign(random))
+
+
+def gain_one(recording: Recording, size: float, random: Random, channel: str) -> Recording:
+    """One leg shows 1 + or - `size` times what it should."""
+    values = in_channel(recording, channel)
+    values[:, random.integers(LEGS)] *= 1.0 + size * sign(random)
+    return with_channel(recording, channel, values)
+
+
+def gain_all(recording: Recording, size: float, random: Random, channel: str) -> Recording:
+    return with_channel(recording, channel, in_channel(recording, channel) * (1.0 + size * sign(random)))
+
+
+def unit(recording: Recording, size: float, _: Random, channel: str) -> Recording:
+    """Another unit than SI: all legs show `size` times what they should."""
+    return with_channel(recording, channel, in_channel(recording, channel) * size)
+
+
+def noise(recording: Recording, size: float, _: Random, channel: str) -> Recording:
+    """All legs' noise is `size` times the stated one."""
+    values = in_channel(recording, channel) + (size - 1.0) * noise_of(recording, channel)
+    return with_channel(recording, channel, values)
+
+
+def hum(recording: Recording, size: float, random: Random, channel: str) -> Recording:
+    """Mains on all legs, of amplitude `size`, each with its own phase."""
+    phase = random.uniform(0.0, 2.0 * np.pi, LEGS)
+    wave = np.sin(2.0 * np.pi * MAINS_HZ * recording.t_s[:, None] + phase)
+    return with_channel(recording, channel, in_channel(recording, channel) + size * wave)
+
+
+def not_numbers(recording: Recording, size: float, random: Random, channel: str) -> Recording:
+    """One leg shows NaN in a share of the ticks; the first is spared, as a log without velocities looks like that."""
+    values = in_channel(recording, channel)
+    hit = random.uniform(size=len(values)) < size
+    hit[0] = False
+    values[hit, random.integers(LEGS)] = np.nan
+    return with_channel(recording, channel, values)
+
+
+def stated_noise(recording: Recording, size: float, _: Random) -> Recording:
+    """The platform file states `size` times the noise that the sensors have."""
+    stated = {name: size * value for name, value in recording.platform["sensors"].items()}
+    return replace(recording, platform=recording.platform | {"sensors": stated})
+
+
+def sign(random: Random) -> float:
+    return float(random.choice([-1.0, 1.0]))
+
+
+def event_rows(recording: Recording, duration_s: float, random: Random) -> slice:
+    """From somewhere in the middle of the run."""
+    rows = len(recording.t_s)
+    start = int(random.uniform(0.35, 0.6) * rows)
+    return slice(start, min(rows, start + max(1, round(duration_s / TICK_S))))
+
+
+ALL_CHANNELS = tuple(CHANNELS)

@@ -1,0 +1,151 @@
+"""`hexload faults`: checks what is asked, runs the cases that are not done yet, writes tables and page."""
+
+import json
+import shutil
+import sys
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+from rich import box
+from rich.console import Console
+from rich.table import Table
+
+from hexload import project
+from hexload.campaign.progress import run_and_store
+from hexload.campaign.store import Store, plain
+from hexload.errors import InputError
+from hexload.faults import fault_report
+from hexload.faults.kinds import ESTIMATORS, GROUPS, KINDS, NONE
+from hexload.faults.one_fault import MOTIONS, FaultCase, code_version, is_possible, run_fault
+from hexload.faults.tally import tally
+from hexload.io.atomic_file import replaced_when_done
+
+DEFAULT_OUT = project.RUNS / "faults"
+TABLE_WIDTH = 190  # where there is no terminal to ask
+DURATION_S = 16.0
+RUNS = 3
+LOGS = "logs"
+
+
+@dataclass(frozen=True)
+class FaultSettings:
+    kinds: tuple[str, ...]
+    motions: tuple[str, ...]
+    estimators: tuple[str, ...]
+    runs: int  # seeds of each kind, size, motion and estimator
+    seed: int
+    duration_s: float
+    one_size: bool  # the middle one of each kind
+    is_commissioned: bool  # each machine, with its fault
+
+    def cases(self) -> list[FaultCase]:
+        """Those that share a clean run, one after the other."""
+        cases = [
+            FaultCase(name, size, motion, estimator, seed, self.duration_s, self.is_commissioned)
+            for seed in range(self.seed, self.seed + self.runs)
+            for motion in self.motions
+            for estimator in self.estimators
+            for name in self.kinds
+            for size in self._sizes(name)
+        ]
+        return [case for case in cases if is_possible(case)]
+
+    def _sizes(self, name: str) -> tuple[float, ...]:
+        sizes = KINDS[name].sizes
+        return (sizes[(len(sizes) - 1) // 2],) if self.one_size else sizes
+
+
+def settings_of(
+    kinds: str | None,
+    motions: str | None,
+    estimators: str | None,
+    runs: int | None,
+    seed: int,
+    quick: bool,
+    is_commissioned: bool = False,
+) -> FaultSettings:
+    """Of the options as they are given. Raises InputError."""
+    return FaultSettings(
+        kinds=_parse_kinds(kinds),
+        motions=_parse("--motion", motions, MOTIONS, MOTIONS),
+        estimators=_parse("--estimator", estimators, ESTIMATORS, ESTIMATORS[:1] if quick else ESTIMATORS),
+        runs=runs or (1 if quick else RUNS),
+        seed=seed,
+        duration_s=DURATION_S,
+        one_size=quick,
+        is_commissioned=is_commissioned,
+    )
+
+
+def _parse_kinds(text: str | None) -> tuple[str, ...]:
+    """Names of kinds or of their groups; the clean run is always among them."""
+    if text is None:
+        return tuple(KINDS)
+    names = []
+    for word in (word.strip() for word in text.split(";" if ";" in text else ",")):
+        found = [name for name, kind in KINDS.items() if word in (name, kind.group)]
+        if not found:
+            raise InputError(f"--kind: found '{word}', expected some of those that hexload faults --list prints")
+        names += found
+    return tuple(dict.fromkeys((NONE, *names)))
+
+
+def _parse(option: str, text: str | None, known: tuple[str, ...], default: tuple[str, ...]) -> tuple[str, ...]:
+    names = default if text is None else tuple(dict.fromkeys(name.strip() for name in text.split(",")))
+    for name in names:
+        if name not in known:
+            raise InputError(f"{option}: found '{name}', expected some of: {', '.join(known)}")
+    return names
+
+
+def print_list() -> None:
+    table = Table(box=box.SIMPLE_HEAD, padding=(0, 1, 0, 0))
+    for heading in ("fault", "what is wrong", "sizes", "what should be read"):
+        table.add_column(heading)
+    for group in GROUPS:
+        table.add_section()
+        table.add_row(f"[bold]{group}[/bold]")
+        for kind in (kind for kind in KINDS.values() if kind.group == group and kind.is_fault):
+            sizes = "; ".join(kind.size_in_words(size) for size in kind.sizes)
+            table.add_row(f"  {kind.name}", kind.says, sizes, kind.words)
+    Console(width=None if sys.stdout.isatty() else TABLE_WIDTH).print(table)
+
+
+def run_faults(settings: FaultSettings, out: Path, restart: bool) -> Path:
+    """Returns the page. Prints the tables; progress and remarks go to stderr."""
+    project.ensure_built("hexload_sim_app", "hexload_native")
+    code = code_version()
+    store = Store(out)
+    remarks = store.open(settings, code, restart)
+    logs = out / LOGS
+    if restart:
+        shutil.rmtree(logs, ignore_errors=True)
+    logs.mkdir(exist_ok=True)
+    cases = settings.cases()
+    done, more = store.split(cases, code)
+    missing = [case for case in cases if case not in done]
+    if done:
+        more.append(f"{len(done)} of {len(cases)} cases are done already, {len(missing)} to go")
+    for remark in (*remarks, *more):
+        print(f"hexload: {remark}", file=sys.stderr)
+    if missing:
+        done |= run_and_store(missing, run_fault, code, store, None, logs.resolve())
+    return _conclude(settings, code, {case: done[case] for case in cases}, out)
+
+
+def _conclude(settings: FaultSettings, code: str, results: Mapping[FaultCase, dict], out: Path) -> Path:
+    tallies = tally(results, settings.estimators)
+    files = {
+        "summary.json": json.dumps(plain(tallies), indent=1) + "\n",
+        "table.md": fault_report.markdown(tallies),
+        "cases.csv": fault_report.as_csv(results),
+        "report.html": fault_report.render(settings, code, tallies, results),
+    }
+    for name, text in files.items():
+        with replaced_when_done(out / name) as temporary:
+            temporary.write_text(text, encoding="utf-8")
+    console = Console(width=None if sys.stdout.isatty() else TABLE_WIDTH)
+    for entry in tallies:
+        console.print(fault_report.terminal_table(entry))
+    return out / "report.html"
