@@ -49,6 +49,8 @@ const char* hexload_health_name(hexload_health_bit_t bit) {
         return "noise misstated";
     case HEXLOAD_HEALTH_MODEL_MISFIT:
         return "model misfit";
+    case HEXLOAD_HEALTH_CHANNEL_LOST:
+        return "channel lost";
     case HEXLOAD_HEALTH_BITS:
     default:
         return "unknown health bit";
