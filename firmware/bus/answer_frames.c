@@ -44,7 +44,7 @@ SAME_VERDICTS_OF(LOAD_IYZ);
 SAME_STATUSES(HEALTH_FD_STATUS);
 SAME_STATUSES(ANSWER_PAGE_STATUS);
 
-_Static_assert((int)HEXLOAD_HEALTH_BITS == 14,
+_Static_assert((int)HEXLOAD_HEALTH_BITS == 15,
                "health bits of the DBC: its range and its comments name each");
 
 #define SAME_FILTERS(signal)                                                                                 \

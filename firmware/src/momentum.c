@@ -21,6 +21,7 @@ HEXLOAD_RARE hexload_status_t hexload_momentum_init(hexload_momentum_t* self,
     }
     *self = (hexload_momentum_t){.kinematics = kinematics, .delayed_kinematics = kinematics};
     hexload_leg_sample_init(&self->leg_gate);
+    hexload_lost_channels_init(&self->lost);
     hexload_rig_history_init(&self->history);
     hexload_rig_twists_init(&self->twists);
     hexload_rig_slide_init(&self->slide);

@@ -14,6 +14,7 @@
 #include "algebra/leg_blocks.h"
 #include "configuration/health.h"
 #include "front_end/leg_sample.h"
+#include "front_end/lost_channels.h"
 #include "front_end/noise_estimator.h"
 #include "front_end/plausibility.h"
 #include "hexload/momentum.h"
@@ -32,19 +33,21 @@
 
 /// What the present tick points to.
 typedef struct hexload_present_memory {
+    hexload_leg_sample_t mended;  ///< without gaps, where there were any
     hexload_leg_sample_t aligned; ///< all channels of one instant, without the rig's offsets and gains
     hexload_motion_t motion;      ///< there
 } hexload_present_memory_t;
 
-/// Checks the sample, brings its channels to one instant, finds pose and twist there and the effective
-/// sigmas.
+/// Closes gaps of the sample and checks it, brings its channels to one instant, finds pose and twist there
+/// and the effective sigmas.
 /// @param[out] now its sample is NULL while late channels leave no instant complete.
 static inline hexload_status_t read_present(hexload_momentum_t* self, const hexload_config_t* config,
-                                            const hexload_leg_sample_t* sample,
-                                            hexload_present_memory_t* memory, hexload_present_tick_t* now,
-                                            uint32_t* health) {
+                                            const hexload_leg_sample_t* raw, hexload_present_memory_t* memory,
+                                            hexload_present_tick_t* now, uint32_t* health) {
     uint32_t gap_ticks = 0;
     bool has_instant = false;
+    const hexload_leg_sample_t* sample = hexload_lost_channels_mend(&self->lost, config, &self->leg_gate, raw,
+                                                                    &memory->mended, &now->lost, health);
     hexload_status_t status = hexload_leg_sample_check(&self->leg_gate, config, sample, &gap_ticks, health);
     if (status == HEXLOAD_OK) {
         has_instant =
@@ -59,6 +62,7 @@ static inline hexload_status_t read_present(hexload_momentum_t* self, const hexl
     now->sample = has_instant ? &memory->aligned : NULL;
     now->motion = &memory->motion;
     hexload_leg_sample_accept(&self->leg_gate, sample);
+    self->lost = now->lost;
     hexload_rig_history_store(&self->history, sample, gap_ticks, has_instant);
     if (config->sensors.half_window_ticks == 0) { // else it has seen the samples before their filter
         hexload_noise_estimator_step(&self->noise_estimator, config, sample, gap_ticks);
@@ -126,6 +130,7 @@ static inline void take_off_rig(hexload_momentum_t* self, const hexload_config_t
     hexload_real_t acceleration[6];
     hexload_rig_compensate(&self->slide, config, smooth->smooth_velocity_m_s, smooth->gap_ticks,
                            smooth->sample.force_n, smooth->force_variance_n2);
+    hexload_lost_channels_doubt(&self->lost, smooth->sample.force_n, smooth->force_variance_n2);
     if (!hexload_rig_has_leg_mass(config)) {
         return; // leg_wrench is the smoother's zero
     }

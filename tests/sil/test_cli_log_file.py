@@ -114,12 +114,33 @@ def test_a_log_of_fewer_than_two_rows_is_refused(tmp_path, rows):
     assert refusal(path) == f"{path}: found {len(rows)} rows after the header, expected at least 2"
 
 
-@pytest.mark.parametrize("value", ["nan", "inf", "-inf", "twelve", "", "1_000", "1e999"])
+@pytest.mark.parametrize("value", ["inf", "-inf", "twelve", "1_000", "1e999"])
 def test_a_value_that_is_no_finite_number_is_refused_with_line_and_column(tmp_path, value):
     # GIVEN a log with a bad force of leg 2 in its third line
     path = log_of(tmp_path, HEADER, row("0"), row("0.001", f2=value))
     # WHEN it is read THEN the message names the place
     assert refusal(path) == f"{path}: line 3: column f2: found '{value}', expected a finite number"
+
+
+@pytest.mark.parametrize("value", ["nan", "NaN", "", " "])
+def test_a_force_or_displacement_that_is_missing_is_nan(tmp_path, value):
+    # GIVEN a log without the force of leg 2 and the displacement of leg 5 in its third line WHEN it is read
+    log = read_log(log_of(tmp_path, HEADER, row("0"), row("0.001", f2=value, dl5=value)))
+    # THEN these two are nan, and nothing else is
+    assert np.argwhere(np.isnan(log.force_n)).tolist() == [[1, 1]]
+    assert np.argwhere(np.isnan(log.displacement_m)).tolist() == [[1, 4]]
+    assert np.isfinite(log.velocity_m_s).all()
+    # AND who needs all of them is told of the first
+    with pytest.raises(InputError, match="log.csv: row 2 at 0.001 s: found no dl5, expected a log without missing"):
+        log.whole("log.csv")
+
+
+@pytest.mark.parametrize("value", ["nan", ""])
+def test_a_velocity_or_time_that_is_missing_is_refused_with_line_and_column(tmp_path, value):
+    path = log_of(tmp_path, HEADER, row("0"), row("0.001", vl2=value))
+    assert refusal(path) == f"{path}: line 3: column vl2: found '{value}', expected a finite number"
+    path = log_of(tmp_path, HEADER, row("0"), row(value))
+    assert refusal(path) == f"{path}: line 3: column t: found '{value}', expected a finite number"
 
 
 @pytest.mark.parametrize(("line", "found"), [("0.001,1,2", 3), (row("0.001") + ",7", 20), ("", 1)])

@@ -16,6 +16,7 @@ HEXLOAD_DECLS_BEGIN
 
 typedef struct hexload_momentum {
     hexload_leg_gate_t leg_gate;               ///< last accepted sample
+    hexload_lost_channels_t lost;              ///< what of it was missing
     hexload_rig_history_t history;             ///< samples of late, to look up what was late
     hexload_kinematics_t kinematics;           ///< at the present tick
     hexload_noise_estimator_t noise_estimator; ///< effective sigmas of the sensors

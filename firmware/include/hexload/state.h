@@ -22,6 +22,13 @@ typedef struct hexload_leg_gate {
     uint32_t accepted;  ///< samples so far, saturating; 0: the others mean nothing
 } hexload_leg_gate_t;
 
+/// Channels that have been missing of late.
+typedef struct hexload_lost_channels {
+    uint32_t force_ticks;        ///< for which the force of force_leg still counts as a guess; 0: none is
+    uint32_t force_leg;          ///< 0..5
+    uint32_t displacement_ticks; ///< since a displacement was measured that is missing now; 0: none is
+} hexload_lost_channels_t;
+
 /// The last ticks of displacements and forces, of legs without velocity sensors.
 typedef struct hexload_differentiator {
     hexload_leg_gate_t leg_gate; ///< last accepted sample of the sensors

@@ -21,7 +21,8 @@ HEXLOAD_DECLS_BEGIN
 typedef enum hexload_status {
     HEXLOAD_OK = 0,            ///< done
     HEXLOAD_ERR_CONFIG = -1,   ///< hexload_config_check() names the field
-    HEXLOAD_ERR_SAMPLE = -2,   ///< a channel is not finite or beyond its range, or a leg would have no length
+    HEXLOAD_ERR_SAMPLE = -2,   ///< a channel is beyond its range, or not finite and not to be bridged,
+                               ///< or a leg would have no length
     HEXLOAD_ERR_TICK = -3,     ///< the tick is not later than the last accepted one
     HEXLOAD_ERR_POSE = -4,     ///< forward kinematics found no pose for these displacements
     HEXLOAD_ERR_SINGULAR = -5, ///< the leg Jacobian cannot be inverted in this pose
@@ -47,7 +48,9 @@ typedef enum hexload_health_bit {
         12, ///< the machine does not fit its model: commission it, whatever the load
     HEXLOAD_HEALTH_INPUT_IMPLAUSIBLE = 13, ///< channels contradict each other: hexload_health_t::input says
                                            ///< which, and the verdict is "inconsistent"
-    HEXLOAD_HEALTH_BITS = 14
+    HEXLOAD_HEALTH_CHANNEL_LOST =
+        14, ///< a force or a displacement of one leg is missing, and bridged: sigmas grow
+    HEXLOAD_HEALTH_BITS = 15
 } hexload_health_bit_t;
 
 /// What is wrong with the channels of the samples. Codes of the bus, too.

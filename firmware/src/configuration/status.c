@@ -51,6 +51,8 @@ const char* hexload_health_name(hexload_health_bit_t bit) {
         return "model misfit";
     case HEXLOAD_HEALTH_INPUT_IMPLAUSIBLE:
         return "input implausible";
+    case HEXLOAD_HEALTH_CHANNEL_LOST:
+        return "channel lost";
     case HEXLOAD_HEALTH_BITS:
     default:
         return "unknown health bit";

@@ -12,7 +12,8 @@ typedef struct hexload_present_tick {
     /// Effective sigmas: the stated ones, or those that the noise estimator has measured. Every stage of the
     /// tick uses these.
     hexload_sensors_t sensors;
-    uint32_t gap_ticks; ///< periods since the last accepted sample; 0 for the first
+    uint32_t gap_ticks;           ///< periods since the last accepted sample; 0 for the first
+    hexload_lost_channels_t lost; ///< channels that are guesses
 } hexload_present_tick_t;
 
 #endif

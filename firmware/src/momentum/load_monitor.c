@@ -2,6 +2,7 @@
 
 #include "algebra/chi_square.h"
 #include "algebra/linalg.h"
+#include "front_end/lost_channels.h"
 #include "momentum/momentum_model.h"
 #include "rig/rig.h"
 
@@ -96,6 +97,7 @@ static void find_push(hexload_load_monitor_t* self, const hexload_config_t* conf
     memcpy(push->force_n, now->sample->force_n, sizeof push->force_n);
     hexload_rig_compensate(&self->slide, config, now->sample->velocity_m_s, now->gap_ticks, push->force_n,
                            push->variance_n2);
+    hexload_lost_channels_doubt(&now->lost, push->force_n, push->variance_n2);
     hexload_momentum_read_input(now->motion, push->force_n, &push->input);
     memcpy(acceleration, self->acceleration, sizeof acceleration);
     acceleration[2] -= config->gravity_m_s2;

@@ -10,13 +10,13 @@ LEGS = 6
 
 
 def leg_log(t: ArrayLike, dl: ArrayLike, vl: ArrayLike | None, f: ArrayLike) -> LegLog:
-    """t (n,) in s, strictly increasing, n >= 2; dl, vl, f (n, 6) in m, m/s, N; vl None, or nan throughout: no velocity
-    sensors. Raises InputError."""
+    """t (n,) in s, strictly increasing, n >= 2; dl, vl, f (n, 6) in m, m/s, N, of dl and f nan where one is missing; vl
+    None, or nan throughout: no velocity sensors. Raises InputError."""
     t_s = np.ascontiguousarray(t, float)
     if t_s.ndim != 1 or len(t_s) < 2:
         raise InputError(f"t: found shape {t_s.shape}, expected (n,) with at least 2 rows")
     shape = (len(t_s), LEGS)
-    displacement, force = _finite("dl", dl, shape), _finite("f", f, shape)
+    displacement, force = _with_gaps("dl", dl, shape), _with_gaps("f", f, shape)
     velocity = np.full(shape, np.nan) if vl is None else _shaped("vl", vl, shape)
     if not np.isnan(velocity).all():
         velocity = _finite("vl", velocity, shape)
@@ -32,6 +32,12 @@ def one_sample(dl: ArrayLike, vl: ArrayLike | None, f: ArrayLike) -> tuple[NDArr
     Raises InputError."""
     vl = np.full(LEGS, np.nan) if vl is None else vl
     return tuple(_shaped(name, values, (LEGS,)) for name, values in (("dl", dl), ("vl", vl), ("f", f)))
+
+
+def _with_gaps(name: str, values: ArrayLike, shape: tuple[int, ...]) -> NDArray[np.float64]:
+    array = _shaped(name, values, shape)
+    _finite(name, np.where(np.isnan(array), 0.0, array), shape)
+    return array
 
 
 def _finite(name: str, values: ArrayLike, shape: tuple[int, ...]) -> NDArray[np.float64]:

@@ -175,7 +175,7 @@ def _machine(platform, path: Path) -> Machine:
 
 def _run(path: Path) -> Run:
     """A log without gaps: short ones are bridged by lines."""
-    log = read_any_log(path)
+    log = read_any_log(path).whole(str(path))
     dt_s = float(np.median(np.diff(log.t_s)))
     duration_s = log.t_s[-1] - log.t_s[0]
     if duration_s < SHORTEST_S:

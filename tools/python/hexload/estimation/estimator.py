@@ -224,10 +224,11 @@ def replay(
     """Runs the firmware's own C code over a log in memory.
 
     t           (n,) s, strictly increasing, multiples of the sampling period; rows may be missing
-    dl, vl, f   (n, 6) as of Estimator.step(): m, m/s, N; vl None: no velocity sensors, whatever the platform says
+    dl, vl, f   (n, 6) as of Estimator.step(): m, m/s, N; vl None: no velocity sensors, whatever the platform says; of
+                dl and f nan where one is missing: one of six is bridged, a row with more gaps is refused
     platform, kind, prior, tare   as of Estimator
 
-    Raises InputError: wrong shapes, values that are not finite, a platform that lacks what the estimator needs, or a
+    Raises InputError: wrong shapes, values that are infinite, a platform that lacks what the estimator needs, or a
     log of which every sample is refused. 20,000 rows take about a second. Source: as of Estimator.
     """
     samples = leg_log(t, dl, vl, f)

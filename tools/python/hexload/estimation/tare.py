@@ -54,7 +54,7 @@ def make_tare(log: Path, platform_file: Path, out: Path, largest_offset: float) 
     `largest_offset`: share of the platform's own parameters above which an offset is taken for a load. Raises
     InputError.
     """
-    samples = read_any_log(log)
+    samples = read_any_log(log).whole(str(log))
     native = native_firmware()
     platform = load_platform(native, platform_file)
     with replaced_when_done(out) as temporary:
@@ -121,7 +121,7 @@ def tare(
     described = MachineDescription.of(platform)
     native, machine = native_firmware(), described.theory()
     names = ("log", f"log with {described.source}")
-    found = _find(native, described.native(), machine, leg_log(t, dl, vl, f), largest_offset, names)
+    found = _find(native, described.native(), machine, leg_log(t, dl, vl, f).whole("arrays"), largest_offset, names)
     return MachineTare(native.Tare(found.theta, found.sigma), found.leg_mass, machine)
 
 

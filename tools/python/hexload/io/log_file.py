@@ -1,6 +1,7 @@
 """Reader of leg logs: CSV or CSV.gz, SI units, one row per tick, header t,dl1..dl6,vl1..vl6,f1..f6.
 
-A log without vl1..vl6 is of a machine without velocity sensors. Ticks may be missing. Anything else that is wrong in a log is refused with file, line and column.
+A log without vl1..vl6 is of a machine without velocity sensors. Ticks may be missing, and single displacements and
+forces: an empty cell or nan. Anything else that is wrong in a log is refused with file, line and column.
 """
 
 import gzip
@@ -21,7 +22,8 @@ WITHOUT_VELOCITY = tuple(name for name in COLUMNS if not name.startswith("vl"))
 
 @dataclass(frozen=True)
 class LegLog:
-    """n rows, six legs each; time strictly increasing, all values finite."""
+    """n rows, six legs each; time strictly increasing, all values finite but for displacements and forces that are
+    missing, which are nan."""
 
     t_s: NDArray[np.float64]  # (n,)
     displacement_m: NDArray[np.float64]  # (n, 6), positive = extended
@@ -32,6 +34,18 @@ class LegLog:
     @property
     def has_velocity(self) -> bool:
         return not np.isnan(self.velocity_m_s[0, 0])
+
+    def whole(self, name: str) -> "LegLog":
+        """This log, for who needs every value. Raises InputError with `name` and the first that is missing."""
+        for column, values in (("dl", self.displacement_m), ("f", self.force_n)):
+            missing = np.argwhere(np.isnan(values))
+            if missing.size:
+                row, leg = missing[0]
+                raise InputError(
+                    f"{name}: row {row + 1} at {self.t_s[row]:.9g} s: found no {column}{leg + 1}, expected a log "
+                    "without missing values"
+                )
+        return self
 
 
 def read_log(path: Path | str) -> LegLog:
@@ -94,12 +108,16 @@ def _parse_row(path: Path, number: int, line: str, columns: tuple[str, ...]) -> 
     fields = line.split(",")
     if len(fields) != len(columns):
         raise InputError(f"{path}: line {number}: found {len(fields)} values, expected {len(columns)}")
-    values = [_finite(field) for field in fields]
+    values = [_missing(name, field) or _finite(field) for name, field in zip(columns, fields, strict=True)]
     if None in values:
         column = values.index(None)
         name, field = columns[column], fields[column]
         raise InputError(f"{path}: line {number}: column {name}: found '{field}', expected a finite number")
     return values
+
+
+def _missing(column: str, field: str) -> float | None:
+    return math.nan if column.startswith(("dl", "f")) and field.strip().lower() in ("", "nan") else None
 
 
 def _finite(field: str) -> float | None:
