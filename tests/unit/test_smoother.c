@@ -1,4 +1,5 @@
 #include "momentum/smoother.h"
+#include "algebra/linalg.h"
 #include "machine.h"
 
 #include <math.h>
@@ -45,8 +46,8 @@ static bool put(hexload_smoother_t* smoother, const hexload_config_t* config,
 /// As if the motion had bent by a thousand sigma in all directions.
 static void open_all_directions(hexload_smoother_t* smoother) {
     for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
-        smoother->directions.spread[leg][leg] = HEXLOAD_REAL(1e6);
-        smoother->directions.factor[leg][leg] = HEXLOAD_REAL(0.002236); // 1 / sqrt(1e6 / 5)
+        smoother->directions.spread[ROW(leg) + leg] = HEXLOAD_REAL(1e6);
+        smoother->directions.factor[ROW(leg) + leg] = HEXLOAD_REAL(0.002236); // 1 / sqrt(1e6 / 5)
     }
     smoother->directions.slopes = 128;
 }

@@ -220,6 +220,8 @@ enum {
     HEXLOAD_DELAY_CAPACITY = HEXLOAD_LAG_TICKS_MAX + 1 + HEXLOAD_TRANSIENT_TICKS + HEXLOAD_MISSING_TICKS_MAX,
 };
 
+enum { HEXLOAD_TRIANGLE_6 = 21 }; ///< numbers of a symmetric matrix of six, its lower triangle by rows
+
 /// What the lag makes of the polynomials.
 typedef struct hexload_smoother_constants {
     uint32_t lag_ticks;                        ///< from the window's middle to its newest tick
@@ -233,12 +235,11 @@ typedef struct hexload_smoother_constants {
 
 /// Covariance of a motion's curvature over the legs, in variances of its noise.
 typedef struct hexload_motion_directions {
-    hexload_real_t spread[HEXLOAD_LEGS][HEXLOAD_LEGS]; ///< A, lower triangle
-    hexload_real_t factor[HEXLOAD_LEGS]
-                         [HEXLOAD_LEGS]; ///< of A / kappa + E; lower triangle, diagonal inverted
-    hexload_real_t next_factor[HEXLOAD_LEGS][HEXLOAD_LEGS]; ///< a row at a tick
-    uint32_t slopes;                                        ///< in the mean
-    uint32_t turn;                                          ///< ticks since the last slope
+    hexload_real_t spread[HEXLOAD_TRIANGLE_6];      ///< A
+    hexload_real_t factor[HEXLOAD_TRIANGLE_6];      ///< of A / kappa + E; diagonal inverted
+    hexload_real_t next_factor[HEXLOAD_TRIANGLE_6]; ///< a row at a tick
+    uint32_t slopes;                                ///< in the mean
+    uint32_t turn;                                  ///< ticks since the last slope
 } hexload_motion_directions_t;
 
 typedef struct hexload_smoother {
@@ -367,11 +368,12 @@ typedef struct hexload_load_monitor {
     hexload_real_t last_force_n[2][HEXLOAD_LEGS]; ///< newest first
     hexload_real_t late_twist[6];                 ///< leaky mean of the last 5 ms, m/s, rad/s
     hexload_real_t acceleration[6];               ///< of the tick before, less gravity's, m/s^2, rad/s^2
-    hexload_real_t unknown[6][6]; ///< covariance of the wrench that theta's errors make of it, leaky mean
-    hexload_real_t nis;           ///< of the last sample, bounded; 6 when there was none
-    hexload_real_t nis_mean;      ///< leaky; ideal 6
-    hexload_real_t drift[6];      ///< leaky mean of the last 5 ms' innovations in sigmas, by direction
-    uint32_t ticks;               ///< since the start, up to those that it takes to settle
+    hexload_real_t
+        unknown[HEXLOAD_TRIANGLE_6]; ///< covariance of the wrench that theta's errors make of it, leaky mean
+    hexload_real_t nis;              ///< of the last sample, bounded; 6 when there was none
+    hexload_real_t nis_mean;         ///< leaky; ideal 6
+    hexload_real_t drift[6];         ///< leaky mean of the last 5 ms' innovations in sigmas, by direction
+    uint32_t ticks;                  ///< since the start, up to those that it takes to settle
     hexload_wrench_monitor_t wrench;
     hexload_rig_slide_t slide; ///< by the speeds of the velocity sensors
 } hexload_load_monitor_t;

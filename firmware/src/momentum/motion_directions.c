@@ -16,19 +16,20 @@ enum { SLOPES = 128, TICKS_APART = 8 };
 HEXLOAD_RARE void hexload_motion_directions_init(hexload_motion_directions_t* self) {
     memset(self, 0, sizeof *self);
     for (int i = 0; i < HEXLOAD_LEGS; i++) {
-        self->factor[i][i] = HEXLOAD_REAL(1.0);
+        self->factor[ROW(i) + i] = HEXLOAD_REAL(1.0);
     }
 }
 
 /// Of L L^T = A / kappa + E, diagonal inverted.
 static void factor_row(hexload_motion_directions_t* self, uint32_t i) {
-    hexload_real_t* row = self->next_factor[i];
+    hexload_real_t* row = &self->next_factor[ROW(i)];
     for (uint32_t j = 0; j <= i; j++) {
-        hexload_real_t sum = self->spread[i][j] / KAPPA + (i == j ? HEXLOAD_REAL(1.0) : HEXLOAD_REAL(0.0));
+        hexload_real_t sum =
+            self->spread[ROW(i) + j] / KAPPA + (i == j ? HEXLOAD_REAL(1.0) : HEXLOAD_REAL(0.0));
         for (uint32_t k = 0; k < j; k++) {
-            sum = hexload_fma(-row[k], self->next_factor[j][k], sum);
+            sum = hexload_fma(-row[k], self->next_factor[ROW(j) + k], sum);
         }
-        row[j] = i == j ? HEXLOAD_REAL(1.0) / hexload_sqrt(sum) : sum * self->next_factor[j][j];
+        row[j] = i == j ? HEXLOAD_REAL(1.0) / hexload_sqrt(sum) : sum * self->next_factor[ROW(j) + j];
     }
 }
 
@@ -44,7 +45,7 @@ static void take(hexload_motion_directions_t* self, const hexload_real_t slope_m
     const hexload_real_t weight = square > LARGEST_SQUARE ? share * LARGEST_SQUARE / square : share;
     for (int i = 0; i < HEXLOAD_LEGS; i++) {
         for (int j = 0; j <= i; j++) {
-            self->spread[i][j] += weight * c[i] * c[j] - share * self->spread[i][j];
+            self->spread[ROW(i) + j] += weight * c[i] * c[j] - share * self->spread[ROW(i) + j];
         }
     }
 }
@@ -68,15 +69,15 @@ void hexload_motion_directions_keep(const hexload_motion_directions_t* self,
     for (int i = 0; i < HEXLOAD_LEGS; i++) {
         y[i] = slope_m_s[i];
         for (int k = 0; k < i; k++) {
-            y[i] = hexload_fma(-self->factor[i][k], y[k], y[i]);
+            y[i] = hexload_fma(-self->factor[ROW(i) + k], y[k], y[i]);
         }
-        y[i] *= self->factor[i][i];
+        y[i] *= self->factor[ROW(i) + i];
     }
     for (int i = HEXLOAD_LEGS - 1; i >= 0; i--) {
         for (int k = i + 1; k < HEXLOAD_LEGS; k++) {
-            y[i] = hexload_fma(-self->factor[k][i], y[k], y[i]);
+            y[i] = hexload_fma(-self->factor[ROW(k) + i], y[k], y[i]);
         }
-        y[i] *= self->factor[i][i];
+        y[i] *= self->factor[ROW(i) + i];
         slope_m_s[i] -= y[i];
     }
 }
