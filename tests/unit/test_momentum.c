@@ -1,6 +1,9 @@
 #include "hexload/momentum.h"
+#include "momentum/momentum_model.h"
 #include "momentum/momentum_supervisor.h"
+#include "momentum/wrench_monitor.h"
 #include "motion.h"
+#include "rig/rig_friction.h"
 
 #include <math.h>
 #include <string.h>
@@ -247,6 +250,61 @@ static void test_a_servo_that_rings_from_rest_on_is_no_load_change(void) {
     }
 }
 
+/// Whether a platform without weight, at rest at home, is given alarm while each leg's friction is off by its
+/// part of `off_n`, and 100 N of it are known.
+static bool is_alarm_of(const double off_n[HEXLOAD_LEGS]) {
+    hexload_config_t config = paper_machine();
+    hexload_momentum_filter_t filter;
+    hexload_wrench_monitor_t monitor;
+    hexload_kinematics_t kinematics;
+    hexload_motion_t motion;
+    hexload_momentum_input_t input;
+    hexload_real_t unknown[6][6] = {{0}};
+    const hexload_real_t nothing_n_s[6] = {0};
+    hexload_real_t force_n[HEXLOAD_LEGS], variance_n2[HEXLOAD_LEGS];
+    const hexload_leg_sample_t home = {.tick = 0};
+    config.gravity_m_s2 = HEXLOAD_REAL(0.0);
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_OK, hexload_kinematics_init(&kinematics, &config));
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_OK, hexload_kinematics_solve(&kinematics, &config, &home, &motion));
+    for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
+        force_n[leg] = (hexload_real_t)off_n[leg];
+        variance_n2[leg] = RIG_UNKNOWN_TICKS * RIG_UNKNOWN_SHARE * RIG_UNKNOWN_SHARE * HEXLOAD_REAL(1e4);
+    }
+    hexload_momentum_read_input(&motion, force_n, &input);
+    const hexload_push_t push = {.motion = &motion,
+                                 .momentum = nothing_n_s,
+                                 .momentum_of_change = nothing_n_s,
+                                 .last = &input,
+                                 .input = &input,
+                                 .variance_n2 = variance_n2,
+                                 .unknown = unknown};
+    hexload_momentum_filter_init(&filter, &config);
+    hexload_wrench_monitor_init(&monitor);
+    monitor.motion_s = HEXLOAD_REAL(5.0); // it has seen how the machine is
+    bool is_alarm = false;
+    for (int tick = 0; tick < 400; tick++) {
+        is_alarm =
+            hexload_wrench_monitor_step(&monitor, &config, &filter, HEXLOAD_FIT_FRICTION, &push) || is_alarm;
+    }
+    return is_alarm;
+}
+
+static void test_friction_that_is_not_known_is_no_load_change_and_hides_no_larger_load(void) {
+    // GIVEN legs that stand, with 100 N of friction WHEN each of them is off by twice that, in whatever
+    // direction
+    for (unsigned directions = 0; directions < 64; directions++) {
+        double off_n[HEXLOAD_LEGS];
+        for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
+            off_n[leg] = (directions >> leg & 1u) != 0 ? 200.0 : -200.0;
+        }
+        // THEN that is no load change
+        TEST_ASSERT_FALSE(is_alarm_of(off_n));
+    }
+    // AND a weight of a twentieth more than all that, sqrt(50 / 48) being 1.02, is one
+    const double weight_n[HEXLOAD_LEGS] = {210.0, 210.0, 210.0, 210.0, 210.0, 210.0};
+    TEST_ASSERT_TRUE(is_alarm_of(weight_n));
+}
+
 static void test_missing_samples_cost_little(void) {
     // GIVEN a motion of which every hundredth sample is missing
     bench_t bench;
@@ -368,6 +426,7 @@ int main(void) {
     RUN_TEST(test_understated_noise_is_detected_and_used);
     RUN_TEST(test_a_speed_that_is_wrong_now_and_then_is_no_load_change);
     RUN_TEST(test_a_servo_that_rings_from_rest_on_is_no_load_change);
+    RUN_TEST(test_friction_that_is_not_known_is_no_load_change_and_hides_no_larger_load);
     RUN_TEST(test_missing_samples_cost_little);
     RUN_TEST(test_long_gap_restarts_the_momentum_and_keeps_the_load);
     RUN_TEST(test_known_mass_stays);

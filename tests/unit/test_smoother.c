@@ -153,12 +153,12 @@ static void test_noise_at_rest_is_not_taken_for_motion(void) {
 }
 
 /// A leg's speed with a transient that oscillates.
-static double ringing_m_s(double frequency_hz, double t_s) {
-    return 0.05 * cos(2.0 * 3.14159265358979 * frequency_hz * t_s);
+static double ringing_m_s(double frequency_hz, double amplitude_m_s, double t_s) {
+    return amplitude_m_s * cos(2.0 * 3.14159265358979 * frequency_hz * t_s);
 }
 
-/// Largest error of the smooth speeds in a steady oscillation of 50 mm/s, over its amplitude.
-static double ringing_left(double frequency_hz) {
+/// Largest error of the smooth speeds in a steady oscillation, over its amplitude.
+static double ringing_left(double frequency_hz, double amplitude_m_s) {
     const hexload_config_t config = machine_with_lag(80, 20e-6);
     const double omega = 2.0 * 3.14159265358979 * frequency_hz;
     hexload_smoother_t smoother;
@@ -169,16 +169,16 @@ static double ringing_left(double frequency_hz) {
         const double t_s = 1e-3 * tick;
         hexload_leg_sample_t sample = {.tick = tick};
         for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
-            sample.displacement_m[leg] = (hexload_real_t)(0.05 / omega * sin(omega * t_s));
-            sample.velocity_m_s[leg] = (hexload_real_t)ringing_m_s(frequency_hz, t_s);
+            sample.displacement_m[leg] = (hexload_real_t)(amplitude_m_s / omega * sin(omega * t_s));
+            sample.velocity_m_s[leg] = (hexload_real_t)ringing_m_s(frequency_hz, amplitude_m_s, t_s);
         }
         (void)put(&smoother, &config, &sample, tick > 0);
         if (hexload_smoother_take(&smoother, &config.sensors, &past) && past.sample.tick > 100) {
-            const double true_m_s = ringing_m_s(frequency_hz, 1e-3 * past.sample.tick);
+            const double true_m_s = ringing_m_s(frequency_hz, amplitude_m_s, 1e-3 * past.sample.tick);
             largest_m_s = fmax(largest_m_s, fabs((double)past.smooth_velocity_m_s[2] - true_m_s));
         }
     }
-    return largest_m_s / 0.05;
+    return largest_m_s / amplitude_m_s;
 }
 
 static void test_a_transient_faster_than_the_window_is_followed(void) {
@@ -186,8 +186,15 @@ static void test_a_transient_faster_than_the_window_is_followed(void) {
     // for THEN of 20 Hz a parabola through 12 ticks on each side leaves out 2.1 % (its weights times
     // cosines), of 50 Hz one through 6 ticks 6.1 %; and where speeds pass zero, what counts as noise: the
     // roots of 22.46 * 0.0992 and of 600 * 0.212 sigma^2 over six legs, 0.61 and 4.6 mm/s
-    TEST_ASSERT_TRUE(ringing_left(20.0) < 0.0215 + 0.61 / 50.0);
-    TEST_ASSERT_TRUE(ringing_left(50.0) < 0.0611 + 4.6 / 50.0);
+    TEST_ASSERT_TRUE(ringing_left(20.0, 0.05) < 0.0215 + 0.61 / 50.0);
+    TEST_ASSERT_TRUE(ringing_left(50.0, 0.05) < 0.0611 + 4.6 / 50.0);
+}
+
+static void test_a_transient_is_never_followed_the_wrong_way_round(void) {
+    // GIVEN legs that ring at 90 Hz with less than the narrow parabola is for: the wide one gives -0.37 of it
+    // (its weights times cosines), the narrow one 0.54 WHEN the smooth speeds are asked for THEN they leave
+    // it out: off by the amplitude, not by 1.3 of it
+    TEST_ASSERT_TRUE(ringing_left(90.0, 0.004) < 1.02);
 }
 
 /// How many of 4,000 speeds, from windows that share no tick, are not zero for legs at rest.
@@ -386,6 +393,7 @@ int main(void) {
     RUN_TEST(test_curvature_of_one_leg_does_not_bring_in_the_noise_of_the_others);
     RUN_TEST(test_noise_at_rest_is_not_taken_for_motion);
     RUN_TEST(test_a_transient_faster_than_the_window_is_followed);
+    RUN_TEST(test_a_transient_is_never_followed_the_wrong_way_round);
     RUN_TEST(test_noise_of_speed_sensors_is_hardly_ever_followed);
     RUN_TEST(test_a_ticks_own_speed_is_not_in_its_smooth_one);
     RUN_TEST(test_a_speed_that_is_wrong_once_is_not_followed);

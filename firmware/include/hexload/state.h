@@ -345,15 +345,13 @@ enum {
 };
 
 typedef struct hexload_wrench_monitor {
-    hexload_real_t last_momentum[6];                                  ///< of the last tick; N s, N m s
-    hexload_real_t residual[HEXLOAD_WRENCH_PARTS];                    ///< y: F_z, M_x, M_y; N, N m
-    hexload_real_t regressor[HEXLOAD_LOAD_DIM][HEXLOAD_WRENCH_PARTS]; ///< A^T, a parameter in each tick
-    hexload_real_t last_column[HEXLOAD_LOAD_DIM][6];                  ///< of Y, as of its last turn
-    hexload_real_t friction[HEXLOAD_WRENCH_SQUARES];                  ///< what slow legs leave open of y y^T
-    hexload_real_t mean_square[HEXLOAD_WRENCH_SQUARES];               ///< C
-    hexload_real_t bin[HEXLOAD_WRENCH_BINS][HEXLOAD_WRENCH_SQUARES];  ///< means of 50 ms each
-    hexload_real_t filling[HEXLOAD_WRENCH_SQUARES];                   ///< the next bin, so far
-    hexload_real_t filled_s;                                          ///< time in it
+    hexload_real_t last_momentum[6];                    ///< of the last tick; N s, N m s
+    hexload_real_t residual[HEXLOAD_WRENCH_PARTS];      ///< y: F_z, M_x, M_y; N, N m
+    hexload_real_t open[HEXLOAD_WRENCH_SQUARES];        ///< what theta and slow legs leave open of y y^T
+    hexload_real_t mean_square[HEXLOAD_WRENCH_SQUARES]; ///< C
+    hexload_real_t bin[HEXLOAD_WRENCH_BINS][HEXLOAD_WRENCH_SQUARES]; ///< means of 50 ms each
+    hexload_real_t filling[HEXLOAD_WRENCH_SQUARES];                  ///< the next bin, so far
+    hexload_real_t filled_s;                                         ///< time in it
     hexload_real_t motion_s; ///< time that counts in C, up to its memory
     uint32_t bins;           ///< filled since the last change, at most all
     uint32_t next_bin;       ///< the oldest

@@ -237,7 +237,8 @@ static bool is_wrong_wrench(hexload_load_monitor_t* self, const hexload_config_t
                                  .momentum_of_change = push->momentum_of_change,
                                  .last = &self->last_input,
                                  .input = &push->input,
-                                 .variance_n2 = push->variance_n2};
+                                 .variance_n2 = push->variance_n2,
+                                 .unknown = self->unknown};
     if (now->gap_ticks != 1) {
         hexload_wrench_monitor_restart(&self->wrench);
     }

@@ -11,6 +11,15 @@
 /// Ten sigma in each leg.
 #define NARROW_LIMIT HEXLOAD_REAL(600.0)
 
+static hexload_real_t distance_square(const hexload_real_t a[HEXLOAD_LEGS],
+                                      const hexload_real_t b[HEXLOAD_LEGS]) {
+    hexload_real_t square = HEXLOAD_REAL(0.0);
+    for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
+        square = hexload_fma(a[leg] - b[leg], a[leg] - b[leg], square);
+    }
+    return square;
+}
+
 static void keep_significant(const hexload_real_t seen_m_s[HEXLOAD_LEGS], hexload_real_t least_square,
                              hexload_real_t velocity_m_s[HEXLOAD_LEGS]) {
     hexload_real_t beyond_m_s[HEXLOAD_LEGS];
@@ -56,8 +65,13 @@ void hexload_transient_follow(const hexload_smoother_t* smoother, uint32_t place
     // until the window is full there is nothing else that follows a motion's start
     const bool has_window = smoother->entered > 2 * smoother->constants.lag_ticks;
     const hexload_real_t narrow_limit = has_window ? NARROW_LIMIT : CHI_SQUARE_6_999;
-    if (is_whole) {
+    // what is faster than the wide one comes out of it as nothing, or turned round
+    const bool is_wide =
+        distance_square(by_narrow_m_s, by_wide_m_s) < distance_square(by_wide_m_s, velocity_m_s);
+    if (is_whole && is_wide) {
         keep_significant(by_wide_m_s, CHI_SQUARE_6_999 * WIDE(0.0) * variance, velocity_m_s);
+    }
+    if (is_whole) {
         keep_significant(by_narrow_m_s, narrow_limit * NARROW(0.0) * variance, velocity_m_s);
     }
 }

@@ -20,6 +20,10 @@
 /// Least standard deviation of y: a share of the weight, at the platform's hinges for the moments.
 #define LEAST_SHARE HEXLOAD_REAL(0.005)
 
+/// Of the square of friction: a leg's is off by twice the whole at most, and the errors of six cannot add up
+/// to more than 4 6 / (1 / 2) = 48 of chi-square, below the alarm.
+#define FRICTION_SHARE HEXLOAD_REAL(0.5)
+
 /// A platform that is slower does not show its friction.
 #define MOVING_M_S HEXLOAD_REAL(0.01)
 
@@ -37,7 +41,6 @@ void hexload_wrench_monitor_init(hexload_wrench_monitor_t* self) {
 
 void hexload_wrench_monitor_restart(hexload_wrench_monitor_t* self) {
     memset(self->residual, 0, sizeof self->residual);
-    memset(self->regressor, 0, sizeof self->regressor);
     memset(self->filling, 0, sizeof self->filling);
     self->bins = 0;
     self->filled_s = HEXLOAD_REAL(0.0);
@@ -54,86 +57,73 @@ static void read_parts(const hexload_motion_t* motion, const hexload_real_t wren
     parts[2] = wrench[4] - (p[2] * wrench[0] - p[0] * wrench[2]);
 }
 
-static void fade(hexload_real_t mean[PARTS], const hexload_real_t parts[PARTS], hexload_real_t share) {
-    for (int i = 0; i < PARTS; i++) {
-        mean[i] += share * (parts[i] - mean[i]);
-    }
-}
-
-/// Moves r on by a tick, and A by one column, as its motion of the ten ticks since the last time.
+/// Moves r on by a tick.
 static void observe(hexload_wrench_monitor_t* self, const hexload_config_t* config,
                     const hexload_real_t body[DIM], const hexload_push_t* push) {
-    const hexload_real_t share = config->tick_s / MEMORY_S;
     const hexload_real_t rate_1_s = HEXLOAD_REAL(1.0) / config->tick_s;
-    const uint32_t k = self->ticks % DIM;
-    hexload_real_t unit[DIM] = {0};
     hexload_real_t due[6];
-    hexload_real_t column[6];
     hexload_real_t G[PULLED][LIFTED];
     hexload_real_t parts[PARTS];
     hexload_momentum_pull(push->last, push->input, config->tick_s * config->gravity_m_s2, G);
     memcpy(due, self->last_momentum, sizeof due);
     hexload_momentum_move(due, push->last, push->input, config->tick_s, G, body);
-    unit[k] = HEXLOAD_REAL(1.0);
-    hexload_momentum_of_body(unit, push->motion, push->motion->twist, column);
     for (int a = 0; a < 6; a++) {
-        const bool is_pulled = a >= FIRST_PULLED && a < FIRST_PULLED + PULLED && k < LIFTED;
-        const hexload_real_t pull = is_pulled ? G[a - FIRST_PULLED][k] : HEXLOAD_REAL(0.0);
-        const hexload_real_t change = (column[a] - self->last_column[k][a]) / (hexload_real_t)DIM;
-        self->last_column[k][a] = column[a];
-        column[a] = rate_1_s * (change - pull);
         due[a] = rate_1_s * (push->momentum[a] - push->momentum_of_change[a] - due[a]);
         self->last_momentum[a] = push->momentum[a];
     }
     read_parts(push->motion, due, parts);
-    fade(self->residual, parts, share);
-    read_parts(push->motion, column, parts);
-    fade(self->regressor[k], parts, self->ticks > DIM ? (hexload_real_t)DIM * share : HEXLOAD_REAL(0.0));
+    for (int i = 0; i < PARTS; i++) {
+        self->residual[i] += config->tick_s / MEMORY_S * (parts[i] - self->residual[i]);
+    }
+}
+
+/// Of y y^T, what theta's errors make of it: of a leaky mean the square is no more than the mean of the
+/// squares.
+static void read_unknown(const hexload_push_t* seen, hexload_real_t spread[PARTS][PARTS]) {
+    hexload_real_t rows[6][PARTS];
+    for (int a = 0; a < 6; a++) {
+        hexload_real_t row[6];
+        for (int b = 0; b < 6; b++) {
+            row[b] = seen->unknown[b <= a ? a : b][b <= a ? b : a];
+        }
+        read_parts(seen->motion, row, rows[a]);
+    }
+    for (int i = 0; i < PARTS; i++) {
+        const hexload_real_t column[6] = {rows[0][i], rows[1][i], rows[2][i],
+                                          rows[3][i], rows[4][i], rows[5][i]};
+        read_parts(seen->motion, column, spread[i]);
+    }
 }
 
 /// Where a leg is slow all of its friction may be wrong, and for as long as it is: by no past of moving legs
 /// is that known.
-static void observe_friction(hexload_wrench_monitor_t* self, const hexload_config_t* config,
-                             const hexload_push_t* seen) {
-    const hexload_real_t whole =
-        HEXLOAD_REAL(1.0) / (RIG_UNKNOWN_TICKS * RIG_UNKNOWN_SHARE * RIG_UNKNOWN_SHARE);
+static void observe_open(hexload_wrench_monitor_t* self, const hexload_config_t* config,
+                         const hexload_push_t* seen) {
+    const hexload_real_t whole = FRICTION_SHARE / (RIG_UNKNOWN_TICKS * RIG_UNKNOWN_SHARE * RIG_UNKNOWN_SHARE);
     const hexload_real_t share = config->tick_s / MEMORY_S;
+    hexload_real_t spread[PARTS][PARTS];
+    read_unknown(seen, spread);
     for (int i = 0; i < PARTS; i++) {
         for (int j = 0; j <= i; j++) {
-            hexload_real_t sum = HEXLOAD_REAL(0.0);
+            hexload_real_t sum = spread[i][j];
             for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
                 const hexload_real_t* push = &seen->motion->J[leg][2]; // F_z, M_x, M_y
                 sum = hexload_fma(whole * seen->variance_n2[leg] * push[i], push[j], sum);
             }
-            self->friction[ROW(i) + j] += share * (sum - self->friction[ROW(i) + j]);
+            self->open[ROW(i) + j] += share * (sum - self->open[ROW(i) + j]);
         }
     }
 }
 
-/// A P A^T, friction and C, with its floor.
+/// What is open of y y^T, and C, with its floor.
 static void find_spread(const hexload_wrench_monitor_t* self, const hexload_config_t* config,
-                        const hexload_momentum_filter_t* filter, const hexload_real_t body[DIM],
-                        hexload_real_t S[3][3]) {
+                        const hexload_real_t body[DIM], hexload_real_t S[3][3]) {
     const hexload_real_t* a = config->geometry.platform_hinge_m[0];
     const hexload_real_t least_n = LEAST_SHARE * config->gravity_m_s2 * body[HEXLOAD_LOAD_M];
     const hexload_real_t least_n_m2 = least_n * least_n * dot3(a, a);
-    memset(S, 0, 3 * sizeof S[0]);
-    for (int k = 0; k < DIM; k++) {
-        hexload_real_t PA[PARTS] = {0};
-        for (int n = 0; n < DIM; n++) {
-            for (int i = 0; i < PARTS; i++) {
-                PA[i] = hexload_fma(filter->load_cov[k][n], self->regressor[n][i], PA[i]);
-            }
-        }
-        for (int i = 0; i < PARTS; i++) {
-            for (int j = 0; j <= i; j++) {
-                S[i][j] = hexload_fma(self->regressor[k][j], PA[i], S[i][j]);
-            }
-        }
-    }
     for (int i = 0; i < PARTS; i++) {
         for (int j = 0; j <= i; j++) {
-            S[i][j] += self->friction[ROW(i) + j] + self->mean_square[ROW(i) + j];
+            S[i][j] = self->open[ROW(i) + j] + self->mean_square[ROW(i) + j];
         }
         S[i][i] += i == 0 ? least_n * least_n : least_n_m2;
     }
@@ -201,13 +191,13 @@ bool hexload_wrench_monitor_step(hexload_wrench_monitor_t* self, const hexload_c
         body[k] = filter->platform[k] + filter->theta[k];
     }
     observe(self, config, body, push);
-    observe_friction(self, config, push);
+    observe_open(self, config, push);
     const hexload_real_t since_s = config->tick_s * (hexload_real_t)self->ticks;
     const bool is_settled = self->ticks > SETTLED_TICKS && (fit != HEXLOAD_FIT_NONE || since_s > DOUBTFUL_S);
     const bool is_asked = is_settled && fit != HEXLOAD_FIT_NOISE;
     self->ticks = self->ticks < UINT32_MAX / 2 ? self->ticks : self->ticks - 1;
     if (is_asked) {
-        find_spread(self, config, filter, body, S);
+        find_spread(self, config, body, S);
     }
     if (is_moving(motion)) {
         learn(self, config, self->residual);

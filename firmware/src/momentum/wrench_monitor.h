@@ -5,11 +5,11 @@
 /// White noise says nothing of how large the errors of such a machine are; its own past does. A momentum
 /// observer with a memory of 20 ms (De Luca, Mattone 2005) gives the wrench that is missing,
 ///
-///     r += b (d(Y theta) / dt - u - G theta - r),   A likewise of the regressors,   b = tick / 20 ms
+///     r += b (d(Y theta) / dt - u - G theta - r),   b = tick / 20 ms
 ///
-/// of which F_z, M_x and M_y about O_A, y, are compared with what the parameters' errors explain, A P A^T,
-/// and with C, the mean of y y^T over the last 10 s of motion, up to 200 ms ago: y^T (A P A^T + C)^-1 y. A
-/// load that comes or goes is weight, which these three show.
+/// of which F_z, M_x and M_y about O_A, y, are compared with what the parameters' errors and slow legs leave
+/// open, O, the same mean of squares, and with C, the mean of y y^T over the last 10 s of motion, up to 200
+/// ms ago: y^T (O + C)^-1 y. A load that comes or goes is weight, which these three show.
 #ifndef HEXLOAD_WRENCH_MONITOR_H
 #define HEXLOAD_WRENCH_MONITOR_H
 
@@ -30,6 +30,8 @@ typedef struct hexload_push {
     const hexload_momentum_input_t* last;     ///< what moved mu at the tick before
     const hexload_momentum_input_t* input;    ///< what moves it now
     const hexload_real_t* variance_n2;        ///< of each leg's friction, as of hexload_rig_compensate()
+    /// covariance of the wrench that theta's errors make, of late; the lower triangle counts; N^2 and so on
+    hexload_real_t (*unknown)[6];
 } hexload_push_t;
 
 /// Starts from nothing.
