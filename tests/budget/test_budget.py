@@ -44,8 +44,8 @@ PAPER_SOURCES = ("wrench.c", "rate_noise.c", "paper_model.c", "paper_filter.c", 
 MOMENTUM_SOURCES = ("noise_estimator.c", "rig.c", "smoother.c", "transient.c", "momentum_model.c", "momentum_filter.c",
                     "consider.c", "jackknife.c", "wrench_monitor.c", "load_monitor.c", "momentum_supervisor.c", "pseudo_inertia.c", "momentum.c")  # fmt: skip
 EFFECTS_SOURCES = ("actuator_effects.c", "identifiability.c", "momentum_effects.c")
-# What only those link who ask for it: the load as a body, traces, the interface over all kinds and its differentiator.
-ASKED_SOURCES = ("body.c", "nearest_body.c", "trace.c", "differentiator.c", "hexload.c")
+# What only those link who ask for it: the words of an input fault, the load as a body, traces, the interface over all kinds and its differentiator.
+ASKED_SOURCES = ("input_fault.c", "body.c", "nearest_body.c", "trace.c", "differentiator.c", "hexload.c")
 LEFT_OUT = {
     "core": (*MOMENTUM_SOURCES, *EFFECTS_SOURCES, *ASKED_SOURCES),
     "momentum": (*PAPER_SOURCES, *EFFECTS_SOURCES, *ASKED_SOURCES),

@@ -6,6 +6,7 @@
 
 enum {
     BLOCK_TICKS = 16,
+    FORCES_TICKS = 8,      ///< of a block, at which its forces are taken: not all work in one tick
     BLOCKS = 32,           ///< in a window
     LONGEST_GAP_TICKS = 8, ///< that the integral of a velocity bridges
     MOVING_LEGS = 4,       ///< that must have one gain before it is the clock's
@@ -113,6 +114,7 @@ static void begin_block(hexload_plausibility_t* self, const hexload_leg_sample_t
     memcpy(self->begin_m_s, sample->velocity_m_s, sizeof self->begin_m_s);
     memset(self->velocities, 0, sizeof self->velocities);
     self->ticks = 0;
+    self->has_forces = false;
     self->has_begun = true;
 }
 
@@ -131,8 +133,8 @@ static void add_look(hexload_plausibility_look_t* look, hexload_real_t shown_m, 
     look->last_change_m_s = change_m_s;
 }
 
-/// The legs' wrench, by the trapezoidal rule over the window, as the twist's change is; and the part of the
-/// leg that is looked at.
+/// The legs' wrench at a tick of each block, by the trapezoidal rule over the window, as the twist's change
+/// is; and the part of the leg that is looked at.
 static void add_forces(hexload_plausibility_t* self, const hexload_config_t* config,
                        const hexload_present_tick_t* now) {
     static const uint8_t COLUMNS[4] = {0, 1, 5, 2};
@@ -151,6 +153,7 @@ static void add_forces(hexload_plausibility_t* self, const hexload_config_t* con
             self->look.wrench[k] += is_own ? part : HEXLOAD_REAL(0.0);
         }
     }
+    self->has_forces = true;
     const hexload_real_t since_s = config->tick_s * (hexload_real_t)((BLOCKS - 1) * BLOCK_TICKS);
     for (int k = 0; k < 3; k++) {
         if (is_first) {
@@ -178,7 +181,6 @@ static void close_block(hexload_plausibility_t* self, const hexload_config_t* co
         leg->integral_m2 = hexload_fma(integral_m[n], integral_m[n], leg->integral_m2);
     }
     add_look(&self->look, shown_m[self->turn], integral_m[self->turn], change_m_s[self->turn], integral_m);
-    add_forces(self, config, now);
     self->blocks++;
     self->stage = self->blocks == BLOCKS ? 1 : 0;
 }
@@ -512,15 +514,22 @@ void hexload_plausibility_step(hexload_plausibility_t* self, const hexload_confi
         self->velocities[leg] = hexload_fma(gap, now->sample->velocity_m_s[leg], self->velocities[leg]);
     }
     self->ticks = (uint8_t)(self->ticks + now->gap_ticks);
+    const bool is_long_tick = now->motion->newton_steps > self->newton_steps;
+    self->newton_steps = (uint8_t)now->motion->newton_steps;
+    if (is_long_tick) {
+        return; // what is to be done beyond sums can wait
+    }
     if (self->stage > 0) {
         evaluate(self, config, now, late_s);
+    } else if (self->ticks >= FORCES_TICKS && !self->has_forces) {
+        add_forces(self, config, now);
     } else if (self->ticks >= BLOCK_TICKS) {
         if (is_moving) {
             note_stuck_forces(self);
         }
         close_block(self, config, now);
     }
-    if (self->ticks >= BLOCK_TICKS) {
+    if (self->ticks >= BLOCK_TICKS && (self->has_forces || self->stage > 0)) {
         begin_block(self, now->sample);
     }
 }
