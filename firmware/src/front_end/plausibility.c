@@ -76,24 +76,32 @@ static uint8_t count_up(uint8_t count) {
     return (uint8_t)(count + (count < UINT8_MAX ? 1 : 0));
 }
 
-/// Counts samples that repeat the one before, and the ticks for which each force has stood still.
-/// @return whether a leg is fast enough to change its displacement at every tick.
-static bool watch_repeats(hexload_plausibility_t* self, const hexload_config_t* config,
+/// Whether a leg is fast enough to change its displacement at every tick.
+static bool is_moving(const hexload_config_t* config, const hexload_leg_sample_t* sample) {
+    hexload_real_t fastest_m_s = HEXLOAD_REAL(0.0);
+    for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
+        fastest_m_s = hexload_max(hexload_abs(sample->velocity_m_s[leg]), fastest_m_s);
+    }
+    return fastest_m_s > MOVING_SIGMAS * config->sensors.velocity_sigma_m_s;
+}
+
+/// Counts the ticks for which each force has stood still, and samples that repeat the one before.
+static void watch_repeats(hexload_plausibility_t* self, const hexload_config_t* config,
                           const hexload_leg_sample_t* sample) {
     bool is_repeated = true;
-    bool is_moving = false;
-    const hexload_real_t fast_m_s = MOVING_SIGMAS * config->sensors.velocity_sigma_m_s;
     for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
         const bool has_changed = sample->force_n[leg] != self->last_force_n[leg];
-        is_repeated =
-            is_repeated && !has_changed && sample->displacement_m[leg] == self->last_displacement_m[leg];
-        is_moving = is_moving || hexload_abs(sample->velocity_m_s[leg]) > fast_m_s;
         self->run[leg] = has_changed ? 0 : count_up(self->run[leg]);
+        is_repeated = is_repeated && !has_changed;
+    }
+    for (int leg = 0; leg < HEXLOAD_LEGS && is_repeated; leg++) {
+        is_repeated = sample->displacement_m[leg] == self->last_displacement_m[leg];
+    }
+    if (is_repeated && is_moving(config, sample)) {
+        self->repeated = count_up(self->repeated);
     }
     memcpy(self->last_force_n, sample->force_n, sizeof self->last_force_n);
     memcpy(self->last_displacement_m, sample->displacement_m, sizeof self->last_displacement_m);
-    self->repeated = is_repeated && is_moving ? count_up(self->repeated) : self->repeated;
-    return is_moving;
 }
 
 /// Forces that stand still while enough others change.
@@ -500,7 +508,7 @@ static void evaluate(hexload_plausibility_t* self, const hexload_config_t* confi
 void hexload_plausibility_step(hexload_plausibility_t* self, const hexload_config_t* config,
                                const hexload_leg_sample_t* sample, const hexload_present_tick_t* now,
                                hexload_real_t late_s) {
-    const bool is_moving = watch_repeats(self, config, sample);
+    watch_repeats(self, config, sample);
     if (now->sample == NULL || now->gap_ticks == 0 || now->gap_ticks > LONGEST_GAP_TICKS ||
         !self->has_begun) {
         self->has_begun = false;
@@ -524,7 +532,7 @@ void hexload_plausibility_step(hexload_plausibility_t* self, const hexload_confi
     } else if (self->ticks >= FORCES_TICKS && !self->has_forces) {
         add_forces(self, config, now);
     } else if (self->ticks >= BLOCK_TICKS) {
-        if (is_moving) {
+        if (is_moving(config, sample)) {
             note_stuck_forces(self);
         }
         close_block(self, config, now);
