@@ -116,7 +116,6 @@ typedef struct hexload_plausibility {
     hexload_real_t largest_error; ///< of such a gain
     uint8_t run[HEXLOAD_LEGS];    ///< ticks for which the force has stood still
     uint8_t ticks;                ///< since the block's begin
-    uint8_t newton_steps;         ///< of the last tick's pose
     uint8_t blocks;               ///< in the window
     uint8_t stage;                ///< of the evaluation after the window's end; 0: a window is being filled
     uint8_t repeated;             ///< samples in the window that repeat the one before

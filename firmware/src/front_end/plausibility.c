@@ -6,17 +6,18 @@
 
 enum {
     BLOCK_TICKS = 16,
-    FORCES_TICKS = 8,      ///< of a block, at which its forces are taken: not all work in one tick
-    BLOCKS = 32,           ///< in a window
-    LONGEST_GAP_TICKS = 8, ///< that the integral of a velocity bridges
-    MOVING_LEGS = 4,       ///< that must have one gain before it is the clock's
-    REPEATED_SAMPLES = 26, ///< one in twenty: a sensor's converter may be late once
-    STUCK_TICKS = 64,      ///< of a force; noise passes the steps of any converter before
-    FRESH_TICKS = 4,       ///< within which other forces have changed
-    FRESH_LEGS = 3,        ///< so many others
-    MOTION_STRIKES = 2,    ///< windows in a row
-    FORCE_STRIKES = 4,     ///< friction and a tilted base look like other forces for a while
-    HOLD = 10,             ///< windows
+    FORCES_TICKS = 8,       ///< of a block, at which its forces are taken: not all work in one tick
+    BLOCKS = 32,            ///< in a window
+    LONGEST_GAP_TICKS = 8,  ///< that the integral of a velocity bridges
+    MOVING_LEGS = 4,        ///< that must have one gain before it is the clock's
+    REPEATED_SAMPLES = 26,  ///< one in twenty: a sensor's converter may be late once
+    STUCK_TICKS = 64,       ///< of a force; noise passes the steps of any converter before
+    FRESH_TICKS = 4,        ///< within which other forces have changed
+    FRESH_LEGS = 3,         ///< so many others
+    MOTION_STRIKES = 2,     ///< windows in a row
+    FORCE_STRIKES = 4,      ///< friction and a tilted base look like other forces for a while
+    HOLD = 10,              ///< windows
+    USUAL_NEWTON_STEPS = 2, ///< of a pose that follows another
     NO_LEG = HEXLOAD_LEGS,
     SCREEN_END = HEXLOAD_LEGS, ///< stages of the evaluation: a leg each, and then
     LOOK,
@@ -522,9 +523,7 @@ void hexload_plausibility_step(hexload_plausibility_t* self, const hexload_confi
         self->velocities[leg] = hexload_fma(gap, now->sample->velocity_m_s[leg], self->velocities[leg]);
     }
     self->ticks = (uint8_t)(self->ticks + now->gap_ticks);
-    const bool is_long_tick = now->motion->newton_steps > self->newton_steps;
-    self->newton_steps = (uint8_t)now->motion->newton_steps;
-    if (is_long_tick) {
+    if (now->motion->newton_steps > USUAL_NEWTON_STEPS) {
         return; // what is to be done beyond sums can wait
     }
     if (self->stage > 0) {
