@@ -36,7 +36,9 @@ MOST_BYTES = {
     "momentum_estimator": 20 * 1024,
 }
 MOST_STACK_BYTES = 3 * 1024
-MOST_PAPER_INSTRUCTIONS = 6_550  # a whole sample of a motion at -O3; 6,000 were asked, before the look at contradictions
+MOST_PAPER_INSTRUCTIONS = (
+    6_550  # a whole sample of a motion at -O3; 6,000 were asked, before the look at contradictions
+)
 MOST_MOMENTUM_INSTRUCTIONS = {"-O2": 44_000, "-O3": 34_000}  # of any input
 
 # What a program does not link that uses one of the three estimators; that with actuator effects needs the other's too.

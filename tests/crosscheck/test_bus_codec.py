@@ -311,7 +311,18 @@ def test_the_firmware_finds_the_answer_that_cantools_sent_in_fd(answer):
     assert found == answer
 
 
-ZERO_FIELDS = (*INPUT_FAULT, "tick", "status", "state", "fault", "missing_legs", "filter", "health", "refused", "verdict")
+ZERO_FIELDS = (
+    *INPUT_FAULT,
+    "tick",
+    "status",
+    "state",
+    "fault",
+    "missing_legs",
+    "filter",
+    "health",
+    "refused",
+    "verdict",
+)
 
 
 @tuned

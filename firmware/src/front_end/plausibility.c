@@ -19,10 +19,14 @@ enum {
     HOLD = 10,              ///< windows
     USUAL_NEWTON_STEPS = 2, ///< of a pose that follows another
     NO_LEG = HEXLOAD_LEGS,
-    SCREEN_END = HEXLOAD_LEGS, ///< stages of the evaluation: a leg each, and then
-    LOOK,
-    BALANCE,
-    CONCLUDE,
+};
+
+/// Stages of the evaluation after a window's end: one for each leg, and then.
+enum {
+    SCREEN_END = HEXLOAD_LEGS,
+    LOOK = SCREEN_END + 1,
+    BALANCE = SCREEN_END + 2,
+    CONCLUDE = SCREEN_END + 3,
 };
 
 #define N ((hexload_real_t)BLOCKS)
@@ -347,8 +351,8 @@ static hexload_input_cause_t find_contradiction(const hexload_plausibility_t* se
 }
 
 /// Displacement against velocity of the leg whose turn it is.
-static void look(hexload_plausibility_t* self, const hexload_config_t* config,
-                 const hexload_sensors_t* sensors, hexload_real_t late_s) {
+static void look_at_leg(hexload_plausibility_t* self, const hexload_config_t* config,
+                        const hexload_sensors_t* sensors, hexload_real_t late_s) {
     const moments_t found = moments_of(self);
     const hexload_real_t noise_m2 =
         N * (HEXLOAD_REAL(2.0) * square(sensors->displacement_sigma_m) + integral_noise_m2(config, sensors));
@@ -496,7 +500,7 @@ static void evaluate(hexload_plausibility_t* self, const hexload_config_t* confi
     if (self->stage <= SCREEN_END && has_velocity) {
         screen(self, config, &now->sensors, self->stage - 1);
     } else if (self->stage == LOOK && has_velocity) {
-        look(self, config, &now->sensors, late_s);
+        look_at_leg(self, config, &now->sensors, late_s);
     } else if (self->stage == BALANCE && config->gravity_m_s2 > HEXLOAD_REAL(0.0)) {
         balance(self, config, now->motion);
     } else if (self->stage == CONCLUDE) {
