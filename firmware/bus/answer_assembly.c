@@ -18,7 +18,7 @@ static uint32_t longest_page_step_ticks(uint8_t filter) {
 }
 
 void hexload_answer_assembly_init(hexload_answer_assembly_t* self, hexload_bus_profile_t profile) {
-    *self = (hexload_answer_assembly_t){.profile = profile};
+    *self = (hexload_answer_assembly_t){.profile = profile, .answer = {.input = {.leg = HEXLOAD_LEGS}}};
 }
 
 /// Gives up an answer that has begun and is not whole.

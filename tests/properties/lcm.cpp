@@ -27,6 +27,7 @@ hexload_bus_answer_t some_answer(hexload_bus_filter_t filter) {
     answer.missing_legs = 0x2A;
     answer.filter = static_cast<std::uint8_t>(filter);
     answer.health = 0x1A5;
+    answer.input = {HEXLOAD_INPUT_VELOCITY_SIGN, 2};
     answer.refused = 123'456;
     for (int k = 0; k < parameters_of(filter); ++k) {
         answer.estimate.value[k] = static_cast<hexload_real_t>(1.5 + k);
@@ -113,6 +114,8 @@ TEST_CASE("an answer of either filter is the same after its two messages") {
         CHECK(again->missing_legs == answer.missing_legs);
         CHECK(again->filter == answer.filter);
         CHECK(again->health == answer.health);
+        CHECK(again->input.cause == answer.input.cause);
+        CHECK(again->input.leg == answer.input.leg);
         CHECK(again->refused == answer.refused);
         for (int k = 0; k < parameters_of(filter); ++k) {
             CHECK(again->estimate.value[k] == answer.estimate.value[k]);
@@ -135,6 +138,9 @@ TEST_CASE("health is reported in words") {
               hexload_health_name(HEXLOAD_HEALTH_COVARIANCE_BOUNDED) + ", " +
               hexload_health_name(HEXLOAD_HEALTH_INCONSISTENT) + ", " +
               hexload_health_name(static_cast<hexload_health_bit_t>(8)));
+    // and so is its input fault, with the leg
+    CHECK(transport::health_message(answer, 7).input_fault ==
+          std::string("leg 3: ") + hexload_input_fault_text(HEXLOAD_INPUT_VELOCITY_SIGN));
 }
 
 TEST_CASE("an answer with an unknown word, another filter or an impossible tick is refused") {

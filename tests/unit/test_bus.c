@@ -333,6 +333,7 @@ static const hexload_bus_controller_status_t some_status = {
     .frames_refused = 0xFFFFFFFFu,
     .samples_refused = 11,
     .load_changes = 65535,
+    .input = {HEXLOAD_INPUT_FORCE_DEAD, 5},
 };
 
 static void assert_same_status(const hexload_bus_controller_status_t* expected,
@@ -349,6 +350,8 @@ static void assert_same_status(const hexload_bus_controller_status_t* expected,
     TEST_ASSERT_EQUAL_UINT32(expected->frames_refused, found->frames_refused);
     TEST_ASSERT_EQUAL_UINT32(expected->samples_refused, found->samples_refused);
     TEST_ASSERT_EQUAL_UINT16(expected->load_changes, found->load_changes);
+    TEST_ASSERT_EQUAL_INT(expected->input.cause, found->input.cause);
+    TEST_ASSERT_EQUAL_UINT32(expected->input.leg, found->input.leg);
 }
 
 static void test_status_pages_put_together_are_the_status(void) {

@@ -2,6 +2,7 @@
 #include "motion.h"
 
 #include <math.h>
+#include <stdlib.h>
 #include <string.h>
 
 void setUp(void) {}
@@ -232,8 +233,11 @@ static void check_silent(bench_t* bench, uint32_t seconds) {
     }
 }
 
+/// Of each of four kinds of motion; the program's argument.
+static uint64_t seeds = 6;
+
 static void test_sensors_in_order_are_never_a_fault(void) {
-    for (uint64_t seed = 0; seed < 24; seed++) {
+    for (uint64_t seed = 0; seed < 4 * seeds; seed++) {
         bench_t bench;
         begin(&bench, paper_machine(), HEXLOAD_KIND_PAPER,
               seed % 4 == 0   ? paper_motion(0.01)
@@ -343,7 +347,8 @@ static void test_every_cause_has_words_of_its_own(void) {
     }
 }
 
-int main(void) {
+int main(int argc, char** argv) {
+    seeds = argc > 1 ? strtoull(argv[1], NULL, 10) : seeds;
     UNITY_BEGIN();
     RUN_TEST(test_what_contradicts_the_displacement_is_named);
     RUN_TEST(test_swapped_sensors_are_named_at_one_of_their_legs);

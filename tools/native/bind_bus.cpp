@@ -111,6 +111,18 @@ nb::tuple encode_sample(const std::string& profile, std::uint32_t tick, const Le
     return nb::make_tuple(to_python(frames, count), saturated);
 }
 
+// Codes of the bus: a leg is 1 to 6, and 0 none in particular.
+hexload_input_fault_t input_fault(const nb::dict& fields) {
+    const auto leg_code = field<std::uint32_t>(fields, "input_leg");
+    return {static_cast<hexload_input_cause_t>(field<unsigned>(fields, "input_cause")),
+            leg_code > 0 ? leg_code - 1 : static_cast<std::uint32_t>(HEXLOAD_LEGS)};
+}
+
+void add_input_fault(nb::dict& fields, const hexload_input_fault_t& input) {
+    fields["input_cause"] = static_cast<unsigned>(input.cause);
+    fields["input_leg"] = input.leg < HEXLOAD_LEGS ? input.leg + 1 : 0U;
+}
+
 nb::list encode_answer(const std::string& profile, const nb::dict& fields, int page) {
     hexload_bus_answer_t answer{};
     std::array<hexload_bus_frame_t, HEXLOAD_BUS_ANSWER_FRAMES> frames;
@@ -120,6 +132,7 @@ nb::list encode_answer(const std::string& profile, const nb::dict& fields, int p
     answer.fault = field<std::uint8_t>(fields, "fault");
     answer.missing_legs = field<std::uint8_t>(fields, "missing_legs");
     answer.health = field<std::uint16_t>(fields, "health");
+    answer.input = input_fault(fields);
     answer.refused = field<std::uint32_t>(fields, "refused");
     answer.filter = field<std::uint8_t>(fields, "filter");
     std::ranges::transform(parameters<Parameters>(fields, "value", answer.filter), answer.estimate.value,
@@ -145,6 +158,7 @@ nb::dict as_dict(const hexload_bus_answer_t& answer) {
     fields["missing_legs"] = answer.missing_legs;
     fields["filter"] = answer.filter;
     fields["health"] = answer.health;
+    add_input_fault(fields, answer.input);
     fields["refused"] = answer.refused;
     fields["value"] = Parameters(answer.estimate.value, answer.estimate.value + count);
     fields["sigma"] = Parameters(answer.estimate.sigma, answer.estimate.sigma + count);
@@ -225,6 +239,7 @@ nb::tuple encode_status(const nb::dict& fields, int page) {
     status.frames_refused = field<std::uint32_t>(fields, "frames_refused");
     status.samples_refused = field<std::uint32_t>(fields, "samples_refused");
     status.load_changes = field<std::uint16_t>(fields, "load_changes");
+    status.input = input_fault(fields);
     hexload_bus_frame_t frame;
     hexload_bus_encode_status(&status, page, &frame);
     return to_python(frame);
@@ -248,6 +263,7 @@ nb::tuple decode_status(const nb::tuple& bytes) {
     fields["frames_refused"] = status.frames_refused;
     fields["samples_refused"] = status.samples_refused;
     fields["load_changes"] = status.load_changes;
+    add_input_fault(fields, status.input);
     return found(result, fields);
 }
 

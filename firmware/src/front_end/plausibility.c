@@ -6,21 +6,27 @@
 
 enum {
     BLOCK_TICKS = 16,
-    BLOCKS = 32,           ///< in a window
-    LONGEST_GAP_TICKS = 8, ///< that the integral of a velocity bridges
-    MOVING_LEGS = 4,       ///< that must have one gain before it is the clock's
-    REPEATED_SAMPLES = 26, ///< one in twenty: a sensor's converter may be late once
-    STUCK_TICKS = 64,      ///< of a force; noise passes the steps of any converter before
-    FRESH_TICKS = 4,       ///< within which other forces have changed
-    FRESH_LEGS = 3,        ///< so many others
-    MOTION_STRIKES = 2,    ///< windows in a row
-    FORCE_STRIKES = 4,     ///< friction and a tilted base look like other forces for a while
-    HOLD = 10,             ///< windows
+    FORCES_TICKS = 8,       ///< of a block, at which its forces are taken: not all work in one tick
+    BLOCKS = 32,            ///< in a window
+    LONGEST_GAP_TICKS = 8,  ///< that the integral of a velocity bridges
+    MOVING_LEGS = 4,        ///< that must have one gain before it is the clock's
+    REPEATED_SAMPLES = 26,  ///< one in twenty: a sensor's converter may be late once
+    STUCK_TICKS = 64,       ///< of a force; noise passes the steps of any converter before
+    FRESH_TICKS = 4,        ///< within which other forces have changed
+    FRESH_LEGS = 3,         ///< so many others
+    MOTION_STRIKES = 2,     ///< windows in a row
+    FORCE_STRIKES = 4,      ///< friction and a tilted base look like other forces for a while
+    HOLD = 10,              ///< windows
+    USUAL_NEWTON_STEPS = 2, ///< of a pose that follows another
     NO_LEG = HEXLOAD_LEGS,
-    SCREEN_END = HEXLOAD_LEGS, ///< stages of the evaluation: a leg each, and then
-    LOOK,
-    BALANCE,
-    CONCLUDE,
+};
+
+/// Stages of the evaluation after a window's end: one for each leg, and then.
+enum {
+    SCREEN_END = HEXLOAD_LEGS,
+    LOOK = SCREEN_END + 1,
+    BALANCE = SCREEN_END + 2,
+    CONCLUDE = SCREEN_END + 3,
 };
 
 #define N ((hexload_real_t)BLOCKS)
@@ -75,24 +81,32 @@ static uint8_t count_up(uint8_t count) {
     return (uint8_t)(count + (count < UINT8_MAX ? 1 : 0));
 }
 
-/// Counts samples that repeat the one before, and the ticks for which each force has stood still.
-/// @return whether a leg is fast enough to change its displacement at every tick.
-static bool watch_repeats(hexload_plausibility_t* self, const hexload_config_t* config,
+/// Whether a leg is fast enough to change its displacement at every tick.
+static bool is_moving(const hexload_config_t* config, const hexload_leg_sample_t* sample) {
+    hexload_real_t fastest_m_s = HEXLOAD_REAL(0.0);
+    for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
+        fastest_m_s = hexload_max(hexload_abs(sample->velocity_m_s[leg]), fastest_m_s);
+    }
+    return fastest_m_s > MOVING_SIGMAS * config->sensors.velocity_sigma_m_s;
+}
+
+/// Counts the ticks for which each force has stood still, and samples that repeat the one before.
+static void watch_repeats(hexload_plausibility_t* self, const hexload_config_t* config,
                           const hexload_leg_sample_t* sample) {
     bool is_repeated = true;
-    bool is_moving = false;
-    const hexload_real_t fast_m_s = MOVING_SIGMAS * config->sensors.velocity_sigma_m_s;
     for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
         const bool has_changed = sample->force_n[leg] != self->last_force_n[leg];
-        is_repeated =
-            is_repeated && !has_changed && sample->displacement_m[leg] == self->last_displacement_m[leg];
-        is_moving = is_moving || hexload_abs(sample->velocity_m_s[leg]) > fast_m_s;
         self->run[leg] = has_changed ? 0 : count_up(self->run[leg]);
+        is_repeated = is_repeated && !has_changed;
+    }
+    for (int leg = 0; leg < HEXLOAD_LEGS && is_repeated; leg++) {
+        is_repeated = sample->displacement_m[leg] == self->last_displacement_m[leg];
+    }
+    if (is_repeated && is_moving(config, sample)) {
+        self->repeated = count_up(self->repeated);
     }
     memcpy(self->last_force_n, sample->force_n, sizeof self->last_force_n);
     memcpy(self->last_displacement_m, sample->displacement_m, sizeof self->last_displacement_m);
-    self->repeated = is_repeated && is_moving ? count_up(self->repeated) : self->repeated;
-    return is_moving;
 }
 
 /// Forces that stand still while enough others change.
@@ -113,6 +127,7 @@ static void begin_block(hexload_plausibility_t* self, const hexload_leg_sample_t
     memcpy(self->begin_m_s, sample->velocity_m_s, sizeof self->begin_m_s);
     memset(self->velocities, 0, sizeof self->velocities);
     self->ticks = 0;
+    self->has_forces = false;
     self->has_begun = true;
 }
 
@@ -131,8 +146,8 @@ static void add_look(hexload_plausibility_look_t* look, hexload_real_t shown_m, 
     look->last_change_m_s = change_m_s;
 }
 
-/// The legs' wrench, by the trapezoidal rule over the window, as the twist's change is; and the part of the
-/// leg that is looked at.
+/// The legs' wrench at a tick of each block, by the trapezoidal rule over the window, as the twist's change
+/// is; and the part of the leg that is looked at.
 static void add_forces(hexload_plausibility_t* self, const hexload_config_t* config,
                        const hexload_present_tick_t* now) {
     static const uint8_t COLUMNS[4] = {0, 1, 5, 2};
@@ -151,6 +166,7 @@ static void add_forces(hexload_plausibility_t* self, const hexload_config_t* con
             self->look.wrench[k] += is_own ? part : HEXLOAD_REAL(0.0);
         }
     }
+    self->has_forces = true;
     const hexload_real_t since_s = config->tick_s * (hexload_real_t)((BLOCKS - 1) * BLOCK_TICKS);
     for (int k = 0; k < 3; k++) {
         if (is_first) {
@@ -178,7 +194,6 @@ static void close_block(hexload_plausibility_t* self, const hexload_config_t* co
         leg->integral_m2 = hexload_fma(integral_m[n], integral_m[n], leg->integral_m2);
     }
     add_look(&self->look, shown_m[self->turn], integral_m[self->turn], change_m_s[self->turn], integral_m);
-    add_forces(self, config, now);
     self->blocks++;
     self->stage = self->blocks == BLOCKS ? 1 : 0;
 }
@@ -336,8 +351,8 @@ static hexload_input_cause_t find_contradiction(const hexload_plausibility_t* se
 }
 
 /// Displacement against velocity of the leg whose turn it is.
-static void look(hexload_plausibility_t* self, const hexload_config_t* config,
-                 const hexload_sensors_t* sensors, hexload_real_t late_s) {
+static void look_at_leg(hexload_plausibility_t* self, const hexload_config_t* config,
+                        const hexload_sensors_t* sensors, hexload_real_t late_s) {
     const moments_t found = moments_of(self);
     const hexload_real_t noise_m2 =
         N * (HEXLOAD_REAL(2.0) * square(sensors->displacement_sigma_m) + integral_noise_m2(config, sensors));
@@ -485,7 +500,7 @@ static void evaluate(hexload_plausibility_t* self, const hexload_config_t* confi
     if (self->stage <= SCREEN_END && has_velocity) {
         screen(self, config, &now->sensors, self->stage - 1);
     } else if (self->stage == LOOK && has_velocity) {
-        look(self, config, &now->sensors, late_s);
+        look_at_leg(self, config, &now->sensors, late_s);
     } else if (self->stage == BALANCE && config->gravity_m_s2 > HEXLOAD_REAL(0.0)) {
         balance(self, config, now->motion);
     } else if (self->stage == CONCLUDE) {
@@ -498,7 +513,7 @@ static void evaluate(hexload_plausibility_t* self, const hexload_config_t* confi
 void hexload_plausibility_step(hexload_plausibility_t* self, const hexload_config_t* config,
                                const hexload_leg_sample_t* sample, const hexload_present_tick_t* now,
                                hexload_real_t late_s) {
-    const bool is_moving = watch_repeats(self, config, sample);
+    watch_repeats(self, config, sample);
     if (now->sample == NULL || now->gap_ticks == 0 || now->gap_ticks > LONGEST_GAP_TICKS ||
         !self->has_begun) {
         self->has_begun = false;
@@ -512,15 +527,20 @@ void hexload_plausibility_step(hexload_plausibility_t* self, const hexload_confi
         self->velocities[leg] = hexload_fma(gap, now->sample->velocity_m_s[leg], self->velocities[leg]);
     }
     self->ticks = (uint8_t)(self->ticks + now->gap_ticks);
+    if (now->motion->newton_steps > USUAL_NEWTON_STEPS) {
+        return; // what is to be done beyond sums can wait
+    }
     if (self->stage > 0) {
         evaluate(self, config, now, late_s);
+    } else if (self->ticks >= FORCES_TICKS && !self->has_forces) {
+        add_forces(self, config, now);
     } else if (self->ticks >= BLOCK_TICKS) {
-        if (is_moving) {
+        if (is_moving(config, sample)) {
             note_stuck_forces(self);
         }
         close_block(self, config, now);
     }
-    if (self->ticks >= BLOCK_TICKS) {
+    if (self->ticks >= BLOCK_TICKS && (self->has_forces || self->stage > 0)) {
         begin_block(self, now->sample);
     }
 }

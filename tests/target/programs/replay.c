@@ -5,6 +5,7 @@
 #include "hexload/paper.h"
 
 #include "front_end/leg_sample.h"
+#include "front_end/plausibility.h"
 #include "front_end/wrench.h"
 #include "paper/paper_filter.h"
 #include "paper/paper_supervisor.h"
@@ -17,7 +18,7 @@
 #include <stdbool.h>
 #include <string.h>
 
-enum stage { LEG_SAMPLE, KINEMATICS, WRENCH, FILTER, SUPERVISOR, STAGES };
+enum stage { LEG_SAMPLE, KINEMATICS, PLAUSIBILITY, WRENCH, FILTER, SUPERVISOR, STAGES };
 
 enum exit_status { DONE, BAD_ARGUMENTS = 2, BAD_FILE, BAD_CONFIG, STAGES_DIFFER };
 
@@ -73,6 +74,9 @@ static void run_stages(hexload_paper_t* self, const hexload_config_t* config,
         return;
     }
     hexload_leg_sample_accept(&self->leg_gate, sample);
+    mark = instruction_counter_mark();
+    hexload_plausibility_step(&self->plausibility, config, sample, &now, config->rig.velocity_delay_s);
+    instructions[PLAUSIBILITY] = instruction_counter_since(mark);
     mark = instruction_counter_mark();
     hexload_wrench_compute(&motion, sample, &wrench);
     instructions[WRENCH] = instruction_counter_since(mark);

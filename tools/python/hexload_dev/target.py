@@ -15,7 +15,7 @@ from hexload.io.log_file import LegLog
 from hexload_dev import build
 
 CORTEX_M7 = {"-O2": "target-cortex-m7", "-O3": "target-cortex-m7-o3"}  # presets
-STAGES = ("leg sample", "kinematics", "wrench", "filter", "supervisor")
+STAGES = ("leg sample", "kinematics", "plausibility", "wrench", "filter", "supervisor")
 RIVALS = ("dense", "eigen", "own", "kalman")
 PROFILES = ("fd", "classic")
 FILTERS = ("paper", "momentum")
