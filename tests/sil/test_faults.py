@@ -142,9 +142,10 @@ def test_a_commissioned_machine_knows_the_fault_that_it_had_when_empty(tmp_path)
     made = rig.stat().st_mtime_ns
     assert run_fault(replace(case, motion="work", is_commissioned=True), tmp_path)["largest_sigmas"] < 5.0
     assert rig.stat().st_mtime_ns == made
-    # AND a load that falls off is no fault of the empty machine: its rig file is that of the clean one
-    falling = FaultCase("falling", 0.1, "multisine", "momentum", SEED, verb.DURATION_S, is_commissioned=True)
-    assert run_fault(falling, tmp_path)["outcome"] == "right"
+    # AND lost rows, or a load that falls off, are no faults of the empty machine: its rig file is that of the clean one
+    for kind, size in (("lost", 0.01), ("falling", 0.1)):
+        passing = FaultCase(kind, size, "multisine", "momentum", SEED, verb.DURATION_S, is_commissioned=True)
+        assert run_fault(passing, tmp_path)["outcome"] == "right"
     assert sorted(path.name.split("-")[0] for path in tmp_path.glob("*.rig.toml")) == ["force_bias", "none"]
 
 
