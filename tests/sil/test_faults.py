@@ -6,12 +6,13 @@ import subprocess
 import sys
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
 from hexload.errors import InputError
 from hexload.faults import fault_report, verb
 from hexload.faults.kinds import ESTIMATORS, GROUPS, KINDS
-from hexload.faults.one_fault import MOTIONS, FaultCase, is_possible, run_fault
+from hexload.faults.one_fault import MOTIONS, FaultCase, clean_recording, is_possible, run_fault, truth_of
 from hexload.faults.score import OUTCOMES
 from hexload.faults.tally import tally
 
@@ -110,6 +111,15 @@ def test_cases_are_all_kinds_sizes_motions_and_estimators():
     assert len(quick) == len(KINDS) - 1
 
 
+def test_scales_are_those_of_the_true_platform_not_of_the_told_one(tmp_path):
+    # GIVEN a platform whose inertia is told half as large again as it is
+    base = clean_recording("multisine", SEED, verb.DURATION_S, "momentum", str(tmp_path))
+    told = KINDS["platform_inertia"].apply(base, 0.5, np.random.default_rng(1))
+    assert told.platform["platform"] != base.platform["platform"]
+    # THEN errors are compared with the same scales as before
+    assert np.array_equal(truth_of(told, "momentum").scale, truth_of(base, "momentum").scale)
+
+
 @pytest.mark.parametrize("estimator", ESTIMATORS)
 def test_every_estimator_is_right_about_a_clean_run(estimator, tmp_path):
     # GIVEN a multisine with a load that the estimator's model has WHEN nothing is wrong THEN no parameter is
@@ -132,9 +142,10 @@ def test_a_commissioned_machine_knows_the_fault_that_it_had_when_empty(tmp_path)
     made = rig.stat().st_mtime_ns
     assert run_fault(replace(case, motion="work", is_commissioned=True), tmp_path)["largest_sigmas"] < 5.0
     assert rig.stat().st_mtime_ns == made
-    # AND a load that falls off is no fault of the empty machine: its rig file is that of the clean one
-    falling = FaultCase("falling", 0.1, "multisine", "momentum", SEED, verb.DURATION_S, is_commissioned=True)
-    assert run_fault(falling, tmp_path)["outcome"] == "right"
+    # AND lost rows, or a load that falls off, are no faults of the empty machine: its rig file is that of the clean one
+    for kind, size in (("lost", 0.01), ("falling", 0.1)):
+        passing = FaultCase(kind, size, "multisine", "momentum", SEED, verb.DURATION_S, is_commissioned=True)
+        assert run_fault(passing, tmp_path)["outcome"] == "right"
     assert sorted(path.name.split("-")[0] for path in tmp_path.glob("*.rig.toml")) == ["force_bias", "none"]
 
 
@@ -150,7 +161,10 @@ def test_kinds_are_chosen_by_name_or_group():
     assert settings("tilt, leg_mass").kinds == ("none", "tilt", "leg_mass")
     friction = tuple(name for name, kind in KINDS.items() if kind.group == "friction")
     assert settings("friction").kinds == ("none", *friction)
-    assert settings("stuck, dead, negated; tilt").kinds[-1] == "tilt"
+    # AND a group whose name has commas, alone or before a semicolon
+    stuck = ("none", *(name for name, kind in KINDS.items() if kind.group == "stuck, dead, negated"))
+    assert settings("stuck, dead, negated").kinds == stuck
+    assert settings("stuck, dead, negated; tilt").kinds == (*stuck, "tilt")
 
 
 @pytest.mark.parametrize(

@@ -16,7 +16,7 @@ ESTIMATORS = ("momentum", "momentum_effects", "paper")
 NONE = "none"
 PASSING = (
     *(f"{channel}_{word}" for channel in CHANNELS for word in ("stuck", "dead", "saturated")),
-    *("clock_jump", "lost_stretch", "frozen", "known_mass", "contact"),
+    *("clock_jump", "known_mass", "contact"),
 )
 REST_S = sensor.REST_S
 
@@ -47,8 +47,9 @@ class Kind:
 
     @property
     def is_of_machine(self) -> bool:
-        """The empty machine has it too, when it is commissioned; it is neither a matter of the load nor of a moment."""
-        return self.name not in PASSING and self.group not in (_SOFT, _CHANGING)
+        """The empty machine has it too, when it is commissioned: it is no matter of the load, of a moment, or of a link
+        that loses rows, whose logs commissioning refuses with their line."""
+        return self.name not in PASSING and self.group not in (_SOFT, _CHANGING, "rows")
 
     def size_in_words(self, size: float) -> str:
         if size == REST_S:

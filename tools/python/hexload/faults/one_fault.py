@@ -117,8 +117,7 @@ def _causes_named(answer: dict, end_s: float) -> tuple[tuple[float, str], ...]:
 def truth_of(faulty: Recording, estimator: str) -> Truth:
     theta = faulty.theta
     if estimator != "paper":
-        own = bound.platform_of(faulty.platform).theta
-        return Truth(theta, score.load_scale(theta, own), faulty.changes_s)
+        return Truth(theta, score.load_scale(theta, faulty.own_theta), faulty.changes_s)
     mass, (hx, hy, hz) = theta[0], theta[1:4]
     steiner = np.array([hy**2 + hz**2, hx**2 + hz**2, hx**2 + hy**2]) / mass
     value = np.array([hz / mass, *(theta[4:7] - steiner)])

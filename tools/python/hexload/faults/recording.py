@@ -37,6 +37,8 @@ class Recording:
     motion: LegMotion  # true; the platform's own axes
     position_m: Array  # (n, 3) of O_A from home, base axes
     loads: tuple[LoadStep, ...]  # true
+    own_theta: Array  # (10,), the empty platform's, true
+    gravity_m_s2: Array  # (3,), true, base axes
     platform: Table  # what the estimator is told of the machine
     changes_s: tuple[tuple[float, float], ...]  # from when to when the load changes
 
@@ -50,17 +52,12 @@ class Recording:
         """(10,) of the load at the end."""
         return self.loads[-1].theta
 
-    @property
-    def gravity_m_s2(self) -> Array:
-        """(3,), base axes."""
-        return np.array([0.0, 0.0, -self.platform["environment"]["gravity_m_s2"]])
-
     def total_theta(self) -> Array:
         """(n, 10) of platform and load at each tick."""
         rows = np.zeros((len(self.t_s), 10))
         for load in self.loads:
             rows[self.t_s >= load.at_s - 1e-9] = load.theta
-        return rows + bound.platform_of(self.platform).theta
+        return rows + self.own_theta
 
 
 def in_channel(recording: Recording, channel: str) -> Array:
@@ -112,9 +109,8 @@ def wrench_at(force_n: Array, point_m: Array) -> Array:
     return np.concatenate([force_n, np.cross(np.broadcast_to(point_m, force_n.shape), force_n)], axis=1)
 
 
-def motion_of_truth(platform: Table, truth: bound.Trajectory) -> LegMotion:
+def motion_of_truth(machine: bound.Platform, truth: bound.Trajectory) -> LegMotion:
     """Accelerations are the differences of the true twist over two ticks."""
-    machine = bound.platform_of(platform)
     to_platform = np.swapaxes(truth.rotation, 1, 2)
     arms = np.einsum("nij,lj->nli", truth.rotation, machine.platform_hinges_m)
     legs = truth.p_m[:, None] + arms - machine.base_hinges_m + [0.0, 0.0, machine.home_height_m]
@@ -140,7 +136,10 @@ def read_recording(path: Path, platform: Table) -> Recording:
     truth = bound.Trajectory(body[:, :3], rotation, body[:, 6:9], body[:, 9:])
     changes = tuple((load.at_s, load.at_s) for load in loads[1:])
     logs = (LegLog(t_s, *np.split(columns, 3, axis=1)) for columns in (shown, true))
-    return Recording(*logs, motion_of_truth(platform, truth), truth.p_m, loads, platform, changes)
+    machine = bound.platform_of(platform)
+    gravity = np.array([0.0, 0.0, -machine.gravity_m_s2])
+    motion = motion_of_truth(machine, truth)
+    return Recording(*logs, motion, truth.p_m, loads, machine.theta, gravity, platform, changes)
 
 
 def write_recording(path: Path, run: Path, loads: Sequence[Table], log: LegLog) -> None:

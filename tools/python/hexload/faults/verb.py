@@ -83,7 +83,8 @@ def _parse_kinds(text: str | None) -> tuple[str, ...]:
     if text is None:
         return tuple(KINDS)
     names = []
-    for word in (word.strip() for word in text.split(";" if ";" in text else ",")):
+    is_whole = ";" in text or any(text.strip() == kind.group for kind in KINDS.values())
+    for word in (word.strip() for word in text.split(";" if is_whole else ",")):
         found = [name for name, kind in KINDS.items() if word in (name, kind.group)]
         if not found:
             raise InputError(f"--kind: found '{word}', expected some of those that hexload faults --list prints")
