@@ -81,11 +81,11 @@ typedef struct hexload_sensors {
 /// exact. The momentum filters add it to theirs (EQUATIONS.md, R14). A machine whose empty run has been
 /// commissioned or tared has less of it.
 typedef struct hexload_tolerances {
-    /// Of all force sensors alike, N/N; 0..0.5. An error of gravity or of the clock does no more than one of
+    /// Of all force sensors alike, N/N; 0..1. An error of gravity or of the clock does no more than one of
     /// the same share here.
     hexload_real_t force_gain;
     hexload_real_t platform_mass;    ///< of platform.mass_kg, kg/kg; 0..1
-    hexload_real_t platform_com_m;   ///< of each of platform.com_m; 0..10
+    hexload_real_t platform_com_m;   ///< of each of platform.com_m; 0..1
     hexload_real_t platform_inertia; ///< of each entry, in mean moments of inertia of the platform, 1; 0..1
 } hexload_tolerances_t;
 
