@@ -45,9 +45,9 @@ void hexload_config_default(hexload_config_t* config) {
                     .velocity_range_m_s = HEXLOAD_REAL(10.0),
                     .force_range_n = HEXLOAD_REAL(1e6)},
         .tolerances = {.force_gain = HEXLOAD_REAL(0.005), // six load cells of 1 %, and gravity's 0.3 %
-                       .platform_mass = HEXLOAD_REAL(0.02),
+                       .platform_mass = HEXLOAD_REAL(0.03),
                        .platform_com_m = HEXLOAD_REAL(0.002),
-                       .platform_inertia = HEXLOAD_REAL(0.02)},
+                       .platform_inertia = HEXLOAD_REAL(0.03)},
         .paper =
             {.load_mass_kg = HEXLOAD_REAL(500.0),
              .gate_nis = HEXLOAD_REAL(40.0), // chi-square, 3 degrees of freedom: 1e-8 of good innovations
