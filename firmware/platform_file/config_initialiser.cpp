@@ -116,7 +116,7 @@ void write_machine(Initialiser& to, const hexload_config_t& config) {
     to.value("force_gain", tolerances.force_gain, "N/N, of all sensors alike");
     to.value("platform_mass", tolerances.platform_mass, "kg/kg");
     to.value("platform_com_m", tolerances.platform_com_m, "m");
-    to.value("platform_inertia", tolerances.platform_inertia, "of the mean moment");
+    to.value("platform_inertia", tolerances.platform_inertia, "of each moment");
     to.end();
 }
 

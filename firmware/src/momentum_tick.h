@@ -230,8 +230,7 @@ static inline void read_load(const hexload_momentum_t* self, const hexload_confi
                              hexload_estimate_t* estimate) {
     hexload_momentum_filter_read(&self->filter, estimate->value, estimate->own_sigma);
     memcpy(estimate->sigma, estimate->own_sigma, sizeof estimate->sigma);
-    hexload_jackknife_widen(&self->jackknife, estimate->sigma);
-    hexload_residual_test_widen(&self->residual_test, estimate->own_sigma, estimate->sigma);
+    hexload_jackknife_widen(&self->jackknife, self->residual_test.factor, estimate->sigma);
     hexload_consider_widen(&self->consider, config, estimate->sigma);
     hexload_tolerances_widen(&self->filter, estimate->sigma);
 }

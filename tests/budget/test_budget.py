@@ -44,7 +44,8 @@ MOST_MOMENTUM_INSTRUCTIONS = {"-O2": 44_000, "-O3": 34_200}  # of any input; 34,
 # What a program does not link that uses one of the three estimators; that with actuator effects needs the other's too.
 PAPER_SOURCES = ("wrench.c", "rate_noise.c", "paper_model.c", "paper_filter.c", "paper_supervisor.c", "paper.c")
 MOMENTUM_SOURCES = ("noise_estimator.c", "rig.c", "smoother.c", "transient.c", "momentum_model.c", "momentum_filter.c",
-                    "consider.c", "jackknife.c", "wrench_monitor.c", "load_monitor.c", "momentum_supervisor.c", "pseudo_inertia.c", "momentum.c")  # fmt: skip
+                    "consider.c", "tolerances.c", "jackknife.c", "wrench_monitor.c", "load_monitor.c", "residual_test.c",
+                    "momentum_supervisor.c", "pseudo_inertia.c", "momentum.c")  # fmt: skip
 EFFECTS_SOURCES = ("actuator_effects.c", "identifiability.c", "momentum_effects.c")
 # What only those link who ask for it: the words of an input fault, the load as a body, traces, the interface over all kinds and its differentiator.
 ASKED_SOURCES = ("input_fault.c", "body.c", "nearest_body.c", "trace.c", "differentiator.c", "hexload.c")

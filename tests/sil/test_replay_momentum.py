@@ -158,7 +158,9 @@ def test_the_trace_has_the_measurement_update_of_each_row(tmp_path):
     # THEN the estimates are those of a replay without, and the trace has a row for each
     assert out.read_bytes() == plain_file.read_bytes()
     header, *lines = trace_file.read_text().splitlines()
-    assert header == "t," + ",".join(f"{kind}{k}" for kind in "ev" for k in range(1, 7)) + ",nis,sum_nis,sum_nis_mean,gate"
+    assert (
+        header == "t," + ",".join(f"{kind}{k}" for kind in "ev" for k in range(1, 7)) + ",nis,sum_nis,sum_nis_mean,gate"
+    )
     table = [line.split(",") for line in lines]
     assert len(table) == len(t_s)
     # AND once the window is full each row is an accepted update of a constant time ago, with the NIS of its estimate

@@ -177,11 +177,15 @@ static void test_factors_are_those_of_all_blocks_at_once(void) {
     for (int k = 0; k < DIM; k++) {
         sigma[k] = HEXLOAD_REAL(1.0);
     }
-    hexload_jackknife_widen(&jackknife, sigma);
+    hexload_jackknife_widen(&jackknife, HEXLOAD_REAL(1.0), sigma);
     for (int k = 0; k < DIM; k++) {
         TEST_ASSERT_DOUBLE_WITHIN(0.01 * factor[k], factor[k], (double)sigma[k]);
     }
     TEST_ASSERT_EQUAL_UINT32(15, jackknife.blocks);
+    // AND by no less than something else says
+    sigma[0] = HEXLOAD_REAL(1.0);
+    hexload_jackknife_widen(&jackknife, HEXLOAD_REAL(50.0), sigma);
+    TEST_ASSERT_EQUAL_DOUBLE(50.0, (double)sigma[0]);
 }
 
 /// Mean of the pooled square over runs of MANY blocks.

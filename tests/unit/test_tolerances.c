@@ -103,7 +103,8 @@ static void test_what_the_platform_is_off_the_load_is_off_and_sigma_has_it(void)
                                   (double)(off.value[k] - exact.value[k]));
         // AND sigma says so
         const double of_mass = 0.02 * own[HEXLOAD_LOAD_M], of_h = 0.002 * own[HEXLOAD_LOAD_M];
-        const double open = k == HEXLOAD_LOAD_M ? of_mass : k <= HEXLOAD_LOAD_HZ ? of_h : 0.02 * moment;
+        const double of_inertia = 0.02 * (k <= HEXLOAD_LOAD_IZZ ? own[k] : moment);
+        const double open = k == HEXLOAD_LOAD_M ? of_mass : k <= HEXLOAD_LOAD_HZ ? of_h : of_inertia;
         const double expected = hypot((double)off.own_sigma[k], open);
         TEST_ASSERT_DOUBLE_WITHIN(0.02 * expected, expected, (double)off.sigma[k]);
         TEST_ASSERT_DOUBLE_WITHIN(1e-3 * expected, (double)off.sigma[k],
@@ -118,9 +119,9 @@ static void test_an_untold_estimator_has_ordinary_tolerances_and_still_converges
     hexload_real_t covariance[HEXLOAD_COVARIANCES_MAX];
     hexload_config_default(&config);
     identify(&config, &config, 0.0, &estimate, covariance);
-    // THEN its mass is known to half a per cent of all that hangs on the legs and two of the platform, not to
-    // the grams of noise, AND that is good enough for the verdict
-    const double expected = hypot(0.005 * (312.0 + 100.0), 0.02 * 100.0);
+    // THEN its mass is known to half a per cent of all that hangs on the legs and three of the platform, not
+    // to the grams of noise, AND that is good enough for the verdict
+    const double expected = hypot(0.005 * (312.0 + 100.0), 0.03 * 100.0);
     TEST_ASSERT_DOUBLE_WITHIN(0.02 * expected, expected, (double)estimate.sigma[HEXLOAD_LOAD_M]);
     TEST_ASSERT_TRUE((double)estimate.own_sigma[HEXLOAD_LOAD_M] < 0.1);
     TEST_ASSERT_EQUAL_INT(HEXLOAD_VERDICT_CONVERGED, estimate.verdict);

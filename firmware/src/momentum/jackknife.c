@@ -262,8 +262,9 @@ void hexload_jackknife_step(hexload_jackknife_t* self, const hexload_config_t* c
     }
 }
 
-void hexload_jackknife_widen(const hexload_jackknife_t* self, hexload_real_t sigma[DIM]) {
+void hexload_jackknife_widen(const hexload_jackknife_t* self, hexload_real_t least,
+                             hexload_real_t sigma[DIM]) {
     for (int k = 0; k < DIM; k++) {
-        sigma[k] *= self->factor[k];
+        sigma[k] *= hexload_max(self->factor[k], least);
     }
 }

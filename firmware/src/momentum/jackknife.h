@@ -25,7 +25,9 @@ void hexload_jackknife_forget(hexload_jackknife_t* self);
 void hexload_jackknife_step(hexload_jackknife_t* self, const hexload_config_t* config,
                             const hexload_momentum_filter_t* filter);
 
+/// @param[in]     least factor, 1 or more: of what says so too.
 /// @param[in,out] sigma of the load's parameters: the filter's, then by as much larger as the blocks say.
-void hexload_jackknife_widen(const hexload_jackknife_t* self, hexload_real_t sigma[HEXLOAD_LOAD_DIM]);
+void hexload_jackknife_widen(const hexload_jackknife_t* self, hexload_real_t least,
+                             hexload_real_t sigma[HEXLOAD_LOAD_DIM]);
 
 #endif

@@ -6,8 +6,6 @@
 #include <stdbool.h>
 #include <string.h>
 
-enum { DIM = HEXLOAD_LOAD_DIM };
-
 /// Of a sum: long against the noise, short against a motion.
 #define BLOCK_S HEXLOAD_REAL(0.5)
 
@@ -46,12 +44,5 @@ void hexload_residual_test_step(hexload_residual_test_t* self, const hexload_con
     self->ticks++;
     if ((hexload_real_t)self->ticks * config->tick_s >= BLOCK_S) {
         close_block(self, config);
-    }
-}
-
-void hexload_residual_test_widen(const hexload_residual_test_t* self, const hexload_real_t own_sigma[DIM],
-                                 hexload_real_t sigma[DIM]) {
-    for (int k = 0; k < DIM; k++) {
-        sigma[k] = hexload_max(sigma[k], self->factor * own_sigma[k]);
     }
 }

@@ -6,7 +6,8 @@
 /// small beside the noise of a tick but lasts grows with n, their standard deviation with sqrt(n).
 ///
 /// What a mismatch makes of theta, in its own sigmas, is at most the root of all it adds to those squares, if
-/// theta takes as much of it as the innovations keep (R15): the filter's sigmas are widened by that.
+/// theta takes as much of it as the innovations keep (R15): the filter's sigmas are widened by that,
+/// self->factor.
 #ifndef HEXLOAD_RESIDUAL_TEST_H
 #define HEXLOAD_RESIDUAL_TEST_H
 
@@ -19,11 +20,5 @@ void hexload_residual_test_init(hexload_residual_test_t* self);
 /// second. Reentrant.
 void hexload_residual_test_step(hexload_residual_test_t* self, const hexload_config_t* config,
                                 const hexload_momentum_update_t* update);
-
-/// @param[in]     own_sigma of the load's parameters: the filter's.
-/// @param[in,out] sigma     no less than what the mismatch may have made of them.
-void hexload_residual_test_widen(const hexload_residual_test_t* self,
-                                 const hexload_real_t own_sigma[HEXLOAD_LOAD_DIM],
-                                 hexload_real_t sigma[HEXLOAD_LOAD_DIM]);
 
 #endif

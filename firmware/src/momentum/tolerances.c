@@ -11,8 +11,9 @@ static hexload_real_t platform_sigma(const hexload_momentum_filter_t* filter, in
         return open->platform_com_m * own[HEXLOAD_LOAD_M];
     }
     const hexload_real_t third = HEXLOAD_REAL(1.0) / HEXLOAD_REAL(3.0);
-    return open->platform_inertia * third *
-           (own[HEXLOAD_LOAD_IXX] + own[HEXLOAD_LOAD_IYY] + own[HEXLOAD_LOAD_IZZ]);
+    const hexload_real_t mean =
+        third * (own[HEXLOAD_LOAD_IXX] + own[HEXLOAD_LOAD_IYY] + own[HEXLOAD_LOAD_IZZ]);
+    return open->platform_inertia * (k <= HEXLOAD_LOAD_IZZ ? own[k] : mean);
 }
 
 hexload_real_t hexload_tolerances_covariance(const hexload_momentum_filter_t* filter, int i, int j) {

@@ -145,7 +145,7 @@ def replay(
     trace: Annotated[
         Path | None,
         typer.Option(
-            help="Measurement updates to write (.csv), one row per tick: innovations, their variances, NIS, gate."
+            help="Measurement updates to write (.csv), a row per tick: innovations, their variances, NIS, that of their sums, gate."
         ),
     ] = None,
 ) -> None:
