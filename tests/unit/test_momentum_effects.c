@@ -815,10 +815,10 @@ static void test_identifiability_is_the_conditional_variance(void) {
     hexload_identifiability_t identifiability;
     const hexload_smooth_sample_t still = {.gap_ticks = 1};
     hexload_identifiability_init(&identifiability);
-    for (int n = 0; n <= DIM; n++) {
+    do {
         hexload_identifiability_step(&identifiability, &bench.config, &bench.estimator.momentum.filter,
                                      &bench.estimator.effects.filter, &still);
-    }
+    } while (identifiability.next < DIM + LOAD);
     // THEN what is left of the variances is what Gauss leaves in double precision
     for (int at = 0; at < DIM; at++) {
         for (int i = at + 1; i < LOAD + DIM; i++) {
