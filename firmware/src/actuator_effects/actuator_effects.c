@@ -163,16 +163,16 @@ static void add_column(hexload_real_t covariance[6][6], int b, const hexload_rea
 static inline void read_columns(const hexload_actuator_effects_t* self, int i,
                                 hexload_real_t column[2][DIM]) {
     const hexload_real_t* row = &self->covariance[EFFECT_ROW(i) + KNOWN];
-    const hexload_real_t* entry = &self->covariance[EFFECT_ROW(i + 1) + KNOWN];
+    const hexload_real_t* next_row = &self->covariance[EFFECT_ROW(i + 1) + KNOWN];
     for (int j = 0; j <= i; j++) {
         column[0][j] = row[j];
-        column[1][j] = entry[j];
+        column[1][j] = next_row[j];
     }
-    entry += i;
-    column[0][i + 1] = entry[0];
-    column[1][i + 1] = entry[1];
+    column[0][i + 1] = next_row[i];
+    column[1][i + 1] = next_row[i + 1];
+    const hexload_real_t* entry = &next_row[i];
     for (int j = i + 2; j < DIM; j++) {
-        entry += KNOWN + j;
+        entry = &entry[KNOWN + j];
         column[0][j] = entry[0];
         column[1][j] = entry[1];
     }
@@ -198,9 +198,10 @@ static void move_momentum(const hexload_actuator_effects_t* self, hexload_moment
 /// T's rows of mu for that.
 static void move_errors(hexload_actuator_effects_t* self, hexload_consider_t* consider,
                         const hexload_config_t* config, const hexload_rub_t* impulse) {
+    hexload_real_t(*rows)[DIM] = self->considered;
     hexload_real_t change[2][6];
     for (uint32_t n = 0; n < config->rig.direction_count; n += 2) { // zeros beyond the last
-        find_impulses(impulse, self->considered + n, change);
+        find_impulses(impulse, &rows[n], change);
         for (int k = 0; k < 6; k++) {
             consider->momentum[n][k] += change[0][k];
             consider->momentum[n + 1][k] += change[1][k];
@@ -220,7 +221,7 @@ static void move_cross(const hexload_actuator_effects_t* self, hexload_momentum_
         for (int i = 0; i < DIM; i++) {
             column[0][i] = entry[0];
             column[1][i] = entry[1];
-            entry += KNOWN + i + 1;
+            entry = &entry[KNOWN + i + 1];
         }
         find_impulses(impulse, column, change);
         for (int k = 0; k < 6; k++) {

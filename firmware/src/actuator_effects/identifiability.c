@@ -92,7 +92,7 @@ static given_t eliminate_row(hexload_identifiability_t* self, uint32_t k, uint32
             const hexload_real_t* entry = &self->effects[ROW(at) + at];
             variance -= factor * row[at];
             for (uint32_t j = at + 1; j < count; j++) {
-                entry += j;
+                entry = &entry[j];
                 row[j] = hexload_fma(-factor, *entry, row[j]);
             }
         }
