@@ -411,14 +411,19 @@ enum {
                                   +HEXLOAD_EFFECTS_DIM * (+HEXLOAD_EFFECTS_DIM + 1) / 2,
 };
 
+/// How the legs push, what their friction goes with and what a tilt pulls at.
+typedef struct hexload_rub {
+    hexload_real_t push[HEXLOAD_LEGS][6];   ///< Jw, leg by leg, 1 and m
+    hexload_real_t sign[HEXLOAD_LEGS];      ///< s(v), 1
+    hexload_real_t speed_m_s[HEXLOAD_LEGS]; ///< v, smooth
+    hexload_real_t lever[4];                ///< of platform and load: m, kg; m p + R h, kg m
+} hexload_rub_t;
+
 /// Twenty states that go with those of a momentum filter.
 typedef struct hexload_actuator_effects {
     hexload_real_t effect[HEXLOAD_EFFECTS_DIM];             ///< x: N, N, N s/m, m/s^2
     hexload_real_t covariance[HEXLOAD_EFFECTS_COVARIANCES]; ///< the momentum filter's covariance goes on here
-    hexload_real_t last_push[HEXLOAD_LEGS][6];              ///< Jw at the last sample, leg by leg, 1 and m
-    hexload_real_t last_sign[HEXLOAD_LEGS];                 ///< s(v), 1
-    hexload_real_t last_speed_m_s[HEXLOAD_LEGS];            ///< v, smooth
-    hexload_real_t last_lever[4]; ///< of platform and load there: m, kg; m p + R h, kg m
+    hexload_rub_t last;                                     ///< at the last sample
     /// T, rows of x: what constants of the rig that are no states do to them, by direction of config->rig.
     hexload_real_t considered[HEXLOAD_RIG_DIRECTIONS_MAX][HEXLOAD_EFFECTS_DIM];
     /// Residual of the smooth leg speeds beyond the velocity sensors' noise: leaky mean square.
@@ -430,12 +435,10 @@ typedef struct hexload_actuator_effects {
 typedef struct hexload_identifiability {
     hexload_real_t effects[HEXLOAD_EFFECTS_DIM * (HEXLOAD_EFFECTS_DIM + 1) / 2]; ///< P_ee, lower triangle
     hexload_real_t cross[HEXLOAD_LOAD_DIM][HEXLOAD_EFFECTS_DIM];                 ///< P_te
-    hexload_real_t variance[HEXLOAD_LOAD_DIM];       ///< of theta, given the effects eliminated so far
-    hexload_real_t before[HEXLOAD_LOAD_DIM];         ///< with none eliminated
-    hexload_real_t given_bias[HEXLOAD_LOAD_DIM];     ///< with the biases eliminated
-    hexload_real_t given_friction[HEXLOAD_LOAD_DIM]; ///< with friction eliminated too
+    hexload_real_t variance[HEXLOAD_LOAD_DIM];       ///< of theta, nothing given; then all
     hexload_real_t least_pivot[HEXLOAD_EFFECTS_DIM]; ///< below, what is left of P_ee is rounding
-    uint32_t next;                                   ///< effect to eliminate; HEXLOAD_EFFECTS_DIM: copy first
+    uint32_t next;    ///< effect to eliminate, then HEXLOAD_EFFECTS_DIM + parameter; beyond these: copy first
+    uint32_t open[3]; ///< masks of the round so far, in the order of those below
     uint32_t bias_mask;     ///< bit k: the biases are confounded with parameter k, as of the last round
     uint32_t friction_mask; ///< bit k: friction is
     uint32_t tilt_mask;     ///< bit k: tilt is

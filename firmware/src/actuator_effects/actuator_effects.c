@@ -40,15 +40,11 @@ void hexload_actuator_effects_init(hexload_actuator_effects_t* self, const hexlo
 /// What gravity's vector pulls at: m, and m p + R h about the fixed home point, of platform and load.
 typedef hexload_real_t lever_t[4];
 
-/// How the legs push, what their friction goes with and what a tilt pulls at, at one sample or on the mean
-/// over a period.
+/// That at one sample, and what else its speeds say.
 typedef struct rub {
-    hexload_real_t push[HEXLOAD_LEGS][6]; ///< Jw, leg by leg
-    hexload_real_t sign[HEXLOAD_LEGS];    ///< s(v)
-    hexload_real_t speed_m_s[HEXLOAD_LEGS];
+    hexload_rub_t at;
     hexload_real_t slope_s_m[HEXLOAD_LEGS]; ///< s'(v)
-    lever_t lever;
-    bool is_at_rest; ///< no speed stands out of the noise
+    bool is_at_rest;                        ///< no speed stands out of the noise
 } rub_t;
 
 /// Variance of the smoother's speeds, whatever degrees it takes in.
@@ -95,69 +91,65 @@ static hexload_real_t lost_m_s2(const hexload_actuator_effects_t* self, const he
 static void find_rub(const hexload_momentum_filter_t* load, const hexload_config_t* config,
                      const hexload_delayed_tick_t* past, rub_t* rub) {
     hexload_real_t square = HEXLOAD_REAL(0.0);
-    find_lever(load, &past->motion, past->motion.p_m, rub->lever);
+    find_lever(load, &past->motion, past->motion.p_m, rub->at.lever);
     for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
         const hexload_real_t speed_m_s = past->smooth.smooth_velocity_m_s[leg];
         square += speed_m_s * speed_m_s;
         const friction_sign_t sign = friction_sign_of(speed_m_s, config->actuator_effects.friction_speed_m_s);
-        hexload_momentum_of_push(&past->motion, leg, rub->push[leg]);
-        rub->sign[leg] = sign.value;
+        hexload_momentum_of_push(&past->motion, leg, rub->at.push[leg]);
+        rub->at.sign[leg] = sign.value;
         rub->slope_s_m[leg] = sign.slope_s_m;
-        rub->speed_m_s[leg] = speed_m_s;
+        rub->at.speed_m_s[leg] = speed_m_s;
     }
     rub->is_at_rest = !(square > CHI_SQUARE_6_95 * speed_variance(past->smoother, past->sensors));
-}
-
-static void remember(hexload_actuator_effects_t* self, rub_t* rub) {
-    memcpy(self->last_push, rub->push, sizeof self->last_push);
-    memcpy(self->last_sign, rub->sign, sizeof self->last_sign);
-    memcpy(self->last_speed_m_s, rub->speed_m_s, sizeof self->last_speed_m_s);
-    memcpy(self->last_lever, rub->lever, sizeof self->last_lever);
 }
 
 /// The impulse that the effects take: Jw [E, S, V] times minus the period, each on its mean over the period,
 /// and the lever times the period. The product of the means is off the mean of the products by a quarter of
 /// both changes' product.
-static void make_impulse(const hexload_actuator_effects_t* self, const rub_t* now, hexload_real_t dt_s,
-                         rub_t* impulse) {
+static void make_impulse(const hexload_actuator_effects_t* self, const hexload_rub_t* now,
+                         hexload_real_t dt_s, hexload_rub_t* impulse) {
     const hexload_real_t half = HEXLOAD_REAL(0.5);
     for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
         for (int k = 0; k < 6; k++) {
-            impulse->push[leg][k] = -half * dt_s * (now->push[leg][k] + self->last_push[leg][k]);
+            impulse->push[leg][k] = -half * dt_s * (now->push[leg][k] + self->last.push[leg][k]);
         }
-        impulse->sign[leg] = half * (now->sign[leg] + self->last_sign[leg]);
-        impulse->speed_m_s[leg] = half * (now->speed_m_s[leg] + self->last_speed_m_s[leg]);
+        impulse->sign[leg] = half * (now->sign[leg] + self->last.sign[leg]);
+        impulse->speed_m_s[leg] = half * (now->speed_m_s[leg] + self->last.speed_m_s[leg]);
     }
     for (int k = 0; k < 4; k++) {
-        impulse->lever[k] = half * dt_s * (now->lever[k] + self->last_lever[k]);
+        impulse->lever[k] = half * dt_s * (now->lever[k] + self->last.lever[k]);
     }
 }
 
 /// [E, S, V] times a column: what a leg's three effects come to.
-static inline hexload_real_t of_leg(const rub_t* impulse, int leg, const hexload_real_t x[DIM]) {
+static inline hexload_real_t of_leg(const hexload_rub_t* impulse, int leg, const hexload_real_t x[DIM]) {
     return x[leg] + impulse->sign[leg] * x[COULOMB + leg] + impulse->speed_m_s[leg] * x[VISCOUS + leg];
 }
 
-/// out += Jw x.
-static inline void add_push(const rub_t* impulse, const hexload_real_t x[HEXLOAD_LEGS],
-                            hexload_real_t out[6]) {
+/// A x of two columns, which share what is read of A.
+HEXLOAD_APART static void find_impulses(const hexload_rub_t* impulse, hexload_real_t x[2][DIM],
+                                        hexload_real_t change[2][6]) {
+    hexload_real_t force[2][HEXLOAD_LEGS];
     HEXLOAD_UNROLL
+    for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
+        force[0][leg] = of_leg(impulse, leg, x[0]);
+        force[1][leg] = of_leg(impulse, leg, x[1]);
+    }
     for (int k = 0; k < 6; k++) {
+        hexload_real_t sum = HEXLOAD_REAL(0.0);
+        hexload_real_t next_sum = HEXLOAD_REAL(0.0);
         HEXLOAD_UNROLL
         for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
-            out[k] = hexload_fma(impulse->push[leg][k], x[leg], out[k]);
+            const hexload_real_t push = impulse->push[leg][k];
+            sum = hexload_fma(push, force[0][leg], sum);
+            next_sum = hexload_fma(push, force[1][leg], next_sum);
         }
+        change[0][k] = sum;
+        change[1][k] = next_sum;
     }
-}
-
-/// out += A x.
-static inline void add_impulse(const rub_t* impulse, const hexload_real_t x[DIM], hexload_real_t out[6]) {
-    hexload_real_t force[HEXLOAD_LEGS];
-    for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
-        force[leg] = of_leg(impulse, leg, x);
-    }
-    add_push(impulse, force, out);
-    add_tilt(impulse->lever, x[TILT], x[TILT + 1], out);
+    add_tilt(impulse->lever, x[0][TILT], x[0][TILT + 1], change[0]);
+    add_tilt(impulse->lever, x[1][TILT], x[1][TILT + 1], change[1]);
 }
 
 /// Adds column b of a matrix and its transpose to a covariance of mu, lower triangle.
@@ -167,94 +159,147 @@ static void add_column(hexload_real_t covariance[6][6], int b, const hexload_rea
     }
 }
 
-static void read_column(const hexload_actuator_effects_t* self, int j, hexload_real_t column[DIM]) {
-    for (int i = 0; i < DIM; i++) {
-        column[i] = effects_covariance(self, i, j);
+/// Columns i and i + 1 of the effects' covariance among themselves.
+static inline void read_columns(const hexload_actuator_effects_t* self, int i,
+                                hexload_real_t column[2][DIM]) {
+    const hexload_real_t* row = &self->covariance[EFFECT_ROW(i) + KNOWN];
+    const hexload_real_t* next_row = &self->covariance[EFFECT_ROW(i + 1) + KNOWN];
+    for (int j = 0; j <= i; j++) {
+        column[0][j] = row[j];
+        column[1][j] = next_row[j];
+    }
+    column[0][i + 1] = next_row[i];
+    column[1][i + 1] = next_row[i + 1];
+    const hexload_real_t* entry = &next_row[i];
+    for (int j = i + 2; j < DIM; j++) {
+        entry = &entry[KNOWN + j];
+        column[0][j] = entry[0];
+        column[1][j] = entry[1];
     }
 }
 
-/// mu+ = mu + A effect with A = [Jw [E, S, V], B]. With C the mean of P_me before and after, P_mm grows by
-/// A C^T + C A^T.
-static void take_impulse(hexload_actuator_effects_t* self, hexload_momentum_filter_t* load,
-                         const hexload_config_t* config, const rub_t* impulse) {
+/// mu+ = mu + A effect with A = [Jw [E, S, V], B].
+static void move_momentum(const hexload_actuator_effects_t* self, hexload_momentum_filter_t* load,
+                          const hexload_config_t* config, const hexload_rub_t* impulse) {
     const hexload_real_t lost = lost_m_s2(self, config);
-    hexload_real_t column[DIM];
-    hexload_real_t mean[6][DIM];
-    add_impulse(impulse, self->effect, load->momentum);
-    load->momentum[2] = hexload_fma(impulse->lever[0], lost, load->momentum[2]);
-    load->momentum[3] = hexload_fma(impulse->lever[2], lost, load->momentum[3]);
-    load->momentum[4] = hexload_fma(-impulse->lever[1], lost, load->momentum[4]);
-    for (int j = 0; j < LOAD; j++) {
-        hexload_real_t change[6] = {0};
-        for (int i = 0; i < DIM; i++) {
-            column[i] = self->covariance[EFFECT_ROW(i) + j];
-        }
-        add_impulse(impulse, column, change);
+    hexload_real_t* mu = load->momentum;
+    for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
+        const hexload_real_t force_n = of_leg(impulse, leg, self->effect);
         for (int k = 0; k < 6; k++) {
-            load->cross_cov[k][j] += change[k];
+            mu[k] = hexload_fma(impulse->push[leg][k], force_n, mu[k]);
         }
     }
-    for (int i = 0; i < DIM; i++) {
-        hexload_real_t* P_me = &self->covariance[EFFECT_ROW(i) + LOAD];
-        hexload_real_t change[6] = {0};
-        read_column(self, i, column);
-        add_impulse(impulse, column, change);
+    add_tilt(impulse->lever, self->effect[TILT], self->effect[TILT + 1], mu);
+    mu[2] = hexload_fma(impulse->lever[0], lost, mu[2]);
+    mu[3] = hexload_fma(impulse->lever[2], lost, mu[3]);
+    mu[4] = hexload_fma(-impulse->lever[1], lost, mu[4]);
+}
+
+/// T's rows of mu for that.
+static void move_errors(hexload_actuator_effects_t* self, hexload_consider_t* consider,
+                        const hexload_config_t* config, const hexload_rub_t* impulse) {
+    hexload_real_t(*rows)[DIM] = self->considered;
+    hexload_real_t change[2][6];
+    for (uint32_t n = 0; n < config->rig.direction_count; n += 2) { // zeros beyond the last
+        find_impulses(impulse, &rows[n], change);
         for (int k = 0; k < 6; k++) {
-            mean[k][i] = P_me[k] + HEXLOAD_REAL(0.5) * change[k];
-            P_me[k] += change[k];
+            consider->momentum[n][k] += change[0][k];
+            consider->momentum[n + 1][k] += change[1][k];
         }
-    }
-    for (int b = 0; b < 6; b++) {
-        hexload_real_t product[6] = {0}; // column b of A C^T
-        add_impulse(impulse, mean[b], product);
-        add_column(load->momentum_cov, b, product);
     }
 }
 
-/// d mu / d (m, h) by the tilt alone, over a period: its entries that are not zero.
+_Static_assert(HEXLOAD_RIG_DIRECTIONS_MAX % 2 == 0, "directions in pairs");
+
+/// P_mt for that.
+static void move_cross(const hexload_actuator_effects_t* self, hexload_momentum_filter_t* load,
+                       const hexload_rub_t* impulse) {
+    hexload_real_t column[2][DIM];
+    hexload_real_t change[2][6];
+    for (int j = 0; j < LOAD; j += 2) {
+        const hexload_real_t* entry = &self->covariance[j];
+        for (int i = 0; i < DIM; i++) {
+            column[0][i] = entry[0];
+            column[1][i] = entry[1];
+            entry = &entry[KNOWN + i + 1];
+        }
+        find_impulses(impulse, column, change);
+        for (int k = 0; k < 6; k++) {
+            load->cross_cov[k][j] += change[0][k];
+            load->cross_cov[k][j + 1] += change[1][k];
+        }
+    }
+}
+
+/// P_me and P_mm: with C the mean of P_me before and after, P_mm grows by A C^T + C A^T.
+static void move_own(hexload_actuator_effects_t* self, hexload_momentum_filter_t* load,
+                     const hexload_rub_t* impulse) {
+    hexload_real_t column[2][DIM];
+    hexload_real_t change[2][6];
+    hexload_real_t mean[6][DIM];
+    for (int i = 0; i < DIM; i += 2) {
+        read_columns(self, i, column);
+        find_impulses(impulse, column, change);
+        for (int n = 0; n < 2; n++) {
+            hexload_real_t* P_me = &self->covariance[EFFECT_ROW(i + n) + LOAD];
+            for (int k = 0; k < 6; k++) {
+                mean[k][i + n] = P_me[k] + HEXLOAD_REAL(0.5) * change[n][k];
+                P_me[k] += change[n][k];
+            }
+        }
+    }
+    for (int b = 0; b < 6; b += 2) {
+        find_impulses(impulse, &mean[b], change); // columns of A C^T
+        add_column(load->momentum_cov, b, change[0]);
+        add_column(load->momentum_cov, b + 1, change[1]);
+    }
+}
+
+/// d mu / d (m, h) by the tilt alone, over a period, as what gravity's x and y make of platform axes: on P_x,
+/// P_y they act through m; on H through four numbers each.
 typedef struct tilted_pull {
-    hexload_real_t of_mass[2];      ///< on P_x, P_y
-    hexload_real_t pull[3][LIFTED]; ///< on H
+    hexload_real_t x_m_s;
+    hexload_real_t y_m_s;
+    hexload_real_t height[LIFTED];  ///< p_z, R's third row
+    hexload_real_t turning[LIFTED]; ///< y times p_x, R's first row, less x times p_y, R's second row
 } tilted_pull_t;
 
 static void find_tilted_pull(const hexload_actuator_effects_t* self, const hexload_motion_t* motion,
                              hexload_real_t dt_s, tilted_pull_t* tilted) {
     const hexload_real_t x = dt_s * self->effect[TILT];
     const hexload_real_t y = dt_s * self->effect[TILT + 1];
-    tilted->of_mass[0] = x;
-    tilted->of_mass[1] = y;
-    for (int k = 0; k < LIFTED; k++) {
-        hexload_real_t arm[3];
-        for (int axis = 0; axis < 3; axis++) {
-            arm[axis] = k == 0 ? motion->p_m[axis] : motion->R[axis][k - 1];
-        }
-        tilted->pull[0][k] = -y * arm[2];
-        tilted->pull[1][k] = x * arm[2];
-        tilted->pull[2][k] = y * arm[0] - x * arm[1];
+    tilted->x_m_s = x;
+    tilted->y_m_s = y;
+    tilted->height[0] = motion->p_m[2];
+    tilted->turning[0] = y * motion->p_m[0] - x * motion->p_m[1];
+    for (int k = 0; k < 3; k++) {
+        tilted->height[1 + k] = motion->R[2][k];
+        tilted->turning[1 + k] = y * motion->R[0][k] - x * motion->R[1][k];
     }
+}
+
+static inline hexload_real_t dot4(const hexload_real_t a[LIFTED], const hexload_real_t b[LIFTED]) {
+    return hexload_fma(a[3], b[3], hexload_fma(a[2], b[2], hexload_fma(a[1], b[1], a[0] * b[0])));
 }
 
 /// out += the tilt's part of d mu / d (m, h) times four numbers.
 static inline void add_tilted(const tilted_pull_t* tilted, const hexload_real_t x[LIFTED],
                               hexload_real_t out[6]) {
-    out[0] = hexload_fma(tilted->of_mass[0], x[0], out[0]);
-    out[1] = hexload_fma(tilted->of_mass[1], x[0], out[1]);
-    for (int a = 0; a < 3; a++) {
-        const hexload_real_t* G = tilted->pull[a];
-        out[3 + a] += hexload_fma(G[3], x[3], hexload_fma(G[2], x[2], hexload_fma(G[1], x[1], G[0] * x[0])));
-    }
+    const hexload_real_t raised = dot4(tilted->height, x);
+    out[0] = hexload_fma(tilted->x_m_s, x[0], out[0]);
+    out[1] = hexload_fma(tilted->y_m_s, x[0], out[1]);
+    out[3] = hexload_fma(-tilted->y_m_s, raised, out[3]);
+    out[4] = hexload_fma(tilted->x_m_s, raised, out[4]);
+    out[5] += dot4(tilted->turning, x);
 }
 
-/// The covariances for what the tilt does to the load, which the momentum filter takes for one on a level
-/// base. Without, the load's errors would pass for information on it as long as they are large.
-HEXLOAD_APART static void tilt_covariance(hexload_actuator_effects_t* self, hexload_momentum_filter_t* load,
-                                          const hexload_motion_t* motion, hexload_real_t dt_s) {
-    tilted_pull_t tilted;
+/// P_mt and P_mm for what the tilt does to the load, which the momentum filter takes for one on a level base.
+/// Without, the load's errors would pass for information on it as long as they are large.
+HEXLOAD_APART static void tilt_load(hexload_momentum_filter_t* load, const tilted_pull_t* tilted) {
     hexload_real_t mean[6][LIFTED];
-    find_tilted_pull(self, motion, dt_s, &tilted);
     for (int j = 0; j < LOAD; j++) {
         hexload_real_t change[6] = {0};
-        add_tilted(&tilted, load->load_cov[j], change);
+        add_tilted(tilted, load->load_cov[j], change);
         for (int k = 0; k < 6; k++) {
             if (j < LIFTED) {
                 mean[k][j] = load->cross_cov[k][j] + HEXLOAD_REAL(0.5) * change[k];
@@ -262,32 +307,36 @@ HEXLOAD_APART static void tilt_covariance(hexload_actuator_effects_t* self, hexl
             load->cross_cov[k][j] += change[k];
         }
     }
-    for (int i = 0; i < DIM; i++) {
-        hexload_real_t* row = &self->covariance[EFFECT_ROW(i)];
-        add_tilted(&tilted, row, &row[LOAD]);
-    }
     for (int b = 0; b < 6; b++) {
         hexload_real_t product[6] = {0}; // column b of G C^T
-        add_tilted(&tilted, mean[b], product);
+        add_tilted(tilted, mean[b], product);
         add_column(load->momentum_cov, b, product);
     }
 }
 
-/// P_me for mu+ = mu + Gbar theta.
+/// P_me for mu+ = mu + Gbar theta, tilt included.
 static void pull_covariance(hexload_actuator_effects_t* self, const hexload_momentum_filter_t* load,
-                            const hexload_config_t* config, const hexload_delayed_tick_t* past,
-                            hexload_real_t dt_s) {
+                            const hexload_motion_t* motion, const tilted_pull_t* tilted,
+                            hexload_real_t impulse_m_s) {
     hexload_real_t G[PULLED][LIFTED];
-    hexload_momentum_input_t input;
-    hexload_momentum_read_input(&past->motion, past->smooth.sample.force_n, &input);
-    hexload_momentum_pull(&load->last_input, &input, dt_s * config->gravity_m_s2, G);
+    hexload_momentum_input_t input; // of which the arms alone count
+    for (int axis = 0; axis < 2; axis++) {
+        input.arm[axis][0] = motion->p_m[axis];
+        memcpy(&input.arm[axis][1], motion->R[axis], 3 * sizeof input.arm[axis][0]);
+    }
+    hexload_momentum_pull(&load->last_input, &input, impulse_m_s, G);
+    for (int k = 0; k < LIFTED; k++) {
+        G[1][k] -= tilted->y_m_s * tilted->height[k];
+        G[2][k] += tilted->x_m_s * tilted->height[k];
+    }
     for (int i = 0; i < DIM; i++) {
         hexload_real_t* row = &self->covariance[EFFECT_ROW(i)];
-        for (int a = 0; a < PULLED; a++) {
-            row[LOAD + FIRST_PULLED + a] +=
-                hexload_fma(G[a][3], row[3],
-                            hexload_fma(G[a][2], row[2], hexload_fma(G[a][1], row[1], G[a][0] * row[0])));
-        }
+        row[LOAD] = hexload_fma(tilted->x_m_s, row[0], row[LOAD]);
+        row[LOAD + 1] = hexload_fma(tilted->y_m_s, row[0], row[LOAD + 1]);
+        row[LOAD + 2] += G[0][0] * row[0];
+        row[LOAD + 3] += dot4(G[1], row);
+        row[LOAD + 4] += dot4(G[2], row);
+        row[LOAD + 5] += dot4(tilted->turning, row);
     }
 }
 
@@ -321,7 +370,7 @@ static void add_sign_noise(const hexload_actuator_effects_t* self, hexload_momen
         const hexload_real_t slope_s = dt_s * now->slope_s_m[leg];
         variance[leg] = (hexload_real_t)past->smoother->lag_ticks * error * square * slope_s * slope_s;
     }
-    hexload_momentum_add_noise(now->push, variance, load->momentum_cov);
+    hexload_momentum_add_noise(now->at.push, variance, load->momentum_cov);
 }
 
 /// As the momentum filter does for its parameters.
@@ -331,29 +380,46 @@ static void inflate_covariance(hexload_actuator_effects_t* self) {
     }
 }
 
+/// L^-1 H P of two rows of the effects, with the sign of the momentum filter's U. They share what is read.
+static inline void project_rows(const hexload_momentum_update_t* left, const hexload_real_t* row,
+                                const hexload_real_t* next_row, hexload_real_t u[2][6]) {
+    HEXLOAD_UNROLL
+    for (int a = 0; a < 6; a++) {
+        hexload_real_t sum = row[LOAD + a] - momentum_times_row(left->Y[a], row, a < 3);
+        hexload_real_t next_sum = next_row[LOAD + a] - momentum_times_row(left->Y[a], next_row, a < 3);
+        HEXLOAD_UNROLL
+        for (int k = 0; k < a; k++) {
+            sum = hexload_fma(-left->L[a][k], u[0][k], sum);
+            next_sum = hexload_fma(-left->L[a][k], u[1][k], next_sum);
+        }
+        u[0][a] = sum * left->L[a][a];
+        u[1][a] = next_sum * left->L[a][a];
+    }
+}
+
 /// Rows of the effects: what the momentum filter's update of theta and mu says of them.
 static void correct(hexload_actuator_effects_t* self, hexload_consider_t* consider,
                     const hexload_config_t* config, hexload_momentum_update_t* left) {
-    hexload_real_t(*L)[6] = left->L;
     const hexload_real_t* e = left->innovation;
     hexload_real_t u[DIM][6];
-    for (int i = 0; i < DIM; i++) {
+    for (int i = 0; i < DIM; i += 2) {
         hexload_real_t* row = &self->covariance[EFFECT_ROW(i)];
-        hexload_real_t correction = HEXLOAD_REAL(0.0);
+        hexload_real_t* next_row = &self->covariance[EFFECT_ROW(i + 1)];
+        hexload_real_t correction[2] = {HEXLOAD_REAL(0.0), HEXLOAD_REAL(0.0)};
+        project_rows(left, row, next_row, &u[i]);
         for (int a = 0; a < 6; a++) {
-            hexload_real_t sum = row[LOAD + a] - momentum_times_row(left->Y[a], row, a < 3);
-            for (int k = 0; k < a; k++) {
-                sum = hexload_fma(-L[a][k], u[i][k], sum);
-            }
-            u[i][a] = sum * L[a][a];
-            correction += u[i][a] * e[a];
+            correction[0] += u[i][a] * e[a];
+            correction[1] += u[i + 1][a] * e[a];
         }
-        self->effect[i] += correction;
-        downdate6(row, u[i], &left->U.load[0][0], LOAD, LOAD);
-        downdate6(&row[LOAD], u[i], &left->U.momentum[0][0], 6, 6);
+        self->effect[i] += correction[0];
+        self->effect[i + 1] += correction[1];
+        downdate6_pair(row, next_row, &u[i], &left->U.load[0][0], LOAD, LOAD);
+        downdate6_pair(&row[LOAD], &next_row[LOAD], &u[i], &left->U.momentum[0][0], 6, 6);
         for (int j = 0; j <= i; j++) {
             row[KNOWN + j] -= dot6(u[i], u[j]);
+            next_row[KNOWN + j] -= dot6(u[i + 1], u[j]);
         }
+        next_row[KNOWN + i + 1] -= dot6(u[i + 1], u[i + 1]);
     }
     for (uint32_t n = 0; n < config->rig.direction_count; n++) {
         hexload_real_t of_open[6];
@@ -418,7 +484,8 @@ bool hexload_actuator_effects_step(hexload_actuator_effects_t* self, hexload_mom
                                    const hexload_delayed_tick_t* past, hexload_momentum_update_t* update) {
     const hexload_real_t dt_s = config->tick_s * (hexload_real_t)past->smooth.gap_ticks;
     rub_t now = {.is_at_rest = false};
-    rub_t impulse;
+    hexload_rub_t impulse;
+    tilted_pull_t tilted;
     find_rub(load, config, past, &now);
     if (has_rested(self, config, now.is_at_rest)) {
         return false;
@@ -432,21 +499,22 @@ bool hexload_actuator_effects_step(hexload_actuator_effects_t* self, hexload_mom
         seed_covariance(self, load, &past->motion);
         hexload_consider_seed(consider, config, load, &past->motion);
     } else {
-        make_impulse(self, &now, dt_s, &impulse);
-        for (uint32_t n = 0; n < config->rig.direction_count; n++) {
-            add_impulse(&impulse, self->considered[n], consider->momentum[n]);
-        }
-        take_impulse(self, load, config, &impulse);
+        make_impulse(self, &now.at, dt_s, &impulse);
+        move_errors(self, consider, config, &impulse);
+        move_momentum(self, load, config, &impulse);
+        move_cross(self, load, &impulse);
+        move_own(self, load, &impulse);
+        find_tilted_pull(self, &past->motion, dt_s, &tilted);
         if (config->actuator_effects.prior_tilt_sigma_m_s2 > HEXLOAD_REAL(0.0)) {
-            tilt_covariance(self, load, &past->motion, dt_s);
+            tilt_load(load, &tilted);
         }
-        pull_covariance(self, load, config, past, dt_s);
+        pull_covariance(self, load, &past->motion, &tilted, dt_s * config->gravity_m_s2);
         add_sign_noise(self, load, past, &now, dt_s);
         inflate_covariance(self);
         hexload_momentum_filter_step(load, config, past, update);
         correct(self, consider, config, update);
     }
-    remember(self, &now);
+    self->last = now.at;
     return true;
 }
 
@@ -476,43 +544,26 @@ void hexload_actuator_effects_read(const hexload_actuator_effects_t* self, hexlo
     }
 }
 
-/// Leg forces that balance what gravity's x and y make of platform and load: rows of the legs.
-static void balance_tilt(const hexload_momentum_filter_t* load, const hexload_motion_t* motion,
-                         hexload_real_t lost, const hexload_real_t tilt_m_s2[2],
-                         hexload_real_t force_n[HEXLOAD_LEGS], hexload_real_t of_tilt_kg[HEXLOAD_LEGS][2]) {
-    static const hexload_real_t origin_m[3] = {0};
-    hexload_real_t columns[HEXLOAD_LEGS][6];
-    hexload_real_t wrench[3][6] = {{0}}; // of a unit of x, of y; of the whole vector
-    lever_t lever;
-    find_lever(load, motion, origin_m, lever);
-    add_tilt(lever, HEXLOAD_REAL(1.0), HEXLOAD_REAL(0.0), wrench[0]);
-    add_tilt(lever, HEXLOAD_REAL(0.0), HEXLOAD_REAL(1.0), wrench[1]);
-    add_tilt(lever, tilt_m_s2[0], tilt_m_s2[1], wrench[2]);
-    wrench[2][2] = lever[0] * lost;
-    wrench[2][3] = hexload_fma(lever[2], lost, wrench[2][3]);
-    wrench[2][4] = hexload_fma(-lever[1], lost, wrench[2][4]);
-    hexload_leg_blocks_invert(motion->jacobian, columns);
-    for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
-        of_tilt_kg[leg][0] = dot6(columns[leg], wrench[0]);
-        of_tilt_kg[leg][1] = dot6(columns[leg], wrench[1]);
-        force_n[leg] = dot6(columns[leg], wrench[2]);
-    }
-}
-
 /// Takes off what the base's tilt does to the sample. @param[out] variance_n2 of what is left of it.
 static void level(const hexload_actuator_effects_t* self, const hexload_momentum_filter_t* load,
                   const hexload_config_t* config, const hexload_motion_t* motion,
                   hexload_leg_sample_t* sample, hexload_real_t variance_n2[HEXLOAD_LEGS]) {
+    static const hexload_real_t origin_m[3] = {0};
     const hexload_real_t xx = effects_covariance(self, TILT, TILT);
     const hexload_real_t xy = effects_covariance(self, TILT + 1, TILT);
     const hexload_real_t yy = effects_covariance(self, TILT + 1, TILT + 1);
-    hexload_real_t force_n[HEXLOAD_LEGS];
-    hexload_real_t of_tilt_kg[HEXLOAD_LEGS][2];
-    balance_tilt(load, motion, lost_m_s2(self, config), &self->effect[TILT], force_n, of_tilt_kg);
+    const hexload_real_t lost = lost_m_s2(self, config);
+    hexload_real_t columns[HEXLOAD_LEGS]
+                          [6]; // of J^-1: a leg's force is its column times the wrench about O_A
+    lever_t lever;
+    find_lever(load, motion, origin_m, lever);
+    hexload_leg_blocks_invert(motion->jacobian, columns);
     for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
-        const hexload_real_t x = of_tilt_kg[leg][0];
-        const hexload_real_t y = of_tilt_kg[leg][1];
-        sample->force_n[leg] += force_n[leg];
+        const hexload_real_t* c = columns[leg];
+        const hexload_real_t x = lever[0] * c[0] + lever[3] * c[4] - lever[2] * c[5];
+        const hexload_real_t y = lever[0] * c[1] - lever[3] * c[3] + lever[1] * c[5];
+        const hexload_real_t z = lever[0] * c[2] + lever[2] * c[3] - lever[1] * c[4];
+        sample->force_n[leg] += x * self->effect[TILT] + y * self->effect[TILT + 1] + z * lost;
         variance_n2[leg] = x * x * xx + HEXLOAD_REAL(2.0) * x * y * xy + y * y * yy;
     }
 }
@@ -535,12 +586,19 @@ void hexload_actuator_effects_clean(const hexload_actuator_effects_t* self,
             self->effect[COULOMB + leg] * sign.slope_s_m + self->effect[VISCOUS + leg];
         const hexload_real_t turning_n = slope_n_s_m * sensors->velocity_sigma_m_s;
         hexload_real_t lasting = of_tilt_n2[leg];
+        hexload_real_t share[HEXLOAD_EFFECT_KINDS][HEXLOAD_EFFECT_KINDS];
         for (int i = 0; i < HEXLOAD_EFFECT_KINDS; i++) {
+            const hexload_real_t* row = &self->covariance[EFFECT_ROW(i * HEXLOAD_LEGS + leg) + KNOWN];
             sample->force_n[leg] -= weight[i] * self->effect[i * HEXLOAD_LEGS + leg];
-            for (int j = 0; j < HEXLOAD_EFFECT_KINDS; j++) {
-                lasting += weight[i] * weight[j] *
-                           effects_covariance(self, i * HEXLOAD_LEGS + leg, j * HEXLOAD_LEGS + leg);
+            for (int j = 0; j <= i; j++) {
+                share[i][j] = weight[i] * weight[j] * row[j * HEXLOAD_LEGS + leg];
+                share[j][i] = share[i][j];
             }
+        }
+        for (int i = 0; i < HEXLOAD_EFFECT_KINDS; i++) {
+            lasting += share[i][0];
+            lasting += share[i][1];
+            lasting += share[i][2];
         }
         most = hexload_max(most, turning_n * turning_n + memory_ticks * lasting);
     }

@@ -15,7 +15,7 @@ enum { LOAD = HEXLOAD_LOAD_DIM, DIM = HEXLOAD_EFFECTS_DIM };
 #define ROUNDING_SHARE (HEXLOAD_REAL(64.0) * (hexload_real_t)HEXLOAD_REAL_EPSILON)
 
 void hexload_identifiability_init(hexload_identifiability_t* self) {
-    *self = (hexload_identifiability_t){.next = DIM};
+    *self = (hexload_identifiability_t){.next = DIM + LOAD};
 }
 
 static void copy_covariance(hexload_identifiability_t* self, const hexload_momentum_filter_t* load,
@@ -31,55 +31,97 @@ static void copy_covariance(hexload_identifiability_t* self, const hexload_momen
     }
     for (int k = 0; k < LOAD; k++) {
         self->variance[k] = load->load_cov[k][k];
-        self->before[k] = self->variance[k];
     }
+    self->next = 0;
+    memset(self->open, 0, sizeof self->open);
 }
 
-/// Of effect `at`; those before it are gone.
-static void eliminate(hexload_identifiability_t* self, uint32_t at) {
+/// Of effect `at` from P_ee; those before it are gone.
+static void eliminate(hexload_identifiability_t* self, uint32_t at, uint32_t count) {
     const hexload_real_t pivot = self->effects[ROW(at) + at];
+    hexload_real_t column[DIM];
     if (!(pivot > self->least_pivot[at])) {
         return;
     }
     const hexload_real_t inverse = HEXLOAD_REAL(1.0) / pivot;
-    for (uint32_t i = at + 1; i < DIM; i++) {
-        const hexload_real_t factor = inverse * self->effects[ROW(i) + at];
-        for (uint32_t j = at + 1; j <= i; j++) {
-            self->effects[ROW(i) + j] -= factor * self->effects[ROW(j) + at];
-        }
+    for (uint32_t j = at + 1; j < count; j++) {
+        column[j] = self->effects[ROW(j) + at];
     }
-    for (int k = 0; k < LOAD; k++) {
-        const hexload_real_t factor = inverse * self->cross[k][at];
-        self->variance[k] -= factor * self->cross[k][at];
-        for (uint32_t j = at + 1; j < DIM; j++) {
-            self->cross[k][j] -= factor * self->effects[ROW(j) + at];
+    for (uint32_t i = at + 1; i < count; i++) {
+        const hexload_real_t factor = inverse * column[i];
+        hexload_real_t* row = &self->effects[ROW(i)];
+        for (uint32_t j = at + 1; j <= i; j++) {
+            row[j] = hexload_fma(-factor, column[j], row[j]);
         }
     }
 }
 
-/// What a parameter is confounded with: the effects whose elimination has lowered its variance by the larger
-/// factor.
-static void conclude(hexload_identifiability_t* self, const hexload_momentum_config_t* momentum) {
-    hexload_real_t prior_sigma[LOAD];
-    hexload_momentum_prior_sigma(momentum, prior_sigma);
-    self->bias_mask = 0;
-    self->friction_mask = 0;
-    self->tilt_mask = 0;
-    for (int k = 0; k < LOAD; k++) {
-        const hexload_real_t sigma = prior_sigma[k];
-        const hexload_real_t alone = hexload_max(self->variance[k], HEXLOAD_REAL(0.0));
-        const uint32_t bit = (uint32_t)1 << k;
-        if (self->before[k] > CONFOUNDED_RATIO * alone && sigma * sigma > CONFOUNDED_RATIO * alone) {
-            const hexload_real_t level = hexload_max(self->given_friction[k], HEXLOAD_REAL(0.0));
-            const bool is_tilt = level * self->given_bias[k] > alone * self->before[k] &&
-                                 level * level > alone * self->given_bias[k];
-            const bool is_bias =
-                !is_tilt && self->before[k] * level > self->given_bias[k] * self->given_bias[k];
-            self->tilt_mask |= is_tilt ? bit : 0;
-            self->bias_mask |= is_bias ? bit : 0;
-            self->friction_mask |= is_tilt || is_bias ? 0 : bit;
+/// As many in a tick as take no longer than the first.
+static void eliminate_some(hexload_identifiability_t* self, uint32_t count) {
+    uint32_t left = ROW(count);
+    while (self->next < count && left >= ROW(count - self->next)) {
+        left -= ROW(count - self->next);
+        eliminate(self, self->next, count);
+        self->next++;
+    }
+    self->next = self->next < count ? self->next : DIM;
+}
+
+/// Variances of a parameter: nothing given, then the biases, then friction too, then all.
+typedef struct given {
+    hexload_real_t nothing;
+    hexload_real_t bias;
+    hexload_real_t friction;
+    hexload_real_t all;
+} given_t;
+
+/// Of parameter k, whose row is eliminated as those of P_ee were.
+static given_t eliminate_row(hexload_identifiability_t* self, uint32_t k, uint32_t count) {
+    hexload_real_t* row = self->cross[k];
+    hexload_real_t variance = self->variance[k];
+    given_t given = {.nothing = variance};
+    for (uint32_t at = 0; at < count; at++) {
+        const hexload_real_t pivot = self->effects[ROW(at) + at];
+        if (at == HEXLOAD_EFFECT_COULOMB * HEXLOAD_LEGS) {
+            given.bias = variance;
+        } else if (at == HEXLOAD_EFFECT_TILT) {
+            given.friction = variance;
+        }
+        if (pivot > self->least_pivot[at]) {
+            const hexload_real_t factor = HEXLOAD_REAL(1.0) / pivot * row[at];
+            const hexload_real_t* entry = &self->effects[ROW(at) + at];
+            variance -= factor * row[at];
+            for (uint32_t j = at + 1; j < count; j++) {
+                entry = &entry[j];
+                row[j] = hexload_fma(-factor, *entry, row[j]);
+            }
         }
     }
+    self->variance[k] = variance;
+    given.all = hexload_max(variance, HEXLOAD_REAL(0.0));
+    given.friction = count > HEXLOAD_EFFECT_TILT ? given.friction : given.all;
+    return given;
+}
+
+/// What parameter k is confounded with: the effects whose elimination has lowered its variance by the largest
+/// factor.
+static void conclude(hexload_identifiability_t* self, const hexload_momentum_config_t* momentum, uint32_t k,
+                     const given_t* given) {
+    hexload_real_t prior_sigma[LOAD];
+    hexload_momentum_prior_sigma(momentum, prior_sigma);
+    const hexload_real_t prior = prior_sigma[k] * prior_sigma[k];
+    if (given->nothing > CONFOUNDED_RATIO * given->all && prior > CONFOUNDED_RATIO * given->all) {
+        const bool is_tilt = given->friction * given->bias > given->all * given->nothing &&
+                             given->friction * given->friction > given->all * given->bias;
+        const bool is_bias = given->nothing * given->friction > given->bias * given->bias;
+        self->open[is_tilt ? 2 : (is_bias ? 0 : 1)] |= (uint32_t)1 << k;
+    }
+}
+
+static void publish(hexload_identifiability_t* self) {
+    self->bias_mask = self->open[0];
+    self->friction_mask = self->open[1];
+    self->tilt_mask = self->open[2];
 }
 
 void hexload_identifiability_step(hexload_identifiability_t* self, const hexload_config_t* config,
@@ -87,26 +129,25 @@ void hexload_identifiability_step(hexload_identifiability_t* self, const hexload
                                   const hexload_actuator_effects_t* effects,
                                   const hexload_smooth_sample_t* sample) {
     const hexload_real_t fade = config->tick_s / config->momentum.excitation_time_constant_s;
+    const bool has_tilt = config->actuator_effects.prior_tilt_sigma_m_s2 > HEXLOAD_REAL(0.0);
+    const uint32_t count = has_tilt ? DIM : HEXLOAD_EFFECT_TILT;
     self->fastest_leg_m_s -= fade * self->fastest_leg_m_s;
     for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
         self->fastest_leg_m_s =
             hexload_max(self->fastest_leg_m_s, hexload_abs(sample->smooth_velocity_m_s[leg]));
     }
-    if (self->next == DIM) {
+    if (self->next >= DIM + LOAD) {
         copy_covariance(self, load, effects);
-        self->next = 0;
-        return;
-    }
-    eliminate(self, self->next);
-    self->next++;
-    if (self->next == HEXLOAD_EFFECT_COULOMB * HEXLOAD_LEGS) {
-        memcpy(self->given_bias, self->variance, sizeof self->given_bias);
-    } else if (self->next == HEXLOAD_EFFECT_TILT) {
-        memcpy(self->given_friction, self->variance, sizeof self->given_friction);
-        self->next = config->actuator_effects.prior_tilt_sigma_m_s2 > HEXLOAD_REAL(0.0) ? self->next : DIM;
-    }
-    if (self->next == DIM) {
-        conclude(self, &config->momentum);
+    } else if (self->next < DIM) {
+        eliminate_some(self, count);
+    } else {
+        const uint32_t k = self->next - DIM;
+        const given_t given = eliminate_row(self, k, count);
+        conclude(self, &config->momentum, k, &given);
+        self->next++;
+        if (self->next == DIM + LOAD) {
+            publish(self);
+        }
     }
 }
 

@@ -3,7 +3,7 @@
 /// if the effects were known.
 ///
 /// Given the effects e, the covariance of theta is P_tt - P_te P_ee^-1 P_et. Eliminating one effect after the
-/// other gives its diagonal: one in each tick, on a copy of the covariance, so a round takes twenty ticks.
+/// other gives its diagonal: in turns, on a copy of the covariance, so a round takes twenty ticks.
 #ifndef HEXLOAD_IDENTIFIABILITY_H
 #define HEXLOAD_IDENTIFIABILITY_H
 

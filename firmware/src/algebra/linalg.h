@@ -91,10 +91,9 @@ static inline void downdate6(hexload_real_t* row, const hexload_real_t u[6], con
     }
 }
 
-/// The same for a row and the next one of a matrix with as many columns as X: they share what is read of X.
-static inline void downdate6_twice(hexload_real_t* row, hexload_real_t u[2][6], const hexload_real_t* X,
-                                   int columns, int count) {
-    hexload_real_t* next_row = &row[columns];
+/// The same for two rows: they share what is read of X.
+static inline void downdate6_pair(hexload_real_t* row, hexload_real_t* next_row, hexload_real_t u[2][6],
+                                  const hexload_real_t* X, int columns, int count) {
     for (int j = 0; j < count; j++) {
         hexload_real_t left = row[j];
         hexload_real_t next_left = next_row[j];
@@ -107,6 +106,12 @@ static inline void downdate6_twice(hexload_real_t* row, hexload_real_t u[2][6], 
         row[j] = left;
         next_row[j] = next_left;
     }
+}
+
+/// The same for a row and the next one of a matrix with as many columns as X.
+static inline void downdate6_twice(hexload_real_t* row, hexload_real_t u[2][6], const hexload_real_t* X,
+                                   int columns, int count) {
+    downdate6_pair(row, &row[columns], u, X, columns, count);
 }
 
 /// x = L^-1 b for the L of cholesky3().

@@ -54,6 +54,7 @@ class CaseClass:
     velocity_sensors: bool = True
     rig: bool = False  # a machine with every effect of a real one, which is commissioned by a run of the empty platform
     effects: bool = False  # biased force sensors and legs that rub, of which the controller is to find out
+    freed: bool = False  # what commissioning leaves of a rig's offsets, friction and tilt is found with the load
 
 
 CLASSES: dict[str, CaseClass] = {
@@ -99,6 +100,12 @@ CLASSES: dict[str, CaseClass] = {
     "work_actuator_effects": CaseClass("work motion, biased force sensors and friction", "work", effects=True),
     "rig_multisine": CaseClass("multisine on a new rig each run, commissioned", "multisine", rig=True),
     "rig_work": CaseClass("work motion on a new rig each run, commissioned", "work", rig=True),
+    "rig_multisine_freed": CaseClass(
+        "multisine on a new rig each run, commissioned, effects freed", "multisine", rig=True, freed=True
+    ),
+    "rig_work_freed": CaseClass(
+        "work motion on a new rig each run, commissioned, effects freed", "work", rig=True, freed=True
+    ),
     "rig_changes": CaseClass(
         "work motion on a new rig each run, the empty platform picks up a load", "work", "pick_up", rig=True
     ),
@@ -152,12 +159,15 @@ class Setup:
     tare_scenario: Table | None  # of the empty platform
     commissioning_scenario: Table | None  # of the empty platform of a rig
     effects: Effects | None
+    freed: bool = False
 
     @property
     def filters(self) -> tuple[str, ...]:
         """The firmware's estimators of all ten parameters for this case; the first is the controller's."""
         if self.effects is not None:
             return ("momentum_effects", "momentum")
+        if self.freed:
+            return ("momentum_effects",)
         return ("momentum",) if self.tare_scenario is None else (TARED, "momentum")
 
     @property
@@ -193,7 +203,7 @@ def draw(case: Case, kind: CaseClass | None = None) -> Setup:
         commissioning_scenario = empty_run(random, scenario, COMMISSIONING_S)
     effects = _add_effects(random, platform, scenario) if kind.effects else None
     tare_scenario = _add_legs(random, scenario) if kind.legs else None
-    return Setup(platform, scenario, rows, tare_scenario, commissioning_scenario, effects)
+    return Setup(platform, scenario, rows, tare_scenario, commissioning_scenario, effects, kind.freed)
 
 
 def _draw_servo(random: np.random.Generator) -> Table:

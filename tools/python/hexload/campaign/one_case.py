@@ -129,7 +129,8 @@ def _evaluate(setup: Setup, folder: Path, directory: Path) -> dict:
     sigma = bound.Sigmas(meta["sensors"]["velocity_sigma_m_s"], meta["sensors"]["force_sigma_n"])
     truth = bound.read_truth(directory / "truth.csv", from_s=since_s)
     machine = None if setup.effects is None else setup.effects.machine
-    limit = bound.crlb(platform, truth, theta, sigma, prior_sigma, dt_s=meta["tick_s"], machine=machine)[-1]
+    known = prior_sigma[: TEN + (0 if setup.effects is None else len(setup.effects.values))]  # without the base's tilt
+    limit = bound.crlb(platform, truth, theta, sigma, known, dt_s=meta["tick_s"], machine=machine)[-1]
     return {
         "theta": theta.tolist(),
         "bound": limit[:TEN].tolist(),
@@ -160,7 +161,7 @@ def _evaluate_rig(setup: Setup, folder: Path, directory: Path) -> dict:
 
     sigma = bound.Sigmas(meta["sensors"]["velocity_sigma_m_s"], meta["sensors"]["force_sigma_n"])
     truth = bound.read_truth(directory / "truth.csv", from_s=since_s)
-    prior_sigma = replay["sigma"][0]
+    prior_sigma = replay["sigma"][0, :TEN]
     limit = bound.crlb(bound.read_platform(machine), truth, theta, sigma, prior_sigma, dt_s=meta["tick_s"])[-1]
     answer = replace(
         _load_answer(replay, since_s), covariance=np.full((TEN, TEN), np.nan)
@@ -181,14 +182,14 @@ def _evaluate_rig(setup: Setup, folder: Path, directory: Path) -> dict:
 
 def _score_rig(replay: dict, theta: Array) -> dict:
     """Errors of mass, centre of mass and tensor about it, and of the ten parameters in published sigmas."""
-    found = replay["value"][-1]
+    found, published = replay["value"][-1, :TEN], replay["sigma"][-1, :TEN]
     tensor = _central_tensor(theta)
     off = np.abs(_central_tensor(found) - tensor).max()
     return {
         "mass_percent": 100.0 * abs(found[0] / theta[0] - 1.0),
         "centre_mm": 1e3 * float(np.linalg.norm(found[1:4] / found[0] - theta[1:4] / theta[0])),
         "inertia_percent": float(100.0 * off / (np.trace(tensor) / 3.0)),
-        "sigmas": (np.abs(found - theta) / replay["sigma"][-1]).tolist(),
+        "sigmas": (np.abs(found - theta) / published).tolist(),
     }
 
 

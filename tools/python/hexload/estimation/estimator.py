@@ -50,8 +50,8 @@ class Estimator:
     """One of the firmware's estimators, its own C code, sample by sample.
 
     platform    a platform file, its tables as a dict, or a Platform
-    kind        momentum (all ten parameters, any motion), momentum_effects (and bias and friction of the legs), paper (dz,
-                Ixx, Iyy, Izz at known mass); None: the platform's own
+    kind        momentum (all ten parameters, any motion), momentum_effects (and bias and friction of the legs, tilt of
+                the base), paper (dz, Ixx, Iyy, Izz at known mass); None: the platform's own
     prior       start covariance of the paper's filter, safe or printed; None: the platform's own
     sampling_s  period of the samples, s
     tare        what hexload.tare() found of the empty platform
