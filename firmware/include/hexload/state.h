@@ -367,12 +367,11 @@ typedef struct hexload_load_monitor {
     hexload_real_t last_force_n[2][HEXLOAD_LEGS]; ///< newest first
     hexload_real_t late_twist[6];                 ///< leaky mean of the last 5 ms, m/s, rad/s
     hexload_real_t acceleration[6];               ///< of the tick before, less gravity's, m/s^2, rad/s^2
-    hexload_real_t
-        unknown[HEXLOAD_TRIANGLE_6]; ///< covariance of the wrench that theta's errors make of it, leaky mean
-    hexload_real_t nis;              ///< of the last sample, bounded; 6 when there was none
-    hexload_real_t nis_mean;         ///< leaky; ideal 6
-    hexload_real_t drift[6];         ///< leaky mean of the last 5 ms' innovations in sigmas, by direction
-    uint32_t ticks;                  ///< since the start, up to those that it takes to settle
+    hexload_real_t unknown[6][6]; ///< covariance of the wrench that theta's errors make of it, leaky mean
+    hexload_real_t nis;           ///< of the last sample, bounded; 6 when there was none
+    hexload_real_t nis_mean;      ///< leaky; ideal 6
+    hexload_real_t drift[6];      ///< leaky mean of the last 5 ms' innovations in sigmas, by direction
+    uint32_t ticks;               ///< since the start, up to those that it takes to settle
     hexload_wrench_monitor_t wrench;
     hexload_rig_slide_t slide; ///< by the speeds of the velocity sensors
 } hexload_load_monitor_t;

@@ -144,10 +144,10 @@ static void add_unknown(hexload_load_monitor_t* self, const hexload_momentum_fil
     hexload_momentum_spread(filter, Y, spread);
     for (int a = 0; a < 6; a++) {
         for (int b = 0; b <= a; b++) {
-            hexload_real_t* unknown = &self->unknown[ROW(a) + b];
-            *unknown = hexload_fma(dt_s / LATE_S, spread[a][b] - *unknown, *unknown);
-            self->covariance[a][b] =
-                hexload_fma(HEXLOAD_LOAD_MONITOR_MEMORY_S * dt_s, *unknown, self->covariance[a][b]);
+            const hexload_real_t recent = self->unknown[a][b];
+            self->unknown[a][b] = hexload_fma(dt_s / LATE_S, spread[a][b] - recent, recent);
+            self->covariance[a][b] = hexload_fma(HEXLOAD_LOAD_MONITOR_MEMORY_S * dt_s, self->unknown[a][b],
+                                                 self->covariance[a][b]);
         }
     }
 }
