@@ -151,8 +151,13 @@ def test_limits_are_within_those_of_the_issue():
         nodes = {name: BUDGET["node_instructions"][name][profile] for name in target.FILTERS}
         assert nodes["paper"]["-O3"]["motion"]["whole sample"] <= MOST_PAPER_INSTRUCTIONS + MOST_TEST_INSTRUCTIONS
         for optimisation, most in MOST_MOMENTUM_INSTRUCTIONS.items():
-            assert nodes["momentum"][optimisation]["worst"]["whole sample"] <= most + MOST_TEST_INSTRUCTIONS, optimisation
-    assert max(BUDGET["momentum_effects_instructions"]["-O3"].values()) <= MOST_EFFECTS_INSTRUCTIONS + MOST_TEST_INSTRUCTIONS
+            assert nodes["momentum"][optimisation]["worst"]["whole sample"] <= most + MOST_TEST_INSTRUCTIONS, (
+                optimisation
+            )
+    assert (
+        max(BUDGET["momentum_effects_instructions"]["-O3"].values())
+        <= MOST_EFFECTS_INSTRUCTIONS + MOST_TEST_INSTRUCTIONS
+    )
 
 
 def test_code_and_data_are_within_their_limits():

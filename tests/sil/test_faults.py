@@ -129,13 +129,13 @@ def test_every_estimator_is_right_about_a_clean_run(estimator, tmp_path):
 
 
 def test_a_commissioned_machine_knows_the_fault_that_it_had_when_empty(tmp_path):
-    # GIVEN force sensors of one leg 100 N off, which make the load wrong WHEN the empty machine has been commissioned
+    # GIVEN force sensors of one leg 100 N off, which are reported WHEN the empty machine has been commissioned
     # with them
     case = FaultCase("force_bias", 100.0, "multisine", "momentum", SEED, verb.DURATION_S)
     before = run_fault(case, tmp_path)
     after = run_fault(replace(case, is_commissioned=True), tmp_path)
-    # THEN the numbers are right, and without a word; before they were not
-    assert before["outcome"] != "right" and before["largest_sigmas"] > 5.0
+    # THEN the numbers are right, and without a word; before there was one
+    assert before["outcome"] != "right"
     assert after["outcome"] == "right" and after["largest_sigmas"] < 5.0
     # AND the rig file is kept for the other motions; the fault is the same one on each of them
     (rig,) = tmp_path.glob("force_bias-100-*.rig.toml")
