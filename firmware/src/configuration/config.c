@@ -16,52 +16,51 @@ typedef struct paper_machine {
     hexload_momentum_config_t momentum;
 } paper_machine_t;
 
+// Paper, Table 1; hinges at radii 0.4 and 0.6 m, 15 and 10 degrees from the axes of symmetry.
+static const paper_machine_t paper_machine = {
+    .geometry =
+        {.base_hinge_m = {{HEXLOAD_REAL(0.5908846518), HEXLOAD_REAL(0.1041889066), HEXLOAD_REAL(0.0)},
+                          {HEXLOAD_REAL(-0.2052120860), HEXLOAD_REAL(0.5638155725), HEXLOAD_REAL(0.0)},
+                          {HEXLOAD_REAL(-0.3856725658), HEXLOAD_REAL(0.4596266659), HEXLOAD_REAL(0.0)},
+                          {HEXLOAD_REAL(-0.3856725658), HEXLOAD_REAL(-0.4596266659), HEXLOAD_REAL(0.0)},
+                          {HEXLOAD_REAL(-0.2052120860), HEXLOAD_REAL(-0.5638155725), HEXLOAD_REAL(0.0)},
+                          {HEXLOAD_REAL(0.5908846518), HEXLOAD_REAL(-0.1041889066), HEXLOAD_REAL(0.0)}},
+         .platform_hinge_m = {{HEXLOAD_REAL(0.2828427125), HEXLOAD_REAL(0.2828427125), HEXLOAD_REAL(0.0)},
+                              {HEXLOAD_REAL(0.1035276180), HEXLOAD_REAL(0.3863703305), HEXLOAD_REAL(0.0)},
+                              {HEXLOAD_REAL(-0.3863703305), HEXLOAD_REAL(0.1035276180), HEXLOAD_REAL(0.0)},
+                              {HEXLOAD_REAL(-0.3863703305), HEXLOAD_REAL(-0.1035276180), HEXLOAD_REAL(0.0)},
+                              {HEXLOAD_REAL(0.1035276180), HEXLOAD_REAL(-0.3863703305), HEXLOAD_REAL(0.0)},
+                              {HEXLOAD_REAL(0.2828427125), HEXLOAD_REAL(-0.2828427125), HEXLOAD_REAL(0.0)}},
+         .home_leg_length_m = {HEXLOAD_REAL(0.8741), HEXLOAD_REAL(0.8741), HEXLOAD_REAL(0.8741),
+                               HEXLOAD_REAL(0.8741), HEXLOAD_REAL(0.8741), HEXLOAD_REAL(0.8741)},
+         .stroke_min_m = HEXLOAD_REAL(-0.3),
+         .stroke_max_m = HEXLOAD_REAL(0.3)},
+    .platform = {.mass_kg = HEXLOAD_REAL(100.0),
+                 .inertia_kg_m2 = {HEXLOAD_REAL(25.0), HEXLOAD_REAL(25.0), HEXLOAD_REAL(44.0)}},
+    .sensors = {.displacement_sigma_m = HEXLOAD_REAL(20e-6),
+                .velocity_sigma_m_s = HEXLOAD_REAL(0.001),
+                .force_sigma_n = HEXLOAD_REAL(5.0),
+                .velocity_range_m_s = HEXLOAD_REAL(10.0),
+                .force_range_n = HEXLOAD_REAL(1e6)},
+    .tolerances = {.force_gain = HEXLOAD_REAL(0.005), // six load cells of 1 %, and gravity's 0.3 %
+                   .platform_mass = HEXLOAD_REAL(0.03),
+                   .platform_com_m = HEXLOAD_REAL(0.002),
+                   .platform_inertia = HEXLOAD_REAL(0.03)},
+    .paper = {.load_mass_kg = HEXLOAD_REAL(500.0),
+              .gate_nis = HEXLOAD_REAL(40.0), // chi-square, 3 degrees of freedom: 1e-8 of good innovations
+              .inconsistent_nis = HEXLOAD_REAL(5.0), // sigmas understated by 1.3; 13 sigma of the mean below
+              .nis_time_constant_s = HEXLOAD_REAL(0.5),
+              .converged_relative_sigma = HEXLOAD_REAL(0.1),
+              .longest_gap_ticks = 3, // at 3 Hz the trapezoid's error is then (2 pi 3 Hz 3 ms)^2 / 12 = 3e-4
+              .longest_gate_ticks = 20},
+    .momentum = {.longest_gap_ticks = 5,
+                 .inconsistent_nis = HEXLOAD_REAL(9.0), // sigmas understated by 1.2
+                 .nis_time_constant_s = HEXLOAD_REAL(0.5),
+                 .converged_relative_sigma = HEXLOAD_REAL(0.05),
+                 .excitation_time_constant_s = HEXLOAD_REAL(10.0)},
+};
+
 void hexload_config_default(hexload_config_t* config) {
-    // Paper, Table 1; hinges at radii 0.4 and 0.6 m, 15 and 10 degrees from the axes of symmetry.
-    static const paper_machine_t paper_machine = {
-        .geometry =
-            {.base_hinge_m = {{HEXLOAD_REAL(0.5908846518), HEXLOAD_REAL(0.1041889066), HEXLOAD_REAL(0.0)},
-                              {HEXLOAD_REAL(-0.2052120860), HEXLOAD_REAL(0.5638155725), HEXLOAD_REAL(0.0)},
-                              {HEXLOAD_REAL(-0.3856725658), HEXLOAD_REAL(0.4596266659), HEXLOAD_REAL(0.0)},
-                              {HEXLOAD_REAL(-0.3856725658), HEXLOAD_REAL(-0.4596266659), HEXLOAD_REAL(0.0)},
-                              {HEXLOAD_REAL(-0.2052120860), HEXLOAD_REAL(-0.5638155725), HEXLOAD_REAL(0.0)},
-                              {HEXLOAD_REAL(0.5908846518), HEXLOAD_REAL(-0.1041889066), HEXLOAD_REAL(0.0)}},
-             .platform_hinge_m =
-                 {{HEXLOAD_REAL(0.2828427125), HEXLOAD_REAL(0.2828427125), HEXLOAD_REAL(0.0)},
-                  {HEXLOAD_REAL(0.1035276180), HEXLOAD_REAL(0.3863703305), HEXLOAD_REAL(0.0)},
-                  {HEXLOAD_REAL(-0.3863703305), HEXLOAD_REAL(0.1035276180), HEXLOAD_REAL(0.0)},
-                  {HEXLOAD_REAL(-0.3863703305), HEXLOAD_REAL(-0.1035276180), HEXLOAD_REAL(0.0)},
-                  {HEXLOAD_REAL(0.1035276180), HEXLOAD_REAL(-0.3863703305), HEXLOAD_REAL(0.0)},
-                  {HEXLOAD_REAL(0.2828427125), HEXLOAD_REAL(-0.2828427125), HEXLOAD_REAL(0.0)}},
-             .home_leg_length_m = {HEXLOAD_REAL(0.8741), HEXLOAD_REAL(0.8741), HEXLOAD_REAL(0.8741),
-                                   HEXLOAD_REAL(0.8741), HEXLOAD_REAL(0.8741), HEXLOAD_REAL(0.8741)},
-             .stroke_min_m = HEXLOAD_REAL(-0.3),
-             .stroke_max_m = HEXLOAD_REAL(0.3)},
-        .platform = {.mass_kg = HEXLOAD_REAL(100.0),
-                     .inertia_kg_m2 = {HEXLOAD_REAL(25.0), HEXLOAD_REAL(25.0), HEXLOAD_REAL(44.0)}},
-        .sensors = {.displacement_sigma_m = HEXLOAD_REAL(20e-6),
-                    .velocity_sigma_m_s = HEXLOAD_REAL(0.001),
-                    .force_sigma_n = HEXLOAD_REAL(5.0),
-                    .velocity_range_m_s = HEXLOAD_REAL(10.0),
-                    .force_range_n = HEXLOAD_REAL(1e6)},
-        .tolerances = {.force_gain = HEXLOAD_REAL(0.005), // six load cells of 1 %, and gravity's 0.3 %
-                       .platform_mass = HEXLOAD_REAL(0.03),
-                       .platform_com_m = HEXLOAD_REAL(0.002),
-                       .platform_inertia = HEXLOAD_REAL(0.03)},
-        .paper =
-            {.load_mass_kg = HEXLOAD_REAL(500.0),
-             .gate_nis = HEXLOAD_REAL(40.0), // chi-square, 3 degrees of freedom: 1e-8 of good innovations
-             .inconsistent_nis = HEXLOAD_REAL(5.0), // sigmas understated by 1.3; 13 sigma of the mean below
-             .nis_time_constant_s = HEXLOAD_REAL(0.5),
-             .converged_relative_sigma = HEXLOAD_REAL(0.1),
-             .longest_gap_ticks = 3, // at 3 Hz the trapezoid's error is then (2 pi 3 Hz 3 ms)^2 / 12 = 3e-4
-             .longest_gate_ticks = 20},
-        .momentum = {.longest_gap_ticks = 5,
-                     .inconsistent_nis = HEXLOAD_REAL(9.0), // sigmas understated by 1.2
-                     .nis_time_constant_s = HEXLOAD_REAL(0.5),
-                     .converged_relative_sigma = HEXLOAD_REAL(0.05),
-                     .excitation_time_constant_s = HEXLOAD_REAL(10.0)},
-    };
     memset(config, 0, sizeof *config);
     config->kind = HEXLOAD_KIND_MOMENTUM;
     config->tick_s = HEXLOAD_REAL(0.001);

@@ -16,11 +16,20 @@ void hexload_lost_channels_init(hexload_lost_channels_t* self) {
     *self = (hexload_lost_channels_t){0};
 }
 
+/// A missing value is missing in their sum.
+static bool is_whole(const hexload_leg_sample_t* sample) {
+    hexload_real_t sum = HEXLOAD_REAL(0.0);
+    for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
+        sum += sample->displacement_m[leg] + sample->force_n[leg];
+    }
+    return !isnan(sum);
+}
+
 /// The leg whose value is missing, NONE or SEVERAL.
 static int find_lost(const hexload_real_t value[HEXLOAD_LEGS]) {
     int lost = NONE;
     for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
-        if (isnan(value[leg])) {
+        if (isnan(value[leg]) != 0) {
             lost = lost == NONE ? leg : SEVERAL;
         }
     }
@@ -48,12 +57,15 @@ const hexload_leg_sample_t*
 hexload_lost_channels_mend(const hexload_lost_channels_t* self, const hexload_config_t* config,
                            const hexload_leg_gate_t* gate, const hexload_leg_sample_t* sample,
                            hexload_leg_sample_t* mended, hexload_lost_channels_t* next, uint32_t* health) {
-    const int displacement = find_lost(sample->displacement_m);
-    const int force = find_lost(sample->force_n);
-    const uint32_t gap_ticks = sample->tick - gate->last_tick;
     *next = *self;
     next->force_ticks -= self->force_ticks > 0 ? 1 : 0;
     next->displacement_ticks = 0;
+    if (is_whole(sample)) {
+        return sample;
+    }
+    const int displacement = find_lost(sample->displacement_m);
+    const int force = find_lost(sample->force_n);
+    const uint32_t gap_ticks = sample->tick - gate->last_tick;
     if ((displacement == NONE && force == NONE) || !can_mend(self, config, gate, displacement, force)) {
         return sample;
     }
