@@ -249,6 +249,7 @@ static inline hexload_status_t hexload_momentum_run(hexload_momentum_t* self, co
     if (status != HEXLOAD_OK) {
         return status;
     }
+    // With its gaps: a value that is missing keeps its half second from saying anything.
     hexload_plausibility_step(&self->plausibility, config, sample, &now, HEXLOAD_REAL(0.0));
     if (now.sample != NULL) {
         watch_load(self, config, effects, &now, &health);
