@@ -86,6 +86,9 @@ static void run_stages(hexload_paper_t* self, const hexload_config_t* config,
     mark = instruction_counter_mark();
     hexload_paper_supervisor_judge(&self->supervisor, config, &self->filter, &estimate, &health);
     instructions[SUPERVISOR] = instruction_counter_since(mark);
+    mark = instruction_counter_mark();
+    hexload_plausibility_judge(&self->plausibility, HEXLOAD_PAPER_DIM, &estimate, &self->health.input, &health);
+    instructions[PLAUSIBILITY] += instruction_counter_since(mark);
 }
 
 static void run_tick(hexload_paper_t* self, const hexload_config_t* config,
