@@ -11,7 +11,26 @@ from hexload.campaign import schedule
 from hexload.campaign.store import AnyCase, Store
 
 
-def run_and_store(
+def complete(
+    cases: Sequence[AnyCase],
+    run: Callable[[AnyCase, Path | None], dict],
+    code: str,
+    store: Store,
+    remarks: Sequence[str],
+    scheduler: str | None,
+    folder: Path | None,
+) -> dict[AnyCase, dict]:
+    """The results of all cases: those in the store, and the others, which are run. Says so after `remarks`, on stderr."""
+    done, more = store.split(cases, code)
+    missing = [case for case in cases if case not in done]
+    if done:
+        more.append(f"{len(done)} of {len(cases)} cases are done already, {len(missing)} to go")
+    for remark in (*remarks, *more):
+        print(f"hexload: {remark}", file=sys.stderr)
+    return done | _run_and_store(missing, run, code, store, scheduler, folder) if missing else done
+
+
+def _run_and_store(
     cases: Sequence[AnyCase],
     run: Callable[[AnyCase, Path | None], dict],
     code: str,

@@ -11,7 +11,7 @@ from hexload import project
 from hexload.campaign import campaign_report
 from hexload.campaign.cases import CLASSES, DEFAULT_CLASSES, Case
 from hexload.campaign.one_case import FAILURE, code_version, run_case
-from hexload.campaign.progress import run_and_store
+from hexload.campaign.progress import complete
 from hexload.campaign.statistics import failed_cases, summarise
 from hexload.campaign.store import Settings, Store, plain
 from hexload.errors import InputError
@@ -56,15 +56,7 @@ def run_campaign(settings: Settings, out: Path, scheduler: str | None, keep: boo
     code = code_version()
     store = Store(out)
     remarks = store.open(settings, code, restart)
-    cases = settings.cases()
-    done, more = store.split(cases, code)
-    missing = [case for case in cases if case not in done]
-    if done:
-        more.append(f"{len(done)} of {len(cases)} cases are done already, {len(missing)} to go")
-    for remark in (*remarks, *more):
-        print(f"hexload: {remark}", file=sys.stderr)
-    if missing:
-        done |= run_and_store(missing, run_case, code, store, scheduler, _kept(out) if keep else None)
+    done = complete(settings.cases(), run_case, code, store, remarks, scheduler, _kept(out) if keep else None)
     return _conclude(settings, done, out)
 
 

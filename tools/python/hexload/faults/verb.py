@@ -12,7 +12,7 @@ from rich.console import Console
 from rich.table import Table
 
 from hexload import project
-from hexload.campaign.progress import run_and_store
+from hexload.campaign.progress import complete
 from hexload.campaign.store import Store, plain
 from hexload.errors import InputError
 from hexload.faults import fault_report
@@ -124,14 +124,7 @@ def run_faults(settings: FaultSettings, out: Path, restart: bool) -> Path:
         shutil.rmtree(logs, ignore_errors=True)
     logs.mkdir(exist_ok=True)
     cases = settings.cases()
-    done, more = store.split(cases, code)
-    missing = [case for case in cases if case not in done]
-    if done:
-        more.append(f"{len(done)} of {len(cases)} cases are done already, {len(missing)} to go")
-    for remark in (*remarks, *more):
-        print(f"hexload: {remark}", file=sys.stderr)
-    if missing:
-        done |= run_and_store(missing, run_fault, code, store, None, logs.resolve())
+    done = complete(cases, run_fault, code, store, remarks, None, logs.resolve())
     return _conclude(settings, code, {case: done[case] for case in cases}, out)
 
 
