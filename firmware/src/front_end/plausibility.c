@@ -266,9 +266,10 @@ static bool is_common(const hexload_plausibility_t* self) {
            hexload_abs(self->least_gain - HEXLOAD_REAL(1.0)) > HEXLOAD_REAL(0.5) * GAIN_FLOOR;
 }
 
-/// Displacement = gain x velocity's integral + lag x velocity's change. Errors have the variances of a
-/// displacement's noise, which enters two blocks with opposite signs, and of the integral's. Of two that are
-/// significant, what explains more is the cause.
+/// Displacement = gain x velocity's integral + lag x velocity's change, by least squares (P2). Errors have
+/// the variances of a displacement's noise, which enters two blocks with opposite signs and so meets the
+/// changes of the weights from block to block (at most the sum of both regressors'), and of the integral's.
+/// Of two that are significant, what explains more is the cause.
 static hexload_input_cause_t find_gain_and_lag(const hexload_plausibility_t* self,
                                                const hexload_config_t* config,
                                                const hexload_sensors_t* sensors, const moments_t* found,
@@ -290,14 +291,16 @@ static hexload_input_cause_t find_gain_and_lag(const hexload_plausibility_t* sel
         (found->product * change - found->change_shown * mixed) / determinant - HEXLOAD_REAL(1.0);
     const hexload_real_t lag_s =
         (found->change_shown * integral - found->product * mixed) / determinant - late_s;
-    const hexload_real_t inflation = integral * change / determinant; // as gain and lag look alike
+    const hexload_real_t rough_integral = block_s * hexload_sqrt(found->change);
+    const hexload_real_t rough_change = hexload_sqrt(self->look.jump_m2_s2);
+    const hexload_real_t gain_edge = change * rough_integral + hexload_abs(mixed) * rough_change;
+    const hexload_real_t lag_edge = integral * rough_change + hexload_abs(mixed) * rough_integral;
     const hexload_real_t gain_variance =
-        inflation *
-        (edge_m2 * (square(block_s) * found->change + HEXLOAD_REAL(4.0) * found->integral / N) +
-         noise_m2 * found->integral) /
-        square(integral);
+        (edge_m2 * (square(gain_edge) + HEXLOAD_REAL(4.0) / N * change * determinant) +
+         noise_m2 * change * determinant) /
+        square(determinant);
     const hexload_real_t lag_variance =
-        inflation * (edge_m2 * self->look.jump_m2_s2 + noise_m2 * found->change) / square(change);
+        (edge_m2 * square(lag_edge) + noise_m2 * integral * determinant) / square(determinant);
     const bool is_gain =
         hexload_abs(gain_error) > GAIN_FLOOR && square(gain_error) > SIGMAS_SQUARE * gain_variance;
     const bool is_lag = has_lag && hexload_abs(lag_s) > LAG_FLOOR_TICKS * config->tick_s &&
