@@ -21,7 +21,7 @@ from hexload import project
 SCENARIO = project.SCENARIOS / "paper.toml"
 PLATFORM = project.SCENARIOS / "platforms" / "paper.toml"
 PATIENCE_S = 120.0
-PAPER_S = {"fd": 5, "classic": 2}  # of the paper's scenario, by profile: in fd until it has converged
+PAPER_S = {"fd": 5, "classic": 1}  # of the paper's scenario, by profile: in fd until it has converged
 PAPER_TICKS = {profile: 1000 * seconds + 1 for profile, seconds in PAPER_S.items()}  # both ends
 SHORT_S = 0.5  # of the scenario, where it need not converge
 SHORT_TICKS = round(1000 * SHORT_S) + 1

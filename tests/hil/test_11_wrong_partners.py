@@ -10,7 +10,7 @@ pytestmark = pytest.mark.vcan
 WRONG_PROFILE, SECOND_CONTROLLER = 4, 5  # exit statuses of hexload_sim
 TAKEN = 3  # of hexload_ecu
 ESTIMATING = 2
-UNDER_WAY_S = 2  # of a run in lockstep: it lasts longer than another controller listens
+UNDER_WAY_S = 1.2  # of a run in lockstep: it lasts longer than another controller listens
 
 
 @pytest.mark.parametrize(("spoken", "expected"), [PROFILES, PROFILES[::-1]])

@@ -236,4 +236,4 @@ def test_report_refuses_a_run_that_does_not_exist(tmp_path):
 
 
 def test_test_refuses_an_unknown_preset():
-    assert_refused(hexload("test", "--preset", "fast"), "--preset: found 'fast', expected one of: host, host-double")
+    assert_refused(hexload("test", "--preset", "fast"), "--preset: found 'fast', expected one of: host, asan-ubsan")

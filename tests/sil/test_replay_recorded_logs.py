@@ -114,5 +114,5 @@ def test_replay_twice_gives_the_same_bytes(tmp_path):
     (tmp_path / "b").mkdir()
     replay(hexload_native, "paper_clean", tmp_path / "a")
     replay(hexload_native, "paper_clean", tmp_path / "b")
-    first, second = (tmp_path / folder / "paper_clean_hexload_native.csv" for folder in "ab")
+    first, second = (tmp_path / folder / f"paper_clean_{hexload_native.__name__}.csv" for folder in "ab")
     assert first.read_bytes() == second.read_bytes()

@@ -28,9 +28,6 @@ function(hexload_install_package)
 
     # Relative to the file, so that the installation can be moved, and installed to another --prefix.
     file(RELATIVE_PATH to_prefix "/prefix/${CMAKE_INSTALL_LIBDIR}/pkgconfig" "/prefix")
-    if(HEXLOAD_DOUBLE)
-        set(definitions " -DHEXLOAD_REFERENCE_DOUBLE")
-    endif()
     set(packages hexload)
     if(TARGET hexload_app)
         list(APPEND packages hexload_app)

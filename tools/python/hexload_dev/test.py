@@ -41,8 +41,6 @@ class Selection:
 
 PLANS = {
     "host": Plan(None),
-    # without the programs that none of them runs
-    "host-double": Plan("unit|sil", ("tests/unit/all", "tools/native/all", "hexload_sim_app")),
     "asan-ubsan": Plan("unit|properties"),  # all is built: its compiler warns of what gcc does not
 }
 UNIT_TARGETS = ("tests/unit/all",)  # what the unit tests run, and the libraries that one of them installs
