@@ -1,5 +1,6 @@
 """The command line: verbs, their options and examples. Each verb's work is in the module of its name."""
 
+import os
 import sys
 from pathlib import Path
 from typing import Annotated, Literal
@@ -311,7 +312,9 @@ def excite(
     ] = False,
     seed: Annotated[int, typer.Option(min=0, help="Of the random starts; the same seed gives the same motion.")] = 1,
     starts: Annotated[int, typer.Option(min=1, help="Searches, each from another random motion.")] = 4,
-    iterations: Annotated[int, typer.Option(min=1, help="Steps of each search at most.")] = 60,
+    iterations: Annotated[
+        int, typer.Option(min=1, help="Steps of the best search at most; the others take a quarter.")
+    ] = 60,
     sines: Annotated[int, typer.Option(min=2, max=30, help="Frequencies in each of the six coordinates.")] = 8,
     frequency_max: Annotated[float, typer.Option(help="Highest of them, Hz; the servo's bandwidth.")] = 2.5,
     tilt_max: Annotated[float, typer.Option(help="Of the platform's normal against the vertical, deg.")] = 30.0,
@@ -339,6 +342,8 @@ def excite(
 
     Example:  hexload excite --platform tests/data/paper_load.toml --scenario multisine --duration 5 --out excite.csv
     """
+    # Thousands of products of small matrices: threads of numpy's library would wait for each other at twice the cost.
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     from hexload.cli import excite as verb
 
     wish = verb.Wish(
