@@ -101,9 +101,10 @@ std::optional<GeometryFault> find_geometry_fault(const Geometry& geometry) {
     const Vector6 home_m = home.length_m - geometry.home_leg_length_m;
     for (int leg = 0; leg < 6; ++leg) {
         if (home_m(leg) <= geometry.stroke_min_m || home_m(leg) >= geometry.stroke_max_m) {
-            return GeometryFault{
-                "stroke_m", fmt::format("leg {} at {:.6g} m in the home pose", leg + 1, home_m(leg)),
-                fmt::format("home inside ({}, {}) m", geometry.stroke_min_m, geometry.stroke_max_m)};
+            return GeometryFault{"stroke_m",
+                                 fmt::format("leg {} at {:.6g} m in the home pose", leg + 1, home_m(leg)),
+                                 fmt::format("home inside ({}, {}) m, displacements from the home length",
+                                             geometry.stroke_min_m, geometry.stroke_max_m)};
         }
     }
     const double radius_m = platform_hinges_m.colwise().norm().maxCoeff();

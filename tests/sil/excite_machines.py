@@ -27,7 +27,7 @@ from hexload.cli.excite import Wish, design, summary_of
 from hexload.errors import InputError
 
 G = 9.81
-SETTLING_S = 3.0
+SETTLING_S = 5.0
 JOINT_DEG = 60.0  # of a leg from its direction at home: beyond what universal joints reach
 
 

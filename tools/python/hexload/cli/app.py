@@ -9,7 +9,7 @@ import typer
 
 from hexload.errors import InputError, ToolFailed
 
-EXIT_IMPLAUSIBLE_INPUT = 3  # of replay: estimates are there, and not to be believed
+EXIT_IMPLAUSIBLE_INPUT = 3  # of replay: estimates are there, and not to be believed; of platform: the file likewise
 
 app = typer.Typer(
     name="hexload",
@@ -365,6 +365,112 @@ def excite(
         empty,
     )
     verb.print_summary(verb.design(wish, out), wish, out)
+
+
+platform_app = typer.Typer(
+    name="platform", help="Platform files: a new one for your machine, and what is wrong in one.", no_args_is_help=True
+)
+app.add_typer(platform_app)
+
+
+@platform_app.command("new")
+def platform_new(
+    out: Annotated[Path, typer.Option(help="Platform file to write (.toml), with comments.")],
+    platform_radius: Annotated[str | None, typer.Option(help="Of the circle of the platform's hinges.")] = None,
+    platform_angle: Annotated[
+        str | None,
+        typer.Option(
+            help="Half the angle between the hinges of a pair, base pairs around 0, 120, 240 deg, platform pairs 60 deg further; or the six hinges' angles."
+        ),
+    ] = None,
+    platform_hinges: Annotated[
+        str | None,
+        typer.Option(help="Instead of radius and angle: x, y, z of the six hinges, or a file (.csv) of them."),
+    ] = None,
+    base_radius: Annotated[str | None, typer.Option(help="The same of the base.")] = None,
+    base_angle: Annotated[str | None, typer.Option(help="The same of the base.")] = None,
+    base_hinges: Annotated[str | None, typer.Option(help="The same of the base.")] = None,
+    leg_length: Annotated[
+        str | None, typer.Option(help="Of the legs at home, between hinge centres: one number, or six.")
+    ] = None,
+    home_height: Annotated[
+        str | None, typer.Option(help="Instead: of the platform's origin over the base's, at home.")
+    ] = None,
+    stroke: Annotated[
+        str | None, typer.Option(help="Shortest and longest displacement of a leg from home; one number: both ways.")
+    ] = None,
+    leg_range: Annotated[str | None, typer.Option(help="Instead: shortest and longest length of a leg.")] = None,
+    mass: Annotated[
+        str | None, typer.Option(help="Of the empty platform, with what of the legs moves with it.")
+    ] = None,
+    com: Annotated[
+        str | None, typer.Option(help="Its centre of mass, x, y, z in platform axes.", show_default="0, 0, 0")
+    ] = None,
+    inertia: Annotated[
+        str | None,
+        typer.Option(
+            help="Its inertia about the platform's origin: xx, yy, zz[, xy, xz, yz].", show_default="of a disc"
+        ),
+    ] = None,
+    displacement_sigma: Annotated[str | None, typer.Option(help="Noise of a leg's displacement sensor.")] = None,
+    velocity_sigma: Annotated[str | None, typer.Option(help="Noise of a leg's velocity sensor, or none.")] = None,
+    force_sigma: Annotated[str | None, typer.Option(help="Noise of a leg's force sensor.")] = None,
+    leg_speed: Annotated[str | None, typer.Option(help="Of an unloaded leg; for hexload excite.")] = None,
+    leg_force: Annotated[str | None, typer.Option(help="Of a leg at standstill; for hexload excite.")] = None,
+    speed_sum: Annotated[str | None, typer.Option(help="Of six legs at a time; for hexload excite.")] = None,
+    load: Annotated[str | None, typer.Option(help="Mass of the load, when it is known.")] = None,
+    gravity: Annotated[str | None, typer.Option(show_default="9.81")] = None,
+    force: Annotated[bool, typer.Option("--force", help="Replace the file.")] = False,
+) -> None:
+    """Writes the platform file of your machine from radii and angles, or lists of hinges, and the legs at home.
+
+    Numbers may have a unit (400mm, 15deg, 5kN); of one without, a guess is made and told. What is missing is asked for, on a terminal.
+    The file is then checked like by hexload platform check. Exit status: 0; 2 for something that is refused, and nothing is written; 3 for a
+    file with something implausible in it.
+
+    Example:  hexload platform new --out mine.toml --platform-radius 400mm --platform-angle 15 --base-radius 600mm --base-angle 10 --leg-length 874mm --stroke 300mm --mass 100 --displacement-sigma 20um --velocity-sigma none --force-sigma 5
+    """
+    given = {name.replace("_", "-"): text for name, text in locals().items() if name not in ("out", "force")}
+    from hexload.cli import platform_check, platform_new
+
+    guesses, checked = platform_new.new(given, out, force)
+    platform_new.print_new(guesses, out)
+    platform_check.print_findings(checked)
+    if checked.findings:
+        raise typer.Exit(EXIT_IMPLAUSIBLE_INPUT)
+
+
+@platform_app.command("check")
+def platform_check(
+    platform: Annotated[Path, typer.Argument(help="Platform file (.toml).")],
+    report: Annotated[
+        Path | None,
+        typer.Option(help="Page to write (.html): pictures of the machine, its workspace, maps of condition."),
+    ] = None,
+    as_json: Annotated[bool, typer.Option("--json", help="Print the figures as JSON, and the maps.")] = False,
+) -> None:
+    """What a platform file says of a machine: home pose, reach along each axis, condition over x, y and tilt; and what of it cannot be.
+
+    Named are hinges in another unit, legs mirrored or in each other's place, a home pose that is nearly singular, a stroke that cannot be
+    used, mass, inertia, noise and actuators of another kind of machine. Exit status: 0; 2 for a file that no verb takes; 3 when
+    something is implausible.
+
+    Example:  hexload platform check mine.toml --report mine.html
+    """
+    from hexload.cli import platform_check as verb
+    from hexload.estimation.machine_check import check
+
+    checked = check(platform)
+    if as_json:
+        print(verb.as_json(checked))
+    else:
+        verb.print_checked(checked)
+    if report is not None:
+        verb.write_page(checked, report)
+        if not as_json:
+            print(f"page:      {report}")
+    if checked.findings:
+        raise typer.Exit(EXIT_IMPLAUSIBLE_INPUT)
 
 
 @app.command()
