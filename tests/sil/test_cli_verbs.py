@@ -3,6 +3,7 @@
 import os
 import subprocess
 import sys
+import tomllib
 
 import pytest
 
@@ -29,12 +30,12 @@ VERBS = (
 GOOD_LOG = "\n".join([",".join(COLUMNS), *(f"{k / 1000}" + ",0" * 12 + ",1070" * 6 for k in range(20)), ""])
 
 
-def hexload(*arguments):
+def hexload(*arguments, environment=None):
     return subprocess.run(
         [sys.executable, "-m", "hexload_dev", *map(str, arguments)],
         capture_output=True,
         text=True,
-        env=os.environ | {"COLUMNS": "200", "TERM": "dumb", "NO_COLOR": "1"},
+        env=os.environ | {"COLUMNS": "200", "TERM": "dumb", "NO_COLOR": "1"} | (environment or {}),
     )
 
 
@@ -85,6 +86,33 @@ def test_the_help_of_each_verb_has_an_example(verb):
 def test_help_tells_what_is_taken_where_nothing_is_said(verb, default):
     # GIVEN an option whose default is not a value but found out WHEN help is asked for THEN it is told
     assert f"[default: ({default})]" in hexload(verb, "--help").stdout
+
+
+@pytest.mark.parametrize("verb", ["new", "check"])
+def test_the_help_of_the_platform_verbs_has_an_example(verb):
+    result = hexload("platform", verb, "--help")
+    assert result.returncode == 0
+    assert f"Example:  hexload platform {verb}" in result.stdout
+
+
+def test_the_version_is_the_projects():
+    # GIVEN the version that the package is built with WHEN it is asked for THEN it is told, in one line
+    described = tomllib.loads((project.ROOT / "pyproject.toml").read_text())
+    result = hexload("--version")
+    assert (result.returncode, result.stdout) == (0, f"hexload {described['project']['version']}\n")
+
+
+def test_a_shell_is_told_how_verbs_and_options_go_on():
+    # GIVEN what bash asks of a command WHEN a verb or an option has been begun THEN it is completed
+    for words, expected in (("hexload comm", "commission"), ("hexload excite --leg-s", "--leg-speed")):
+        asked = {"COMP_WORDS": words, "COMP_CWORD": str(words.count(" ")), "_HEXLOAD_COMPLETE": "complete_bash"}
+        result = hexload(environment=asked)
+        assert result.stdout.split() == [expected]
+
+
+def test_without_a_verb_help_is_shown_and_nothing_else():
+    result = hexload()
+    assert (result.returncode, result.stderr) == (2, "")
 
 
 def test_an_unknown_verb_is_refused():

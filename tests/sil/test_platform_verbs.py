@@ -23,7 +23,7 @@ from hexload.io.quantity import parse
 from hexload.io.toml_document import to_toml
 from hexload.platform import Platform
 from hexload.theory import workspace
-from hexload.theory.plausibility import findings_of, order_findings
+from hexload.theory.machine_findings import findings_of, order_findings
 
 PAPER = {
     "platform-radius": "400mm",

@@ -16,7 +16,6 @@ app = typer.Typer(
     help="Identifies the load of a Gough-Stewart platform: simulator, controller firmware, replay and report.\n\n"
     "Start here:  hexload demo",
     no_args_is_help=True,
-    add_completion=False,
     rich_markup_mode="rich",
     context_settings={"help_option_names": ["-h", "--help"]},
 )
@@ -24,6 +23,23 @@ app = typer.Typer(
 Estimator = Literal["paper", "momentum", "momentum_effects"]
 Prior = Literal["safe", "printed"]
 Profile = Literal["fd", "classic"]
+
+
+def _print_version(wanted: bool) -> None:
+    if wanted:
+        from hexload import project
+
+        print(f"hexload {project.version()}")
+        raise typer.Exit()
+
+
+@app.callback()
+def of_all(
+    version: Annotated[
+        bool, typer.Option("--version", callback=_print_version, is_eager=True, help="Print the version and end.")
+    ] = False,
+) -> None:
+    pass
 
 
 @app.command()
@@ -331,6 +347,7 @@ def excite(
             min=0.0, help="Of that Jacobian to a singular one, 1 / |J^-1|.", show_default="0.3 of that of home"
         ),
     ] = None,
+    as_json: Annotated[bool, typer.Option("--json", help="Print the summary as JSON instead of the tables.")] = False,
 ) -> None:
     """Finds a motion that identifies a load as well as the machine's stroke, actuators and supply allow in a given time.
 
@@ -364,7 +381,11 @@ def excite(
         distance_min,
         empty,
     )
-    verb.print_summary(verb.design(wish, out), wish, out)
+    found = verb.design(wish, out)
+    if as_json:
+        print(verb.summary_of(out).read_text(encoding="utf-8"), end="")
+    else:
+        verb.print_summary(found, wish, out)
 
 
 platform_app = typer.Typer(
@@ -648,7 +669,8 @@ def main() -> None:
             print(f"hexload: {error}", file=sys.stderr)
         sys.exit(error.exit_code)
     except typer.TyperException as error:  # a wrong option or argument
-        print(f"hexload: {error.format_message()} (see hexload --help)", file=sys.stderr)
+        if error.format_message():  # none of a verb without arguments, which has shown its help
+            print(f"hexload: {error.format_message()} (see hexload --help)", file=sys.stderr)
         sys.exit(2)
     except (typer.Abort, KeyboardInterrupt):
         sys.exit(130)

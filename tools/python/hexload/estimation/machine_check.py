@@ -13,7 +13,7 @@ from hexload import project
 from hexload.errors import InputError
 from hexload.io.toml_document import read_toml
 from hexload.theory import workspace
-from hexload.theory.plausibility import Finding, findings_of, order_findings
+from hexload.theory.machine_findings import Finding, findings_of, order_findings
 from hexload.theory.workspace import Machine, Map, Reach
 
 Array = NDArray[np.float64]
