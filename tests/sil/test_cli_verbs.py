@@ -1,14 +1,17 @@
 """The command line as a user meets it: help, refusals with status 2 and one line, nothing half written."""
 
 import os
+import signal
 import subprocess
 import sys
+import time
 import tomllib
 
 import pytest
 
 from hexload import project
 from hexload.io.log_file import COLUMNS
+from hexload.io.run_directory import read_run
 from hexload.simulation.sim import known_scenarios, resolve_scenario
 from synthetic_run import PLATFORM_TOML
 
@@ -152,6 +155,29 @@ def test_sim_says_what_the_estimator_was_given_of_the_load_and_where_it_is_not_t
     assert "given beforehand: the load weighs 500 kg (load.known_mass_kg of paper.toml)" in result.stdout
     assert result.stdout.count("not true:") == 1
     assert "not true: from 0 s on it weighs 0 kg" in result.stdout
+
+
+def test_ctrl_c_leaves_a_run_directory_of_what_there_was(tmp_path):
+    # GIVEN a run of an hour that has come some way
+    out = tmp_path / "run"
+    command = [sys.executable, "-m", "hexload_dev", "sim", "work", "--duration", "3600", "--out", str(out)]
+    started = subprocess.Popen(
+        command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True
+    )
+    deadline = time.monotonic() + 60.0
+    while not any(path.stat().st_size > 1e5 for path in tmp_path.rglob("log.csv")):
+        assert time.monotonic() < deadline
+        time.sleep(0.05)
+    # WHEN Ctrl-C reaches it, as from a terminal the whole group
+    os.killpg(started.pid, signal.SIGINT)
+    text, errors = started.communicate(timeout=60.0)
+    # THEN the status is a shell's, and the folder is one of a shorter run, which can be read
+    assert started.returncode == 130, errors
+    run = read_run(out)
+    assert f"written to {out}" in text
+    assert f"interrupted after {run.meta['duration_s']:g} s" in errors
+    assert len(run.log.t_s) == run.meta["rows"] == round(1e3 * run.meta["duration_s"]) + 1 < 3.6e6
+    assert [path.name for path in tmp_path.iterdir()] == ["run"]
 
 
 def test_a_scenario_with_an_unknown_key_is_refused_by_the_simulator(tmp_path):

@@ -101,6 +101,8 @@ def sim(
 ) -> None:
     """Runs a scenario in closed loop and writes a run directory: log, truth, estimates, metadata.
 
+    Ctrl-C ends a run early, status 130; the run directory then holds what there was.
+
     Status on a bus: 3 the controller is silent, 4 it speaks another profile, 5 a second one is on the bus, 6 the bus is down, 7
     the controller is in fault.
 
