@@ -126,8 +126,12 @@ def test_what_is_missing_is_asked_for_until_it_is_a_number(monkeypatch, capsys):
         ({"home_height": "0.8"}, "--leg-length: found together with --home-height, expected one of them"),
         ({"platform_angle": "75"}, "--platform-angle: found 75 deg, expected half the angle"),
         ({"leg_length": "100mm"}, "home_leg_length_m: found mean length 0.1 m, too short to reach"),
-        ({"base_angle": "45", "platform_angle": "15"}, "Jacobian condition"),  # the hexagons are similar
-        ({"mass": "-5"}, "platform.mass_kg: found -5, expected kg, from 0.001"),
+        (
+            {"base_angle": "45"},  # the hexagons are similar
+            "--platform-radius, --platform-angle, --base-angle: geometry.platform_hinges_m: found Jacobian condition",
+        ),
+        ({"stroke": "574, 1174 mm"}, "--stroke: geometry.stroke_m: found leg 1 at 0 m in the home pose"),
+        ({"mass": "-5"}, "--mass: platform.mass_kg: found -5, expected kg, from 0.001"),
     ],
 )
 def test_a_wrong_answer_is_refused_and_nothing_is_written(tmp_path, changes, message):

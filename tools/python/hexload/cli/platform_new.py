@@ -1,5 +1,6 @@
 """`hexload platform new`: a platform file from what a data sheet says of a hexapod."""
 
+import re
 import sys
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
@@ -45,6 +46,24 @@ OF_ANSWER = {
     "velocity-sigma": ("speed", (1,)),
     "force-sigma": ("force", (1,)),
 }
+# Of which options a key of the file is made.
+OPTIONS = {
+    "geometry.base_hinges_m": ("base-radius", "base-angle", "base-hinges"),
+    "geometry.platform_hinges_m": ("platform-radius", "platform-angle", "platform-hinges", "base-angle"),
+    "geometry.home_leg_length_m": ("leg-length", "home-height"),
+    "geometry.stroke_m": ("stroke", "leg-range"),
+    "platform.mass_kg": ("mass",),
+    "platform.com_m": ("com",),
+    "platform.inertia_kg_m2": ("inertia", "com", "mass"),
+    "environment.gravity_m_s2": ("gravity",),
+    "sensors.displacement_sigma_m": ("displacement-sigma",),
+    "sensors.velocity_sigma_m_s": ("velocity-sigma",),
+    "sensors.force_sigma_n": ("force-sigma",),
+    "load.known_mass_kg": ("load",),
+    "actuators.leg_speed_m_s": ("leg-speed",),
+    "actuators.leg_force_n": ("leg-force",),
+    "actuators.speed_sum_m_s": ("speed-sum",),
+}
 # What stands for what: of each line one suffices.
 INSTEAD = {
     "platform-radius": "platform-hinges",
@@ -85,11 +104,23 @@ def new(given: Mapping[str, str | None], out: Path, force: bool) -> tuple[list[s
     if out.exists() and not force:
         raise InputError(f"{out}: found it already there, expected a new file, or --force")
     _refuse_both(given)
-    machine = machine_of(_completed(given, sys.stdin.isatty()))
+    texts = _completed(given, sys.stdin.isatty())
+    machine = machine_of(texts)
     with replaced_when_done(out) as temporary:
         temporary.write_text(document(machine), encoding="utf-8")
-        checked = check(temporary, str(out))
+        try:
+            checked = check(temporary, str(out))
+        except InputError as error:
+            raise InputError(_by_option(str(error), str(out), texts)) from None
     return machine.guesses, checked
+
+
+def _by_option(message: str, file: str, texts: Mapping[str, str]) -> str:
+    """A refusal of the file's reader, with the option that the user wrote instead of a line of a file that is not there."""
+    match = re.match(re.escape(file) + r"(?::\d+)?: ([\w.]+)", message)
+    options = OPTIONS.get(match.group(1), ()) if match else ()
+    named = [f"--{option}" for option in options if option in texts]
+    return f"{', '.join(named)}: {message[match.end(1) - len(match.group(1)) :]}" if match and named else message
 
 
 def _refuse_both(given: Mapping[str, str | None]) -> None:
