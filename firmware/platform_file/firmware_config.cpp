@@ -3,7 +3,10 @@
 #include "estimator_code.hpp"
 #include "input_error.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
+#include <tuple>
 
 namespace hexload::platform {
 
@@ -58,6 +61,41 @@ void put_rig(const RigSettings& rig, hexload_config_t& config) {
     if (hexload_config_set_gravity(&config, gravity_m_s2) != HEXLOAD_OK) {
         throw InputError("rig.gravity_m_s2: expected a vector that points down");
     }
+}
+
+double hinge_radius_m(const PlatformFile& platform) {
+    double sum_m = 0.0;
+    for (const Vector3& hinge_m : platform.geometry.platform_hinges_m) {
+        sum_m += hinge_m.norm();
+    }
+    return sum_m / static_cast<double>(platform.geometry.platform_hinges_m.size());
+}
+
+// The reader has refused what is out of range by itself; what is left follows from several numbers, and is
+// told by those that the user wrote.
+std::string refusal_of(std::string_view field, const PlatformFile& platform, double sampling_s) {
+    const std::string file = platform.source.empty() ? "platform" : platform.source;
+    if (field == "tick_s") {
+        return fmt::format("tick_s is out of range: found {:g} s between samples, expected 0.0001 to 0.005 s",
+                           sampling_s);
+    }
+    for (const auto& [late, key, delay_s] :
+         {std::tuple{"rig.force_delay_s", "force_delay_s, with force_bandwidth_hz",
+                     platform.sensors.force_delay_s},
+          std::tuple{"rig.velocity_delay_s", "velocity_bandwidth_hz", platform.sensors.velocity_delay_s}}) {
+        if (field == late && !platform.rig) {
+            return fmt::format("{}: sensors.{}: found a channel that is {:.4g} s late, expected {} samples "
+                               "of {:g} s at most",
+                               file, key, delay_s, static_cast<int>(HEXLOAD_RIG_DELAY_TICKS_MAX), sampling_s);
+        }
+    }
+    if (field.starts_with("momentum.prior_") || field.starts_with("actuator_effects.prior_")) {
+        return fmt::format(
+            "{}: platform.mass_kg: found {:g} kg on hinges {:g} m from its centre, expected a machine "
+            "whose load can be a few times as heavy: {} is out of range",
+            file, platform.platform.mass_kg, hinge_radius_m(platform), field);
+    }
+    return fmt::format("{}: the estimator refuses its configuration: {} is out of range", file, field);
 }
 
 } // namespace
@@ -137,13 +175,13 @@ hexload_config_t checked_firmware_config(const PlatformFile& platform, const Est
                                          double sampling_s) {
     if (settings.kind == EstimatorKind::paper && !platform.known_mass_kg) {
         throw InputError(
+            (platform.source.empty() ? "" : platform.source + ": ") +
             "load.known_mass_kg: found nothing, expected the load's mass, which the paper's filter needs");
     }
     const hexload_config_t config = firmware_config(platform, settings, sampling_s);
     const char* bad_field = nullptr;
     if (hexload_config_check(&config, &bad_field) != HEXLOAD_OK) {
-        throw InputError(std::string("the estimator refuses its configuration: ") + bad_field +
-                         " is out of range");
+        throw InputError(refusal_of(bad_field, platform, sampling_s));
     }
     return config;
 }

@@ -14,6 +14,7 @@ namespace {
 // A leg force error is amplified by the condition number; past this the platform cannot be controlled.
 constexpr double condition_limit = 1e3;
 constexpr double collinear_ratio = 1e-6;
+constexpr double rounding_m = 1e-9; // of a leg length
 
 Matrix36 columns(const std::array<Vector3, 6>& points) {
     Matrix36 matrix;
@@ -101,9 +102,11 @@ std::optional<GeometryFault> find_geometry_fault(const Geometry& geometry) {
     const Vector6 home_m = home.length_m - geometry.home_leg_length_m;
     for (int leg = 0; leg < 6; ++leg) {
         if (home_m(leg) <= geometry.stroke_min_m || home_m(leg) >= geometry.stroke_max_m) {
-            return GeometryFault{
-                "stroke_m", fmt::format("leg {} at {:.6g} m in the home pose", leg + 1, home_m(leg)),
-                fmt::format("home inside ({}, {}) m", geometry.stroke_min_m, geometry.stroke_max_m)};
+            return GeometryFault{"stroke_m",
+                                 fmt::format("leg {} at {:.6g} m in the home pose", leg + 1,
+                                             std::abs(home_m(leg)) < rounding_m ? 0.0 : home_m(leg)),
+                                 fmt::format("home inside ({}, {}) m, displacements from the home length",
+                                             geometry.stroke_min_m, geometry.stroke_max_m)};
         }
     }
     const double radius_m = platform_hinges_m.colwise().norm().maxCoeff();

@@ -6,6 +6,7 @@
 
 #include <filesystem>
 #include <optional>
+#include <string>
 #include <string_view>
 #include <vector>
 
@@ -115,6 +116,7 @@ struct RigSettings {
 };
 
 struct PlatformFile {
+    std::string source; // names the file in messages
     Geometry geometry;
     PlatformBody platform;
     double gravity_m_s2 = 9.81;

@@ -98,8 +98,8 @@ void TomlReader::numbers(std::string_view key, std::span<double> values, const R
     }
 }
 
-void TomlReader::vector3(std::string_view key, Vector3& value) {
-    numbers(key, {value.data(), 3});
+void TomlReader::vector3(std::string_view key, Vector3& value, const Range& range) {
+    numbers(key, {value.data(), 3}, range);
 }
 
 void TomlReader::vector6(std::string_view key, Vector6& value) {
@@ -117,21 +117,21 @@ void TomlReader::legs(std::string_view key, Legs& value, const Range& range) {
     }
 }
 
-void TomlReader::tensor(std::string_view key, Matrix3& value) {
+void TomlReader::tensor(std::string_view key, Matrix3& value, const Range& range) {
     if (const toml::node* node = find(key)) {
         Vector6 entries;
-        read_numbers(key, *node, {entries.data(), 6}, any_number);
+        read_numbers(key, *node, {entries.data(), 6}, range);
         value << entries(0), entries(3), entries(4), //
             entries(3), entries(1), entries(5),      //
             entries(4), entries(5), entries(2);
     }
 }
 
-void TomlReader::points(std::string_view key, std::array<Vector3, 6>& value) {
+void TomlReader::points(std::string_view key, std::array<Vector3, 6>& value, const Range& range) {
     if (const toml::node* node = find(key)) {
         const toml::array& rows = to_array(key, *node, value.size());
         for (std::size_t row = 0; row < value.size(); ++row) {
-            read_numbers(fmt::format("{}[{}]", key, row), rows[row], {value[row].data(), 3}, any_number);
+            read_numbers(fmt::format("{}[{}]", key, row), rows[row], {value[row].data(), 3}, range);
         }
     }
 }

@@ -59,11 +59,12 @@ class TomlReader {
     void boolean(std::string_view key, bool& value);
     void text(std::string_view key, std::string& value);
     void numbers(std::string_view key, std::span<double> values, const Range& range = any_number);
-    void vector3(std::string_view key, Vector3& value);
+    void vector3(std::string_view key, Vector3& value, const Range& range = any_number);
     void vector6(std::string_view key, Vector6& value);
     void legs(std::string_view key, Legs& value, const Range& range); // one number for all, or six
-    void tensor(std::string_view key, Matrix3& value);                // [Ixx, Iyy, Izz, Ixy, Ixz, Iyz]
-    void points(std::string_view key, std::array<Vector3, 6>& value);
+    // [Ixx, Iyy, Izz, Ixy, Ixz, Iyz]
+    void tensor(std::string_view key, Matrix3& value, const Range& range = any_number);
+    void points(std::string_view key, std::array<Vector3, 6>& value, const Range& range = any_number);
 
     template <typename Enum, std::size_t n>
     void choice(std::string_view key, Enum& value, const std::array<Choice<Enum>, n>& choices);

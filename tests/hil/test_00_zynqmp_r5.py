@@ -68,10 +68,10 @@ def test_a_quiet_one_says_faults_and_their_end_only():
 @pytest.mark.parametrize(
     ("keys", "words"),
     [
-        ({"mass_kg = 100.0": "mass_kg = -1.0"}, "platform.mass_kg: found -1.0, expected a number > 0"),
+        ({"mass_kg = 100.0": "mass_kg = -1.0"}, "platform.mass_kg: found -1.0, expected kg, from 0.001 to 100000"),
         (
             {"displacement_sigma_m = 20e-6": "displacement_sigma_m = 1.0"},
-            "sensors.displacement_sigma_m is out of range",
+            "sensors.displacement_sigma_m: found 1.0, expected m, from 1e-10 to 0.1",
         ),
     ],
 )

@@ -88,15 +88,17 @@ const std::array<Refusal, 21> platform_refusals{{
      "load, platform, "
      "sensors, tolerances"},
     {"[load]", "[actuators]\nleg_force_n = 0\n[load]",
-     "17: actuators.leg_force_n: found 0, expected a number > 0"},
-    {"mass_kg = 100.0", "mass_kg = \"100\"", R"(7: platform.mass_kg: found "100", expected a number > 0)"},
-    {"mass_kg = 100.0", "mass_kg = -100.0", "7: platform.mass_kg: found -100.0, expected a number > 0"},
-    {"mass_kg = 100.0", "mass_kg = nan", "7: platform.mass_kg: found nan, expected a number > 0"},
+     "17: actuators.leg_force_n: found 0, expected N, from 0.001 to 1e8"},
+    {"mass_kg = 100.0", "mass_kg = \"100\"",
+     R"(7: platform.mass_kg: found "100", expected kg, from 0.001 to 100000)"},
+    {"mass_kg = 100.0", "mass_kg = -100.0",
+     "7: platform.mass_kg: found -100.0, expected kg, from 0.001 to 100000"},
+    {"mass_kg = 100.0", "mass_kg = nan", "7: platform.mass_kg: found nan, expected kg, from 0.001 to 100000"},
     {"mass_kg = 100.0", "", "6: platform.mass_kg: found nothing, expected this key"},
     {"com_m = [0.0, 0.0, 0.0]", "com_m = [0.0, 0.0]",
      "8: platform.com_m: found an array of 2, expected an array of 3"},
     {"com_m = [0.0, 0.0, 0.0]", "com_m = [0.0, true, 0.0]",
-     "8: platform.com_m[1]: found true, expected a finite number"},
+     "8: platform.com_m[1]: found true, expected m, from -20 to 20 (not mm)"},
     {"inertia_kg_m2 = [25.0, 25.0, 44.0,", "inertia_kg_m2 = [25.0, 25.0, 54.0,",
      "9: platform.inertia_kg_m2: found principal moments 25, 25, 54 kg m^2 about the centre of mass, "
      "expected all "
@@ -106,13 +108,14 @@ const std::array<Refusal, 21> platform_refusals{{
      "expected all "
      "positive, none above the sum of the other two"},
     {"known_mass_kg = 500.0", "known_mass_kg = -1",
-     "17: load.known_mass_kg: found -1, expected a number >= 0"},
+     "17: load.known_mass_kg: found -1, expected kg, from 0.001 to 1e6; of an unknown load no such key"},
     {"force_sigma_n = 5.0", "force_sigma_n = 0.0",
-     "15: sensors.force_sigma_n: found 0.0, expected a number > 0"},
+     "15: sensors.force_sigma_n: found 0.0, expected N, from 1e-6 to 1e5"},
     {"stroke_m = [-0.3, 0.3]", "stroke_m = [0.3, -0.3]",
      "5: geometry.stroke_m: found [0.3, -0.3], expected [min, max] with min < max"},
     {"stroke_m = [-0.3, 0.3]", "stroke_m = [0.1, 0.3]",
-     "5: geometry.stroke_m: found leg 1 at 0.00402205 m in the home pose, expected home inside (0.1, 0.3) m"},
+     "5: geometry.stroke_m: found leg 1 at 0.00402205 m in the home pose, expected home inside (0.1, 0.3) m, "
+     "displacements from the home length"},
     {"home_leg_length_m = 0.87", "home_leg_length_m = 0.1",
      "4: geometry.home_leg_length_m: found mean length 0.1 m, too short to reach from base to platform "
      "hinges, "

@@ -1,5 +1,8 @@
 """Random machines for `hexload excite`: is each motion that it writes safe in a run of the simulator of its own?
 
+The judge has kinematics of its own, in numpy: it finds the pose from the leg displacements of the run, step by step from
+home, so that a platform that went through a singular pose to another assembly of the same legs is somewhere else.
+
 Also a command, for more machines than a test has time for:  python tests/sil/excite_machines.py --machines 200
 """
 
@@ -9,19 +12,23 @@ import json
 import subprocess
 import sys
 import time
+import tomllib
 from dataclasses import dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
 import hexload_native
 import numpy as np
+from scipy.optimize import brentq
+from scipy.spatial.transform import Rotation
 
 from hexload import project
 from hexload.cli.excite import Wish, design, summary_of
 from hexload.errors import InputError
 
 G = 9.81
-SETTLING_S = 3.0
+SETTLING_S = 5.0
+JOINT_DEG = 60.0  # of a leg from its direction at home: beyond what universal joints reach
 
 
 @dataclass(frozen=True)
@@ -83,7 +90,8 @@ def try_machine(seed: int, folder: Path, duration_s: float = 1.0, iterations: in
     """Designs a motion and runs it with each of the loads that it is made for."""
     platform, out = folder / f"{seed}.toml", folder / f"{seed}.csv"
     platform.write_text(random_platform(seed))
-    wish = Wish(platform, duration_s, None, None, None, seed, 1, iterations, 4, 2.5)
+    frequency_max_hz = np.random.default_rng([seed, 1]).uniform(max(0.8, 1.5 / duration_s), 5.0)  # slow ones go far
+    wish = Wish(platform, duration_s, None, None, None, seed, 1, iterations, 4, frequency_max_hz)
     begin = time.process_time()
     try:
         design(wish, out)
@@ -98,8 +106,60 @@ def try_machine(seed: int, folder: Path, duration_s: float = 1.0, iterations: in
     return Outcome(seed, "; ".join(faults) or "safe", seconds, f"scaled {summary['scaled']:.2f}")
 
 
+@dataclass(frozen=True)
+class Poses:
+    """Of a run, found from its leg displacements alone."""
+
+    position_m: np.ndarray  # (n, 3) of O_A from home
+    rotation: np.ndarray  # (n, 3, 3)
+    jacobian: np.ndarray  # (n, 6, 6), moments divided by the mean radius of the platform's hinges
+    direction: np.ndarray  # (n, 6, 3) of the legs
+    is_found: bool  # Newton's method has come to an end everywhere
+
+    def condition(self) -> np.ndarray:
+        return np.linalg.cond(self.jacobian, "fro") / 6.0
+
+    def tilt_deg(self) -> np.ndarray:
+        return np.degrees(np.arccos(np.clip(self.rotation[:, 2, 2], -1.0, 1.0)))
+
+    def swing_deg(self) -> np.ndarray:
+        """(n,): the largest angle of a leg to its direction at the start, in base or in platform axes."""
+        home = self.direction[0]
+        in_platform = np.einsum("nji,nlj->nli", self.rotation, self.direction)
+        cosine = np.stack([(each * home).sum(axis=2) for each in (self.direction, in_platform)])
+        return np.degrees(np.arccos(np.clip(cosine.min(axis=(0, 2)), -1.0, 1.0)))
+
+
+def forward_kinematics(geometry: dict, displacement_m: np.ndarray) -> Poses:
+    """Newton's method on the six lengths, each row from the pose of the row before; the first from home."""
+    base, upper = (np.array(geometry[key]) for key in ("base_hinges_m", "platform_hinges_m"))
+    length_m = np.array(geometry["home_leg_length_m"]) + displacement_m
+    radius_m = np.linalg.norm(upper, axis=1).mean()
+    position = np.array([0.0, 0.0, np.sqrt(np.mean(length_m[0]) ** 2 - np.mean(((upper - base)[:, :2] ** 2).sum(1)))])
+    rotation = np.eye(3)
+    rows, is_found = [], True
+    for wanted in length_m:
+        for _ in range(20):
+            arm = upper @ rotation.T
+            leg = position + arm - base
+            length = np.linalg.norm(leg, axis=1)
+            direction = leg / length[:, None]
+            jacobian = np.hstack([direction, np.cross(arm, direction)])
+            error = wanted - length
+            if np.abs(error).max() < 1e-10:
+                break
+            step = np.linalg.solve(jacobian, error)
+            position = position + step[:3]
+            rotation = Rotation.from_rotvec(step[3:]).as_matrix() @ rotation
+        is_found = is_found and np.abs(error).max() < 1e-10
+        jacobian[:, 3:] /= radius_m
+        rows.append((position, rotation, jacobian, direction))
+    position, rotation, jacobian, direction = (np.array(part) for part in zip(*rows))
+    return Poses(position - position[0], rotation, jacobian, direction, is_found)
+
+
 def faults_of_run(platform: Path, motion: Path, theta: list[float], duration_s: float, heaviest_kg: float) -> list[str]:
-    """What a run of the simulator's program shows, by the plant's own kinematics."""
+    """What a run of the simulator's program shows, by this file's kinematics."""
     machine = hexload_native.load_platform(str(platform))
     folder = motion.parent
     scenario = folder / "scenario.toml"
@@ -109,23 +169,47 @@ def faults_of_run(platform: Path, motion: Path, theta: list[float], duration_s: 
     result = subprocess.run(command, capture_output=True, text=True)
     if result.returncode != 0:
         return [f"the simulator refuses: {result.stderr.strip()}"]
-    truth = np.loadtxt(run / "truth.csv", delimiter=",", skiprows=1)
-    pose, displacement, speed = truth[:, 1:7], truth[:, 19:25], np.abs(truth[:, 25:31])
+    truth = np.loadtxt(run / "truth.csv", delimiter=",", skiprows=1)[::5]
     if not np.isfinite(truth).all():
         return ["no finite pose"]
-    determinants = [
-        np.linalg.det(hexload_native.jacobian(machine, row[:3], hexload_native.rotation_from_rpy(row[3:])))
-        for row in pose[::5]
-    ]
-    low, high = machine.stroke_m
-    checks = {
-        "end stop": displacement.min() < low or displacement.max() > high,
-        "singularity": min(determinants) * max(determinants) <= 0.0,
-        "tilt": np.cos(pose[:, 3:5]).prod(axis=1).min() < np.cos(np.radians(30.0)),
-        "not at rest at the end": speed[-1].max() > 0.05 * speed.max(),
-        "not at home at the end": np.abs(displacement[-1] - displacement[0]).max() > 0.05 * (high - low),
-    }
+    checks = judged(tomllib.loads(platform.read_text())["geometry"], motion, truth)
     return [f"mass {theta[0]:.4g} kg: {name}" for name, is_fault in checks.items() if is_fault]
+
+
+def judged(geometry: dict, motion: Path, truth: np.ndarray) -> dict[str, bool]:
+    """What could be wrong with a run. `truth`: rows of truth.csv."""
+    displacement, speed = truth[:, 19:25], np.abs(truth[:, 25:31])
+    low, high = geometry["stroke_m"]
+    stroke = high - low
+    poses = forward_kinematics(geometry, displacement)
+    condition = poses.condition()
+    determinant = np.linalg.det(poses.jacobian)
+    wanted = np.loadtxt(motion, delimiter=",", skiprows=1)
+    asked = np.column_stack([np.interp(truth[:, 0], wanted[:, 0], wanted[:, k]) for k in range(1, 7)])
+    of_asked = legs_of_pose(geometry, asked)
+    return {
+        "end stop": displacement.min() < low or displacement.max() > high,
+        "another assembly": not poses.is_found or np.abs(poses.position_m - truth[:, 1:4]).max() > 1e-3 * stroke,
+        "singularity": determinant.min() * determinant.max() <= 0.0,
+        "condition": condition.max() > 3.0 * condition[0],
+        "tilt": poses.tilt_deg().max() > 30.0,
+        "joints": poses.swing_deg().max() > JOINT_DEG,
+        "does not follow": np.abs(displacement - of_asked).max() > 0.2 * stroke,
+        "not at rest at the end": speed[-1].max() > 0.05 * speed.max(),
+        "not at home at the end": np.abs(displacement[-1] - displacement[0]).max() > 0.05 * stroke,
+    }
+
+
+def legs_of_pose(geometry: dict, pose: np.ndarray) -> np.ndarray:
+    """(n, 6) leg displacements that the motion asks for."""
+    base, upper = (np.array(geometry[key]) for key in ("base_hinges_m", "platform_hinges_m"))
+    arms = np.einsum("nij,lj->nli", Rotation.from_euler("ZYX", pose[:, 5:2:-1]).as_matrix(), upper)
+    length = np.array(geometry["home_leg_length_m"])
+    height = brentq(
+        lambda z: np.linalg.norm(upper - base + [0, 0, z], axis=1).mean() - length.mean(), 0.0, 2 * length.max()
+    )
+    legs = pose[:, None, :3] + arms - base + [0.0, 0.0, height]
+    return np.linalg.norm(legs, axis=2) - length
 
 
 def scenario_toml(machine, motion: Path, load: tuple[list[float], float], duration_s: float) -> str:

@@ -1,13 +1,17 @@
 """The command line as a user meets it: help, refusals with status 2 and one line, nothing half written."""
 
 import os
+import signal
 import subprocess
 import sys
+import time
+import tomllib
 
 import pytest
 
 from hexload import project
 from hexload.io.log_file import COLUMNS
+from hexload.io.run_directory import read_run
 from hexload.simulation.sim import known_scenarios, resolve_scenario
 from synthetic_run import PLATFORM_TOML
 
@@ -29,12 +33,12 @@ VERBS = (
 GOOD_LOG = "\n".join([",".join(COLUMNS), *(f"{k / 1000}" + ",0" * 12 + ",1070" * 6 for k in range(20)), ""])
 
 
-def hexload(*arguments):
+def hexload(*arguments, environment=None):
     return subprocess.run(
         [sys.executable, "-m", "hexload_dev", *map(str, arguments)],
         capture_output=True,
         text=True,
-        env=os.environ | {"COLUMNS": "200", "TERM": "dumb", "NO_COLOR": "1"},
+        env=os.environ | {"COLUMNS": "200", "TERM": "dumb", "NO_COLOR": "1"} | (environment or {}),
     )
 
 
@@ -87,6 +91,33 @@ def test_help_tells_what_is_taken_where_nothing_is_said(verb, default):
     assert f"[default: ({default})]" in hexload(verb, "--help").stdout
 
 
+@pytest.mark.parametrize("verb", ["new", "check"])
+def test_the_help_of_the_platform_verbs_has_an_example(verb):
+    result = hexload("platform", verb, "--help")
+    assert result.returncode == 0
+    assert f"Example:  hexload platform {verb}" in result.stdout
+
+
+def test_the_version_is_the_projects():
+    # GIVEN the version that the package is built with WHEN it is asked for THEN it is told, in one line
+    described = tomllib.loads((project.ROOT / "pyproject.toml").read_text())
+    result = hexload("--version")
+    assert (result.returncode, result.stdout) == (0, f"hexload {described['project']['version']}\n")
+
+
+def test_a_shell_is_told_how_verbs_and_options_go_on():
+    # GIVEN what bash asks of a command WHEN a verb or an option has been begun THEN it is completed
+    for words, expected in (("hexload comm", "commission"), ("hexload excite --leg-s", "--leg-speed")):
+        asked = {"COMP_WORDS": words, "COMP_CWORD": str(words.count(" ")), "_HEXLOAD_COMPLETE": "complete_bash"}
+        result = hexload(environment=asked)
+        assert result.stdout.split() == [expected]
+
+
+def test_without_a_verb_help_is_shown_and_nothing_else():
+    result = hexload()
+    assert (result.returncode, result.stderr) == (2, "")
+
+
 def test_an_unknown_verb_is_refused():
     assert_refused(hexload("identify"), "No such command 'identify'")
 
@@ -124,6 +155,29 @@ def test_sim_says_what_the_estimator_was_given_of_the_load_and_where_it_is_not_t
     assert "given beforehand: the load weighs 500 kg (load.known_mass_kg of paper.toml)" in result.stdout
     assert result.stdout.count("not true:") == 1
     assert "not true: from 0 s on it weighs 0 kg" in result.stdout
+
+
+def test_ctrl_c_leaves_a_run_directory_of_what_there_was(tmp_path):
+    # GIVEN a run of an hour that has come some way
+    out = tmp_path / "run"
+    command = [sys.executable, "-m", "hexload_dev", "sim", "work", "--duration", "3600", "--out", str(out)]
+    started = subprocess.Popen(
+        command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True
+    )
+    deadline = time.monotonic() + 60.0
+    while not any(path.stat().st_size > 1e5 for path in tmp_path.rglob("log.csv")):
+        assert time.monotonic() < deadline
+        time.sleep(0.05)
+    # WHEN Ctrl-C reaches it, as from a terminal the whole group
+    os.killpg(started.pid, signal.SIGINT)
+    text, errors = started.communicate(timeout=60.0)
+    # THEN the status is a shell's, and the folder is one of a shorter run, which can be read
+    assert started.returncode == 130, errors
+    run = read_run(out)
+    assert f"written to {out}" in text
+    assert f"interrupted after {run.meta['duration_s']:g} s" in errors
+    assert len(run.log.t_s) == run.meta["rows"] == round(1e3 * run.meta["duration_s"]) + 1 < 3.6e6
+    assert [path.name for path in tmp_path.iterdir()] == ["run"]
 
 
 def test_a_scenario_with_an_unknown_key_is_refused_by_the_simulator(tmp_path):

@@ -418,7 +418,7 @@ def test_a_motion_that_the_machine_does_not_follow_is_refused_with_the_reason(tm
     with pytest.raises(InputError) as refusal:
         design(wish, out)
     assert re.search(
-        r"no motion found that the simulated machine follows, in 8 tries.* load found \w+ \S+, expected at (most|least) \S+;",
+        r"no motion found that the simulated machine follows, in 8 tries.* load found .+, expected .+; nothing is written",
         str(refusal.value),
     )
     assert list(tmp_path.iterdir()) == []

@@ -117,6 +117,7 @@ void bind_platform(nb::module_& module) {
                      [](const PlatformFile& p) {
                          return std::array<double, 2>{p.geometry.stroke_min_m, p.geometry.stroke_max_m};
                      })
+        .def_rw("source", &PlatformFile::source, "names the file in messages")
         .def_prop_ro("mass_kg", [](const PlatformFile& p) { return p.platform.mass_kg; })
         .def_prop_ro("com_m", [](const PlatformFile& p) { return p.platform.com_m; })
         .def_prop_ro(

@@ -22,6 +22,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <csignal>
 #include <memory>
 #include <optional>
 #include <string>
@@ -41,6 +42,15 @@ namespace message = hexload::message;
 constexpr std::uint32_t ticks_per_progress = 200;
 constexpr double lockstep_timeout_s = 2.0;
 constexpr double real_time_timeout_s = 0.1;
+
+// Ctrl-C ends a run with the tick that it is in, and what there is of it is a run directory; a second one
+// ends the program.
+volatile std::sig_atomic_t is_interrupted = 0;
+
+extern "C" void interrupt(int /*signal*/) {
+    is_interrupted = 1;
+    (void)std::signal(SIGINT, SIG_DFL);
+}
 
 sim::Scenario scenario_of(const Options& options) {
     sim::Scenario scenario = sim::load_scenario(options.scenario);
@@ -257,6 +267,13 @@ struct RealTime {
     transport::RealTimeRights rights;
 };
 
+// What of the scenario has taken place in so many ticks.
+void cut(sim::Scenario& scenario, std::uint32_t ticks) {
+    scenario.duration_s = platform::tick_s * (ticks - 1);
+    std::erase_if(scenario.loads,
+                  [&](const sim::LoadChange& change) { return change.at_s > scenario.duration_s; });
+}
+
 ExitStatus simulate(const Options& options) {
     sim::Scenario scenario = scenario_of(options);
     const platform::PlatformFile platform = platform_of(options, scenario);
@@ -272,6 +289,7 @@ ExitStatus simulate(const Options& options) {
     Recorder recorder(directory, *link, simulator.ticks(), !options.quiet && isatty(STDERR_FILENO) != 0);
     RealTime real_time(options.real_time);
 
+    (void)std::signal(SIGINT, interrupt);
     link->start();
     const auto start = std::chrono::steady_clock::now();
     sim::RunResult result;
@@ -285,12 +303,18 @@ ExitStatus simulate(const Options& options) {
                     publisher->publish(*trace);
                 }
             }
+            if (is_interrupted != 0) {
+                simulator.end_now();
+            }
         },
         options.real_time ? &real_time.pacer : nullptr);
     recorder.write(link->finish());
     result.counts.refused = link->refused(); // with the last answers
     const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - start;
     recorder.close();
+    if (is_interrupted != 0) {
+        cut(scenario, result.counts.ticks);
+    }
     result.health = link->health_counts();
     result.load_changes_s = link->load_changes_s();
     result.input_faults = link->input_faults();
@@ -303,6 +327,10 @@ ExitStatus simulate(const Options& options) {
             fmt::print("  {} messages not published\n", publisher->failed());
         }
         fmt::print("written to {}\n", options.out);
+    }
+    if (is_interrupted != 0) {
+        fmt::print(stderr, "hexload_sim: interrupted after {:g} s\n", scenario.duration_s);
+        return exit_interrupted;
     }
     if (result.bus && result.bus->ends_silent) {
         fmt::print(stderr, "hexload_sim: {}: the controller was silent at the end of the run\n",

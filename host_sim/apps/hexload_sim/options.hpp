@@ -18,6 +18,7 @@ enum ExitStatus {
     exit_second_controller = 5,
     exit_bus_down = 6,
     exit_controller_fault = 7,
+    exit_interrupted = 130, // by Ctrl-C, as of a shell; the run directory holds what there was
 };
 
 struct Options {

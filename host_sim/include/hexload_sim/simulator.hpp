@@ -43,6 +43,11 @@ class Simulator {
         return ticks_;
     }
 
+    // The run has as many ticks as have been made.
+    void end_now() {
+        ticks_ = tick_;
+    }
+
     // Samples this instant, then moves the plant to the next tick.
     Tick step();
 

@@ -58,9 +58,11 @@ class Platform:
             path = Path(folder) / "platform.toml"
             try:
                 path.write_text(to_toml(dict(self.tables)), encoding="utf-8")
-                return project.native_module().load_platform(str(path))
+                native = project.native_module().load_platform(str(path))
             except ValueError as error:
                 raise InputError(str(error).replace(str(path), self.source)) from None
+        native.source = self.source
+        return native
 
     def theory(self) -> bound.Platform:
         """For hexload.theory."""

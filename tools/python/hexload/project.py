@@ -1,9 +1,11 @@
 """Where things lie: the work tree, the build that the verbs use, scenarios and runs."""
 
 import importlib
+import importlib.metadata
 import importlib.util
 import os
 import sys
+import tomllib
 from collections.abc import Callable
 from pathlib import Path
 from types import ModuleType
@@ -17,6 +19,14 @@ SCENARIOS = ROOT / "host_sim" / "scenarios"
 DEFAULT_PRESET = "host"
 # CMake targets behind the verbs.
 PROGRAMS = ("hexload_sim_app", "hexload_ecu", "hexload_bridge", "hexload_native", "hexload_lcm_python")
+
+
+def version() -> str:
+    """Of the clone, or of the installed package."""
+    described = ROOT / "pyproject.toml"
+    if described.is_file():
+        return tomllib.loads(described.read_text(encoding="utf-8"))["project"]["version"]
+    return importlib.metadata.version("hexload")
 
 
 def preset_directory(preset: str) -> Path:

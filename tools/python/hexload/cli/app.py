@@ -1,5 +1,6 @@
 """The command line: verbs, their options and examples. Each verb's work is in the module of its name."""
 
+import os
 import sys
 from pathlib import Path
 from typing import Annotated, Literal
@@ -8,14 +9,13 @@ import typer
 
 from hexload.errors import InputError, ToolFailed
 
-EXIT_IMPLAUSIBLE_INPUT = 3  # of replay: estimates are there, and not to be believed
+EXIT_IMPLAUSIBLE_INPUT = 3  # of replay: estimates are there, and not to be believed; of platform: the file likewise
 
 app = typer.Typer(
     name="hexload",
     help="Identifies the load of a Gough-Stewart platform: simulator, controller firmware, replay and report.\n\n"
     "Start here:  hexload demo",
     no_args_is_help=True,
-    add_completion=False,
     rich_markup_mode="rich",
     context_settings={"help_option_names": ["-h", "--help"]},
 )
@@ -23,6 +23,23 @@ app = typer.Typer(
 Estimator = Literal["paper", "momentum", "momentum_effects"]
 Prior = Literal["safe", "printed"]
 Profile = Literal["fd", "classic"]
+
+
+def _print_version(wanted: bool) -> None:
+    if wanted:
+        from hexload import project
+
+        print(f"hexload {project.version()}")
+        raise typer.Exit()
+
+
+@app.callback()
+def of_all(
+    version: Annotated[
+        bool, typer.Option("--version", callback=_print_version, is_eager=True, help="Print the version and end.")
+    ] = False,
+) -> None:
+    pass
 
 
 @app.command()
@@ -83,6 +100,8 @@ def sim(
     quiet: Annotated[bool, typer.Option("--quiet", help="No progress, no summary.")] = False,
 ) -> None:
     """Runs a scenario in closed loop and writes a run directory: log, truth, estimates, metadata.
+
+    Ctrl-C ends a run early, status 130; the run directory then holds what there was.
 
     Status on a bus: 3 the controller is silent, 4 it speaks another profile, 5 a second one is on the bus, 6 the bus is down, 7
     the controller is in fault.
@@ -311,7 +330,9 @@ def excite(
     ] = False,
     seed: Annotated[int, typer.Option(min=0, help="Of the random starts; the same seed gives the same motion.")] = 1,
     starts: Annotated[int, typer.Option(min=1, help="Searches, each from another random motion.")] = 4,
-    iterations: Annotated[int, typer.Option(min=1, help="Steps of each search at most.")] = 60,
+    iterations: Annotated[
+        int, typer.Option(min=1, help="Steps of the best search at most; the others take a quarter.")
+    ] = 60,
     sines: Annotated[int, typer.Option(min=2, max=30, help="Frequencies in each of the six coordinates.")] = 8,
     frequency_max: Annotated[float, typer.Option(help="Highest of them, Hz; the servo's bandwidth.")] = 2.5,
     tilt_max: Annotated[float, typer.Option(help="Of the platform's normal against the vertical, deg.")] = 30.0,
@@ -328,6 +349,7 @@ def excite(
             min=0.0, help="Of that Jacobian to a singular one, 1 / |J^-1|.", show_default="0.3 of that of home"
         ),
     ] = None,
+    as_json: Annotated[bool, typer.Option("--json", help="Print the summary as JSON instead of the tables.")] = False,
 ) -> None:
     """Finds a motion that identifies a load as well as the machine's stroke, actuators and supply allow in a given time.
 
@@ -339,6 +361,8 @@ def excite(
 
     Example:  hexload excite --platform tests/data/paper_load.toml --scenario multisine --duration 5 --out excite.csv
     """
+    # Thousands of products of small matrices: threads of numpy's library would wait for each other at twice the cost.
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     from hexload.cli import excite as verb
 
     wish = verb.Wish(
@@ -359,7 +383,117 @@ def excite(
         distance_min,
         empty,
     )
-    verb.print_summary(verb.design(wish, out), wish, out)
+    found = verb.design(wish, out)
+    if as_json:
+        print(verb.summary_of(out).read_text(encoding="utf-8"), end="")
+    else:
+        verb.print_summary(found, wish, out)
+
+
+platform_app = typer.Typer(
+    name="platform", help="Platform files: a new one for your machine, and what is wrong in one.", no_args_is_help=True
+)
+app.add_typer(platform_app)
+
+
+@platform_app.command("new")
+def platform_new(
+    out: Annotated[Path, typer.Option(help="Platform file to write (.toml), with comments.")],
+    platform_radius: Annotated[str | None, typer.Option(help="Of the circle of the platform's hinges.")] = None,
+    platform_angle: Annotated[
+        str | None,
+        typer.Option(
+            help="Half the angle between the hinges of a pair, base pairs around 0, 120, 240 deg, platform pairs 60 deg further; or the six hinges' angles."
+        ),
+    ] = None,
+    platform_hinges: Annotated[
+        str | None,
+        typer.Option(help="Instead of radius and angle: x, y, z of the six hinges, or a file (.csv) of them."),
+    ] = None,
+    base_radius: Annotated[str | None, typer.Option(help="The same of the base.")] = None,
+    base_angle: Annotated[str | None, typer.Option(help="The same of the base.")] = None,
+    base_hinges: Annotated[str | None, typer.Option(help="The same of the base.")] = None,
+    leg_length: Annotated[
+        str | None, typer.Option(help="Of the legs at home, between hinge centres: one number, or six.")
+    ] = None,
+    home_height: Annotated[
+        str | None, typer.Option(help="Instead: of the platform's origin over the base's, at home.")
+    ] = None,
+    stroke: Annotated[
+        str | None, typer.Option(help="Shortest and longest displacement of a leg from home; one number: both ways.")
+    ] = None,
+    leg_range: Annotated[str | None, typer.Option(help="Instead: shortest and longest length of a leg.")] = None,
+    mass: Annotated[
+        str | None, typer.Option(help="Of the empty platform, with what of the legs moves with it.")
+    ] = None,
+    com: Annotated[
+        str | None, typer.Option(help="Its centre of mass, x, y, z in platform axes.", show_default="0, 0, 0")
+    ] = None,
+    inertia: Annotated[
+        str | None,
+        typer.Option(
+            help="Its inertia about the platform's origin: xx, yy, zz[, xy, xz, yz].", show_default="of a disc"
+        ),
+    ] = None,
+    displacement_sigma: Annotated[str | None, typer.Option(help="Noise of a leg's displacement sensor.")] = None,
+    velocity_sigma: Annotated[str | None, typer.Option(help="Noise of a leg's velocity sensor, or none.")] = None,
+    force_sigma: Annotated[str | None, typer.Option(help="Noise of a leg's force sensor.")] = None,
+    leg_speed: Annotated[str | None, typer.Option(help="Of an unloaded leg; for hexload excite.")] = None,
+    leg_force: Annotated[str | None, typer.Option(help="Of a leg at standstill; for hexload excite.")] = None,
+    speed_sum: Annotated[str | None, typer.Option(help="Of six legs at a time; for hexload excite.")] = None,
+    load: Annotated[str | None, typer.Option(help="Mass of the load, when it is known.")] = None,
+    gravity: Annotated[str | None, typer.Option(show_default="9.81")] = None,
+    force: Annotated[bool, typer.Option("--force", help="Replace the file.")] = False,
+) -> None:
+    """Writes the platform file of your machine from radii and angles, or lists of hinges, and the legs at home.
+
+    Numbers may have a unit (400mm, 15deg, 5kN); of one without, a guess is made and told. What is missing is asked for, on a terminal.
+    The file is then checked like by hexload platform check. Exit status: 0; 2 for something that is refused, and nothing is written; 3 for a
+    file with something implausible in it.
+
+    Example:  hexload platform new --out mine.toml --platform-radius 400mm --platform-angle 15 --base-radius 600mm --base-angle 10 --leg-length 874mm --stroke 300mm --mass 100 --displacement-sigma 20um --velocity-sigma none --force-sigma 5
+    """
+    given = {name.replace("_", "-"): text for name, text in locals().items() if name not in ("out", "force")}
+    from hexload.cli import platform_check, platform_new
+
+    guesses, checked = platform_new.new(given, out, force)
+    platform_new.print_new(guesses, out)
+    platform_check.print_findings(checked)
+    if checked.findings:
+        raise typer.Exit(EXIT_IMPLAUSIBLE_INPUT)
+
+
+@platform_app.command("check")
+def platform_check(
+    platform: Annotated[Path, typer.Argument(help="Platform file (.toml).")],
+    report: Annotated[
+        Path | None,
+        typer.Option(help="Page to write (.html): pictures of the machine, its workspace, maps of condition."),
+    ] = None,
+    as_json: Annotated[bool, typer.Option("--json", help="Print the figures as JSON, and the maps.")] = False,
+) -> None:
+    """What a platform file says of a machine: home pose, reach along each axis, condition over x, y and tilt; and what of it cannot be.
+
+    Named are hinges in another unit, legs mirrored or in each other's place, a home pose that is nearly singular, a stroke that cannot be
+    used, mass, inertia, noise and actuators of another kind of machine. Exit status: 0; 2 for a file that no verb takes; 3 when
+    something is implausible.
+
+    Example:  hexload platform check mine.toml --report mine.html
+    """
+    from hexload.cli import platform_check as verb
+    from hexload.estimation.machine_check import check
+
+    checked = check(platform)
+    if as_json:
+        print(verb.as_json(checked))
+    else:
+        verb.print_checked(checked)
+    if report is not None:
+        verb.write_page(checked, report)
+        if not as_json:
+            print(f"page:      {report}")
+    if checked.findings:
+        raise typer.Exit(EXIT_IMPLAUSIBLE_INPUT)
 
 
 @app.command()
@@ -537,7 +671,8 @@ def main() -> None:
             print(f"hexload: {error}", file=sys.stderr)
         sys.exit(error.exit_code)
     except typer.TyperException as error:  # a wrong option or argument
-        print(f"hexload: {error.format_message()} (see hexload --help)", file=sys.stderr)
+        if error.format_message():  # none of a verb without arguments, which has shown its help
+            print(f"hexload: {error.format_message()} (see hexload --help)", file=sys.stderr)
         sys.exit(2)
     except (typer.Abort, KeyboardInterrupt):
         sys.exit(130)

@@ -31,6 +31,7 @@ from hexload.theory.excitation import (
     home_posture,
     optimise,
     relative_bound,
+    steps_of,
 )
 
 Array = NDArray[np.float64]
@@ -151,7 +152,7 @@ def _search(wish: Wish, problem: Problem) -> Array:
     """Coefficients that keep the limits at every tick."""
     best, console = math.inf, Console(stderr=True)
     with Progress(console=console, transient=True, disable=not console.is_terminal) as progress:
-        task = progress.add_task("searching", total=wish.starts * wish.iterations)
+        task = progress.add_task("searching", total=steps_of(wish.starts, wish.iterations))
 
         def advance(bound: float) -> None:
             nonlocal best

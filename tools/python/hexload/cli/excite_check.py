@@ -19,11 +19,11 @@ from hexload.theory.excitation import Limits, Problem, home_posture, leg_displac
 
 Array = NDArray[np.float64]
 
-SETTLING_S = 2.0  # simulated beyond the end of the motion
+SETTLING_S = 4.0  # simulated beyond the end of the motion
 REST_WINDOW_TICKS = 500  # at its end
 AT_REST = 0.01  # of the speed of a leg
-STILL = 1e-4  # of the speed of a leg: below this it does not matter whether it grows
-GROWTH = 1.5  # from one window to the next: the servo is unstable
+AT_REST_OF_RUN = 0.05  # of the fastest leg of the run: shaking counts more beside a slow motion
+STILL = 1e-3  # of the speed of a leg: what is faster must die down from one window to the next
 POSTURE = ("tilt_rad", "condition", "distance")
 QUANTITIES = (
     "stroke_share",
@@ -36,6 +36,12 @@ QUANTITIES = (
     "leg_error_m",
     "rest_speed_m_s",
 )
+# Found and expected, where a share of a limit does not say it.
+WITHOUT_NUMBER = {
+    "pose": ("no finite pose", "one"),
+    "distance": ("a way through a singular pose", "poses on the same side as home"),
+    "rest_speed_m_s": ("legs that shake on after the motion's end", "legs that come to rest"),
+}
 
 
 @dataclass(frozen=True)
@@ -126,8 +132,9 @@ def _use_of(name: str, problem: Problem, machine: Machine, rows: Array) -> Use:
     if (np.linalg.det(jacobian) * np.linalg.det(jacobian[0]) <= 0.0).any():
         shares["distance"] = float("inf")  # through the singularity between two ticks
     before = speed[-2 * REST_WINDOW_TICKS : -REST_WINDOW_TICKS].max()
-    if extremes["rest_speed_m_s"] > max(GROWTH * before, STILL * limits.leg_speed_m_s):
-        shares["rest_speed_m_s"] = float("inf")  # it shakes more and more
+    shaking_m_s = min(AT_REST_OF_RUN * extremes["leg_speed_m_s"], max(before, STILL * limits.leg_speed_m_s))
+    if extremes["rest_speed_m_s"] > shaking_m_s:
+        shares["rest_speed_m_s"] = float("inf")  # the servo shakes on, or more and more
     return Use(name, {key: float(value) for key, value in extremes.items()}, {k: float(v) for k, v in shares.items()})
 
 
@@ -166,11 +173,13 @@ def check_home(problem: Problem, machine: Machine) -> None:
 def refusal(use: Use, machine: Machine, tries: int) -> str:
     key = use.worst
     found = use.extremes[key]
-    what = "no finite pose" if np.isnan(found) else f"{key} {found:.4g}"
-    bound = "at least" if key == "distance" else "at most"
+    what = f"{key} {found:.4g}"
+    bound = f"{'at least' if key == 'distance' else 'at most'} {machine.allowed()[key]:.4g}"
+    if np.isinf(use.shares[key]):
+        what, bound = WITHOUT_NUMBER["pose" if np.isnan(found) else key]
     return (
         f"no motion found that the simulated machine follows, in {tries} tries, each smaller than the one before: "
-        f"with {use.load} load found {what}, expected {bound} {machine.allowed()[key]:.4g}; nothing is written: "
+        f"with {use.load} load found {what}, expected {bound}; nothing is written: "
         "a faster servo, stronger actuators, a lower --frequency-max or a lighter --mass may help"
     )
 

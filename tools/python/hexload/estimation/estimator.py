@@ -79,7 +79,7 @@ class Estimator:
         try:
             self._native = project.native_module().Estimator(machine, sampling_s, None if tare is None else tare.offset)
         except ValueError as error:
-            raise InputError(f"{chosen.source}: {error}") from None
+            raise InputError(str(error)) from None
         self.names: tuple[str, ...] = tuple(self._native.names)
         self._health_names = tuple(self._native.health_names)
 

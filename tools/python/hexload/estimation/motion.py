@@ -52,7 +52,7 @@ def excite(
                       load, N; tilt, rad; condition of the Jacobian at most, distance to singularity at least, 0 or more
     duration_s        run-in and run-out included, 1 to 120
     sines             frequencies in each of the six coordinates, up to frequency_max_hz
-    seed, starts, iterations   random starts of the search, and steps of each at most
+    seed, starts, iterations   random starts of the search, and steps of the best at most
 
     The same seed gives the same motion. Raises InputError. Needs scipy: pip install "hexload[excite]".
     Source: the first lines of hexload.theory.excitation.

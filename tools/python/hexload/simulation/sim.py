@@ -99,7 +99,17 @@ def controller_options(
 
 def _run(command: list, scenario: Path, controller: tuple | None) -> int:
     if controller is None:
-        return subprocess.run(command).returncode
+        return _status(command)
     with running_controller(platform_file(scenario), controller) as process:
-        status = subprocess.run(command).returncode
+        status = _status(command)
     return status or process.returncode
+
+
+def _status(command: list) -> int:
+    """Of the simulator, which Ctrl-C reaches too: it then writes what there is of the run."""
+    process = subprocess.Popen(command)
+    while True:
+        try:
+            return process.wait()
+        except KeyboardInterrupt:
+            continue

@@ -24,7 +24,8 @@ def running_controller(platform: Path, options: tuple[str, ...]) -> Iterator[sub
     Its faults go to stderr. Raises ToolFailed when it does not get ready.
     """
     command = [project.controller(), "--platform", platform, "--die-with-parent", "--quiet", *options]
-    process = subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
+    # A group of its own: Ctrl-C ends the simulator, which still asks it for its last answers.
+    process = subprocess.Popen(command, stdout=subprocess.PIPE, text=True, process_group=0)
     ready = threading.Event()
     reader = threading.Thread(target=_pass_on, args=(process, ready), daemon=True)
     reader.start()

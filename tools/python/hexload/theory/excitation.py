@@ -87,12 +87,24 @@ class Problem:
 def optimise(problem: Problem, seed: int, starts: int, iterations: int, progress: Callable[[float], None]) -> Array:
     """Coefficients, (2 frequencies, 6), of the best of several motions.
 
-    `progress`: called once an iteration with the worst relative bound of the motion that it has come to.
+    Searches that have taken a quarter of their steps rank already as they will end: only the best goes on.
+    `progress`: called once an iteration with the worst relative bound of the motion that it has come to; at most
+    steps_of() times.
     """
-    random = np.random.default_rng(seed)
-    found = [_descend(problem, random, iterations, progress) for _ in range(starts)]
-    basis = Basis(problem, TICK_S)
-    return min(found, key=lambda each: relative_bound(problem, trajectory_of(basis.motion(each))).max())
+    random, basis = np.random.default_rng(seed), Basis(problem, STEP_S)
+    first = _first_steps(starts, iterations)
+    found = [_descend(problem, basis, _start(problem, random), first, progress) for _ in range(starts)]
+    best = found[0] if starts == 1 else min(found, key=lambda each: _objective(problem, each, basis)[0])
+    return best if first == iterations else _descend(problem, basis, best, iterations - first, progress)
+
+
+def steps_of(starts: int, iterations: int) -> int:
+    """Iterations of optimise() at most."""
+    return iterations + (starts - 1) * _first_steps(starts, iterations)
+
+
+def _first_steps(starts: int, iterations: int) -> int:
+    return iterations if starts == 1 else max(1, iterations // 4)
 
 
 def relative_bound(problem: Problem, truth: Trajectory) -> Array:
@@ -103,17 +115,18 @@ def relative_bound(problem: Problem, truth: Trajectory) -> Array:
     )
 
 
-def _descend(
-    problem: Problem, random: np.random.Generator, iterations: int, progress: Callable[[float], None]
-) -> Array:
-    basis = Basis(problem, STEP_S)
-    shape = (2 * len(problem.frequencies_hz), 6)
+def _start(problem: Problem, random: np.random.Generator) -> Array:
     amplitude = 1.0 / np.tile(problem.frequencies_hz, 2)[:, None]
-    start = fitted(problem, 0.05 * amplitude * random.standard_normal(shape), STEP_S)
+    return fitted(problem, 0.05 * amplitude * random.standard_normal((len(amplitude), 6)), STEP_S)
+
+
+def _descend(
+    problem: Problem, basis: "Basis", start: Array, iterations: int, progress: Callable[[float], None]
+) -> Array:
     unit = np.abs(start).mean(axis=1, keepdims=True)  # amplitudes of high and low frequencies by one measure
 
     def cost(flat: Array) -> tuple[float, Array]:
-        value, gradient = scaled_objective(problem, unit * flat.reshape(shape), basis)
+        value, gradient = scaled_objective(problem, unit * flat.reshape(start.shape), basis)
         return value, (unit * gradient).ravel()
 
     options = {"maxiter": iterations, "maxfun": 3 * iterations}
@@ -122,7 +135,7 @@ def _descend(
         progress(float(np.exp(intermediate_result.fun)))
 
     result = minimize(cost, (start / unit).ravel(), jac=True, method="L-BFGS-B", options=options, callback=told)
-    return fitted(problem, unit * result.x.reshape(shape), STEP_S)
+    return fitted(problem, unit * result.x.reshape(start.shape), STEP_S)
 
 
 def fitted(problem: Problem, coefficients: Array, step_s: float) -> Array:
