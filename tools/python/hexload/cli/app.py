@@ -189,6 +189,33 @@ def replay(
 
 
 @app.command()
+def convert(
+    log: Annotated[Path, typer.Argument(help="Leg log; formats as of hexload replay.")],
+    out: Annotated[Path, typer.Argument(help="Log to write: .csv or .csv.gz in SI units, or .mcap.")],
+    columns: Columns = None,
+    resample: Resample = None,
+    platform: Annotated[
+        Path | None, typer.Option(help="Platform file (.toml), whose home length absolute leg lengths need.")
+    ] = None,
+    estimates: Annotated[
+        Path | None, typer.Option(help="Estimates of hexload replay (.csv) that go beside it into an .mcap log.")
+    ] = None,
+) -> None:
+    """Writes a log of any kind as the CSV that every verb takes, or as MCAP, which Foxglove and PlotJuggler open.
+
+    Example:  hexload convert recorded.mf4 log.csv --columns columns.toml
+
+    Example:  hexload convert log.csv log.mcap --estimates estimates.csv
+    """
+    from hexload.cli import convert as verb
+
+    rows, remarks = verb.convert(log, out, columns or (), resample, platform, estimates)
+    for remark in remarks:
+        print(f"log:       {remark}")
+    print(f"written:   {out}, {rows} rows")
+
+
+@app.command()
 def tare(
     log: Annotated[
         Path, typer.Argument(help="Leg log of the empty platform, in motion; formats as of hexload replay.")

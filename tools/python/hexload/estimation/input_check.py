@@ -56,8 +56,8 @@ def inconsistent_in_words(result: dict) -> str:
             "--estimator momentum; or check known_mass_kg"
         )
     return (
-        "the estimate contradicts log and platform file: check masses and hinges of the platform file and the order and the "
-        "signs of the legs; friction and bias are found by --estimator momentum_effects or hexload commission"
+        "the estimate contradicts log and platform file: check masses and hinges of the platform file, the unit of the "
+        "forces, order and signs of the legs; friction and bias are found by --estimator momentum_effects or hexload commission"
     )
 
 

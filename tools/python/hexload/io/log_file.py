@@ -293,6 +293,7 @@ class _Clock:
 
     def __init__(self):
         self.first = ""
+        self._first_date: datetime | None = None
         self._days = 0
         self._last_s = -math.inf
 
@@ -301,10 +302,11 @@ class _Clock:
         try:
             if " " in field or "T" in field:
                 date = datetime.fromisoformat(field)
-                return (date.replace(tzinfo=None) - datetime(2000, 1, 1)).total_seconds()
+                self._first_date = self._first_date or date
+                return (date - self._first_date).total_seconds()
             hours, minutes, seconds = field.split(":")
             now_s = 3600.0 * int(hours) + 60.0 * int(minutes) + float(seconds)
-        except ValueError:
+        except (ValueError, TypeError):  # the latter: a time zone in one of them
             return None
         if now_s < self._last_s - DAY_S / 2:
             self._days += 1
