@@ -180,6 +180,8 @@ def test_what_is_kept_of_a_long_log_is_every_second_row():
         kept.add(whole.rows(slice(start, start + 41_000)))
     assert kept.rows == 450_000
     np.testing.assert_array_equal(kept.log.t_s, whole.t_s[::4])
+    # AND nothing that it keeps holds on to the parts that it came in
+    assert not any(np.shares_memory(part.t_s, whole.t_s) for part in kept._kept[1:])
 
 
 def test_mcap_carries_log_and_estimates(tmp_path):

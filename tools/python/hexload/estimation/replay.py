@@ -5,6 +5,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from types import ModuleType
 
+import numpy as np
+
 from hexload.errors import InputError
 from hexload.estimation.firmware_run import FirmwareReplay, load_platform, native_firmware
 from hexload.estimation.input_check import REFUSED, InputCheck, gaps_in_words, input_in_words
@@ -134,7 +136,8 @@ class _Thinned:
         self._kept: list[LegLog] = []
 
     def add(self, part: LegLog) -> None:
-        self._kept.append(part.rows(slice(-self.rows % self._every, None, self._every)))
+        rows = np.arange(-self.rows % self._every, len(part.t_s), self._every)  # copied, as slices keep the whole part
+        self._kept.append(part.rows(rows))
         self.rows += len(part.t_s)
         self.remarks = tuple(dict.fromkeys((*self.remarks, *part.remarks)))
         self.last_rows = part.rows(slice(-ROWS_BEFORE, None))
