@@ -1,4 +1,4 @@
-"""A log of another plant, of which single channels are missing, through the firmware."""
+"""A log of another plant, of which single channels or whole rows are missing, through the firmware."""
 
 import json
 
@@ -51,6 +51,20 @@ def test_without_one_displacement_for_two_seconds_the_load_is_found(log, theta):
     assert np.abs((load.value[-1] - theta) / load.sigma[-1]).max() < MOST_SIGMAS
     assert load.health_counts["channel lost"] == lost.sum()
     assert load.refused == 0
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+def test_with_a_fifth_of_the_rows_lost_at_random_the_load_is_found(seed):
+    # GIVEN slow work motion of which every fifth row is lost at random WHEN the rest is replayed
+    log = hexload.read_log(DATA / "work_motion.csv.gz")
+    truth = np.array(json.loads((DATA / "work_motion.truth.json").read_text())["segments"][-1]["theta"])
+    rows = np.random.default_rng(seed).uniform(size=len(log.t_s)) >= 0.2
+    channels = (log.displacement_m[rows], log.velocity_m_s[rows], log.force_n[rows])
+    load = hexload.replay(log.t_s[rows], *channels, DATA / "unknown_load.toml")
+    # THEN it is as right as the filter itself says, and what is lost is reported
+    assert np.abs((load.value[-1] - truth) / load.own_sigma[-1]).max() < MOST_SIGMAS
+    assert load.verdict[-1] == "converged"
+    assert load.health_counts["sample missing"] > 0.1 * len(log.t_s)
 
 
 def test_two_missing_forces_are_a_missing_sample(log):

@@ -361,6 +361,34 @@ static void test_missing_ticks_are_bridged_and_reported(void) {
     TEST_ASSERT_EQUAL_UINT32(count - 30 - HEXLOAD_TRANSIENT_TICKS, taken); // real ones only, again
 }
 
+static void test_ticks_lost_at_random_never_begin_anew(void) {
+    // GIVEN a log of which every fifth tick is lost at random, but never two running
+    const hexload_config_t config = machine_with_lag(50, 20e-6);
+    hexload_smoother_t smoother;
+    hexload_smooth_sample_t past;
+    hexload_smoother_init(&smoother, &config);
+    uint64_t seed = 7;
+    uint32_t last_put = 0, last_taken = 0, taken = 0, count = 0;
+    for (uint32_t tick = 0; tick < 20000; tick++) {
+        if (tick - last_put == 1 && uniform(&seed) < -0.6) { // uniform in -1 .. 1
+            continue;
+        }
+        // WHEN each of the others is put in THEN the smoother goes on, although the ticks that were lost
+        // within a lag are now few, now many
+        const hexload_leg_sample_t sample = sample_of(tick);
+        TEST_ASSERT_EQUAL(tick > 0, put(&smoother, &config, &sample, tick - last_put));
+        last_put = tick;
+        count++;
+        if (hexload_smoother_take(&smoother, &config.sensors, &past)) {
+            TEST_ASSERT_EQUAL_UINT32(taken == 0 ? 0 : past.sample.tick - last_taken, past.gap_ticks);
+            last_taken = past.sample.tick;
+            taken++;
+        }
+    }
+    // AND hardly any sample is left out
+    TEST_ASSERT_TRUE(taken > count - count / 50);
+}
+
 static void test_too_long_a_gap_begins_anew(void) {
     const hexload_config_t config = machine_with_lag(15, 20e-6);
     hexload_smoother_t smoother;
@@ -400,6 +428,7 @@ int main(void) {
     RUN_TEST(test_trapezoids_of_the_forces_are_their_integral);
     RUN_TEST(test_sums_do_not_drift);
     RUN_TEST(test_missing_ticks_are_bridged_and_reported);
+    RUN_TEST(test_ticks_lost_at_random_never_begin_anew);
     RUN_TEST(test_too_long_a_gap_begins_anew);
     return UNITY_END();
 }

@@ -22,6 +22,8 @@
 #include <array>
 #include <cmath>
 #include <cstring>
+#include <limits>
+#include <memory>
 
 namespace nb = nanobind;
 using namespace hexload::sim;
@@ -64,15 +66,47 @@ double sampling_period_s(const Column& t) {
     return std::round(*middle * 1e7) / 1e7; // logs print t to the microsecond or coarser
 }
 
-std::uint32_t tick_of_row(const Column& t, std::size_t row, double sampling_s) {
-    const double ticks = (t(row) - t(0)) / sampling_s;
-    if (std::abs(ticks - std::round(ticks)) > 0.25) {
-        throw InputError("t: found " + std::to_string(t(row)) + " s in data row " + std::to_string(row + 1) +
-                         ", expected a multiple of the sampling period, " + std::to_string(sampling_s) +
-                         " s, after the first row");
+// Numbers rows by their time. A recorder's clock is never quite the sampling period, so the grid follows the
+// rows slowly; what a row may be off by is for jitter alone.
+class TickCounter {
+  public:
+    TickCounter(double first_t_s, double sampling_s) : grid_s_(first_t_s), sampling_s_(sampling_s) {}
+
+    std::uint32_t tick_of(double t_s, std::size_t row) {
+        const double ticks = (t_s - grid_s_) / sampling_s_;
+        const double off = ticks - std::round(ticks);
+        if (std::abs(off) > 0.25) {
+            throw InputError("t: found " + std::to_string(t_s) + " s in data row " + std::to_string(row + 1) +
+                             ", expected a multiple of the sampling period, " + std::to_string(sampling_s_) +
+                             " s, after the first row");
+        }
+        const auto steps = static_cast<std::uint32_t>(std::llround(ticks));
+        tick_ += steps;
+        if (steps > 1) {
+            missing_ += steps - 1;
+            if (steps - 1 > longest_gap_) {
+                longest_gap_ = steps - 1;
+                longest_gap_t_s_ = t_s;
+            }
+        }
+        grid_s_ += sampling_s_ * (steps + following * off);
+        return tick_;
     }
-    return static_cast<std::uint32_t>(std::llround(ticks));
-}
+
+    // Ticks that have no row: how many, the most in one place, and the time of the row after these.
+    nb::tuple missing() const {
+        return nb::make_tuple(missing_, longest_gap_, longest_gap_t_s_);
+    }
+
+  private:
+    static constexpr double following = 0.02; // per row: 50 rows average the jitter of the clock
+
+    double grid_s_, sampling_s_;
+    std::uint32_t tick_ = 0;
+    std::uint64_t missing_ = 0;
+    std::uint32_t longest_gap_ = 0;
+    double longest_gap_t_s_ = 0.0;
+};
 
 Vector6 legs_of_row(const LegColumns& columns, std::size_t row) {
     Vector6 legs;
@@ -110,29 +144,33 @@ nb::dict body_dict(const LoadBody& body) {
     return result;
 }
 
-// What replay() returns, row by row.
+// What a replay returns, row by row; of a long one every second, fourth, ... row, those with an event, and
+// the last.
 class Answer {
   public:
+    explicit Answer(std::size_t most_rows) : most_rows_(most_rows) {}
+
     void add(const EstimateRow& row, std::size_t parameters) {
-        times_.push_back(row.t_s);
-        values_.insert(values_.end(), row.value.begin(),
-                       row.value.begin() + static_cast<std::ptrdiff_t>(parameters));
-        sigmas_.insert(sigmas_.end(), row.sigma.begin(),
-                       row.sigma.begin() + static_cast<std::ptrdiff_t>(parameters));
-        own_sigmas_.insert(own_sigmas_.end(), row.own_sigma.begin(),
-                           row.own_sigma.begin() + static_cast<std::ptrdiff_t>(parameters));
-        nis_.push_back(row.nis);
-        health_.push_back(row.health);
-        verdicts_.append(nb::str(row.verdict.data(), row.verdict.size()));
+        ticks_++;
         last_row_ = row;
+        is_last_kept_ = ticks_ % every_ == 1 % every_ || is_event(row.health);
+        if (is_last_kept_) {
+            keep(row, parameters);
+        }
+        if (times_.size() >= most_rows_) {
+            thin_out(parameters);
+        }
     }
 
     bool empty() const {
-        return times_.empty();
+        return ticks_ == 0;
     }
 
     nb::dict finish(const EstimatorLink& link, const std::string& first_refusal) && {
         const auto names = link.parameter_names();
+        if (!is_last_kept_) {
+            keep(last_row_, names.size());
+        }
         const std::size_t rows = times_.size();
         nb::list name_list;
         for (const std::string_view name : names) {
@@ -144,12 +182,17 @@ class Answer {
         }
         nb::dict result;
         result["names"] = name_list;
+        result["ticks"] = ticks_;
         result["t"] = as_array(std::move(times_), rows, 0);
         result["value"] = as_array(std::move(values_), rows, names.size());
         result["sigma"] = as_array(std::move(sigmas_), rows, names.size());
         result["own_sigma"] = as_array(std::move(own_sigmas_), rows, names.size());
         result["nis"] = as_array(std::move(nis_), rows, 0);
-        result["verdict"] = verdicts_;
+        nb::list verdicts;
+        for (const std::string_view verdict : verdicts_) {
+            verdicts.append(nb::str(verdict.data(), verdict.size()));
+        }
+        result["verdict"] = verdicts;
         result["parameter_verdict"] =
             last_verdicts(std::min(names.size(), last_row_.parameter_verdict.size()));
         nb::dict confounded;
@@ -175,6 +218,51 @@ class Answer {
     }
 
   private:
+    static bool is_event(double health) {
+        return (static_cast<std::uint32_t>(health) >> HEXLOAD_HEALTH_LOAD_CHANGED & 1U) != 0;
+    }
+
+    void keep(const EstimateRow& row, std::size_t parameters) {
+        const auto count = static_cast<std::ptrdiff_t>(parameters);
+        times_.push_back(row.t_s);
+        values_.insert(values_.end(), row.value.begin(), row.value.begin() + count);
+        sigmas_.insert(sigmas_.end(), row.sigma.begin(), row.sigma.begin() + count);
+        own_sigmas_.insert(own_sigmas_.end(), row.own_sigma.begin(), row.own_sigma.begin() + count);
+        nis_.push_back(row.nis);
+        health_.push_back(row.health);
+        verdicts_.push_back(row.verdict);
+        ticks_of_rows_.push_back(ticks_);
+    }
+
+    void thin_out(std::size_t parameters) {
+        every_ *= 2;
+        std::size_t kept = 0;
+        for (std::size_t row = 0; row < times_.size(); row++) {
+            if (ticks_of_rows_[row] % every_ != 1 && !is_event(health_[row])) {
+                continue;
+            }
+            for (auto* column : {&times_, &nis_, &health_}) {
+                (*column)[kept] = (*column)[row];
+            }
+            for (auto* matrix : {&values_, &sigmas_, &own_sigmas_}) {
+                std::copy_n(matrix->begin() + static_cast<std::ptrdiff_t>(row * parameters), parameters,
+                            matrix->begin() + static_cast<std::ptrdiff_t>(kept * parameters));
+            }
+            verdicts_[kept] = verdicts_[row];
+            ticks_of_rows_[kept] = ticks_of_rows_[row];
+            kept++;
+        }
+        for (auto* column : {&times_, &nis_, &health_}) {
+            column->resize(kept);
+        }
+        for (auto* matrix : {&values_, &sigmas_, &own_sigmas_}) {
+            matrix->resize(kept * parameters);
+        }
+        verdicts_.resize(kept);
+        ticks_of_rows_.resize(kept);
+        is_last_kept_ = !ticks_of_rows_.empty() && ticks_of_rows_.back() == ticks_;
+    }
+
     nb::list last_verdicts(std::size_t parameters) const {
         nb::list list;
         for (std::size_t k = 0; k < parameters; k++) {
@@ -184,9 +272,105 @@ class Answer {
         return list;
     }
 
+    std::size_t most_rows_;
+    std::uint64_t every_ = 1, ticks_ = 0;
+    bool is_last_kept_ = true;
     std::vector<double> times_, values_, sigmas_, own_sigmas_, nis_, health_;
-    nb::list verdicts_;
+    std::vector<std::string_view> verdicts_; // names of the firmware, which last
+    std::vector<std::uint64_t> ticks_of_rows_;
     EstimateRow last_row_;
+};
+
+// The firmware over a log that comes in parts.
+class Replay {
+  public:
+    Replay(const PlatformFile& platform, const std::optional<std::string>& estimator,
+           const std::optional<std::string>& prior, double first_t_s, double sampling_s, bool has_velocity,
+           const std::string& out_path, const std::optional<Tare>& tare,
+           const std::optional<std::string>& bodies_path, const std::optional<std::string>& trace_path,
+           std::size_t most_rows)
+        : settings_(override_settings(platform.estimator, estimator, prior)), first_t_s_(first_t_s),
+          sampling_s_(sampling_s),
+          link_(make_inproc_link(machine_of(platform, has_velocity), settings_, sampling_s, tare,
+                                 trace_path ? Traces::yes : Traces::no)),
+          ticks_(first_t_s, sampling_s), file_(out_path, *link_), answer_(most_rows) {
+        if (bodies_path) {
+            if (link_->covariance().empty()) {
+                throw InputError("bodies: found the estimator paper, expected momentum");
+            }
+            bodies_.emplace(*bodies_path);
+        }
+        if (trace_path) {
+            traces_.emplace(*trace_path, hexload_describe(kind_of(settings_.kind))->measurements);
+        }
+    }
+
+    void step(const Column& t, const LegColumns& displacement_m, const LegColumns& velocity_m_s,
+              const LegColumns& force_n) {
+        const std::size_t rows = t.shape(0);
+        if (displacement_m.shape(0) != rows || velocity_m_s.shape(0) != rows || force_n.shape(0) != rows) {
+            throw InputError("log: expected as many rows in each channel");
+        }
+        for (std::size_t row = 0; row < rows; row++, rows_++) {
+            take({.tick = ticks_.tick_of(t(row), rows_),
+                  .t_s = t(row),
+                  .displacement_m = legs_of_row(displacement_m, row),
+                  .velocity_m_s = legs_of_row(velocity_m_s, row),
+                  .force_n = legs_of_row(force_n, row)});
+        }
+    }
+
+    nb::dict finish() {
+        if (answer_.empty()) {
+            throw InputError("log: the estimator refused every sample; the first at " + first_refusal_);
+        }
+        file_.close();
+        if (bodies_) {
+            bodies_->close();
+        }
+        if (traces_) {
+            traces_->close();
+        }
+        nb::dict result = std::move(answer_).finish(*link_, first_refusal_);
+        result["missing"] = ticks_.missing();
+        return result;
+    }
+
+  private:
+    static PlatformFile machine_of(PlatformFile platform, bool has_velocity) {
+        if (!has_velocity) {
+            platform.sensors = without_velocity(platform.sensors);
+        }
+        return platform;
+    }
+
+    void take(const LegSample& sample) {
+        const auto estimate = link_->step(sample);
+        if (!estimate.empty()) {
+            file_.write(estimate.front());
+            answer_.add(estimate.front(), link_->parameter_names().size());
+            if (const auto trace = link_->trace()) {
+                // Ticks count from the first row, modulo 2^32: early ones of a delayed filter lie before it.
+                traces_->write(first_t_s_ + sampling_s_ * static_cast<std::int32_t>(trace->tick), *trace);
+            }
+            if (bodies_) {
+                bodies_->write(sample.t_s, load_body(estimate.front(), link_->covariance()));
+            }
+        } else if (first_refusal_.empty()) {
+            first_refusal_ = "t = " + std::to_string(sample.t_s) + " s: " + link_->last_refusal();
+        }
+    }
+
+    EstimatorSettings settings_;
+    double first_t_s_, sampling_s_;
+    std::unique_ptr<EstimatorLink> link_;
+    TickCounter ticks_;
+    EstimateFile file_;
+    std::optional<BodyFile> bodies_;
+    std::optional<TraceFile> traces_;
+    Answer answer_;
+    std::string first_refusal_;
+    std::size_t rows_ = 0;
 };
 
 nb::dict replay(const PlatformFile& platform, const std::optional<std::string>& estimator,
@@ -194,64 +378,13 @@ nb::dict replay(const PlatformFile& platform, const std::optional<std::string>& 
                 const LegColumns& velocity_m_s, const LegColumns& force_n, const std::string& out_path,
                 const std::optional<Tare>& tare, const std::optional<std::string>& bodies_path,
                 const std::optional<std::string>& trace_path) {
-    const std::size_t rows = t.shape(0);
-    if (rows < 2 || displacement_m.shape(0) != rows || velocity_m_s.shape(0) != rows ||
-        force_n.shape(0) != rows) {
+    if (t.shape(0) < 2 || velocity_m_s.shape(0) < 2) {
         throw InputError("log: expected two rows or more, and as many in each channel");
     }
-    const double sampling_s = sampling_period_s(t);
-    const EstimatorSettings settings = override_settings(platform.estimator, estimator, prior);
-    PlatformFile machine = platform;
-    if (std::isnan(velocity_m_s(0, 0))) {
-        machine.sensors = without_velocity(machine.sensors);
-    }
-    const auto link =
-        make_inproc_link(machine, settings, sampling_s, tare, trace_path ? Traces::yes : Traces::no);
-    EstimateFile file(out_path, *link);
-    std::optional<BodyFile> bodies;
-    if (bodies_path) {
-        if (link->covariance().empty()) {
-            throw InputError("bodies: found the estimator paper, expected momentum");
-        }
-        bodies.emplace(*bodies_path);
-    }
-    std::optional<TraceFile> traces;
-    if (trace_path) {
-        traces.emplace(*trace_path, hexload_describe(kind_of(settings.kind))->measurements);
-    }
-    Answer answer;
-    std::string first_refusal;
-    for (std::size_t row = 0; row < rows; row++) {
-        const auto estimate = link->step({.tick = tick_of_row(t, row, sampling_s),
-                                          .t_s = t(row),
-                                          .displacement_m = legs_of_row(displacement_m, row),
-                                          .velocity_m_s = legs_of_row(velocity_m_s, row),
-                                          .force_n = legs_of_row(force_n, row)});
-        if (!estimate.empty()) {
-            file.write(estimate.front());
-            answer.add(estimate.front(), link->parameter_names().size());
-            if (const auto trace = link->trace()) {
-                // Ticks count from the first row, modulo 2^32: early ones of a delayed filter lie before it.
-                traces->write(t(0) + sampling_s * static_cast<std::int32_t>(trace->tick), *trace);
-            }
-            if (bodies) {
-                bodies->write(t(row), load_body(estimate.front(), link->covariance()));
-            }
-        } else if (first_refusal.empty()) {
-            first_refusal = "t = " + std::to_string(t(row)) + " s: " + link->last_refusal();
-        }
-    }
-    if (answer.empty()) {
-        throw InputError("log: the estimator refused every sample; the first at " + first_refusal);
-    }
-    file.close();
-    if (bodies) {
-        bodies->close();
-    }
-    if (traces) {
-        traces->close();
-    }
-    return std::move(answer).finish(*link, first_refusal);
+    Replay run(platform, estimator, prior, t(0), sampling_period_s(t), !std::isnan(velocity_m_s(0, 0)),
+               out_path, tare, bodies_path, trace_path, std::numeric_limits<std::size_t>::max());
+    run.step(t, displacement_m, velocity_m_s, force_n);
+    return run.finish();
 }
 
 using Theta = Eigen::Matrix<double, HEXLOAD_LOAD_DIM, 1>;
@@ -384,6 +517,22 @@ void bind_firmware(nb::module_& module) {
         "central tensor with sigmas, whether a body can have them,\nand the nearest that one can have. "
         "bodies_path: a CSV of the same for each row. A tare is added to the platform, and its sigma "
         "to that of the estimates. ValueError names what is wrong.");
+    nb::class_<Replay>(
+        module, "Replay",
+        "replay() of a log that comes in parts, of which the result keeps `most_rows` rows at most: every "
+        "second, fourth, ...,\nthose with a load change and the last. Its files have them all.")
+        .def(nb::init<const PlatformFile&, const std::optional<std::string>&,
+                      const std::optional<std::string>&, double, double, bool, const std::string&,
+                      const std::optional<Tare>&, const std::optional<std::string>&,
+                      const std::optional<std::string>&, std::size_t>(),
+             nb::arg("platform"), nb::arg("estimator").none(), nb::arg("prior").none(), nb::arg("first_t_s"),
+             nb::arg("sampling_s"), nb::arg("has_velocity"), nb::arg("out_path"), nb::arg("tare").none(),
+             nb::arg("bodies_path").none(), nb::arg("trace_path").none(), nb::arg("most_rows"))
+        .def("step", &Replay::step, nb::arg("t"), nb::arg("displacement_m"), nb::arg("velocity_m_s"),
+             nb::arg("force_n"))
+        .def("finish", &Replay::finish, "Once, at the end: what replay() returns.");
+    module.def("sampling_period_s", &sampling_period_s, nb::arg("t"),
+               "The median distance of at least two times, s, to 0.1 us.");
     module.def(
         "describe_body", &describe_body, nb::arg("theta"), nb::arg("covariance"),
         "hexload_body_describe() of hexload/body.h: theta [10], covariance [10, 10], of which the lower "

@@ -128,6 +128,8 @@ void bind_platform(nb::module_& module) {
             "(10,) of the empty platform, about O_A")
         .def_ro("gravity_m_s2", &PlatformFile::gravity_m_s2)
         .def_ro("known_mass_kg", &PlatformFile::known_mass_kg)
+        .def_prop_ro("estimator_kind",
+                     [](const PlatformFile& p) { return std::string(name_of(p.estimator.kind)); })
         .def_prop_ro(
             "actuators",
             [](const PlatformFile& p) {

@@ -214,7 +214,7 @@ typedef struct hexload_paper_supervisor {
 /// Sizes of the smoother's rings. HEXLOAD_LAG_TICKS_MAX, the longest lag they have room for, is an option of
 /// the build: hexload/options.h.
 enum {
-    HEXLOAD_MISSING_TICKS_MAX = 10, ///< that may be bridged within a lag
+    HEXLOAD_MISSING_TICKS_MAX = 10, ///< that may wait; where more would, the oldest are left out
     HEXLOAD_TRANSIENT_TICKS = 12,   ///< on each side of a tick that show what is too fast for the window
     HEXLOAD_SMOOTHER_ORDERS = 6,    ///< sums that a window of degree five needs
     HEXLOAD_WINDOW_CAPACITY = 2 * HEXLOAD_LAG_TICKS_MAX + 1 + HEXLOAD_MISSING_TICKS_MAX,

@@ -200,25 +200,6 @@ HEXLOAD_RARE static void begin_anew(hexload_smoother_t* self) {
     memset(self->held_m_s, 0, sizeof self->held_m_s);
 }
 
-bool hexload_smoother_put(hexload_smoother_t* self, const hexload_config_t* config,
-                          const hexload_present_tick_t* now) {
-    const hexload_leg_sample_t* sample = now->sample;
-    const uint32_t waiting = self->stored - self->entered;
-    const bool goes_on = self->stored > 0 && now->gap_ticks <= config->momentum.longest_gap_ticks &&
-                         waiting + now->gap_ticks <= HEXLOAD_MISSING_TICKS_MAX;
-    if (!goes_on) {
-        begin_anew(self);
-    } else {
-        bridge(self, config, now);
-    }
-    leave_out_outlier(self, now);
-    store(self, sample, false);
-    if (!goes_on) {
-        self->middle_tick = sample->tick - self->constants.lag_ticks - 1;
-    }
-    return goes_on;
-}
-
 static uint64_t times(int32_t weight, int32_t steps) {
     return (uint64_t)((int64_t)weight * steps);
 }
@@ -246,6 +227,40 @@ static void enter(hexload_smoother_t* self) {
         self->entered -= ONE_ROUND;
         self->stored -= ONE_ROUND;
     }
+}
+
+/// Moves the window on by a tick, and tells whether its middle may be taken out.
+static bool enter_next(hexload_smoother_t* self) {
+    enter(self);
+    const bool is_full = self->entered >= self->constants.lag_ticks + 1 + HEXLOAD_TRANSIENT_TICKS;
+    self->gap_ticks += is_full ? 1U : 0U;
+    return is_full;
+}
+
+/// Where more ticks are missing of late than a lag ago, those that wait grow in number. The oldest are then
+/// left out, whether they were missing or not: to begin anew for want of room would cost a window.
+static void make_room(hexload_smoother_t* self, uint32_t gap_ticks) {
+    while (self->stored - self->entered + gap_ticks > HEXLOAD_MISSING_TICKS_MAX) {
+        (void)enter_next(self);
+    }
+}
+
+bool hexload_smoother_put(hexload_smoother_t* self, const hexload_config_t* config,
+                          const hexload_present_tick_t* now) {
+    const hexload_leg_sample_t* sample = now->sample;
+    const bool goes_on = self->stored > 0 && now->gap_ticks <= config->momentum.longest_gap_ticks;
+    if (!goes_on) {
+        begin_anew(self);
+    } else {
+        make_room(self, now->gap_ticks);
+        bridge(self, config, now);
+    }
+    leave_out_outlier(self, now);
+    store(self, sample, false);
+    if (!goes_on) {
+        self->middle_tick = sample->tick - self->constants.lag_ticks - 1;
+    }
+    return goes_on;
 }
 
 /// A signed sum as a number, by its halves: the conversion of 64 bits would be a call of a library.
@@ -340,13 +355,9 @@ bool hexload_smoother_take(hexload_smoother_t* self, const hexload_sensors_t* se
                            hexload_smooth_sample_t* out) {
     const uint32_t lag = self->constants.lag_ticks;
     while (self->entered != self->stored) {
-        enter(self);
-        if (self->entered < lag + 1 + HEXLOAD_TRANSIENT_TICKS) {
-            continue;
-        }
-        self->gap_ticks++;
+        const bool is_full = enter_next(self);
         const uint32_t middle = self->entered - 1 - lag;
-        if (!self->is_left_out[middle % HEXLOAD_DELAY_CAPACITY]) {
+        if (is_full && !self->is_left_out[middle % HEXLOAD_DELAY_CAPACITY]) {
             read_middle(self, sensors, out);
             out->gap_ticks = self->has_taken ? self->gap_ticks : 0;
             self->has_taken = true;

@@ -23,6 +23,15 @@ app = typer.Typer(
 Estimator = Literal["paper", "momentum", "momentum_effects"]
 Prior = Literal["safe", "printed"]
 Profile = Literal["fd", "classic"]
+Columns = Annotated[
+    list[str] | None,
+    typer.Option(
+        help='Which column is which channel, its unit and sign: a file (.toml), or a line of one, as dl = "Cylinder {leg} [mm]". Repeatable.'
+    ),
+]
+Resample = Annotated[
+    float | None, typer.Option(help="Put the rows on regular ticks of this period, s; between rows on straight lines.")
+]
 
 
 def _print_version(wanted: bool) -> None:
@@ -140,7 +149,7 @@ def replay(
     log: Annotated[
         Path,
         typer.Argument(
-            help="Leg log: .csv or .csv.gz (t,dl1..dl6,vl1..vl6,f1..f6 in SI units; vl1..vl6 may be absent), candump, .blf, .asc or LCM event log."
+            help="Leg log: .csv or .csv.gz (t,dl1..dl6,vl1..vl6,f1..f6; vl1..vl6 may be absent), .mcap, .mf4, candump, .blf, .asc, .trc or LCM event log."
         ),
     ],
     platform: Annotated[Path, typer.Option(help="Platform file (.toml).")],
@@ -161,6 +170,12 @@ def replay(
         Path | None,
         typer.Option(help="Page to write (.html): the ten parameters, the load as a body, verdicts, signals."),
     ] = None,
+    columns: Columns = None,
+    resample: Resample = None,
+    unchecked: Annotated[
+        bool,
+        typer.Option("--unchecked", help="Replay a log whose units, signs or order contradict each other, as it is."),
+    ] = False,
     trace: Annotated[
         Path | None,
         typer.Option(
@@ -176,18 +191,47 @@ def replay(
     All ten parameters (--estimator momentum) are shown as a body too: mass, centre of mass and tensor about it, whether any body
     can have them, and if none can, the nearest one that a body can have.
 
-    Exit status: 0; 2 for a file or an option that is refused; 3 when the estimates are written but not to be believed, as channels
-    of the log contradict each other at its end or most samples are refused. The last line then says which, and what to do.
+    Exit status: 0; 2 for a file or an option that is refused, also as its units, signs, order or time cannot be; 3 when the estimates
+    are written but not to be believed, as channels of the log contradict each other at its end, most samples are refused or the
+    verdict is inconsistent. The last line then says what to do.
 
     Example:  hexload replay tests/data/paper_noisy.csv.gz --platform tests/data/paper_load.toml --out estimates.csv
     """
-    from hexload.cli.replay import print_summary
-    from hexload.estimation.replay import replay_log
+    from hexload.cli.replay import is_believed, print_summary
+    from hexload.estimation.replay import WayIn, replay_log
 
-    result = replay_log(log, platform, estimator, prior, out, tare, bodies, report, trace, rig)
+    way_in = WayIn(columns or (), resample, unchecked)
+    result = replay_log(log, platform, estimator, prior, out, tare, bodies, report, trace, rig, way_in)
     print_summary(result, out, bodies, report, trace)
-    if result["input_words"]:
+    if not is_believed(result):
         raise typer.Exit(EXIT_IMPLAUSIBLE_INPUT)
+
+
+@app.command()
+def convert(
+    log: Annotated[Path, typer.Argument(help="Leg log; formats as of hexload replay.")],
+    out: Annotated[Path, typer.Argument(help="Log to write: .csv or .csv.gz in SI units, or .mcap.")],
+    columns: Columns = None,
+    resample: Resample = None,
+    platform: Annotated[
+        Path | None, typer.Option(help="Platform file (.toml), whose home length absolute leg lengths need.")
+    ] = None,
+    estimates: Annotated[
+        Path | None, typer.Option(help="Estimates of hexload replay (.csv) that go beside it into an .mcap log.")
+    ] = None,
+) -> None:
+    """Writes a log of any kind as the CSV that every verb takes, or as MCAP, which Foxglove and PlotJuggler open.
+
+    Example:  hexload convert recorded.mf4 log.csv --columns columns.toml
+
+    Example:  hexload convert log.csv log.mcap --estimates estimates.csv
+    """
+    from hexload.cli import convert as verb
+
+    rows, remarks = verb.convert(log, out, columns or (), resample, platform, estimates)
+    for remark in remarks:
+        print(f"log:       {remark}")
+    print(f"written:   {out}, {rows} rows")
 
 
 @app.command()

@@ -6,6 +6,12 @@ from rich.console import Console
 from rich.table import Table
 
 from hexload.estimation import load_summary
+from hexload.estimation.input_check import inconsistent_in_words
+
+
+def is_believed(result: dict) -> bool:
+    """Neither the log's channels nor the estimate contradict themselves at the end."""
+    return not result["input_words"] and result["verdict"][-1] != "inconsistent"
 
 
 def print_summary(
@@ -22,12 +28,14 @@ def print_summary(
     if "body" in result:
         Console().print(_body_table(result["body"]))
         print(f"body:      {load_summary.consistent_in_words(result['body'])}")
-    print(f"verdict:   {result['verdict'][-1]} after {len(result['t'])} ticks")
+    print(f"verdict:   {result['verdict'][-1]} after {result['ticks']} ticks")
     print(f"health:    {load_summary.health_in_words(result['health_counts']) or 'no remark'}")
     mend = load_summary.mend_in_words(
         result["health_counts"], result["verdict"][-1], result["has_rig"], result["input_words"]
     )
-    if mend and not result["input_words"]:
+    is_last = not is_believed(result)
+    mend = mend or inconsistent_in_words(result)
+    if mend and not is_last:
         print(f"mend:      {mend}")
     for t_s, words in result["input_faults"]:
         print(f"input:     from {t_s:.3f} s on: {words}")
@@ -44,7 +52,7 @@ def print_summary(
         print(f"trace:     {trace}")
     if report is not None:
         print(f"page:      {report}")
-    if result["input_words"]:  # the last line: it matters more than all above
+    if is_last:  # the last line: it matters more than all above
         print(f"mend:      {mend}")
 
 

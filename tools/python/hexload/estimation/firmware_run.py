@@ -42,6 +42,36 @@ def run_firmware(
     return native.replay(platform, estimator, prior, samples.t_s, *legs, str(out), tare, body_path, trace_path)
 
 
+class FirmwareReplay:
+    """run_firmware() of a log that comes in parts; its result keeps `most_rows` rows at most, its files have all."""
+
+    def __init__(
+        self,
+        native: ModuleType,
+        platform,
+        first: LegLog,
+        out: Path,
+        estimator: str | None,
+        prior: str | None,
+        tare,
+        bodies: Path | None,
+        trace: Path | None,
+        most_rows: int,
+    ):
+        """`first`: the log's first part, which is not run yet. Raises ValueError, as the others do."""
+        self._sampling_s = native.sampling_period_s(first.t_s)
+        paths = [None if path is None else str(path) for path in (bodies, trace)]
+        timing = (first.t_s[0], self._sampling_s, first.has_velocity)
+        self._native = native.Replay(platform, estimator, prior, *timing, str(out), tare, *paths, most_rows)
+
+    def step(self, part: LegLog) -> None:
+        legs = (_as_float32(channel) for channel in (part.displacement_m, part.velocity_m_s, part.force_n))
+        self._native.step(part.t_s, *legs)
+
+    def finish(self) -> dict:
+        return self._native.finish()
+
+
 def _as_float32(values: NDArray[np.float64]) -> NDArray[np.float64]:
     """The controller's samples are float32, whatever the log's digits and the precision of the firmware build."""
     return values.astype(np.float32).astype(np.float64)

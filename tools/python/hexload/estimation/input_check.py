@@ -1,41 +1,73 @@
-"""What a whole log says of its own input: the firmware's words where it has some, and of units where it refuses most samples."""
+"""What is to be said of a log as an input: before the filter has it, and of what the firmware made of it.
 
-import numpy as np
+Before: `InputCheck`, whose contradictions refuse the log. After: the firmware's words where it has some, those of units
+where it refuses most samples, and what an estimate that contradicts itself may come from.
+"""
 
+from pathlib import Path
+
+from hexload.errors import InputError
+from hexload.estimation.plausibility import Plausibility, machine_of
 from hexload.io.log_file import LegLog
 
 MOST_REFUSED = 0.5  # of the samples, beyond which the estimate is nobody's
-SAME_FACTOR = 0.05  # a factor of a unit is met within that
 
 
-def input_in_words(result: dict, samples: LegLog) -> str:
+class InputCheck:
+    """Of a log that comes in parts. It refuses what contradicts itself, as soon as that is certain."""
+
+    def __init__(self, log: Path, platform, sampling_s: float, is_load_known: bool):
+        """`platform`: hexload_native.Platform. `is_load_known`: its known_mass_kg is on it, as the estimator paper takes it."""
+        self._log = log
+        self._plausibility = Plausibility(machine_of(platform, is_load_known), sampling_s)
+
+    def add(self, part: LegLog) -> None:
+        """Raises InputError, with the option that mends it."""
+        self._plausibility.add(part)
+        doubt = self._plausibility.doubt()
+        if doubt is None:
+            return
+        mend = f"; nothing is converted unasked, say {doubt.mend}" if doubt.mend else ""
+        raise InputError(f"{self._log}: {doubt.words}{mend} (--unchecked: go on as it is)")
+
+
+def input_in_words(result: dict, rows: int) -> str:
     """Why a replay's end is not to be believed as its input is not, and what to do; nothing when it is."""
     if result["input_fault"]:
         return result["input_fault"]
-    if result["refused"] > MOST_REFUSED * len(samples.t_s):
-        return refusal_in_words(samples)
+    if result["refused"] > MOST_REFUSED * rows:
+        return REFUSED
     return ""
 
 
-def refusal_in_words(samples: LegLog) -> str:
-    """Of a log of which the firmware refuses most samples."""
-    factor = displacement_over_velocity(samples)
-    if factor is not None and abs(factor / 1000 - 1) < SAME_FACTOR:
-        return "displacements change a thousand times as fast as the velocities say: check their units, m and m/s"
-    if factor is not None and abs(1000 * factor - 1) < SAME_FACTOR:
-        return "velocities are a thousand times as large as displacements change: check their units, m and m/s"
+REFUSED = (
+    "most samples are refused: check the units (m, m/s, N), the order of the legs, the [geometry] of the platform file and "
+    "the ranges of its [sensors]"
+)
+
+
+def inconsistent_in_words(result: dict) -> str:
+    """What may help where the verdict at the end is `inconsistent`, and neither input nor machine is to blame."""
+    if result["verdict"][-1] != "inconsistent":
+        return ""
+    if "dz" in result["names"]:
+        return (
+            "the load is no body of the known mass on the z axis, which the estimator paper takes it for: replay with "
+            "--estimator momentum; or check known_mass_kg"
+        )
     return (
-        "most samples are refused: check the units (m, m/s, N), the order of the legs, the [geometry] of the platform file and "
-        "the ranges of its [sensors]"
+        "the estimate contradicts log and platform file: check masses and hinges of the platform file, the unit of the "
+        "forces, order and signs of the legs; friction and bias are found by --estimator momentum_effects or hexload commission"
     )
 
 
-def displacement_over_velocity(samples: LegLog) -> float | None:
-    """Gain of the displacements' derivatives against the velocities, of all legs; None: no velocities, or none moves."""
-    finite = np.isfinite(samples.displacement_m).all(axis=1) & np.isfinite(samples.velocity_m_s).all(axis=1)
-    both = finite[1:] & finite[:-1]
-    changes_m = np.diff(samples.displacement_m, axis=0)[both]
-    velocity_m_s = samples.velocity_m_s
-    ways_m = (0.5 * (velocity_m_s[1:] + velocity_m_s[:-1]) * np.diff(samples.t_s)[:, None])[both]
-    square_m2 = float(np.sum(ways_m**2))
-    return float(np.sum(changes_m * ways_m)) / square_m2 if square_m2 > 0 else None
+def gaps_in_words(result: dict, sampling_s: float, rows: int) -> tuple[str, ...]:
+    """What is said of ticks without rows; nothing where there are none."""
+    missing, longest, t_s = result["missing"]
+    if not missing:
+        return ()
+    share = 100.0 * missing / (missing + rows)
+    return (
+        f"{missing} ticks of {1e3 * sampling_s:g} ms have no row ({share:.2g} %), {longest} of them before {t_s:.3f} s: "
+        "they are lost samples to the estimator",
+    )

@@ -1,15 +1,37 @@
 """`hexload replay`: runs the firmware's own C over a recorded log."""
 
+from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
+from types import ModuleType
+
+import numpy as np
 
 from hexload.errors import InputError
-from hexload.estimation.firmware_run import load_platform, native_firmware, run_firmware
-from hexload.estimation.input_check import input_in_words, refusal_in_words
+from hexload.estimation.firmware_run import FirmwareReplay, load_platform, native_firmware
+from hexload.estimation.input_check import REFUSED, InputCheck, gaps_in_words, input_in_words
 from hexload.estimation.rig_file import platform_with_rig
-from hexload.estimation.tare import tare_for
+from hexload.estimation.tare import MachineTare, tare_for
 from hexload.io.atomic_file import replaced_or_none, replaced_when_done
-from hexload.io.log_file import LegLog
-from hexload.io.log_formats import read_any_log
+from hexload.io.column_map import read_column_map
+from hexload.io.log_file import LegLog, joined
+from hexload.io.log_formats import Reading, read_parts
+from hexload.io.progress import progress_of
+
+MOST_ROWS = 200_000  # that are kept of a log
+ROWS_BEFORE = 8  # of a part, which taking the legs' mass off its first rows looks at: 5 are needed
+
+
+@dataclass(frozen=True)
+class WayIn:
+    """How a log comes in: where its columns do not say it, and whether it is checked."""
+
+    columns: Sequence[str] = ()  # files, or lines of them
+    resample_s: float | None = None
+    is_unchecked: bool = False
+
+    def reading(self, platform) -> Reading:
+        return Reading(read_column_map(self.columns), self.resample_s, platform.home_leg_length_m)
 
 
 def replay_log(
@@ -23,16 +45,18 @@ def replay_log(
     report: Path | None = None,
     trace: Path | None = None,
     rig: Path | None = None,
+    way_in: WayIn | None = None,
 ) -> dict:
     """Writes the estimates CSV to `out`, one row per log row, and returns what hexload_native.replay returns, with
-    `has_rig`, `input_words`, what is wrong with the log's channels, and the log reader's remarks.
+    `has_rig`, `input_words`, what is wrong with the log's channels, `rows` of the log and the reader's remarks. Of a log of
+    more than MOST_ROWS rows only every second, fourth, ... row is in the result's arrays, and on the page.
 
     `estimator` and `prior` override the platform file's [estimator] table. `tare`: file of `hexload tare`, made with
     the same platform; `rig`: of `hexload commission`, likewise. `bodies`: a CSV for the load as a body, one row per log row. `report`: a page, of all ten
-    parameters. `trace`: a CSV of each tick's measurement update.
+    parameters. `trace`: a CSV of each tick's measurement update. `way_in`: how the log is read and checked.
     """
     _refuse_same_files({"--out": out, "--bodies": bodies, "--report": report, "--trace": trace})
-    samples = read_any_log(log)
+    way_in = way_in or WayIn()
     native = native_firmware()
     if rig is not None and tare is not None:
         raise InputError("--rig: found it with --tare, expected one of the two: a rig file says what a tare file says")
@@ -40,7 +64,6 @@ def replay_log(
     if rig is not None:
         platform = platform_with_rig(rig, native, platform)
     found = None if tare is None else tare_for(tare, native, platform, platform_file)
-    legs, offset = (samples, None) if found is None else (found.taken_off(samples), found.offset)
     files = f"{log} with {platform_file}" + "".join(f" and {file}" for file in (tare, rig) if file is not None)
     with (
         replaced_when_done(out) as temporary,
@@ -48,19 +71,91 @@ def replay_log(
         replaced_or_none(trace) as trace_file,
         replaced_or_none(report) as page,
     ):
+        run = _Run(native, platform, log, way_in, found)
         try:
-            result = run_firmware(native, platform, legs, temporary, estimator, prior, offset, body_file, trace_file)
-            result["has_rig"] = rig is not None
-            result["input_words"] = input_in_words(result, samples)
+            result = run.whole((temporary, estimator, prior), body_file, trace_file)
         except ValueError as error:
-            mend = f"; {refusal_in_words(samples)}" if "refused every sample" in str(error) else ""
-            raise InputError(f"{files}: {error}{mend}") from None
+            raise InputError(f"{files}: {error}{_mend(str(error))}") from None
+        result["has_rig"] = rig is not None
         if page is not None:
             tared = "" if tare is None else f" and the tare {tare.name}"
             tared += "" if rig is None else f" and the rig {rig.name}"
             description = f"Replayed with {platform_file.name}{tared}."
-            _write_page(page, result, samples, log.name, description, platform.known_mass_kg)
-    return result | {"remarks": samples.remarks}
+            _write_page(page, result, run.shown.log, log.name, description, platform.known_mass_kg)
+    return result
+
+
+class _Run:
+    """The firmware over a log, part by part."""
+
+    def __init__(self, native: ModuleType, platform, log: Path, way_in: WayIn, tare: MachineTare | None):
+        self._native, self._platform, self._log, self._way_in, self._tare = native, platform, log, way_in, tare
+        self.shown = _Thinned()
+
+    def whole(self, firmware: tuple[Path, str | None, str | None], bodies: Path | None, trace: Path | None) -> dict:
+        """`firmware`: estimates' file, estimator, prior. Raises ValueError as the firmware does, and InputError."""
+        out, estimator, prior = firmware
+        with progress_of(self._log) as progress:
+            parts = read_parts(self._log, self._way_in.reading(self._platform), progress)
+            first = next(parts)
+            sampling_s = self._native.sampling_period_s(first.t_s)
+            check = None
+            if not self._way_in.is_unchecked:
+                is_load_known = (estimator or self._platform.estimator_kind) == "paper"
+                check = InputCheck(self._log, self._platform, sampling_s, is_load_known)
+                check.add(first)
+            offset = None if self._tare is None else self._tare.offset
+            files = (out, estimator, prior, offset, bodies, trace)
+            run = FirmwareReplay(self._native, self._platform, first, *files, MOST_ROWS)
+            self._take(run, first)
+            for part in parts:
+                if check is not None:
+                    check.add(part)
+                self._take(run, part)
+            result = run.finish()
+        result["rows"] = self.shown.rows
+        result["input_words"] = input_in_words(result, self.shown.rows)
+        remarks = (*self.shown.remarks, *gaps_in_words(result, sampling_s, self.shown.rows))
+        return result | {"remarks": remarks}
+
+    def _take(self, run: FirmwareReplay, part: LegLog) -> None:
+        before = self.shown.last_rows
+        self.shown.add(part)
+        if self._tare is not None:
+            with_before = part if before is None else joined([before, part])
+            part = self._tare.taken_off(with_before).rows(slice(len(with_before.t_s) - len(part.t_s), None))
+        run.step(part)
+
+
+class _Thinned:
+    """What is kept of a log for its page: every second, fourth, ... row of a long one."""
+
+    def __init__(self):
+        self.rows, self.remarks, self.last_rows = 0, (), None
+        self._every = 1
+        self._kept: list[LegLog] = []
+
+    def add(self, part: LegLog) -> None:
+        rows = np.arange(-self.rows % self._every, len(part.t_s), self._every)  # copied, as slices keep the whole part
+        self._kept.append(part.rows(rows))
+        self.rows += len(part.t_s)
+        self.remarks = tuple(dict.fromkeys((*self.remarks, *part.remarks)))
+        self.last_rows = part.rows(slice(-ROWS_BEFORE, None))
+        while sum(len(each.t_s) for each in self._kept) > MOST_ROWS:
+            self._every *= 2
+            self._kept = [self.log.rows(slice(None, None, 2))]
+
+    @property
+    def log(self) -> LegLog:
+        return joined(self._kept)
+
+
+def _mend(error: str) -> str:
+    if "refused every sample" in error:
+        return f"; {REFUSED}"
+    if "multiple of the sampling period" in error:
+        return "; --resample 0.001 puts the rows on regular ticks"
+    return ""
 
 
 def _refuse_same_files(files: dict[str, Path | None]) -> None:

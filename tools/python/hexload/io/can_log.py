@@ -1,4 +1,4 @@
-"""Reader of CAN logs (candump -L or -l, Vector .blf and .asc) in either profile of firmware/bus/hexload.dbc.
+"""Reader of CAN logs (candump -L or -l, Vector .blf and .asc, PEAK .trc) in either profile of firmware/bus/hexload.dbc.
 
 A sample whose legs did not all come is left out, as the controller does, and remarked. Anything that no sound bus carries
 (wrong length, checksum or value, a leg twice, two buses, two profiles, two runs) is refused with file and place.
@@ -10,7 +10,8 @@ import logging
 import math
 import struct
 import zlib
-from collections.abc import Iterator
+from array import array
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -26,7 +27,16 @@ TICK_S = 1e-3  # what the contract's tick counts
 TICKS_OF_FOUR_BITS = 16
 FARTHEST_AHEAD = 8  # ticks that a leg frame may be ahead of the last; the rest of the four bits is behind it
 CHANNELS = ("displacement", "velocity", "force")
-PARSE_ERRORS = (ValueError, LookupError, struct.error, zlib.error, EOFError, OSError, can.io.blf.BLFParseError)
+PARSE_ERRORS = (
+    ValueError,
+    LookupError,
+    struct.error,
+    zlib.error,
+    EOFError,
+    OSError,
+    NotImplementedError,
+    can.io.blf.BLFParseError,
+)
 
 
 class _CountedLines(io.TextIOWrapper):
@@ -45,6 +55,10 @@ def read_candump(path: Path) -> LegLog:
 
 def read_asc(path: Path) -> LegLog:
     return _read_text(path, can.ASCReader, "an .asc line")
+
+
+def read_trc(path: Path) -> LegLog:
+    return _read_text(path, can.TRCReader, "a .trc line")
 
 
 def read_blf(path: Path) -> LegLog:
@@ -145,7 +159,7 @@ class _Samples:
         self._path = path
         self._contract = contract
         self._ticks: list[int] = []
-        self._rows: list[list[float]] = []  # leg after leg: displacement, velocity, force
+        self._rows = array("d")  # sample after sample, leg after leg: displacement, velocity, force
         self._frames = 0
         self._source: tuple[str, str] | None = None  # profile and bus of the first sample frame
         self._partial: _Partial | None = None
@@ -203,7 +217,7 @@ class _Samples:
 
     def _add(self, tick: int, row: list[float]) -> None:
         self._ticks.append(tick)
-        self._rows.append(row)
+        self._rows.extend(row)
 
     def _check_source(self, place: str, profile: str, bus: str) -> None:
         self._source = self._source or (profile, bus)
@@ -247,8 +261,8 @@ def check_tick(where: str, tick: int, last: int | None) -> None:
     )
 
 
-def leg_log(ticks: list[int], rows: list[list[float]], remarks: Iterator[str]) -> LegLog:
-    """`rows`: leg after leg displacement, velocity, force; nan where there is no velocity sensor."""
-    values = np.array(rows).reshape(len(rows), len(LEGS), len(CHANNELS))
+def leg_log(ticks: list[int], rows: Sequence, remarks: Iterator[str]) -> LegLog:
+    """`rows`: of each tick leg after leg displacement, velocity, force; nan where there is no velocity sensor."""
+    values = np.array(rows).reshape(len(ticks), len(LEGS), len(CHANNELS))
     legs = [np.ascontiguousarray(values[:, :, channel]) for channel in range(len(CHANNELS))]
     return LegLog(np.array(ticks) * TICK_S, *legs, remarks=tuple(remarks))

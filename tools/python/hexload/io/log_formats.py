@@ -2,68 +2,91 @@
 
 import gzip
 import zlib
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
+from importlib import import_module
 from pathlib import Path
 
 from hexload.errors import InputError
-from hexload.io.log_file import LegLog, read_log
+from hexload.io.column_map import ColumnMap
+from hexload.io.log_file import LegLog, Progress, joined, log_parts
+from hexload.io.resample import resampled
+
+
+@dataclass(frozen=True)
+class Reading:
+    """How a log is to be read, where it does not say it."""
+
+    columns: ColumnMap = field(default_factory=ColumnMap)
+    resample_s: float | None = None  # sampling period of the rows that are made
+    home_leg_length_m: Sequence[float] | None = None  # six, taken off absolute leg lengths
 
 
 @dataclass(frozen=True)
 class _Format:
     name: str
-    first_bytes: bytes
+    first_bytes: tuple[bytes, ...]
     suffixes: tuple[str, ...]
-    reader: Callable[[Path], LegLog]
-
-
-def _candump(path: Path) -> LegLog:
-    from hexload.io import can_log
-
-    return can_log.read_candump(path)
-
-
-def _blf(path: Path) -> LegLog:
-    from hexload.io import can_log
-
-    return can_log.read_blf(path)
-
-
-def _asc(path: Path) -> LegLog:
-    from hexload.io import can_log
-
-    return can_log.read_asc(path)
-
-
-def _lcm(path: Path) -> LegLog:
-    from hexload.io import lcm_log
-
-    return lcm_log.read_lcm_log(path)
+    module: str
+    reader: str  # of the module: (path), or (path, columns, home_leg_length_m) where the log is a table
+    is_table: bool = False
 
 
 FORMATS = (
-    _Format("a candump log (candump -L or -l)", b"(", (".log", ".candump"), _candump),
-    _Format("a Vector binary log", b"LOGG", (".blf",), _blf),
-    _Format("a Vector text log", b"date ", (".asc",), _asc),
-    _Format("an LCM event log", b"\xed\xa1\xda\x01", (".lcm",), _lcm),
+    _Format("a candump log (candump -L or -l)", (b"(",), (".log", ".candump"), "can_log", "read_candump"),
+    _Format("a Vector binary log", (b"LOGG",), (".blf",), "can_log", "read_blf"),
+    _Format("a Vector text log", (b"date ",), (".asc",), "can_log", "read_asc"),
+    _Format("a PEAK trace", (b";$FILEVERSION", b";####"), (".trc",), "can_log", "read_trc"),
+    _Format("an LCM event log", (b"\xed\xa1\xda\x01",), (".lcm",), "lcm_log", "read_lcm_log"),
+    _Format("an MCAP log", (b"\x89MCAP0",), (".mcap",), "mcap_log", "read_mcap", True),
+    _Format("an ASAM MDF log, version 4", (b"MDF     4",), (".mf4",), "mf4_log", "read_mf4", True),
 )
 
 
-def read_any_log(path: Path) -> LegLog:
-    """Reads CSV, candump, .blf, .asc (text also compressed: .gz) or LCM event logs. Raises InputError."""
+def read_any_log(path: Path, reading: Reading | None = None) -> LegLog:
+    """Reads CSV, candump, .blf, .asc, .trc (text also compressed: .gz), LCM event logs, MCAP or MF4. Raises
+    InputError."""
+    return joined(list(read_parts(path, reading or Reading())))
+
+
+def read_parts(path: Path, reading: Reading, progress: Progress | None = None) -> Iterator[LegLog]:
+    """The same in parts, one after the other: CSV in some ten thousand rows, the others whole."""
+    kind = _format_of(path)
+    if kind is None:
+        parts = log_parts(path, reading.columns, reading.home_leg_length_m, progress)
+    else:
+        parts = iter([_read(kind, path, reading)])
+    return parts if reading.resample_s is None else resampled(parts, reading.resample_s)
+
+
+def _format_of(path: Path) -> _Format | None:
+    """None: CSV."""
     start = _first_bytes(path)
     for kind in FORMATS:
         if start.startswith(kind.first_bytes):
-            return kind.reader(path)
+            return kind
     for kind in FORMATS:
-        if Path(path.name.removesuffix(".gz")).suffix in kind.suffixes and path.exists():
+        if Path(path.name.removesuffix(".gz")).suffix.lower() in kind.suffixes and path.exists():
             raise InputError(f"{path}: found the first bytes {start!r}, expected {kind.name}")
-    return read_log(path)
+    return None
+
+
+def _read(kind: _Format, path: Path, reading: Reading) -> LegLog:
+    try:
+        reader = getattr(import_module(f"hexload.io.{kind.module}"), kind.reader)
+    except ModuleNotFoundError as error:
+        raise InputError(f'{path}: reading {kind.name} needs {error.name}: pip install "hexload[logs]"') from None
+    if kind.is_table:
+        return reader(path, reading.columns, reading.home_leg_length_m)
+    if not reading.columns.is_empty:
+        raise InputError(
+            f"{path}: found --columns for {kind.name}, whose channels are known: expected it of tables alone"
+        )
+    return reader(path)
 
 
 def _first_bytes(path: Path) -> bytes:
-    length = max(len(kind.first_bytes) for kind in FORMATS)
+    length = max(len(start) for kind in FORMATS for start in kind.first_bytes)
     try:
         with path.open("rb") as stream:
             start = stream.read(length)

@@ -1,0 +1,127 @@
+"""What a user says of a log's columns: which is which channel, in which unit, with which sign.
+
+TOML. Keys are channels, t, dl1..dl6, vl1..vl6, f1..f6 and, for absolute leg lengths, l1..l6; without the number they are
+of all six legs. A value is the column's name, `{leg}` standing for 1..6, or a table of what differs:
+
+    t = "Time [ms]"
+    dl = "Actuator {leg} position [mm]"
+    f = { column = "Load cell {leg}", unit = "kN", sign = -1 }
+    f3 = { sign = 1 }
+    vl = false                              # what there is are no velocities: leave them out
+"""
+
+import tomllib
+from collections.abc import Sequence
+from dataclasses import dataclass, field, fields, replace
+from pathlib import Path
+
+from hexload.errors import InputError
+
+LEGS = range(1, 7)
+GROUPS = ("dl", "vl", "f", "l")
+SI = {"t": "s", "dl": "m", "l": "m", "vl": "m/s", "f": "N"}
+UNITS: dict[str, dict[str, float]] = {
+    "s": {"s": 1.0, "sec": 1.0, "ms": 1e-3, "us": 1e-6, "µs": 1e-6, "μs": 1e-6, "ns": 1e-9, "min": 60.0},
+    "m": {"m": 1.0, "mm": 1e-3, "cm": 1e-2, "um": 1e-6, "µm": 1e-6, "μm": 1e-6, "in": 0.0254},
+    "m/s": {"m/s": 1.0, "mm/s": 1e-3, "cm/s": 1e-2, "um/s": 1e-6, "in/s": 0.0254},
+    "N": {"N": 1.0, "kN": 1e3, "daN": 10.0, "MN": 1e6, "mN": 1e-3, "kgf": 9.80665, "lbf": 4.4482216152605},
+}
+
+
+def kind_of(channel: str) -> str:
+    """t, dl, vl, f or l."""
+    return channel.rstrip("123456")
+
+
+def factor_of(channel: str, unit: str) -> float | None:
+    """To SI; None: no unit of this channel."""
+    return UNITS[SI[kind_of(channel)]].get(unit)
+
+
+@dataclass(frozen=True)
+class Said:
+    """What is said of one channel; None: nothing."""
+
+    column: str | None = None
+    unit: str | None = None
+    sign: float | None = None
+    offset: float | None = None  # SI, added last
+
+    def before(self, other: "Said") -> "Said":
+        """This, and of what it does not say the other."""
+        return replace(other, **{f.name: value for f in fields(self) if (value := getattr(self, f.name)) is not None})
+
+
+@dataclass(frozen=True)
+class ColumnMap:
+    channels: dict[str, Said] = field(default_factory=dict)
+    without_velocity: bool = False
+
+    def of(self, channel: str) -> Said:
+        return self.channels.get(channel, Said())
+
+    @property
+    def is_empty(self) -> bool:
+        return not self.channels and not self.without_velocity
+
+
+def read_column_map(given: Sequence[str]) -> ColumnMap:
+    """Of files, or of lines of such a file in their place; the later ones count. Raises InputError."""
+    channels: dict[str, Said] = {}
+    without_velocity = False
+    for text in given:
+        where, table = _table_of(text)
+        for key, value in sorted(table.items(), key=lambda item: item[0][-1].isdigit()):  # a leg's own word counts
+            if key == "vl" and value is False:
+                without_velocity = True
+                continue
+            said = _said(f"{where}: {key}", value)
+            for leg in LEGS if key in GROUPS else (None,):
+                channel = key if leg is None else f"{key}{leg}"
+                _check_channel(where, key, channel, said)
+                column = said.column if said.column is None or leg is None else said.column.replace("{leg}", str(leg))
+                channels[channel] = replace(said, column=column).before(channels.get(channel, Said()))
+    return ColumnMap(channels, without_velocity)
+
+
+def _table_of(text: str) -> tuple[str, dict]:
+    path = Path(text)
+    is_line = "=" in text and not path.is_file()
+    try:
+        return ("--columns", tomllib.loads(text)) if is_line else (text, tomllib.loads(path.read_text("utf-8")))
+    except FileNotFoundError:
+        raise InputError(f"{text}: found no such file, expected a column map (.toml), or a line of one") from None
+    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
+        raise InputError(f'--columns {text}: found no valid TOML ({error}), expected dl = "NAME [UNIT]"') from None
+
+
+def _said(where: str, value: object) -> Said:
+    if isinstance(value, str):
+        return Said(column=value.strip())
+    if not isinstance(value, dict) or not set(value) <= {f.name for f in fields(Said)}:
+        raise InputError(f"{where}: found {value!r}, expected a column's name, or column, unit, sign, offset in {{ }}")
+    for key in ("column", "unit"):
+        if not isinstance(value.get(key, ""), str):
+            raise InputError(f"{where}: {key}: found {value[key]!r}, expected a word in quotes")
+    if value.get("sign", 1) not in (1, -1):
+        raise InputError(f"{where}: sign: found {value['sign']!r}, expected 1 or -1")
+    if isinstance(value.get("offset", 0.0), bool) or not isinstance(value.get("offset", 0.0), (int, float)):
+        raise InputError(f"{where}: offset: found {value['offset']!r}, expected a number in SI units")
+    return Said(**value)
+
+
+def _check_channel(where: str, key: str, channel: str, said: Said) -> None:
+    if channel != "t" and not (kind_of(channel) in GROUPS and channel[len(kind_of(channel)) :] in map(str, LEGS)):
+        raise InputError(
+            f"{where}: {key}: found no such channel, expected t, dl1..dl6, vl1..vl6, f1..f6, l1..l6, dl, vl, f, l"
+        )
+    if key in GROUPS and said.column is not None and "{leg}" not in said.column:
+        raise InputError(
+            f"{where}: {key}: found '{said.column}' for six legs, expected {{leg}} in it, for their number"
+        )
+    if said.unit is not None and said.unit != "clock" and factor_of(channel, said.unit) is None:
+        raise InputError(f"{where}: {key}: found the unit '{said.unit}', expected {units_in_words(channel)}")
+
+
+def units_in_words(channel: str) -> str:
+    return ", ".join(unit for unit in UNITS[SI[kind_of(channel)]] if unit.isascii())
