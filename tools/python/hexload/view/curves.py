@@ -10,7 +10,7 @@ from hexload.view.frame import Curves
 
 Array = NDArray[np.float64]
 SIGMAS = 3.0
-HEIGHT_PX = 160
+HEIGHT_PX = 140
 FONT = "11px sans-serif"
 OUTSIDE = 1e3  # ranges: far below the chart, from where the lines of load changes come
 MARGIN = 0.08  # of the range, above and below

@@ -2,6 +2,7 @@
 
 import contextlib
 import io
+import logging
 import threading
 import time
 
@@ -27,6 +28,7 @@ class Page:
     """Shows `source` until `close`. Buttons that command a live source are added by `controls`."""
 
     def __init__(self, platform: Platform, source: Source, port: int = PORT):
+        logging.getLogger("websockets").setLevel(logging.CRITICAL)  # a browser that hangs up is no news
         with contextlib.redirect_stdout(io.StringIO()):  # its banner
             self.server = viser.ViserServer(HOST, port, label="hexload", verbose=False)
         self.url = f"http://{HOST}:{self.server.get_port()}"
@@ -121,7 +123,8 @@ class Page:
     def close(self) -> None:
         self._ended.set()
         self._drawer.join()
-        self.server.stop()
+        with contextlib.redirect_stdout(io.StringIO()):
+            self.server.stop()
 
 
 class _Player:

@@ -16,7 +16,7 @@ from websockets.sync.client import ClientConnection, connect
 from hexload.errors import ToolFailed
 
 BROWSERS = ("chromium", "chromium-browser", "google-chrome")
-SIZE_PX = (1600, 900)
+SIZE_PX = (1440, 810)
 LIMIT_S = 60.0  # a busy machine draws slowly
 OPTIONS = (
     "--headless=new",

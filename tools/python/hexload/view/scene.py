@@ -48,17 +48,19 @@ class Scene:
             "/floor", size, size, cell_size=GRID_M, section_size=size / 2, cell_color=colours.FLOOR,
             section_color=colours.FLOOR, shadow_opacity=0.0, position=(0, 0, -0.04 * reach),
         )  # fmt: skip
-        _add_plate(self._scene, "/base", self._base, 0.03 * reach, colours.MACHINE, below=True)
+        _add_plate(self._scene, "/base", self._base, 0.03 * reach, colours.MACHINE)
         height = self._home[2]
         server.initial_camera.fov = np.deg2rad(40)
         server.initial_camera.look_at = (0.0, 0.0, 0.8 * height)
         server.initial_camera.position = tuple(np.array([1.48, -2.03, 0.98]) * (height + reach))
 
     def _add_platform(self) -> None:
-        self._frame = self._scene.add_frame(
-            "/platform", axes_length=0.45 * self._radius, axes_radius=0.012 * self._radius
-        )
-        _add_plate(self._scene, "/platform/plate", self._hinges, 0.05 * self._radius, colours.MACHINE, below=False)
+        length = 0.45 * self._radius
+        thickness = 0.05 * self._radius
+        self._frame = self._scene.add_frame("/platform", axes_length=length, axes_radius=0.014 * self._radius)
+        for name, axis in zip("xyz", np.eye(3)):
+            self._scene.add_label(f"/platform/{name}", name, position=1.15 * length * axis, anchor="center-center")
+        _add_plate(self._scene, "/platform/plate", self._hinges, thickness, colours.MACHINE)
 
     def _add_leg(self, leg: int) -> tuple:
         shortest, longest = (float(self._platform.home_leg_length_m[leg]) + part for part in self._platform.stroke_m)
@@ -164,10 +166,10 @@ class _LoadShape:
             self._edges.points = BOX_EDGES * body.box_m @ body.box_axes.T + body.com_m
 
 
-def _add_plate(scene: Any, name: str, hinges: Array, thickness: float, colour: colours.Rgb, below: bool) -> None:
-    """A prism on the hinges' outline."""
+def _add_plate(scene: Any, name: str, hinges: Array, thickness: float, colour: colours.Rgb) -> None:
+    """A prism below the hinges' outline."""
     around = hinges[np.argsort(np.arctan2(hinges[:, 1], hinges[:, 0]))]
-    shift = np.array([0.0, 0.0, -thickness if below else thickness])
+    shift = np.array([0.0, 0.0, -thickness])
     count = len(around)
     corners = np.concatenate((around, around + shift))
     faces = [(0, k, k + 1) for k in range(1, count - 1)]

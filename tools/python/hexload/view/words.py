@@ -31,9 +31,8 @@ def status(frame: Frame) -> str:
     words = VERDICTS.get(estimate.verdict, estimate.verdict)
     verdict = f"<div style='color: {colour}; font-weight: 600; margin: 2px 0 6px'>{escape(words)}</div>"
     cells = "".join(_row(frame, k) for k in range(len(estimate.names)))
-    heading = "".join(
-        f"<th style='text-align: right; font-weight: 500'>{text}</th>" for text in ("estimate", "± 3σ", "truth", "")
-    )
+    headings = ("estimate", "± 3σ", "truth" if frame.truth is not None else "", "")
+    heading = "".join(f"<th style='text-align: right; font-weight: 500'>{text}</th>" for text in headings)
     table = (
         "<table style='width: 100%; border-spacing: 0; font-variant-numeric: tabular-nums'>"
         f"<tr><th></th>{heading}</tr>{cells}</table>"
