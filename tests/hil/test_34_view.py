@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from bus_frames import DBC
+from conftest import ended_programs
 from hexload import project
 from hexload.io.run_directory import read_run
 from hexload.theory.bound import THETA_NAMES
@@ -81,22 +82,60 @@ def send_samples(bus, profile, ticks):
             time.sleep(1e-3)
 
 
-def test_on_lcm_estimate_and_truth_are_shown_and_the_run_loses_nothing(start, ecu, simulator, tmp_path):
-    # GIVEN a run by the clock over LCM that publishes its truth, and the page
-    url = private_url()
-    start(ecu, "--feed", f"lcm:{url}", "--platform", PLATFORM, "--estimator", "momentum").wait_for("ready on LCM")
-    with live_page(PLATFORM, None, None, url, port=0) as page:
-        out = tmp_path / "run"
-        options = ["--out", out, "--duration", "2", "--real-time", "--estimator", "momentum"]
-        program = start(simulator, SCENARIO, *options, "--feed", f"lcm:{url}", "--publish", f"lcm:{url}")
-        # WHEN the run has ended
-        assert program.wait() == 0, program.output
-        # THEN the page has seen its end: the true load, an estimate near it, and curves of both
-        wait_until(lambda: page.source.frame().t_s > 1.5, "the run's end")
-        frame = page.source.frame()
-        np.testing.assert_allclose(frame.truth.theta[:4], [500.0, 30.0, -20.0, 150.0])
-        assert np.abs(frame.estimate.value[:4] - frame.truth.theta[:4]).max() < 1.0
-        wait_until(lambda: page.chart("m") is not None and len(page.chart("m")[0]) > 5, "a curve")
-        # and every tick was recorded
-        run = read_run(out)
-        assert len(run.log.t_s) == 2001 and run.meta["missing"] == 0
+@pytest.fixture(scope="module")
+def watched(tmp_path_factory):
+    """A run by the clock over LCM, watched and commanded: (page's last frame, its words, its curve of m, run)."""
+    folder = tmp_path_factory.mktemp("watched")
+    url, out = private_url(), folder / "run"
+    with ended_programs(folder, []) as start:
+        ecu = start(project.controller(), "--feed", f"lcm:{url}", "--platform", PLATFORM, "--estimator", "momentum")
+        ecu.wait_for("ready on LCM")
+        with live_page(PLATFORM, None, None, url, port=0) as page:
+            live = page.source
+            options = ["--out", out, "--duration", "3", "--real-time", "--estimator", "momentum"]
+            program = start(project.simulator(), SCENARIO, *options, "--feed", f"lcm:{url}", "--publish", f"lcm:{url}")
+            # another load after a second, and after another one a velocity sensor of the wrong sign
+            wait_until(lambda: live.frame().t_s > 1.0, "a second")
+            live.plant.set_load(250.0, (0.0, 0.1, 0.2), (12.0, 10.0, 8.0))
+            live.plant.set_load(-1.0, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
+            wait_until(lambda: live.frame().t_s > 2.0, "another second")
+            live.plant.set_sensor_fault(3, 0.0, True)
+            assert program.wait() == 0, program.output
+            wait_until(lambda: live.frame().t_s > 2.5, "the run's end")
+            wait_until(lambda: page.chart("m") is not None and len(page.chart("m")[0]) > 5, "a curve")
+            yield live.frame(), words_of(live), page.chart("m"), read_run(out), program.output
+
+
+def test_on_lcm_estimate_and_truth_are_shown_and_the_run_loses_nothing(watched):
+    # GIVEN a run by the clock that publishes its truth, and the page WHEN it has ended
+    frame, _, chart, run, _ = watched
+    # THEN the page has seen the true load, an estimate, and curves of both
+    assert frame.truth is not None and frame.estimate.names == tuple(THETA_NAMES)
+    assert {500.0, 250.0} >= set(chart[4]) and len(set(chart[4])) == 2
+    # and every tick was recorded
+    assert len(run.log.t_s) == 3001 and run.meta["missing"] == 0
+
+
+def test_another_load_is_put_on_and_the_controller_detects_it(watched):
+    # GIVEN the command for another load WHEN the run has ended
+    frame, words, _, run, output = watched
+    # THEN truth and the run's own record have it from one tick on
+    np.testing.assert_allclose(frame.truth.theta[:4], [250.0, 0.0, 25.0, 50.0])
+    first, second = run.meta["loads"]
+    assert first["mass_kg"] == 500.0 and second["mass_kg"] == 250.0 and second["at_s"] > 1.0
+    # the controller has detected it, and one of negative mass was refused
+    assert "another load detected" in words
+    assert run.meta["load_changes_detected_s"][0] == pytest.approx(second["at_s"], abs=0.1)
+    assert "load refused: found -1 kg" in output
+
+
+def test_an_injected_fault_is_in_the_log_from_its_moment_on_and_in_the_runs_record(watched):
+    # GIVEN the command that turns the sign of leg 3's velocity sensor WHEN the log is compared with itself
+    *_, run, _ = watched
+    (fault,) = run.meta["sensor_faults"]
+    assert (fault["leg"], fault["velocity_negated"], fault["force_offset_n"]) == (3, True, 0.0)
+    row = int(np.searchsorted(run.log.t_s, fault["at_s"] - 1e-6))
+    rate = np.gradient(run.log.displacement_m[:, 2], run.log.t_s)
+    agreement = np.sign(rate * run.log.velocity_m_s[:, 2])
+    # THEN velocity agrees with displacement before, and has the other sign after
+    assert agreement[:row].mean() > 0.3 and agreement[row:].mean() < -0.3

@@ -7,7 +7,7 @@ import numpy as np
 
 from hexload import project
 from hexload.view.frame import Estimate
-from hexload.view.live import Live, paper_truth, theta_of_load
+from hexload.view.live import Live, Triple, paper_truth, theta_of_load
 
 DEFAULT_URL = "udpm://239.255.76.67:7667?ttl=0"
 WAIT_MS = 50
@@ -26,7 +26,7 @@ class LcmListener:
         self._sender = lcm.LCM(url)  # of another thread
         self._newest: dict[str, bytes] = {}
         self._last_sample: int | None = None
-        self._commands = 0
+        self._commands = self._plant_commands = 0
         self._estimate: Estimate | None = None
         self._types = {}
         self._wanted = ("load_truth_t",) if truth_alone else tuple(self._takers())
@@ -36,6 +36,7 @@ class LcmListener:
             handler = self._now(name, take) if name in ("load_change_t", "acknowledge_t") else self._later(name)
             self._lcm.subscribe("HEXLOAD_" + name.removesuffix("_t").upper(), handler).set_queue_capacity(QUEUE)
         self._command_type = project.message_type("command_t")
+        self._plant_type = project.message_type("plant_command_t")
         self._ended = threading.Event()
         self._thread = threading.Thread(target=self._listen, daemon=True)
         self._thread.start()
@@ -122,6 +123,28 @@ class LcmListener:
         message.sequence, message.kind, message.id, message.argument = self._commands, kind, number, argument
         self._commands += 1
         self._sender.publish("HEXLOAD_COMMAND", message.encode())
+
+    def set_load(self, mass_kg: float, com_m: Triple, moments_kg_m2: Triple) -> None:
+        """Asks the simulator to put this load on; `moments_kg_m2` about its centre of mass."""
+        message = self._plant_type()
+        message.kind = self._plant_type.SET_LOAD
+        message.mass_kg, message.com_m = mass_kg, list(com_m)
+        message.inertia_kg_m2 = [*moments_kg_m2, 0.0, 0.0, 0.0] if mass_kg > 0.0 else [0.0] * 6
+        self._ask_plant(message, f"load of {mass_kg:g} kg")
+
+    def set_sensor_fault(self, leg: int, force_offset_n: float, velocity_negated: bool) -> None:
+        """Asks the simulator to give leg 1 to 6 these faults instead of those that it has."""
+        message = self._plant_type()
+        message.kind, message.leg = self._plant_type.SENSOR_FAULT, leg
+        message.force_offset_n, message.velocity_negated = force_offset_n, velocity_negated
+        velocity = ", velocity negated" if velocity_negated else ""
+        self._ask_plant(message, f"leg {leg}: force {force_offset_n:+g} N{velocity}")
+
+    def _ask_plant(self, message, words: str) -> None:
+        message.sequence = self._plant_commands
+        self._plant_commands += 1
+        self._sender.publish("HEXLOAD_PLANT_COMMAND", message.encode())
+        self._live.event(f"sent to the simulator: {words}")
 
     def close(self) -> None:
         self._ended.set()

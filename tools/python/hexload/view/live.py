@@ -15,6 +15,7 @@ import numpy as np
 from hexload.theory.bound import THETA_NAMES
 from hexload.view.frame import Curves, Estimate, Event, Frame, Health, History, Truth
 
+Triple = tuple[float, float, float]
 TICK_S = 1e-3
 EVENTS = 200
 RATE_S = 1.0  # over which samples per second are counted
@@ -28,6 +29,12 @@ class Sender(Protocol):
     def __call__(self, kind: int, number: int, argument: float) -> None: ...
 
 
+class Plant(Protocol):
+    def set_load(self, mass_kg: float, com_m: Triple, moments_kg_m2: Triple) -> None: ...
+
+    def set_sensor_fault(self, leg: int, force_offset_n: float, velocity_negated: bool) -> None: ...
+
+
 class Live:
     """Listeners call `sample`, `answer`, `truth`, `event` and `count`; the page asks for the rest."""
 
@@ -35,6 +42,7 @@ class Live:
         self.title = title
         self.force_range_n = (0.0, 0.0)  # grows with what comes
         self.sender: Sender | None = None
+        self.plant: Plant | None = None  # a simulator that takes commands
         self._lock = threading.Lock()
         self._tick = 0
         self._legs: tuple | None = None

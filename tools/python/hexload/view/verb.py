@@ -13,7 +13,7 @@ from hexload.estimation.replay import replay_log
 from hexload.io.atomic_file import replaced_when_done
 from hexload.io.log_formats import read_any_log
 from hexload.platform import Platform
-from hexload.view.controls import add_controls
+from hexload.view.controls import add_controls, add_plant_controls
 from hexload.view.frame import Source
 from hexload.view.live import Live
 from hexload.view.page import PORT, Page, page_of
@@ -80,9 +80,12 @@ def live_page(
             from hexload.view.lcm_listener import LcmListener
 
             lcm = stack.enter_context(closing(LcmListener(live, url, truth_alone=bus is not None)))
-            live.sender = live.sender or lcm.send
+            live.sender, live.plant = live.sender or lcm.send, lcm
         page = stack.enter_context(closing(page_of(platform, live, port)))
-        add_controls(page, live, platform.native().known_mass_kg or GUESSED_MASS_KG)
+        mass_kg = platform.native().known_mass_kg or GUESSED_MASS_KG
+        add_controls(page, live, mass_kg)
+        if live.plant is not None:
+            add_plant_controls(page, live.plant, mass_kg)
         yield page
 
 
