@@ -90,6 +90,18 @@ toml::array input_faults(const std::vector<InputFault>& faults) {
     return array;
 }
 
+// Of commands during the run.
+toml::array sensor_faults(const std::vector<LegSensorFault>& faults) {
+    toml::array array;
+    for (const LegSensorFault& fault : faults) {
+        array.push_back(toml::table{{"at_s", fault.at_s},
+                                    {"leg", fault.leg},
+                                    {"force_offset_n", fault.fault.force_offset_n},
+                                    {"velocity_negated", fault.fault.velocity_negated}});
+    }
+    return array;
+}
+
 std::int64_t whole(std::uint64_t count) {
     return static_cast<std::int64_t>(count);
 }
@@ -162,7 +174,7 @@ std::string run_meta_json(const Scenario& scenario, const PlatformFile& platform
         {"rows", whole(result.counts.ticks - result.counts.missing)},
         {"missing", whole(result.counts.missing)},
         {"refused", whole(result.counts.refused)},
-        {"loads", load_changes(scenario.loads)},
+        {"loads", load_changes(simulator.loads())},
         {"rig", rig(scenario, simulator.machine())},
         {"sensors", sensor_sigma(simulator.sensor_sigma())},
         {"mass_matrix_home", rows(mass_matrix(body, home))},
@@ -172,6 +184,7 @@ std::string run_meta_json(const Scenario& scenario, const PlatformFile& platform
         {"health_ticks", health_ticks(result.health)},
         {"load_changes_detected_s", times(result.load_changes_s)},
         {"input_faults", input_faults(result.input_faults)},
+        {"sensor_faults", sensor_faults(simulator.sensor_faults())},
         {"bus", bus(result.bus, result.pacing.mode)},
         {"pacing", pacing(result.pacing)},
     };

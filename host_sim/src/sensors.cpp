@@ -54,9 +54,9 @@ std::optional<LegSample> Sensors::sample(std::uint32_t tick, const LegState& tra
                      transduced(seen.displacement_m, settings_.displacement_bias_m,
                                 sigma_.displacement_sigma_m, settings_.displacement_step_m,
                                 displacement_noise_),
-                     transduced(seen.velocity_m_s, settings_.velocity_bias_m_s, sigma_.velocity_sigma_m_s,
-                                settings_.velocity_step_m_s, velocity_noise_),
-                     transduced(settings_.force_gain * seen.force_n, settings_.force_bias_n,
+                     transduced(velocity_sign_ * seen.velocity_m_s, settings_.velocity_bias_m_s,
+                                sigma_.velocity_sigma_m_s, settings_.velocity_step_m_s, velocity_noise_),
+                     transduced(settings_.force_gain * seen.force_n, settings_.force_bias_n + force_offset_n_,
                                 sigma_.force_sigma_n, settings_.force_step_n, force_noise_)};
     read(sample);
     if (!settings_.velocity_sensor) {
@@ -66,6 +66,11 @@ std::optional<LegSample> Sensors::sample(std::uint32_t tick, const LegState& tra
         return std::nullopt;
     }
     return sample;
+}
+
+void Sensors::set_fault(int leg, const SensorFault& fault) {
+    force_offset_n_(leg) = fault.force_offset_n;
+    velocity_sign_(leg) = fault.velocity_negated ? -1.0 : 1.0;
 }
 
 void Sensors::read(const LegSample& sample) {

@@ -4,6 +4,7 @@
 
 #include <hexload_sim/kinematics.hpp>
 
+#include <algorithm>
 #include <cmath>
 
 namespace hexload::sim {
@@ -97,6 +98,22 @@ Tick Simulator::step() {
     plant_.advance(controller_.step(leg_reference(tick.reference), measured), glimpses_);
     ++tick_;
     return tick;
+}
+
+double Simulator::set_load(const Load& load) {
+    const double at_s = static_cast<double>(tick_) / 1000.0;
+    const auto next = scenario_.loads.begin() + static_cast<std::ptrdiff_t>(next_load_);
+    const auto later = std::find_if(next, scenario_.loads.end(),
+                                    [at_s](const LoadChange& change) { return change.at_s > at_s; });
+    scenario_.loads.insert(later, {at_s, load});
+    return at_s;
+}
+
+double Simulator::set_sensor_fault(int leg, const SensorFault& fault) {
+    const double at_s = static_cast<double>(tick_) / 1000.0;
+    sensors_.set_fault(leg - 1, fault);
+    sensor_faults_.push_back({at_s, leg, fault});
+    return at_s;
 }
 
 void Simulator::change_load() {

@@ -6,6 +6,7 @@
 #include "links/estimate_file.hpp"
 #include "links/inproc_link.hpp"
 #include "links/lcm_link.hpp"
+#include "links/lcm_plant_commands.hpp"
 #include "links/lcm_publisher.hpp"
 #include "platform_file/firmware_config.hpp"
 #include "platform_file/input_error.hpp"
@@ -113,6 +114,16 @@ std::unique_ptr<sim::LcmPublisher> make_publisher(const Options& options,
         !options.feed.empty() && message::url_of(options.feed) == message::url_of(options.publish);
     return std::make_unique<sim::LcmPublisher>(message::url_of(options.publish), platform.geometry,
                                                feeds ? sim::PublishSamples::no : sim::PublishSamples::yes);
+}
+
+// Only of a run by the clock: in any other nobody could say when.
+std::unique_ptr<sim::LcmPlantCommands> make_commands(const Options& options, sim::Simulator& simulator) {
+    if (options.publish.empty() || !options.real_time) {
+        return nullptr;
+    }
+    return std::make_unique<sim::LcmPlantCommands>(
+        message::url_of(options.publish), simulator,
+        [](const std::string& line) { fmt::print(stderr, "hexload_sim: {}\n", line); });
 }
 
 void show_progress(std::uint32_t done, std::uint32_t total) {
@@ -281,6 +292,7 @@ ExitStatus simulate(const Options& options) {
     sim::Simulator simulator(platform, scenario);
     const auto link = make_link(options, known_platform(options, platform));
     const auto publisher = make_publisher(options, platform);
+    const auto commands = make_commands(options, simulator);
     sim::RunDirectory directory(options.out, options.force);
     directory.write_inputs(scenario);
     if (!options.rig.empty()) {
@@ -297,6 +309,9 @@ ExitStatus simulate(const Options& options) {
         simulator, link.get(),
         [&](const sim::Tick& tick, std::span<const sim::EstimateRow> rows) {
             recorder.write(tick, rows);
+            if (commands) {
+                commands->take();
+            }
             if (publisher) {
                 publisher->publish(tick, simulator.load());
                 if (const auto trace = link->trace(); trace && !rows.empty()) {

@@ -39,6 +39,12 @@ struct Delay {
 };
 Delay delay_of(double delay_s);
 
+// What has happened to a leg's sensors during the run.
+struct SensorFault {
+    double force_offset_n = 0.0; // that the force sensor says too much
+    bool velocity_negated = false;
+};
+
 class Sensors {
   public:
     Sensors(const SensorSettings& settings, const SensorSigma& sigma, std::uint64_t seed);
@@ -46,6 +52,9 @@ class Sensors {
     // Once per tick, with what the transducers say now; of the channels with a delay, what they said the
     // share of a tick before. Nothing: the sample was lost.
     std::optional<LegSample> sample(std::uint32_t tick, const LegState& transducers);
+
+    // From the next sample on; replaces what the leg, 0 to 5, had before.
+    void set_fault(int leg, const SensorFault& fault);
 
     // The last sample, also if it was lost, as a servo reads it. Without a velocity sensor it takes the
     // difference of displacement.
@@ -63,6 +72,8 @@ class Sensors {
     void read(const LegSample& sample);
 
     SensorSettings settings_;
+    Vector6 force_offset_n_ = Vector6::Zero(); // of faults
+    Legs velocity_sign_ = Legs::Ones();
     SensorSigma sigma_;
     RandomStream displacement_noise_;
     RandomStream velocity_noise_;

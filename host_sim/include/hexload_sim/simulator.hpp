@@ -30,6 +30,13 @@ struct Tick {
     std::optional<LegSample> sample; // what the estimator sees; nothing: lost
 };
 
+// Of a leg, 1 to 6, from a time on.
+struct LegSensorFault {
+    double at_s = 0.0;
+    int leg = 0;
+    SensorFault fault;
+};
+
 class Simulator {
   public:
     // At rest, in static equilibrium with the first load at the trajectory's first pose. Throws InputError
@@ -69,6 +76,21 @@ class Simulator {
         return scenario_.loads[next_load_ - 1].load;
     }
 
+    // From the next tick on; returns its time in s. A change that the scenario has for later comes all the
+    // same.
+    double set_load(const Load& load);
+
+    // Likewise, of a leg, 1 to 6.
+    double set_sensor_fault(int leg, const SensorFault& fault);
+
+    // The scenario's, and those of set_load().
+    const std::vector<LoadChange>& loads() const {
+        return scenario_.loads;
+    }
+    const std::vector<LegSensorFault>& sensor_faults() const {
+        return sensor_faults_;
+    }
+
   private:
     void change_load();
     void watch(double delay_s, std::optional<std::size_t>& glimpse);
@@ -86,6 +108,7 @@ class Simulator {
     std::uint32_t ticks_;
     std::uint32_t tick_ = 0;
     std::size_t next_load_ = 1;
+    std::vector<LegSensorFault> sensor_faults_;
     std::vector<Glimpse> glimpses_; // of the tick before, for channels late by a fraction of a tick
     std::optional<std::size_t> force_glimpse_;
     std::optional<std::size_t> velocity_glimpse_;

@@ -1,7 +1,9 @@
 """The command line: verbs, their options and examples. Each verb's work is in the module of its name."""
 
+import functools
 import os
 import sys
+from collections.abc import Callable
 from pathlib import Path
 from typing import Annotated, Literal
 
@@ -52,14 +54,18 @@ def of_all(
 
 
 @app.command()
-def demo() -> None:
+def demo(
+    view: Annotated[bool, typer.Option("--view", help="Then play the run in the browser: hexload view.")] = False,
+) -> None:
     """The main job: simulator and controller in closed loop on the paper's motion, then the report.
 
-    Example:  hexload demo
+    Example:  hexload demo --view
     """
     from hexload.cli import demo as verb
 
-    verb.run_demo()
+    directory = verb.run_demo()
+    if view:
+        _view_run(directory)
 
 
 @app.command()
@@ -107,6 +113,13 @@ def sim(
     ] = False,
     force: Annotated[bool, typer.Option("--force", help="Overwrite the run directory given by --out.")] = False,
     quiet: Annotated[bool, typer.Option("--quiet", help="No progress, no summary.")] = False,
+    view: Annotated[
+        bool,
+        typer.Option(
+            "--view",
+            help="Show it in the browser: with --real-time as it runs, with a controller that takes commands; else afterwards.",
+        ),
+    ] = False,
 ) -> None:
     """Runs a scenario in closed loop and writes a run directory: log, truth, estimates, metadata.
 
@@ -121,6 +134,10 @@ def sim(
     """
     from hexload.simulation import sim as verb
 
+    if view and real_time:
+        if bus in (None, "inproc") and feed is None:
+            feed = "lcm"  # there a page can hear the controller, and command it
+        publish = publish or feed or "lcm"
     given = {
         "--duration": duration,
         "--substeps": substeps,
@@ -141,7 +158,14 @@ def sim(
         controller = verb.controller_options(
             bus, feed, profile, estimator, prior, None if rig is None else str(rig), real_time
         )
-    print(verb.run_simulation(scenario, out, seed, tuple(options), controller))
+    run = functools.partial(verb.run_simulation, scenario, out, seed, tuple(options), controller)
+    if view and real_time:
+        _view_simulation(verb.platform_file(verb.resolve_scenario(scenario)), bus, profile, publish, run)
+        return
+    directory = run()
+    print(directory)
+    if view:
+        _view_run(directory)
 
 
 @app.command()
@@ -182,6 +206,7 @@ def replay(
             help="Measurement updates to write (.csv), a row per tick: innovations, their variances, NIS, that of their sums, gate."
         ),
     ] = None,
+    view: Annotated[bool, typer.Option("--view", help="Then play it in the browser: hexload view.")] = False,
 ) -> None:
     """Runs the controller's own C code over a recorded log.
 
@@ -203,6 +228,8 @@ def replay(
     way_in = WayIn(columns or (), resample, unchecked)
     result = replay_log(log, platform, estimator, prior, out, tare, bodies, report, trace, rig, way_in)
     print_summary(result, out, bodies, report, trace)
+    if view:
+        _view_replay(platform, log, result)
     if not is_believed(result):
         raise typer.Exit(EXIT_IMPLAUSIBLE_INPUT)
 
@@ -538,6 +565,95 @@ def platform_check(
             print(f"page:      {report}")
     if checked.findings:
         raise typer.Exit(EXIT_IMPLAUSIBLE_INPUT)
+
+
+@app.command("view")
+def view_verb(
+    recorded: Annotated[
+        Path | None,
+        typer.Argument(
+            help="Run directory, or a log as of hexload replay with --platform. Without: live, --bus or --lcm."
+        ),
+    ] = None,
+    platform: Annotated[Path | None, typer.Option(help="Platform file (.toml): of a log, of a live machine.")] = None,
+    bus: Annotated[
+        str | None,
+        typer.Option(help="Listen on: socketcan:INTERFACE, udp_multicast:GROUP[:PORT], slcan:HOST:PORT, slcan:DEVICE."),
+    ] = None,
+    profile: Annotated[Profile | None, typer.Option(help="Frames of the bus.", show_default="fd")] = None,
+    lcm: Annotated[str | None, typer.Option(help="Listen on LCM: its URL, or default.")] = None,
+    estimator: Annotated[Estimator | None, typer.Option(help="Of a log: instead of the platform file's.")] = None,
+    rig: Annotated[Path | None, typer.Option(help="Of a log: file of hexload commission.")] = None,
+    port: Annotated[
+        int, typer.Option(min=0, max=65535, help="Of the page, on 127.0.0.1; the next free one is taken.")
+    ] = 8080,
+    screenshot: Annotated[
+        Path | None, typer.Option(help="Write the page as a picture (.png) and end; needs chromium.")
+    ] = None,
+    at: Annotated[float | None, typer.Option(help="Moment of the picture, s.", show_default="the end")] = None,
+) -> None:
+    """Shows hexapod and load in the browser: live from a bus or LCM, or a recorded run or log with a time slider.
+
+    Legs in the colour of their force or of the stroke that is left, the true and the estimated load as bodies, estimates with
+    three-sigma bands, verdicts and events, health of bus and controller; live, buttons that command the controller. The page
+    is for this computer alone; it only listens, and looks 30 times a second whatever comes in.
+
+    Example:  hexload view build/runs/paper-1
+
+    Example:  hexload view --bus socketcan:can0 --platform platform.toml
+    """
+    from hexload.view import verb
+
+    if recorded is not None:
+        shown = verb.recording_of(recorded, platform, estimator, rig)
+        if screenshot is None:
+            verb.show(*shown, port)
+        else:
+            verb.show_picture(*shown, screenshot, at)
+        return
+    if bus is None and lcm is None:
+        raise InputError("view: found nothing to show, expected a run directory, a log, --bus or --lcm")
+    if platform is None or screenshot is not None:
+        raise InputError("view: found --bus or --lcm, expected --platform with it, and no --screenshot")
+    verb.show_live(platform, bus, profile, _lcm_url(lcm), port)
+
+
+def _lcm_url(name: str | None) -> str | None:
+    """Of lcm, lcm:URL, default or URL."""
+    from hexload.view.lcm_listener import DEFAULT_URL
+
+    if name is None:
+        return None
+    return DEFAULT_URL if name in ("lcm", "default") else name.removeprefix("lcm:")
+
+
+def _view_run(directory: Path) -> None:
+    from hexload.view import verb
+
+    verb.show(*verb.recording_of(directory, None, None, None))
+
+
+def _view_replay(platform: Path, log: Path, result: dict) -> None:
+    from hexload.platform import Platform
+    from hexload.view import verb
+    from hexload.view.recorded import recording_of_replay
+
+    verb.show(Platform.of(platform), recording_of_replay(log.name, result))
+
+
+def _view_simulation(
+    platform: Path, bus: str | None, profile: Profile | None, publish: str | None, run: Callable[[], Path]
+) -> None:
+    """Live while it runs; then its recording, with a time slider."""
+    from hexload.view import verb
+
+    with verb.live_page(platform, None if bus == "inproc" else bus, profile, _lcm_url(publish)) as page:
+        verb.tell(page)
+        verb.wait_for_browser(page)
+        directory = run()
+        print(directory, flush=True)
+        page.play(verb.recording_of(directory, None, None, None)[1])
+        page.wait()
 
 
 @app.command()

@@ -1,5 +1,7 @@
 """`hexload demo`: the paper's scenario from the signal generator to its Table 3, on the terminal and as a page."""
 
+from pathlib import Path
+
 from rich import box
 from rich.console import Console
 from rich.table import Table
@@ -14,7 +16,8 @@ from hexload.simulation import sim
 SCENARIO = "paper"
 
 
-def run_demo() -> None:
+def run_demo() -> Path:
+    """The run directory."""
     directory = sim.run_simulation(SCENARIO)
     page = report.default_page([directory])
     (run,) = report.write_report([directory], page)
@@ -23,6 +26,7 @@ def run_demo() -> None:
     console.print(terminal_table(run, table3.compare(run)))
     console.print("error: relative error (37); sigma: the filter's own; bound: no unbiased estimator does better\n")
     print(f"verdict: {run.verdict}\nreport:  {page}")
+    return directory
 
 
 def terminal_table(run: Run, rows: list[Row]) -> Table:

@@ -14,6 +14,8 @@ EXTRAS = {
     "lcm": "bus",
     "dask": "campaign",
     "distributed": "campaign",
+    "viser": "view",
+    "websockets": "view",
 }
 
 

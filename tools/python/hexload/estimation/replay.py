@@ -81,7 +81,7 @@ def replay_log(
             tared = "" if tare is None else f" and the tare {tare.name}"
             tared += "" if rig is None else f" and the rig {rig.name}"
             description = f"Replayed with {platform_file.name}{tared}."
-            _write_page(page, result, run.shown.log, log.name, description, platform.known_mass_kg)
+            _write_page(page, result, log.name, description, platform.known_mass_kg)
     return result
 
 
@@ -113,7 +113,7 @@ class _Run:
                     check.add(part)
                 self._take(run, part)
             result = run.finish()
-        result["rows"] = self.shown.rows
+        result |= {"rows": self.shown.rows, "log": self.shown.log}
         result["input_words"] = input_in_words(result, self.shown.rows)
         remarks = (*self.shown.remarks, *gaps_in_words(result, sampling_s, self.shown.rows))
         return result | {"remarks": remarks}
@@ -166,10 +166,10 @@ def _refuse_same_files(files: dict[str, Path | None]) -> None:
 
 
 def _write_page(
-    page: Path, result: dict, samples: LegLog, title: str, description: str, known_mass_kg: float | None
+    page: Path, result: dict, title: str, description: str, known_mass_kg: float | None
 ) -> None:
     if "body" not in result:
         raise InputError("--report: found the estimator paper, expected momentum or momentum_effects")
     from hexload.report.page import render_replay  # draws; a replay without a page needs none of it
 
-    page.write_text(render_replay(result, samples, title, description, known_mass_kg), encoding="utf-8")
+    page.write_text(render_replay(result, result["log"], title, description, known_mass_kg), encoding="utf-8")

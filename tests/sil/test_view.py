@@ -1,0 +1,161 @@
+"""The live page: what it shows of a recorded run is the run, in the browser too, and its buttons reach a controller."""
+
+import io
+import subprocess
+import time
+from contextlib import closing
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from hexload import project
+from hexload.io.run_directory import PAPER_PARAMETERS, read_run
+from hexload.theory.bound import THETA_NAMES, rotation_from_rpy
+from hexload.view import bus_listener, picture
+from hexload.view.body import body_of_estimate, body_of_theta
+from hexload.view.page import page_of
+from hexload.view.recorded import recording_of_run
+from hexload.view.scene import quaternion
+
+SCENARIO = project.SCENARIOS / "multisine.toml"
+DURATION_S = 2.0
+PATIENCE_S = 60.0
+PLATFORM_BOX = (0.35, 0.1, 0.7, 0.5)  # of the page, left, top, right, bottom: platform and load
+FLOOR_BOX = (0.45, 0.88, 0.6, 0.98)
+
+
+@pytest.fixture(scope="module")
+def run_directory(tmp_path_factory):
+    out = tmp_path_factory.mktemp("run") / "multisine"
+    options = ["--estimator", "momentum", "--duration", str(DURATION_S), "--quiet"]
+    subprocess.run([project.simulator(), SCENARIO, "--out", out, *options], check=True)
+    return out
+
+
+@pytest.fixture(scope="module")
+def page(run_directory):
+    with closing(page_of(*recording_of_run(run_directory), port=0)) as page:
+        yield page
+
+
+def wait_until(is_so, what):
+    until = time.monotonic() + PATIENCE_S
+    while not is_so():
+        assert time.monotonic() < until, f"not within {PATIENCE_S:g} s: {what}"
+        time.sleep(0.02)
+
+
+def go_to(page, moment_s):
+    """Until the curves end there."""
+    page.player.go_to(moment_s)
+    at_end = pytest.approx(moment_s, abs=1e-3)
+    wait_until(lambda: (chart := page.chart("hz")) is not None and chart[0][-1] == at_end, "the curves to follow")
+
+
+def test_the_platform_in_the_scene_stands_where_the_run_has_it(page, run_directory):
+    # GIVEN a run WHEN each of some moments is shown
+    run = read_run(run_directory)
+    home = np.array([0.0, 0.0, page.scene._platform.home_height_m])
+    for row in (0, 700, 1400, 2000):
+        page.player.go_to(run.truth["t"][row])
+        position, rotation = page.scene.pose(page.source.frame().displacement_m)
+        # THEN position and attitude are the true ones, but for displacement noise of 20 um (5 sigma, lever below 2)
+        truth = [run.truth[name][row] for name in ("x", "y", "z")]
+        np.testing.assert_allclose(position - home, truth, atol=5 * 20e-6 * 2)
+        rpy = np.array([[run.truth[name][row] for name in ("roll", "pitch", "yaw")]])
+        np.testing.assert_allclose(rotation, rotation_from_rpy(rpy)[0], atol=5 * 20e-6 * 2 / 0.4)
+
+
+def test_the_curve_closes_in_on_the_truth(page):
+    # GIVEN a run WHEN it is shown to 0.4 s, and to its end
+    gaps, bands = [], []
+    for moment_s in (0.4, DURATION_S):
+        go_to(page, moment_s)
+        _, upper, lower, value, truth, *_ = (column[-1] for column in page.chart("hz"))
+        assert truth == pytest.approx(150.0)
+        gaps.append(abs(value - truth))
+        bands.append(upper - lower)
+    # THEN the band has become smaller, and holds the truth
+    assert bands[1] < bands[0] / 2
+    assert gaps[1] < bands[1] / 2
+
+
+def test_a_load_change_is_a_line_in_every_curve_and_an_event(page):
+    # GIVEN a detected change at 1 s WHEN the run is shown to its end
+    recording = page.source
+    recording.load_changes_s = (1.0,)
+    go_to(page, DURATION_S)
+    try:
+        # THEN each chart has a line from outside to its upper end there, and the events tell it
+        wait_until(lambda: 1.0 in page.chart("m")[0], "the line")
+        wait_until(lambda: "another load detected" in page._events.content, "the event")
+        for name in THETA_NAMES:
+            t, *_, changes, limits = page.chart(name)
+            assert changes[t == 1.0].max() == limits.max()
+            assert np.delete(changes, np.flatnonzero(t == 1.0)).max() < limits.min()
+    finally:
+        recording.load_changes_s = ()
+
+
+def test_the_box_of_a_load_has_its_mass_and_its_tensor():
+    # GIVEN a turned homogeneous box of 3 x 2 x 1 m, 12 kg, off O_A, and its theta
+    native = project.native_module()
+    turn = rotation_from_rpy(np.array([[0.3, -0.2, 0.5]]))[0]
+    edges, com = np.array([3.0, 2.0, 1.0]), np.array([0.1, -0.2, 0.3])
+    moments = 12.0 / 12.0 * ((edges**2).sum() - edges**2)
+    load = native.Load(12.0, com, turn @ np.diag(moments) @ turn.T)
+    # WHEN it is described THEN the same box is found, in single precision
+    body = body_of_theta(native, load.theta, np.full(10, 1e-3))
+    np.testing.assert_allclose(body.com_m, com, rtol=1e-5)
+    np.testing.assert_allclose(np.sort(body.box_m), np.sort(edges), rtol=1e-4)
+    found = body.box_axes @ np.diag(body.box_m**2) @ body.box_axes.T
+    np.testing.assert_allclose(found, turn @ np.diag(edges**2) @ turn.T, atol=1e-3)
+    assert np.linalg.norm(quaternion(body.box_axes)) == pytest.approx(1.0)
+    # and of the paper's four parameters the known mass and the height alone are told
+    paper = body_of_estimate(native, PAPER_PARAMETERS, np.array([0.3, *moments]), np.full(4, 1e-3), 12.0)
+    np.testing.assert_allclose(paper.com_m, [0.0, 0.0, 0.3])
+    np.testing.assert_allclose(paper.box_m, edges)
+
+
+def test_codes_are_those_of_the_contract():
+    # GIVEN the DBC WHEN its codes are read THEN the page has the same words
+    import cantools
+
+    contract = cantools.database.load_file(project.bus_contract())
+    for message, signal, words in (
+        ("HealthFd", "verdict", bus_listener.VERDICTS),
+        ("HealthFd", "state", bus_listener.STATES),
+        ("HealthFd", "fault", bus_listener.FAULTS),
+        ("Acknowledge", "result", bus_listener.RESULTS),
+    ):
+        choices = contract.get_message_by_name(message).get_signal_by_name(signal).choices
+        assert [str(choices[code]).replace(" ", "_") for code in sorted(choices)] == [
+            word.replace(" ", "_") for word in words
+        ], signal
+
+
+def crop(png, box):
+    image = Image.open(io.BytesIO(png)).convert("RGB")
+    size = np.array([*image.size, *image.size])
+    return np.asarray(image.crop(tuple((size * box).astype(int))), dtype=int)
+
+
+@pytest.mark.skipif(picture.browser() is None, reason="found no chromium: apt-get install chromium")
+def test_in_the_browser_the_platform_moves_and_the_floor_stands_still(page, tmp_path):
+    # GIVEN the page in headless Chromium
+    with picture.opened(page.url, (900, 640)) as tab:
+        # WHEN two moments of the run are shown
+        pictures = []
+        for moment_s in (0.7, 1.4):
+            page.player.go_to(moment_s)
+            tab.wait_for(f"document.body.innerText.includes('t = {moment_s:.2f} s')")
+            tab.wait_for_stillness()
+            pictures.append(tab.picture())
+            (tmp_path / f"{moment_s}.png").write_bytes(pictures[-1])
+    # THEN the middle of the picture, where the platform is, has changed by much, the floor in front of it has not
+    before, after = (crop(png, PLATFORM_BOX) for png in pictures)
+    assert (np.abs(before - after).max(axis=2) > 60).mean() > 0.02
+    before, after = (crop(png, FLOOR_BOX) for png in pictures)
+    assert (np.abs(before - after).max(axis=2) > 60).mean() < 0.001
+    assert len(np.unique(before)) > 1  # there is a grid

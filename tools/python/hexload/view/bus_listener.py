@@ -1,0 +1,119 @@
+"""Listens on a CAN bus through python-can, with the firmware's own codec, and sends commands there."""
+
+import threading
+
+import can
+import numpy as np
+
+from hexload import project
+from hexload.errors import InputError, ToolFailed
+from hexload.io.run_directory import PAPER_PARAMETERS
+from hexload.theory.bound import THETA_NAMES
+from hexload.view.frame import Estimate
+from hexload.view.live import Live
+
+WAIT_S = 0.05
+PROFILES = ("fd", "classic")
+# Codes of hexload.dbc, which a test compares with these.
+VERDICTS = ("converged", "converging", "not_excited", "inconsistent")
+STATES = ("idle", "armed", "estimating", "converged", "fault")
+FAULTS = ("none", "sample timeout", "samples refused", "wrong profile", "second controller", "bus down")
+RESULTS = ("done", "unknown command", "wrong state", "bad argument", "not available")
+MASK = 0x7FF
+
+
+def open_bus(name: str, profile: str) -> can.BusABC:
+    """A bus by the name that simulator and controller take. Raises InputError for a name, ToolFailed for a bus."""
+    kind, _, place = name.partition(":")
+    options = {}
+    if kind == "udp_multicast":
+        place, _, port = place.partition(":")
+        options = {"hop_limit": 0} | ({"port": int(port)} if port else {})  # no frame leaves this computer
+    elif kind == "slcan":
+        kind, place = "slcan", place if place.startswith("/") else f"socket://{place}"
+    elif kind != "socketcan":
+        raise InputError(
+            f"--bus: found {name}, expected socketcan:INTERFACE, udp_multicast:GROUP[:PORT] or slcan:PLACE"
+        )
+    try:
+        return can.Bus(interface=kind, channel=place, **options, **({} if kind == "slcan" else {"fd": profile == "fd"}))
+    except (can.CanError, OSError, ValueError) as error:
+        raise ToolFailed(f"{name}: found no such bus ({error})") from None
+
+
+class BusListener:
+    """Feeds `live` until `close`."""
+
+    def __init__(self, live: Live, name: str, profile: str = "fd"):
+        project.ensure_built("hexload_native")
+        codec = project.native_module().bus
+        self._live, self._codec, self._profile = live, codec, profile
+        self._bus = open_bus(name, profile)
+        self._samples, self._answers = codec.SampleAssembly(profile), codec.AnswerAssembly(profile)
+        self._tick = 0
+        self._status: dict[str, int] = {}
+        self._ended = threading.Event()
+        self._thread = threading.Thread(target=self._listen, daemon=True)
+        self._thread.start()
+
+    def _listen(self) -> None:
+        while not self._ended.is_set():
+            try:
+                message = self._bus.recv(WAIT_S)
+            except can.CanError as error:
+                self._live.event(f"bus: {error}")
+                self._ended.wait(1.0)
+                continue
+            if message is not None and not (
+                message.is_extended_id or message.is_error_frame or message.is_remote_frame
+            ):
+                self._take((message.arbitration_id & MASK, message.is_fd, bytes(message.data)))
+
+    def _take(self, frame: tuple) -> None:
+        """Each reader says "not mine" of the others' frames."""
+        status, sample = self._samples.add(frame)
+        if sample is not None:
+            self._take_sample(sample)
+        status, answer = self._answers.add(frame, self._tick)
+        if answer is not None:
+            self._take_answer(answer)
+        for decode, take in (
+            (self._codec.decode_acknowledge, self._take_acknowledge),
+            (self._codec.decode_load_change, lambda change: self._live.load_changed(change["tick"])),
+        ):
+            status, fields = decode(frame)
+            if status == "ok":
+                take(fields)
+
+    def _take_sample(self, sample: dict) -> None:
+        missing = sample["tick"] - self._tick - 1
+        if 0 < missing and self._tick > 0:
+            self._live.count("samples missing on the bus", missing)
+        self._tick = sample["tick"]
+        self._live.count("samples")
+        self._live.sample(sample["tick"], sample["displacement_m"], sample["force_n"])
+
+    def _take_answer(self, answer: dict) -> None:
+        names = THETA_NAMES if answer["filter"] == 1 else PAPER_PARAMETERS
+        verdicts = tuple(VERDICTS[code] for code in answer["parameter_verdict"])
+        value, sigma = np.array(answer["value"]), np.array(answer["sigma"])
+        estimate = Estimate(tuple(names), value, sigma, VERDICTS[answer["verdict"]], verdicts)
+        fault = "" if answer["fault"] == 0 else f", fault: {FAULTS[answer['fault']]}"
+        self._live.answer(
+            estimate, (f"controller {STATES[answer['state']]}{fault}", f"{answer['refused']} samples refused")
+        )
+
+    def _take_acknowledge(self, fields: dict) -> None:
+        self._live.event(f"controller: {RESULTS[fields['result']]}, {STATES[fields['state']]}")
+
+    def send(self, kind: int, number: int, argument: float) -> None:
+        """A command to the controller."""
+        identifier, is_fd, data = self._codec.encode_command(kind, number, argument)
+        self._bus.send(
+            can.Message(arbitration_id=identifier, is_extended_id=False, is_fd=is_fd, data=data), timeout=WAIT_S
+        )
+
+    def close(self) -> None:
+        self._ended.set()
+        self._thread.join()
+        self._bus.shutdown()
