@@ -117,8 +117,9 @@ class Page:
             self._curves.show(curves)
 
     def wait(self) -> None:
-        """Until Ctrl-C."""
-        self._drawer.join()
+        """Until Ctrl-C, which is how a look at a page ends."""
+        with contextlib.suppress(KeyboardInterrupt):
+            self._drawer.join()
 
     def close(self) -> None:
         self._ended.set()
