@@ -124,6 +124,7 @@ class Page:
     def close(self) -> None:
         self._ended.set()
         self._drawer.join()
+        del self.scene  # has objects of the native module, which is gone before the server's buttons are
         with contextlib.redirect_stdout(io.StringIO()):
             self.server.stop()
 
