@@ -42,11 +42,15 @@ def open_bus(name: str, profile: str) -> can.BusABC:
 
 
 class BusListener:
-    """Feeds `live` until `close`."""
+    """Feeds `live` until `close`. Raises InputError for a name, ToolFailed where there is no such bus or no codec."""
 
     def __init__(self, live: Live, name: str, profile: str = "fd"):
         project.ensure_built("hexload_native")
-        codec = project.native_module().bus
+        codec = getattr(project.native_module(), "bus", None)
+        if codec is None:
+            raise ToolFailed(
+                "--bus: found no bus codec in this installed package, expected a clone and its tools/hexload"
+            )
         self._live, self._codec, self._profile = live, codec, profile
         self._bus = open_bus(name, profile)
         answers = codec.AnswerAssembly(profile)
