@@ -112,6 +112,10 @@ def test_the_box_of_a_load_has_its_mass_and_its_tensor():
     found = body.box_axes @ np.diag(body.box_m**2) @ body.box_axes.T
     np.testing.assert_allclose(found, turn @ np.diag(edges**2) @ turn.T, atol=1e-3)
     assert np.linalg.norm(quaternion(body.box_axes)) == pytest.approx(1.0)
+    # and a load that is the same about x and y, but for noise, has a box along the platform's axes
+    nearly = native.Load(12.0, com, np.diag([5.0, 5.1, 13.0]) + 0.05 * (np.eye(3, k=1) + np.eye(3, k=-1)))
+    axes = np.abs(body_of_theta(native, nearly.theta, np.full(10, 1e-3)).box_axes)
+    np.testing.assert_allclose(axes, np.eye(3), atol=0.01)
     # and of the paper's four parameters the known mass and the height alone are told
     paper = body_of_estimate(native, PAPER_PARAMETERS, np.array([0.3, *moments]), np.full(4, 1e-3), 12.0)
     np.testing.assert_allclose(paper.com_m, [0.0, 0.0, 0.3])

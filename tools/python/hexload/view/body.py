@@ -10,6 +10,7 @@ from hexload.io.run_directory import PAPER_PARAMETERS
 from hexload.theory.bound import THETA_NAMES
 
 Array = NDArray[np.float64]
+SAME_MOMENT = 0.02  # of the sum of the three: closer ones count as the same
 
 
 @dataclass(frozen=True)
@@ -45,13 +46,25 @@ def body_of_estimate(
     return body_of_theta(native, value[:count], sigma[:count])
 
 
+def _principal(tensor: Array) -> tuple[Array, Array]:
+    """Moments and axes, right-handed. Of moments that are nearly the same, whose axes noise would choose, the axes are
+    those next to the platform's."""
+    moments, axes = np.linalg.eigh(tensor)
+    begins = [0, *(np.flatnonzero(np.diff(moments) > SAME_MOMENT * moments.sum()) + 1), len(moments)]
+    for first, end in zip(begins, begins[1:]):
+        shares = axes[:, first:end] @ axes[:, first:end].T  # what of the platform's axes lies in these directions
+        nearest = np.sort(np.argsort(-np.diag(shares), kind="stable")[: end - first])
+        left, _, right = np.linalg.svd(shares[:, nearest], full_matrices=False)
+        axes[:, first:end] = left @ right
+    return moments, axes * np.sign(np.linalg.det(axes))
+
+
 def _body(mass_kg: float, com: Array, com_sigma: Array, entries: Array) -> Body:
     xx, yy, zz, xy, xz, yz = entries
     tensor = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
     if mass_kg <= 0.0 or not np.isfinite(tensor).all():
         return Body(mass_kg, np.asarray(com), np.asarray(com_sigma), None, np.eye(3))
-    moments, axes = np.linalg.eigh(tensor)
-    axes = axes * np.sign(np.linalg.det(axes))
+    moments, axes = _principal(tensor)
     # I1 = m (b^2 + c^2) / 12 and so on, solved for the edges.
     squares = 6.0 / mass_kg * (moments.sum() - 2.0 * moments)
     box = np.sqrt(squares) if (squares > 0.0).all() else None

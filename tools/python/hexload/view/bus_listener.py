@@ -19,7 +19,7 @@ VERDICTS = ("converged", "converging", "not_excited", "inconsistent")
 STATES = ("idle", "armed", "estimating", "converged", "fault")
 FAULTS = ("none", "sample timeout", "samples refused", "wrong profile", "second controller", "bus down")
 RESULTS = ("done", "unknown command", "wrong state", "bad argument", "not available")
-MASK = 0x7FF
+OTHER = "frame of another kind"  # of the codec
 
 
 def open_bus(name: str, profile: str) -> can.BusABC:
@@ -42,16 +42,26 @@ def open_bus(name: str, profile: str) -> can.BusABC:
 
 
 class BusListener:
-    """Feeds `live` until `close`."""
+    """Feeds `live` until `close`. Raises InputError for a name, ToolFailed where there is no such bus or no codec."""
 
     def __init__(self, live: Live, name: str, profile: str = "fd"):
         project.ensure_built("hexload_native")
-        codec = project.native_module().bus
+        codec = getattr(project.native_module(), "bus", None)
+        if codec is None:
+            raise ToolFailed(
+                "--bus: found no bus codec in this installed package, expected a clone and its tools/hexload"
+            )
         self._live, self._codec, self._profile = live, codec, profile
         self._bus = open_bus(name, profile)
-        self._samples, self._answers = codec.SampleAssembly(profile), codec.AnswerAssembly(profile)
+        answers = codec.AnswerAssembly(profile)
         self._tick = 0
-        self._status: dict[str, int] = {}
+        self._readers = (
+            (codec.SampleAssembly(profile).add, self._take_sample),
+            (lambda frame: answers.add(frame, self._tick), self._take_answer),
+            (codec.decode_acknowledge, self._take_acknowledge),
+            (codec.decode_load_change, lambda change: self._live.load_changed(change["tick"])),
+        )
+        self._readers_of: dict[int, tuple] = {}  # by identifier
         self._ended = threading.Event()
         self._thread = threading.Thread(target=self._listen, daemon=True)
         self._thread.start()
@@ -67,28 +77,26 @@ class BusListener:
             if message is not None and not (
                 message.is_extended_id or message.is_error_frame or message.is_remote_frame
             ):
-                self._take((message.arbitration_id & MASK, message.is_fd, bytes(message.data)))
+                self._take((message.arbitration_id, message.is_fd, bytes(message.data)))
 
     def _take(self, frame: tuple) -> None:
-        """Each reader says "not mine" of the others' frames."""
-        status, sample = self._samples.add(frame)
-        if sample is not None:
-            self._take_sample(sample)
-        status, answer = self._answers.add(frame, self._tick)
-        if answer is not None:
-            self._take_answer(answer)
-        for decode, take in (
-            (self._codec.decode_acknowledge, self._take_acknowledge),
-            (self._codec.decode_load_change, lambda change: self._live.load_changed(change["tick"])),
-        ):
-            status, fields = decode(frame)
-            if status == "ok":
+        """To the readers whose frame it is: what a reader calls another's is not offered to it again."""
+        identifier = frame[0]
+        mine = self._readers_of.setdefault(identifier, self._readers)
+        for reader in mine:
+            read, take = reader
+            status, fields = read(frame)
+            if status == OTHER:
+                self._readers_of[identifier] = tuple(
+                    kept for kept in self._readers_of[identifier] if kept is not reader
+                )
+            elif fields is not None:
                 take(fields)
 
     def _take_sample(self, sample: dict) -> None:
         missing = sample["tick"] - self._tick - 1
         if 0 < missing and self._tick > 0:
-            self._live.count("samples missing on the bus", missing)
+            self._live.count("samples missing: lost on the bus, or on the way to this page", missing)
         self._tick = sample["tick"]
         self._live.count("samples")
         self._live.sample(sample["tick"], sample["displacement_m"], sample["force_n"])
@@ -117,3 +125,4 @@ class BusListener:
         self._ended.set()
         self._thread.join()
         self._bus.shutdown()
+        self._readers, self._readers_of = (), {}  # of the native module, which is gone before buttons are

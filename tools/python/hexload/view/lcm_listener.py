@@ -6,10 +6,12 @@ import lcm
 import numpy as np
 
 from hexload import project
+from hexload.theory.bound import THETA_NAMES
 from hexload.view.frame import Estimate
 from hexload.view.live import Live, Triple, paper_truth, theta_of_load
 
 DEFAULT_URL = "udpm://239.255.76.67:7667?ttl=0"
+LOAD = len(THETA_NAMES)  # parameters at most; what follows is of the machine
 WAIT_MS = 50
 QUEUE = 4000  # messages of a channel: seconds of them
 LOOK_EACH_S = 0.02  # what comes closer than that is counted; the newest of each channel is decoded
@@ -95,11 +97,11 @@ class LcmListener:
 
     def _take_estimate(self, message) -> None:
         self._estimate = Estimate(
-            tuple(message.name),
-            np.array(message.value),
-            np.array(message.sigma),
+            tuple(message.name[:LOAD]),
+            np.array(message.value[:LOAD]),
+            np.array(message.sigma[:LOAD]),
             message.verdict,
-            tuple(message.parameter_verdict),
+            tuple(message.parameter_verdict[:LOAD]),
         )
 
     def _take_health(self, message) -> None:

@@ -117,12 +117,14 @@ class Page:
             self._curves.show(curves)
 
     def wait(self) -> None:
-        """Until Ctrl-C."""
-        self._drawer.join()
+        """Until Ctrl-C, which is how a look at a page ends."""
+        with contextlib.suppress(KeyboardInterrupt):
+            self._drawer.join()
 
     def close(self) -> None:
         self._ended.set()
         self._drawer.join()
+        del self.scene  # has objects of the native module, which is gone before the server's buttons are
         with contextlib.redirect_stdout(io.StringIO()):
             self.server.stop()
 
