@@ -72,6 +72,13 @@ def test_a_line_of_units_below_the_header_and_lines_before_it_are_understood(tmp
     assert_same(read_log(path), made())
 
 
+def test_a_header_without_a_channel_is_to_blame_not_the_lines_before_it(tmp_path):
+    columns = {name: values for name, values in table(made()).items() if name != "f4"}
+    path = write(tmp_path / "log.csv", columns, before="Recorder 7\n\n")
+    with pytest.raises(InputError, match=r"line 3: found no column f4 \(leg 4\)"):
+        read_log(path)
+
+
 def test_semicolons_with_decimal_commas_are_understood(tmp_path):
     assert_same(read_log(write(tmp_path / "log.csv", table(made()), ";", comma=True)), made())
 

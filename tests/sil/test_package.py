@@ -67,7 +67,21 @@ def test_identifying_loads_no_package_but_numpy():
     script = f"import sys, hexload; hexload.Estimator({str(UNKNOWN)!r}); print(*sys.modules)"
     result = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True)
     loaded = {name.split(".")[0] for name in result.stdout.split()}
-    extras = {"scipy", "rich", "typer", "plotly", "jinja2", "can", "cantools", "lcm", "viser", "dask", "distributed"}
+    extras = {
+        "scipy",
+        "rich",
+        "typer",
+        "plotly",
+        "jinja2",
+        "can",
+        "cantools",
+        "lcm",
+        "viser",
+        "mcap",
+        "asammdf",
+        "dask",
+        "distributed",
+    }
     assert not loaded & extras
 
 

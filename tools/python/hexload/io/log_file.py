@@ -162,8 +162,8 @@ class _Reader:
             raise InputError(f"{self._path}: found bytes that are not text at offset {at}, expected CSV") from None
 
     def _after_header(self, lines: list[str]) -> list[str]:
-        """The lines after the header, which is the first line that can be one; of none, the first line is to blame."""
-        refused = None
+        """The lines after the header, which is the first line that can be one; of none, that of most columns is to blame."""
+        most, refused = 0, None
         for number, line in enumerate(lines[:HEADER_WITHIN], start=1):
             separator = next((each for each in ";\t" if each in line), ",")
             headings = line.lstrip("# ").split(separator)
@@ -172,7 +172,8 @@ class _Reader:
                 where = f"{self._path}: line {number}:"
                 selection = select(where, headings, self._given, self._home_leg_length_m, units)
             except InputError as error:
-                refused = refused or error
+                if len(headings) > most:
+                    most, refused = len(headings), error
                 continue
             self._line = number + (units is not None)
             self._take_columns(separator, len(headings), selection, lines[self._line : self._line + 1])
