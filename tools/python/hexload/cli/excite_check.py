@@ -2,7 +2,7 @@
 
 The simulator has rigid-body dynamics, actuators, servo and end stops. A run is safe when in each tick, until the
 platform stands still after the motion's end without shaking, the legs keep away from their end stops, tilt, condition and distance to
-singularity keep their limits on the side of the singularity on which home is, actuators and supply are not asked for
+singularity keep their limits on the side of the singularity on which home is, no leg turns too far in its joints, actuators and supply are not asked for
 more than they have, and no leg is behind its reference by so much that its valve is fully open.
 """
 
@@ -23,6 +23,7 @@ SETTLING_S = 4.0  # simulated beyond the end of the motion
 REST_WINDOW_TICKS = 500  # at its end
 AT_REST = 0.01  # of the speed of a leg
 AT_REST_OF_RUN = 0.05  # of the fastest leg of the run: shaking counts more beside a slow motion
+JOINT_RAD = np.radians(60.0)  # of a leg from its direction at home: more than most joints take
 STILL = 1e-3  # of the speed of a leg: what is faster must die down from one window to the next
 POSTURE = ("tilt_rad", "condition", "distance")
 QUANTITIES = (
@@ -33,6 +34,7 @@ QUANTITIES = (
     "tilt_rad",
     "condition",
     "distance",
+    "joint_rad",
     "leg_error_m",
     "rest_speed_m_s",
 )
@@ -61,6 +63,7 @@ class Machine:
             "tilt_rad": limits.tilt_rad,
             "condition": limits.condition,
             "distance": limits.distance,
+            "joint_rad": JOINT_RAD,
             "leg_error_m": self.leg_error_m,
             "rest_speed_m_s": AT_REST * limits.leg_speed_m_s,
         }
@@ -124,6 +127,7 @@ def _use_of(name: str, problem: Problem, machine: Machine, rows: Array) -> Use:
         "tilt_rad": found.tilt_rad.max(),
         "condition": found.condition.max(),
         "distance": found.distance.min(),
+        "joint_rad": joint_rad(problem, jacobian, pose.rotation).max(),
         "leg_error_m": np.abs(displacement - wanted).max(),
         "rest_speed_m_s": speed[-REST_WINDOW_TICKS:].max(),
     }
@@ -138,11 +142,21 @@ def _use_of(name: str, problem: Problem, machine: Machine, rows: Array) -> Use:
     return Use(name, {key: float(value) for key, value in extremes.items()}, {k: float(v) for k, v in shares.items()})
 
 
+def joint_rad(problem: Problem, jacobian: Array, rotation: Array) -> Array:
+    """(n, 6): how far each leg is turned from its direction at home, in base or in platform axes, whichever is more."""
+    home = leg_jacobian(problem.platform, _trajectory_of_poses(np.zeros((1, 6))))[0, :, :3]
+    leg = jacobian[:, :, :3]
+    in_platform = np.einsum("nji,nlj->nli", rotation, leg)
+    cosine = np.minimum((leg * home).sum(axis=2), (in_platform * home).sum(axis=2))
+    return np.arccos(np.clip(cosine, -1.0, 1.0))
+
+
 def planned_use(problem: Problem, machine: Machine, forces: Array, rows: Array) -> dict[str, float]:
     """What the motion itself asks for. `rows`: q and twist at each tick; `forces`: shares of the planned force."""
     truth = Trajectory(rows[:, :3], rotation_from_rpy(rows[:, 3:6]), rows[:, 6:9], rows[:, 9:12])
-    found, limits = posture(problem, truth), machine.limits
-    speed = np.abs(np.einsum("nij,nj->ni", leg_jacobian(problem.platform, truth), rows[:, 6:]))
+    jacobian = leg_jacobian(problem.platform, truth)
+    found, limits = posture(problem, truth, jacobian), machine.limits
+    speed = np.abs(np.einsum("nij,nj->ni", jacobian, rows[:, 6:]))
     displacement = leg_displacement(problem, truth)
     return {
         "stroke_share": float(np.maximum(displacement / limits.stroke_max_m, displacement / limits.stroke_min_m).max()),
@@ -152,6 +166,7 @@ def planned_use(problem: Problem, machine: Machine, forces: Array, rows: Array) 
         "tilt_rad": float(found.tilt_rad.max()),
         "condition": float(found.condition.max()),
         "distance": float(found.distance.min()),
+        "joint_rad": float(joint_rad(problem, jacobian, truth.rotation).max()),
     }
 
 
