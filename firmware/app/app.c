@@ -1,6 +1,7 @@
 #include "app/app.h"
 
 #include "app/saturate.h"
+#include "bus/crc.h"
 
 #include <hexload_dbc.h>
 
@@ -52,6 +53,18 @@ const hexload_health_t* hexload_app_health(const hexload_app_t* self) {
     return hexload_health(&self->estimator);
 }
 
+hexload_real_t hexload_app_known_mass_kg(const hexload_app_t* self) {
+    return self->config.kind == HEXLOAD_KIND_PAPER ? self->config.paper.load_mass_kg
+                                                   : self->config.momentum.prior_mass_kg;
+}
+
+uint32_t hexload_app_configuration(const hexload_config_t* config) {
+    const uint8_t* bytes = (const uint8_t*)config;
+    const size_t begin = offsetof(hexload_config_t, tick_s);
+    const size_t directions = sizeof config->rig.direction[0] * config->rig.direction_count;
+    return hexload_crc32(&bytes[begin], offsetof(hexload_config_t, rig.direction) + directions - begin);
+}
+
 /// A fresh estimator and counters that start from 0.
 static hexload_status_t begin_anew(hexload_app_t* self) {
     const hexload_status_t status = hexload_init(&self->estimator, &self->config);
@@ -80,6 +93,8 @@ hexload_status_t hexload_app_init(hexload_app_t* self, const hexload_config_t* c
         return status;
     }
     self->config = *config;
+    self->configured_paper = config->paper;
+    self->configured_momentum = config->momentum;
     self->settings = *settings;
     self->state = HEXLOAD_APP_IDLE;
     self->pacing = HEXLOAD_PACING_REAL_TIME;
@@ -111,6 +126,8 @@ static hexload_bus_result_t stop(hexload_app_t* self) {
 }
 
 static hexload_bus_result_t reset(hexload_app_t* self) {
+    self->config.paper = self->configured_paper;
+    self->config.momentum = self->configured_momentum;
     if (begin_anew(self) != HEXLOAD_OK) {
         return HEXLOAD_RESULT_NOT_AVAILABLE; // not reached, as in start()
     }
@@ -190,6 +207,7 @@ void hexload_app_command(hexload_app_t* self, const hexload_bus_command_t* comma
     acknowledge->result = (uint8_t)carry_out(self, command);
     acknowledge->state = (uint8_t)self->state;
     acknowledge->fault = (uint8_t)self->fault;
+    acknowledge->known_mass_crc = hexload_bus_known_mass_crc((float)hexload_app_known_mass_kg(self));
 }
 
 static bool is_running(const hexload_app_t* self) {

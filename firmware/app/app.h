@@ -41,7 +41,9 @@ typedef struct hexload_app_settings {
 } hexload_app_settings_t;
 
 typedef struct hexload_app {
-    hexload_config_t config; ///< a copy: commands change it
+    hexload_config_t config;                       ///< a copy: commands change it
+    hexload_paper_config_t configured_paper;       ///< as configured: RESET restores the known mass
+    hexload_momentum_config_t configured_momentum; ///< likewise
     hexload_app_settings_t settings;
     hexload_t estimator;
     hexload_estimate_t estimate; ///< last
@@ -65,7 +67,8 @@ HEXLOAD_MUST_USE hexload_status_t hexload_app_init(hexload_app_t* self, const he
                                                    const hexload_app_settings_t* settings);
 
 /// Carries out a command. START: from IDLE only; begins with a fresh estimator. STOP: to IDLE from anywhere
-/// but FAULT; the last estimate stays readable. RESET: to IDLE from anywhere, fresh estimator. SELECT_FILTER,
+/// but FAULT; the last estimate stays readable. RESET: to IDLE from anywhere, fresh estimator, and the known
+/// mass and the priors are those of the configuration again. SELECT_FILTER,
 /// SET_KNOWN_MASS: in IDLE only. Another filter is a fresh one, and the last estimate is forgotten; the one
 /// that is selected already goes on as it is. The mass is set for every estimator
 /// (hexload_config_set_known_mass()), for the momentum estimators until they detect a load change; one that
@@ -90,6 +93,14 @@ bool hexload_app_has_load_changed(const hexload_app_t* self, uint32_t tick);
 
 /// Health of the estimator since START.
 const hexload_health_t* hexload_app_health(const hexload_app_t* self);
+
+/// Mass of the load that was told, by the configuration or by SET_KNOWN_MASS, and is in force for the kind
+/// that is selected; 0: none.
+hexload_real_t hexload_app_known_mass_kg(const hexload_app_t* self);
+
+/// CRC-32 over a configuration but for its kind: over all numbers from tick_s on, and the rig's directions
+/// that count. As long as hexload_config_check(), not for the 1 ms path; reentrant.
+uint32_t hexload_app_configuration(const hexload_config_t* config);
 
 /// The caller found a reason to stop. The first fault stays until RESET.
 void hexload_app_set_fault(hexload_app_t* self, hexload_app_fault_t fault);

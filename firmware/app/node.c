@@ -17,6 +17,11 @@ _Static_assert(sizeof(hexload_node_t) <= (size_t)30 * 1024 * sizeof(hexload_real
 #define APART
 #endif
 
+/// After each change of it.
+static void note_configuration(hexload_node_t* self) {
+    self->status.configuration = hexload_app_configuration(&self->app.config);
+}
+
 hexload_status_t hexload_node_init(hexload_node_t* self, const hexload_config_t* config,
                                    const hexload_app_settings_t* settings, hexload_bus_profile_t profile,
                                    const hexload_port_t* port) {
@@ -30,6 +35,7 @@ hexload_status_t hexload_node_init(hexload_node_t* self, const hexload_config_t*
     self->status = (hexload_bus_controller_status_t){
         .version = {HEXLOAD_VERSION_MAJOR, HEXLOAD_VERSION_MINOR, HEXLOAD_VERSION_PATCH},
         .profile = (uint8_t)profile};
+    note_configuration(self);
     self->age_ms = 0;
     self->leg_silence_ms = 0;
     self->status_wait_ms = 0;
@@ -61,6 +67,9 @@ static APART void carry_out(hexload_node_t* self, const hexload_bus_command_t* c
         (command->kind == HEXLOAD_COMMAND_START || command->kind == HEXLOAD_COMMAND_RESET)) {
         hexload_sample_assembly_forgive(&self->assembly);
         self->health_seen = 0;
+    }
+    if (command->kind == HEXLOAD_COMMAND_RESET || command->kind == HEXLOAD_COMMAND_SET_KNOWN_MASS) {
+        note_configuration(self);
     }
     self->answer_page = 0; // each run's answers begin with page 0, whatever was before it
     hexload_bus_encode_acknowledge(&acknowledge, &frame);
@@ -185,6 +194,7 @@ static void send_status(hexload_node_t* self) {
     status->samples_refused = hexload_app_health(&self->app)->refused;
     status->load_changes = load_changes(self);
     status->input = hexload_app_health(&self->app)->input;
+    status->known_mass_kg = (float)hexload_app_known_mass_kg(&self->app);
     if (self->port.stack_margin_bytes != NULL) {
         status->stack_margin_bytes = self->port.stack_margin_bytes(self->port.context);
     }
@@ -221,6 +231,7 @@ void hexload_node_bus_state(hexload_node_t* self, bool is_up) {
         const hexload_bus_command_t reset = {.kind = HEXLOAD_COMMAND_RESET};
         hexload_bus_acknowledge_t unused;
         hexload_app_command(&self->app, &reset, &unused);
+        note_configuration(self);
         hexload_sample_assembly_forgive(&self->assembly);
     }
 }

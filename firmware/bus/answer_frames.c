@@ -470,7 +470,8 @@ static hexload_bus_status_t decode_health(const hexload_bus_frame_t* frame, hexl
     answer->missing_legs = m.missing_legs;
     answer->filter = m.filter;
     answer->health = m.health;
-    answer->input = hexload_frame_input(m.input_cause, m.input_leg);
+    answer->input = (hexload_input_fault_t){.cause = hexload_frame_input_cause(m.input_cause),
+                                            .leg = hexload_frame_input_leg(m.input_leg)};
     answer->refused = m.refused;
     answer->estimate.verdict = (hexload_verdict_t)m.verdict;
     return HEXLOAD_BUS_OK;

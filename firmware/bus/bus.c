@@ -4,6 +4,8 @@
 
 #include <hexload_dbc.h>
 
+#include <string.h>
+
 // Codes of the DBC are those of the header. The application checks its own.
 _Static_assert((int)HEXLOAD_DBC_COMMAND_COMMAND_START_CHOICE == HEXLOAD_COMMAND_START &&
                    (int)HEXLOAD_DBC_COMMAND_COMMAND_STOP_CHOICE == HEXLOAD_COMMAND_STOP &&
@@ -44,8 +46,11 @@ enum {
     PAGE_FRAMES_REFUSED = HEXLOAD_DBC_CONTROLLER_STATUS_PAGE_FRAMES_REFUSED_CHOICE,
     PAGE_SAMPLES_REFUSED = HEXLOAD_DBC_CONTROLLER_STATUS_PAGE_SAMPLES_REFUSED_CHOICE,
     PAGE_LOAD_CHANGES = HEXLOAD_DBC_CONTROLLER_STATUS_PAGE_LOAD_CHANGES_CHOICE,
+    PAGE_KNOWN_MASS = HEXLOAD_DBC_CONTROLLER_STATUS_PAGE_KNOWN_MASS_CHOICE,
+    PAGE_CONFIGURATION = HEXLOAD_DBC_CONTROLLER_STATUS_PAGE_CONFIGURATION_CHOICE,
+    PAGE_EXCESS_FORCE = HEXLOAD_DBC_CONTROLLER_STATUS_PAGE_EXCESS_FORCE_CHOICE,
 };
-_Static_assert((int)PAGE_LOAD_CHANGES == HEXLOAD_BUS_STATUS_PAGES - 1 &&
+_Static_assert((int)PAGE_EXCESS_FORCE == HEXLOAD_BUS_STATUS_PAGES - 1 &&
                    (int)PAGE_TIME_MARGIN == HEXLOAD_BUS_TIME_MARGIN_PAGE,
                "pages of the DBC");
 
@@ -87,6 +92,7 @@ void hexload_bus_encode_acknowledge(const hexload_bus_acknowledge_t* acknowledge
         .state = acknowledge->state,
         .fault = acknowledge->fault,
         .profile = acknowledge->profile,
+        .known_mass_crc = acknowledge->known_mass_crc,
     };
     hexload_frame_begin(frame, &acknowledge_layout);
     (void)hexload_dbc_acknowledge_pack(frame->data, &message, sizeof frame->data);
@@ -114,6 +120,7 @@ hexload_bus_status_t hexload_bus_decode_acknowledge(const hexload_bus_frame_t* f
         .state = message.state,
         .fault = message.fault,
         .profile = message.profile,
+        .known_mass_crc = message.known_mass_crc,
     };
     return HEXLOAD_BUS_OK;
 }
@@ -139,6 +146,9 @@ void hexload_bus_encode_status(const hexload_bus_controller_status_t* status, in
         .load_changes = status->load_changes,
         .input_cause = (uint8_t)status->input.cause,
         .input_leg = hexload_frame_leg_code(&status->input),
+        .known_mass = status->known_mass_kg,
+        .configuration = status->configuration,
+        .excess_force = (float)status->input.excess_n,
     };
     hexload_frame_begin(frame, &status_layout);
     (void)hexload_dbc_controller_status_pack(frame->data, &message, sizeof frame->data);
@@ -175,9 +185,19 @@ static void take_status_page(const struct hexload_dbc_controller_status_t* messa
     case PAGE_SAMPLES_REFUSED:
         status->samples_refused = message->samples_refused;
         break;
-    default:
+    case PAGE_LOAD_CHANGES:
         status->load_changes = message->load_changes;
-        status->input = hexload_frame_input(message->input_cause, message->input_leg);
+        status->input.cause = hexload_frame_input_cause(message->input_cause);
+        status->input.leg = hexload_frame_input_leg(message->input_leg);
+        break;
+    case PAGE_KNOWN_MASS:
+        status->known_mass_kg = message->known_mass;
+        break;
+    case PAGE_CONFIGURATION:
+        status->configuration = message->configuration;
+        break;
+    default:
+        status->input.excess_n = (hexload_real_t)message->excess_force;
         break;
     }
 }
@@ -193,7 +213,9 @@ hexload_bus_status_t hexload_bus_decode_status(const hexload_bus_frame_t* frame,
     if (!hexload_dbc_controller_status_page_is_in_range(message.page) ||
         !hexload_dbc_controller_status_state_is_in_range(message.state) ||
         !hexload_dbc_controller_status_fault_is_in_range(message.fault) ||
-        !hexload_dbc_controller_status_profile_is_in_range(message.profile)) {
+        !hexload_dbc_controller_status_profile_is_in_range(message.profile) ||
+        !hexload_dbc_controller_status_known_mass_is_in_range(message.known_mass) ||
+        !isfinite(message.excess_force)) {
         return HEXLOAD_BUS_ERR_VALUE;
     }
     status->state = message.state;
@@ -220,6 +242,12 @@ hexload_bus_status_t hexload_bus_decode_load_change(const hexload_bus_frame_t* f
     (void)hexload_dbc_load_change_unpack(&message, frame->data, sizeof frame->data);
     *change = (hexload_bus_load_change_t){.tick = message.tick, .load_changes = message.load_changes};
     return HEXLOAD_BUS_OK;
+}
+
+uint8_t hexload_bus_known_mass_crc(float known_mass_kg) {
+    uint8_t bytes[sizeof known_mass_kg];
+    memcpy(bytes, &known_mass_kg, sizeof bytes);
+    return known_mass_kg > 0.0f ? hexload_crc8(bytes, sizeof bytes) : 0;
 }
 
 bool hexload_bus_is_from_controller(const hexload_bus_frame_t* frame) {

@@ -27,7 +27,7 @@ hexload_bus_answer_t some_answer(hexload_bus_filter_t filter) {
     answer.missing_legs = 0x2A;
     answer.filter = static_cast<std::uint8_t>(filter);
     answer.health = 0x1A5;
-    answer.input = {HEXLOAD_INPUT_VELOCITY_SIGN, 2};
+    answer.input = {HEXLOAD_INPUT_VELOCITY_SIGN, 2, 0};
     answer.refused = 123'456;
     for (int k = 0; k < parameters_of(filter); ++k) {
         answer.estimate.value[k] = static_cast<hexload_real_t>(1.5 + k);
@@ -129,7 +129,7 @@ TEST_CASE("an answer of either filter is the same after its two messages") {
 }
 
 TEST_CASE("health is reported in words") {
-    const hexload_bus_answer_t answer = some_answer(HEXLOAD_FILTER_PAPER);
+    hexload_bus_answer_t answer = some_answer(HEXLOAD_FILTER_PAPER);
     CHECK(transport::health_message(answer, 7).samples_missing == 7);
     // and its health bits 0, 2, 5, 7 and 8 are reported in words
     CHECK(transport::health_message(answer, 7).health ==
@@ -141,6 +141,12 @@ TEST_CASE("health is reported in words") {
     // and so is its input fault, with the leg
     CHECK(transport::health_message(answer, 7).input_fault ==
           std::string("leg 3: ") + hexload_input_fault_text(HEXLOAD_INPUT_VELOCITY_SIGN));
+    answer.input = {HEXLOAD_INPUT_KNOWN_MASS, HEXLOAD_LEGS, static_cast<hexload_real_t>(4905.2)};
+    CHECK(transport::health_message(answer, 7).input_fault.starts_with(
+        "the legs carry 4905 N more than the known mass explains: "));
+    answer.input.excess_n = static_cast<hexload_real_t>(-490.6);
+    CHECK(transport::health_message(answer, 7).input_fault.starts_with(
+        "the legs carry 491 N less than the known mass explains: "));
 }
 
 TEST_CASE("an answer with an unknown word, another filter or an impossible tick is refused") {
@@ -209,9 +215,9 @@ TEST_CASE(
     change.tick = -1;
     CHECK_FALSE(transport::load_change_of(change));
 
-    const hexload_bus_acknowledge_t acknowledge{HEXLOAD_COMMAND_START,        8,
-                                                HEXLOAD_RESULT_WRONG_STATE,   HEXLOAD_APP_FAULT,
-                                                HEXLOAD_FAULT_SAMPLE_TIMEOUT, HEXLOAD_BUS_FD};
+    const hexload_bus_acknowledge_t acknowledge{
+        HEXLOAD_COMMAND_START, 8, HEXLOAD_RESULT_WRONG_STATE, HEXLOAD_APP_FAULT, HEXLOAD_FAULT_SAMPLE_TIMEOUT,
+        HEXLOAD_BUS_FD,        0};
     acknowledge_t reply = transport::acknowledge_message(acknowledge, 5);
     CHECK(reply.done == 0);
     const auto reply_again = transport::acknowledge_of(reply);

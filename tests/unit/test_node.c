@@ -539,6 +539,37 @@ static void test_the_status_reports_version_tick_and_counters(void) {
     TEST_ASSERT_EQUAL_UINT32(0, status.frames_refused);
 }
 
+static void test_mass_in_force_and_configuration_are_told_and_what_contradicts_the_mass(void) {
+    // GIVEN a controller that is told the mass of another load
+    begin_active(HEXLOAD_BUS_FD);
+    const uint32_t configured = read_status().configuration;
+    machine.count = 0;
+    command(HEXLOAD_COMMAND_SET_KNOWN_MASS, 400.0f);
+    TEST_ASSERT_EQUAL_HEX8(hexload_bus_known_mass_crc(400.0f), last_acknowledge().known_mass_crc);
+    command(HEXLOAD_COMMAND_START, (float)HEXLOAD_PACING_LOCKSTEP);
+    // WHEN it has estimated for a while
+    for (uint32_t tick = 0; tick < 1000; tick++) {
+        machine.count = 0;
+        give(HEXLOAD_BUS_FD, tick);
+    }
+    // THEN its answer is inconsistent, and the status says why, by how much, and what is in force
+    hexload_bus_answer_t answer;
+    TEST_ASSERT_EQUAL_INT(1, read_answers(HEXLOAD_BUS_FD, 999, &answer));
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_VERDICT_INCONSISTENT, answer.estimate.verdict);
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_INPUT_KNOWN_MASS, answer.input.cause);
+    const hexload_bus_controller_status_t status = read_status();
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_INPUT_KNOWN_MASS, status.input.cause);
+    TEST_ASSERT_DOUBLE_WITHIN(10.0, 981.0, (double)status.input.excess_n);
+    TEST_ASSERT_TRUE(status.known_mass_kg == 400.0f);
+    TEST_ASSERT_NOT_EQUAL(configured, status.configuration);
+    // WHEN it is reset THEN the configured mass is in force
+    machine.count = 0;
+    command(HEXLOAD_COMMAND_RESET, 0.0f);
+    TEST_ASSERT_EQUAL_HEX8(hexload_bus_known_mass_crc(500.0f), last_acknowledge().known_mass_crc);
+    TEST_ASSERT_EQUAL_HEX32(configured, read_status().configuration);
+    TEST_ASSERT_TRUE(read_status().known_mass_kg == 500.0f);
+}
+
 static void test_counters_stay_at_their_largest_value(void) {
     begin_run(HEXLOAD_BUS_FD, HEXLOAD_PACING_LOCKSTEP);
     for (uint32_t n = 0; n < 4; n++) {
@@ -701,6 +732,7 @@ int main(void) {
     RUN_TEST(test_samples_of_the_other_profile_are_a_fault_at_once);
     RUN_TEST(test_status_pages_go_out_one_by_one_every_fifty_milliseconds);
     RUN_TEST(test_the_status_reports_version_tick_and_counters);
+    RUN_TEST(test_mass_in_force_and_configuration_are_told_and_what_contradicts_the_mass);
     RUN_TEST(test_counters_stay_at_their_largest_value);
     RUN_TEST(test_the_time_margin_is_the_least_since_it_was_last_reported);
     RUN_TEST(test_a_port_without_clock_and_stack_measure_will_do);
