@@ -98,6 +98,35 @@ TEST_CASE("messages arrive in order with numbers that follow one another") {
     CHECK(publisher.failed() == 0);
 }
 
+TEST_CASE("a message that claims more than it holds is refused and counted") {
+    estimate_t message = transport::estimate_message(some_answer(HEXLOAD_FILTER_PAPER));
+    std::vector<std::uint8_t> encoded(static_cast<std::size_t>(message.getEncodedSize()));
+    REQUIRE(message.encode(encoded.data(), 0, static_cast<int>(encoded.size())) > 0);
+    int heard = 0;
+    hexload::message::Taker<estimate_t> taker;
+    taker.handler = [&heard](const estimate_t&) { ++heard; };
+    taker.take(encoded);
+    CHECK(heard == 1);
+    constexpr std::size_t name_at = 24; // behind fingerprint, sequence and tick
+    const std::size_t count_at = name_at + 4 + message.filter.size() + 1;
+    for (const std::size_t at : {count_at, name_at}) {
+        for (const std::uint8_t first :
+             std::initializer_list<std::uint8_t>{0x7F, 0xFF, 0x80}) { // 2^31 - 1, -1, -2^31
+            auto claims = encoded;
+            std::fill_n(claims.begin() + static_cast<std::ptrdiff_t>(at), 4, std::uint8_t{0xFF});
+            claims[at] = first;
+            taker.take(claims);
+        }
+        taker.take(std::span(encoded).first(at));
+    }
+    auto without_end = encoded; // the verdict, a text of no length: before the two numbers at the end
+    const std::size_t verdict_at = encoded.size() - 8 - message.verdict.size() - 1 - 4;
+    std::fill_n(without_end.begin() + static_cast<std::ptrdiff_t>(verdict_at), 4, std::uint8_t{0});
+    taker.take(without_end);
+    CHECK(heard == 1);
+    CHECK(taker.counter.refused() == 9);
+}
+
 TEST_CASE("an answer of either filter is the same after its two messages") {
     for (const hexload_bus_filter_t filter : both_filters) {
         CAPTURE(hexload_bus_filter_name(filter));
