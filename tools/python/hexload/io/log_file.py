@@ -5,16 +5,20 @@ forces: an empty cell or nan. Anything else that is wrong in a log is refused wi
 """
 
 import gzip
+import itertools
 import math
 import zlib
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
+from typing import BinaryIO
 
 import numpy as np
 from numpy.typing import NDArray
 
 from hexload.errors import InputError
 
+LONGEST_LINE_BYTES = 1 << 16
 LEGS = range(1, 7)
 COLUMNS = ("t", *(f"{channel}{leg}" for channel in ("dl", "vl", "f") for leg in LEGS))
 WITHOUT_VELOCITY = tuple(name for name in COLUMNS if not name.startswith("vl"))
@@ -72,8 +76,9 @@ def _header() -> str:
 
 def _read_text(path: Path) -> str:
     try:
-        raw = path.read_bytes()
-        return (gzip.decompress(raw) if path.suffix == ".gz" else raw).decode("utf-8-sig")
+        with gzip.open(path) if path.suffix == ".gz" else path.open("rb") as file:
+            raw = b"".join(_bounded_lines(path, file))
+        return raw.decode("utf-8-sig")
     except FileNotFoundError:
         raise InputError(f"{path}: found no such file, expected a log (.csv or .csv.gz)") from None
     except IsADirectoryError:
@@ -84,6 +89,19 @@ def _read_text(path: Path) -> str:
         raise InputError(f"{path}: found damaged or incomplete gzip data, expected a .csv.gz log") from None
     except OSError as error:
         raise InputError(f"{path}: cannot be read, {error.strerror}") from None
+
+
+def _bounded_lines(path: Path, file: BinaryIO) -> Iterator[bytes]:
+    """A MB of gzip can hold a line of gigabytes."""
+    for number in itertools.count(1):
+        line = file.readline(LONGEST_LINE_BYTES + 1)
+        if not line:
+            return
+        if len(line) > LONGEST_LINE_BYTES:
+            raise InputError(
+                f"{path}: line {number}: found more than {LONGEST_LINE_BYTES} bytes, expected a row of a log"
+            )
+        yield line
 
 
 def _columns(path: Path, header: list[str]) -> tuple[str, ...]:
