@@ -32,7 +32,16 @@ typedef enum hexload_app_fault {
     HEXLOAD_FAULT_WRONG_PROFILE = 3,     ///< samples of the other profile are on the bus
     HEXLOAD_FAULT_SECOND_CONTROLLER = 4, ///< another node sends a controller's frames
     HEXLOAD_FAULT_BUS_DOWN = 5,          ///< the port cannot send or receive
+    HEXLOAD_FAULT_SECOND_SOURCE = 6, ///< samples come from two sources: doubled with other numbers, or late
 } hexload_app_fault_t;
+
+enum {
+    /// Ticks that a sample may be ahead of the last one. One that is farther is refused, until so many
+    /// have followed one another there: then the source has gone on, and the estimator with it. More than
+    /// HEXLOAD_BUS_TICK_PERIOD, so that one false SampleTick is over before.
+    HEXLOAD_APP_FARTHEST_JUMP = 1000,
+    HEXLOAD_APP_JUMP_SAMPLES = 20,
+};
 
 typedef struct hexload_app_settings {
     uint32_t sample_timeout_ms;   ///< silence in real time after which ESTIMATING ends in FAULT; 5..60000
@@ -54,6 +63,8 @@ typedef struct hexload_app {
     uint32_t refused_in_a_row;
     uint32_t samples_missing; ///< ticks without a sample since START, saturating
     uint32_t last_tick;       ///< of the last accepted sample
+    uint32_t jump_tick;       ///< of the last sample beyond HEXLOAD_APP_FARTHEST_JUMP
+    uint32_t jump_samples;    ///< that have followed one another there
     uint32_t change_tick;     ///< of the sample at which a load change was last detected
 } hexload_app_t;
 
@@ -87,6 +98,9 @@ void hexload_app_sample(hexload_app_t* self, const hexload_leg_sample_t* sample,
 
 /// Time passes: call it every millisecond, or with the milliseconds since the last call.
 void hexload_app_elapse(hexload_app_t* self, uint32_t elapsed_ms);
+
+/// ARMED, ESTIMATING or CONVERGED.
+bool hexload_app_is_running(const hexload_app_t* self);
 
 /// Whether the load change was detected at the last accepted sample, and this is its tick.
 bool hexload_app_has_load_changed(const hexload_app_t* self, uint32_t tick);

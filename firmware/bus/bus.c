@@ -75,7 +75,7 @@ hexload_bus_status_t hexload_bus_decode_command(const hexload_bus_frame_t* frame
     }
     struct hexload_dbc_command_t message;
     (void)hexload_dbc_command_unpack(&message, frame->data, sizeof frame->data);
-    if (!isfinite(message.argument)) {
+    if (!isfinite(message.argument) || !hexload_dbc_command_argument_is_in_range(message.argument)) {
         return HEXLOAD_BUS_ERR_VALUE;
     }
     *command = (hexload_bus_command_t){
@@ -250,21 +250,35 @@ uint8_t hexload_bus_known_mass_crc(float known_mass_kg) {
     return known_mass_kg > 0.0f ? hexload_crc8(bytes, sizeof bytes) : 0;
 }
 
-bool hexload_bus_is_from_controller(const hexload_bus_frame_t* frame) {
-    switch (frame->id) {
-    case HEXLOAD_DBC_LOAD_CHANGE_FRAME_ID:
-    case HEXLOAD_DBC_ESTIMATE_FD_FRAME_ID:
-    case HEXLOAD_DBC_SIGMA_FD_FRAME_ID:
-    case HEXLOAD_DBC_HEALTH_FD_FRAME_ID:
-    case HEXLOAD_DBC_ANSWER_PAGE_FRAME_ID:
-    case HEXLOAD_DBC_LOAD_FD_FRAME_ID:
-    case HEXLOAD_DBC_LOAD_SIGMA_FD_FRAME_ID:
-    case HEXLOAD_DBC_ACKNOWLEDGE_FRAME_ID:
-    case HEXLOAD_DBC_CONTROLLER_STATUS_FRAME_ID:
-        return true;
-    default:
-        return false;
+#define LAYOUT(message, crc)                                                                                 \
+    { HEXLOAD_DBC_##message##_FRAME_ID, HEXLOAD_DBC_##message##_LENGTH, (crc) }
+
+/// All that a controller sends.
+static const hexload_frame_layout_t controller_layouts[] = {
+    LAYOUT(LOAD_CHANGE, HEXLOAD_FRAME_CRC16),      LAYOUT(ESTIMATE_FD, HEXLOAD_FRAME_CRC32),
+    LAYOUT(SIGMA_FD, HEXLOAD_FRAME_CRC32),         LAYOUT(HEALTH_FD, HEXLOAD_FRAME_CRC32),
+    LAYOUT(ANSWER_PAGE, HEXLOAD_FRAME_CRC8),       LAYOUT(LOAD_FD, HEXLOAD_FRAME_CRC32),
+    LAYOUT(LOAD_SIGMA_FD, HEXLOAD_FRAME_CRC32),    LAYOUT(ACKNOWLEDGE, HEXLOAD_FRAME_CRC16),
+    LAYOUT(CONTROLLER_STATUS, HEXLOAD_FRAME_CRC8),
+};
+
+static const hexload_frame_layout_t* controller_layout(uint32_t id) {
+    const size_t count = sizeof controller_layouts / sizeof controller_layouts[0];
+    for (size_t n = 0; n < count && id >= controller_layouts[0].id; n++) { // samples and commands are below
+        if (controller_layouts[n].id == id) {
+            return &controller_layouts[n];
+        }
     }
+    return NULL;
+}
+
+bool hexload_bus_is_from_controller(const hexload_bus_frame_t* frame) {
+    return controller_layout(frame->id) != NULL;
+}
+
+hexload_bus_status_t hexload_bus_check_controller(const hexload_bus_frame_t* frame) {
+    const hexload_frame_layout_t* layout = controller_layout(frame->id);
+    return layout != NULL ? hexload_frame_check(frame, layout) : HEXLOAD_BUS_OTHER;
 }
 
 const char* hexload_bus_profile_name(hexload_bus_profile_t profile) {
@@ -296,6 +310,8 @@ const char* hexload_bus_status_name(hexload_bus_status_t status) {
         return "late or doubled frame";
     case HEXLOAD_BUS_ERR_PROFILE:
         return "frame of the other profile";
+    case HEXLOAD_BUS_ERR_CONTRADICTION:
+        return "same leg and tick with other numbers";
     default:
         return "unknown status";
     }

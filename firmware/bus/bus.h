@@ -49,9 +49,10 @@ typedef enum hexload_bus_status {
     HEXLOAD_BUS_PARTIAL = 2,     ///< taken; more frames are needed
     HEXLOAD_BUS_ERR_LENGTH = -1, ///< length or format is not the DBC's
     HEXLOAD_BUS_ERR_CRC = -2,
-    HEXLOAD_BUS_ERR_VALUE = -3,   ///< a number is not finite, or a code the DBC does not know
-    HEXLOAD_BUS_ERR_TICK = -4,    ///< a late or doubled frame: belongs to a tick that is over
-    HEXLOAD_BUS_ERR_PROFILE = -5, ///< a leg sample or an answer of the other profile
+    HEXLOAD_BUS_ERR_VALUE = -3,         ///< a number is not finite, or a code the DBC does not know
+    HEXLOAD_BUS_ERR_TICK = -4,          ///< a late or doubled frame: belongs to a tick that is over
+    HEXLOAD_BUS_ERR_PROFILE = -5,       ///< a leg sample or an answer of the other profile
+    HEXLOAD_BUS_ERR_CONTRADICTION = -6, ///< the same leg and tick once more, with other numbers: two sources
 } hexload_bus_status_t;
 
 /// Commands to the controller. Values are those of the DBC (checked when compiling).
@@ -194,6 +195,10 @@ uint8_t hexload_bus_known_mass_crc(float known_mass_kg);
 
 /// Whether only a controller sends frames with this identifier.
 bool hexload_bus_is_from_controller(const hexload_bus_frame_t* frame);
+
+/// Whether it is one of a controller's frames in length, format and checksum.
+/// @return HEXLOAD_BUS_OK, _OTHER, _ERR_LENGTH or _ERR_CRC.
+HEXLOAD_MUST_USE hexload_bus_status_t hexload_bus_check_controller(const hexload_bus_frame_t* frame);
 
 /// Short names for messages, never NULL, static storage.
 const char* hexload_bus_profile_name(hexload_bus_profile_t profile); ///< "fd", "classic"

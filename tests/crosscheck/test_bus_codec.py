@@ -207,10 +207,10 @@ def answers(draw):
         "tick": draw(uint[32]),
         "status": draw(st.integers(-5, 0)),
         "state": draw(st.integers(0, 4)),
-        "fault": draw(st.integers(0, 5)),
+        "fault": draw(st.integers(0, 6)),
         "missing_legs": draw(st.integers(0, 63)),
         "filter": filter_code,
-        "health": draw(st.integers(0, 16383)),
+        "health": draw(st.integers(0, 65535)),
         "input_cause": draw(st.integers(0, 15)),
         "input_leg": draw(st.integers(0, 6)),
         "refused": draw(uint[32]),
@@ -374,7 +374,7 @@ def test_commands_are_the_same_in_both_directions(kind, sequence, argument):
 
 
 @tuned
-@given(st.integers(1, 5), uint[8], st.integers(0, 4), st.integers(0, 4), st.integers(0, 5), st.integers(0, 1), uint[8])
+@given(st.integers(1, 5), uint[8], st.integers(0, 4), st.integers(0, 4), st.integers(0, 6), st.integers(0, 1), uint[8])
 def test_acknowledges_are_the_same_in_both_directions(kind, sequence, result, state, fault, profile_code, mass_crc):
     fields = {"sequence": sequence, "result": result, "state": state, "fault": fault, "profile": profile_code}
     fields["known_mass_crc"] = mass_crc
@@ -410,7 +410,7 @@ def statuses(draw):
         "version": [draw(uint[8]) for _ in range(3)],
         "profile": draw(st.integers(0, 1)),
         "state": draw(st.integers(0, 4)),
-        "fault": draw(st.integers(0, 5)),
+        "fault": draw(st.integers(0, 6)),
         "time_margin_us": draw(st.integers(-(2**31), 2**31 - 1)),
         **{name: draw(uint[32]) for name in counters},
         "load_changes": draw(uint[16]),

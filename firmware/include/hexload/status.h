@@ -50,7 +50,9 @@ typedef enum hexload_health_bit {
                                            ///< which, and the verdict is "inconsistent"
     HEXLOAD_HEALTH_CHANNEL_LOST =
         14, ///< a force or a displacement of one leg is missing, and bridged: sigmas grow
-    HEXLOAD_HEALTH_BITS = 15
+    HEXLOAD_HEALTH_FRAMES_REFUSED =
+        15, ///< of the application: of late, frames were refused that look like the source's
+    HEXLOAD_HEALTH_BITS = 16
 } hexload_health_bit_t;
 
 /// What is wrong with the channels of the samples. Codes of the bus, too.
