@@ -45,7 +45,10 @@ hexload_status_t hexload_node_init(hexload_node_t* self, const hexload_config_t*
     self->answer_page = 0;
     self->status_page = 0;
     self->heard_controller = false;
-    self->strangers = self->foreign = self->late = self->refused = (hexload_node_events_t){0};
+    self->strangers = (hexload_node_events_t){0};
+    self->foreign = (hexload_node_events_t){0};
+    self->late = (hexload_node_events_t){0};
+    self->refused = (hexload_node_events_t){0};
     return HEXLOAD_OK;
 }
 
