@@ -37,6 +37,24 @@ void GapCounter::take(std::int64_t sequence) {
     ++received_;
 }
 
+// Behind fingerprint, sequence, tick and the filter's name stands how many parameters follow.
+template <> bool is_bounded<estimate_t>(std::span<const std::uint8_t> encoded) {
+    constexpr std::size_t before_name = 3 * sizeof(std::int64_t);
+    constexpr std::uint32_t most_parameters = 64;
+    const auto number = [encoded](std::size_t at) {
+        std::uint32_t value = 0;
+        for (std::size_t n = at; n < at + 4; ++n) {
+            value = value << 8U | encoded[n];
+        }
+        return value;
+    };
+    if (encoded.size() < before_name + 8) {
+        return false;
+    }
+    const std::size_t name = number(before_name);
+    return name <= encoded.size() - before_name - 8 && number(before_name + 4 + name) <= most_parameters;
+}
+
 Session::Session(const std::string& url) : url_(url), lcm_(url) {
     if (!lcm_.good()) {
         refuse("no way to open it");

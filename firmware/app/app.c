@@ -1,6 +1,7 @@
 #include "app/app.h"
 
 #include "app/saturate.h"
+#include "bus/crc.h"
 
 #include <hexload_dbc.h>
 
@@ -27,7 +28,8 @@ SAME_STATES(CONTROLLER_STATUS);
             (int)HEXLOAD_DBC_##message##_FAULT_WRONG_PROFILE_CHOICE == HEXLOAD_FAULT_WRONG_PROFILE &&        \
             (int)HEXLOAD_DBC_##message##_FAULT_SECOND_CONTROLLER_CHOICE ==                                   \
                 HEXLOAD_FAULT_SECOND_CONTROLLER &&                                                           \
-            (int)HEXLOAD_DBC_##message##_FAULT_BUS_DOWN_CHOICE == HEXLOAD_FAULT_BUS_DOWN,                    \
+            (int)HEXLOAD_DBC_##message##_FAULT_BUS_DOWN_CHOICE == HEXLOAD_FAULT_BUS_DOWN &&                  \
+            (int)HEXLOAD_DBC_##message##_FAULT_SECOND_SOURCE_CHOICE == HEXLOAD_FAULT_SECOND_SOURCE,          \
         "faults of the DBC")
 SAME_FAULTS(HEALTH_FD);
 SAME_FAULTS(ANSWER_PAGE);
@@ -52,6 +54,18 @@ const hexload_health_t* hexload_app_health(const hexload_app_t* self) {
     return hexload_health(&self->estimator);
 }
 
+hexload_real_t hexload_app_known_mass_kg(const hexload_app_t* self) {
+    return self->config.kind == HEXLOAD_KIND_PAPER ? self->config.paper.load_mass_kg
+                                                   : self->config.momentum.prior_mass_kg;
+}
+
+uint32_t hexload_app_configuration(const hexload_config_t* config) {
+    const uint8_t* bytes = (const uint8_t*)config;
+    const size_t begin = offsetof(hexload_config_t, tick_s);
+    const size_t directions = sizeof config->rig.direction[0] * config->rig.direction_count;
+    return hexload_crc32(&bytes[begin], offsetof(hexload_config_t, rig.direction) + directions - begin);
+}
+
 /// A fresh estimator and counters that start from 0.
 static hexload_status_t begin_anew(hexload_app_t* self) {
     const hexload_status_t status = hexload_init(&self->estimator, &self->config);
@@ -64,6 +78,7 @@ static hexload_status_t begin_anew(hexload_app_t* self) {
     self->refused_in_a_row = 0;
     self->samples_missing = 0;
     self->last_tick = 0;
+    self->jump_samples = 0;
     self->change_tick = 0;
     return HEXLOAD_OK;
 }
@@ -80,6 +95,8 @@ hexload_status_t hexload_app_init(hexload_app_t* self, const hexload_config_t* c
         return status;
     }
     self->config = *config;
+    self->configured_paper = config->paper;
+    self->configured_momentum = config->momentum;
     self->settings = *settings;
     self->state = HEXLOAD_APP_IDLE;
     self->pacing = HEXLOAD_PACING_REAL_TIME;
@@ -111,6 +128,8 @@ static hexload_bus_result_t stop(hexload_app_t* self) {
 }
 
 static hexload_bus_result_t reset(hexload_app_t* self) {
+    self->config.paper = self->configured_paper;
+    self->config.momentum = self->configured_momentum;
     if (begin_anew(self) != HEXLOAD_OK) {
         return HEXLOAD_RESULT_NOT_AVAILABLE; // not reached, as in start()
     }
@@ -190,15 +209,16 @@ void hexload_app_command(hexload_app_t* self, const hexload_bus_command_t* comma
     acknowledge->result = (uint8_t)carry_out(self, command);
     acknowledge->state = (uint8_t)self->state;
     acknowledge->fault = (uint8_t)self->fault;
+    acknowledge->known_mass_crc = hexload_bus_known_mass_crc((float)hexload_app_known_mass_kg(self));
 }
 
-static bool is_running(const hexload_app_t* self) {
+bool hexload_app_is_running(const hexload_app_t* self) {
     return self->state == HEXLOAD_APP_ARMED || self->state == HEXLOAD_APP_ESTIMATING ||
            self->state == HEXLOAD_APP_CONVERGED;
 }
 
 bool hexload_app_has_load_changed(const hexload_app_t* self, uint32_t tick) {
-    return is_running(self) && self->last_tick == tick &&
+    return hexload_app_is_running(self) && self->last_tick == tick &&
            (hexload_app_health(self)->bits >> HEXLOAD_HEALTH_LOAD_CHANGED & 1u) != 0;
 }
 
@@ -211,13 +231,29 @@ static void take_estimate(hexload_app_t* self, uint32_t tick) {
         self->change_tick = tick;
     }
     self->refused_in_a_row = 0;
+    self->jump_samples = 0;
     self->state =
         self->estimate.verdict == HEXLOAD_VERDICT_CONVERGED ? HEXLOAD_APP_CONVERGED : HEXLOAD_APP_ESTIMATING;
 }
 
+/// Whether a sample is so far ahead that only others after it make it believable.
+static bool is_jump(hexload_app_t* self, uint32_t tick) {
+    const uint32_t ahead = tick - self->last_tick;
+    if (self->state == HEXLOAD_APP_ARMED || ahead <= (uint32_t)HEXLOAD_APP_FARTHEST_JUMP ||
+        ahead > UINT32_MAX / 2) {
+        return false;
+    }
+    const bool follows = self->jump_samples > 0 && tick - self->jump_tick - 1u < HEXLOAD_APP_JUMP_SAMPLES;
+    self->jump_samples = follows ? self->jump_samples + 1 : 1;
+    self->jump_tick = tick;
+    return self->jump_samples < (uint32_t)HEXLOAD_APP_JUMP_SAMPLES;
+}
+
 static hexload_status_t run(hexload_app_t* self, const hexload_leg_sample_t* sample) {
     self->silence_ms = 0;
-    const hexload_status_t status = hexload_tick(&self->estimator, &self->config, sample, &self->estimate);
+    const hexload_status_t status =
+        is_jump(self, sample->tick) ? HEXLOAD_ERR_TICK
+                                    : hexload_tick(&self->estimator, &self->config, sample, &self->estimate);
     if (status == HEXLOAD_OK) {
         take_estimate(self, sample->tick);
         return status;
@@ -231,7 +267,7 @@ static hexload_status_t run(hexload_app_t* self, const hexload_leg_sample_t* sam
 
 void hexload_app_sample(hexload_app_t* self, const hexload_leg_sample_t* sample,
                         hexload_bus_answer_t* answer) {
-    const hexload_status_t status = is_running(self) ? run(self, sample) : HEXLOAD_OK;
+    const hexload_status_t status = hexload_app_is_running(self) ? run(self, sample) : HEXLOAD_OK;
     answer->tick = sample->tick;
     answer->status = (int8_t)status;
     answer->state = (uint8_t)self->state;
@@ -294,6 +330,8 @@ const char* hexload_app_fault_name(hexload_app_fault_t fault) {
         return "second controller on the bus";
     case HEXLOAD_FAULT_BUS_DOWN:
         return "bus down";
+    case HEXLOAD_FAULT_SECOND_SOURCE:
+        return "samples of two sources";
     default:
         return "unknown fault";
     }

@@ -32,7 +32,16 @@ typedef enum hexload_app_fault {
     HEXLOAD_FAULT_WRONG_PROFILE = 3,     ///< samples of the other profile are on the bus
     HEXLOAD_FAULT_SECOND_CONTROLLER = 4, ///< another node sends a controller's frames
     HEXLOAD_FAULT_BUS_DOWN = 5,          ///< the port cannot send or receive
+    HEXLOAD_FAULT_SECOND_SOURCE = 6, ///< samples come from two sources: doubled with other numbers, or late
 } hexload_app_fault_t;
+
+enum {
+    /// Ticks that a sample may be ahead of the last one. One that is farther is refused, until so many
+    /// have followed one another there: then the source has gone on, and the estimator with it. More than
+    /// HEXLOAD_BUS_TICK_PERIOD, so that one false SampleTick is over before.
+    HEXLOAD_APP_FARTHEST_JUMP = 1000,
+    HEXLOAD_APP_JUMP_SAMPLES = 20,
+};
 
 typedef struct hexload_app_settings {
     uint32_t sample_timeout_ms;   ///< silence in real time after which ESTIMATING ends in FAULT; 5..60000
@@ -41,7 +50,9 @@ typedef struct hexload_app_settings {
 } hexload_app_settings_t;
 
 typedef struct hexload_app {
-    hexload_config_t config; ///< a copy: commands change it
+    hexload_config_t config;                       ///< a copy: commands change it
+    hexload_paper_config_t configured_paper;       ///< as configured: RESET restores the known mass
+    hexload_momentum_config_t configured_momentum; ///< likewise
     hexload_app_settings_t settings;
     hexload_t estimator;
     hexload_estimate_t estimate; ///< last
@@ -52,6 +63,8 @@ typedef struct hexload_app {
     uint32_t refused_in_a_row;
     uint32_t samples_missing; ///< ticks without a sample since START, saturating
     uint32_t last_tick;       ///< of the last accepted sample
+    uint32_t jump_tick;       ///< of the last sample beyond HEXLOAD_APP_FARTHEST_JUMP
+    uint32_t jump_samples;    ///< that have followed one another there
     uint32_t change_tick;     ///< of the sample at which a load change was last detected
 } hexload_app_t;
 
@@ -65,7 +78,8 @@ HEXLOAD_MUST_USE hexload_status_t hexload_app_init(hexload_app_t* self, const he
                                                    const hexload_app_settings_t* settings);
 
 /// Carries out a command. START: from IDLE only; begins with a fresh estimator. STOP: to IDLE from anywhere
-/// but FAULT; the last estimate stays readable. RESET: to IDLE from anywhere, fresh estimator. SELECT_FILTER,
+/// but FAULT; the last estimate stays readable. RESET: to IDLE from anywhere, fresh estimator, and the known
+/// mass and the priors are those of the configuration again. SELECT_FILTER,
 /// SET_KNOWN_MASS: in IDLE only. Another filter is a fresh one, and the last estimate is forgotten; the one
 /// that is selected already goes on as it is. The mass is set for every estimator
 /// (hexload_config_set_known_mass()), for the momentum estimators until they detect a load change; one that
@@ -85,11 +99,22 @@ void hexload_app_sample(hexload_app_t* self, const hexload_leg_sample_t* sample,
 /// Time passes: call it every millisecond, or with the milliseconds since the last call.
 void hexload_app_elapse(hexload_app_t* self, uint32_t elapsed_ms);
 
+/// ARMED, ESTIMATING or CONVERGED.
+bool hexload_app_is_running(const hexload_app_t* self);
+
 /// Whether the load change was detected at the last accepted sample, and this is its tick.
 bool hexload_app_has_load_changed(const hexload_app_t* self, uint32_t tick);
 
 /// Health of the estimator since START.
 const hexload_health_t* hexload_app_health(const hexload_app_t* self);
+
+/// Mass of the load that was told, by the configuration or by SET_KNOWN_MASS, and is in force for the kind
+/// that is selected; 0: none.
+hexload_real_t hexload_app_known_mass_kg(const hexload_app_t* self);
+
+/// CRC-32 over a configuration but for its kind: over all numbers from tick_s on, and the rig's directions
+/// that count. As long as hexload_config_check(), not for the 1 ms path; reentrant.
+uint32_t hexload_app_configuration(const hexload_config_t* config);
 
 /// The caller found a reason to stop. The first fault stays until RESET.
 void hexload_app_set_fault(hexload_app_t* self, hexload_app_fault_t fault);

@@ -17,6 +17,11 @@ _Static_assert(sizeof(hexload_node_t) <= (size_t)30 * 1024 * sizeof(hexload_real
 #define APART
 #endif
 
+/// After each change of it.
+static void note_configuration(hexload_node_t* self) {
+    self->status.configuration = hexload_app_configuration(&self->app.config);
+}
+
 hexload_status_t hexload_node_init(hexload_node_t* self, const hexload_config_t* config,
                                    const hexload_app_settings_t* settings, hexload_bus_profile_t profile,
                                    const hexload_port_t* port) {
@@ -30,7 +35,9 @@ hexload_status_t hexload_node_init(hexload_node_t* self, const hexload_config_t*
     self->status = (hexload_bus_controller_status_t){
         .version = {HEXLOAD_VERSION_MAJOR, HEXLOAD_VERSION_MINOR, HEXLOAD_VERSION_PATCH},
         .profile = (uint8_t)profile};
+    note_configuration(self);
     self->age_ms = 0;
+    self->clock_ms = 0;
     self->leg_silence_ms = 0;
     self->status_wait_ms = 0;
     self->send_failed = 0;
@@ -38,11 +45,29 @@ hexload_status_t hexload_node_init(hexload_node_t* self, const hexload_config_t*
     self->answer_page = 0;
     self->status_page = 0;
     self->heard_controller = false;
+    self->strangers = (hexload_node_events_t){0};
+    self->foreign = (hexload_node_events_t){0};
+    self->late = (hexload_node_events_t){0};
+    self->refused = (hexload_node_events_t){0};
     return HEXLOAD_OK;
 }
 
 bool hexload_node_is_active(const hexload_node_t* self) {
     return self->age_ms >= HEXLOAD_NODE_LISTEN_MS && !self->heard_controller;
+}
+
+/// Counts an event; those of more than a second ago are forgotten. @return how many there were.
+static uint32_t note_event(const hexload_node_t* self, hexload_node_events_t* events) {
+    if (self->clock_ms - events->since_ms >= HEXLOAD_NODE_MEMORY_MS) {
+        *events = (hexload_node_events_t){.since_ms = self->clock_ms};
+    }
+    hexload_count(&events->count, 1);
+    return events->count;
+}
+
+/// Whether there were at least so many in the last second or two.
+static bool has_events(const hexload_node_t* self, const hexload_node_events_t* events, uint32_t least) {
+    return events->count >= least && self->clock_ms - events->since_ms < 2u * HEXLOAD_NODE_MEMORY_MS;
 }
 
 static bool send(hexload_node_t* self, const hexload_bus_frame_t* frame) {
@@ -61,6 +86,9 @@ static APART void carry_out(hexload_node_t* self, const hexload_bus_command_t* c
         (command->kind == HEXLOAD_COMMAND_START || command->kind == HEXLOAD_COMMAND_RESET)) {
         hexload_sample_assembly_forgive(&self->assembly);
         self->health_seen = 0;
+    }
+    if (command->kind == HEXLOAD_COMMAND_RESET || command->kind == HEXLOAD_COMMAND_SET_KNOWN_MASS) {
+        note_configuration(self);
     }
     self->answer_page = 0; // each run's answers begin with page 0, whatever was before it
     hexload_bus_encode_acknowledge(&acknowledge, &frame);
@@ -126,6 +154,24 @@ static APART void send_load_change(hexload_node_t* self) {
     (void)send(self, &frame);
 }
 
+/// Frames that the node did not take because others of their tick, or of later ones, had come before.
+static void note_late(hexload_node_t* self, uint32_t frames) {
+    uint32_t count = 0;
+    for (uint32_t n = 0; n < frames; n++) {
+        count = note_event(self, &self->late);
+    }
+    if (count >= (uint32_t)HEXLOAD_NODE_LATE_FRAMES) {
+        hexload_app_set_fault(&self->app, HEXLOAD_FAULT_SECOND_SOURCE);
+    }
+}
+
+/// Whether a sample comes after one that is of a later tick, and was accepted: not so when a source begins
+/// anew, which has nothing accepted in between.
+static bool is_overtaken(const hexload_app_t* app, const hexload_bus_answer_t* answer) {
+    return answer->status == HEXLOAD_ERR_TICK && app->refused_in_a_row == 1 &&
+           answer->tick - app->last_tick > UINT32_MAX / 2;
+}
+
 static void process(hexload_node_t* self, const hexload_leg_sample_t* sample) {
     const bool has_clock = self->port.clock_us != NULL;
     const uint32_t begin_us = has_clock ? self->port.clock_us(self->port.context) : 0;
@@ -134,7 +180,13 @@ static void process(hexload_node_t* self, const hexload_leg_sample_t* sample) {
     if (answer.status == HEXLOAD_OK && hexload_app_has_load_changed(&self->app, sample->tick)) {
         send_load_change(self);
     }
+    if (is_overtaken(&self->app, &answer)) {
+        note_late(self, HEXLOAD_LEGS);
+    }
     answer.missing_legs = self->assembly.missing_legs;
+    if (has_events(self, &self->refused, HEXLOAD_NODE_MANY_REFUSED)) {
+        answer.health |= (uint16_t)(1u << HEXLOAD_HEALTH_FRAMES_REFUSED);
+    }
     send_answer(self, &answer);
     if (has_clock) {
         note_time(self, begin_us);
@@ -150,27 +202,43 @@ static hexload_bus_status_t take_sample_frame(hexload_node_t* self, const hexloa
     if (status == HEXLOAD_BUS_OK && hexload_node_is_active(self)) {
         process(self, &sample);
     }
-    if (status == HEXLOAD_BUS_ERR_PROFILE) {
+    if (status == HEXLOAD_BUS_ERR_PROFILE &&
+        note_event(self, &self->foreign) >= (uint32_t)HEXLOAD_NODE_STRANGERS) {
         hexload_app_set_fault(&self->app, HEXLOAD_FAULT_WRONG_PROFILE);
+    }
+    if (status == HEXLOAD_BUS_ERR_CONTRADICTION && hexload_app_is_running(&self->app)) {
+        hexload_app_set_fault(&self->app, HEXLOAD_FAULT_SECOND_SOURCE);
+    } else if (status == HEXLOAD_BUS_ERR_TICK && hexload_app_is_running(&self->app)) {
+        note_late(self, 1);
+    }
+    return status;
+}
+
+/// A frame that only a controller sends: one alone may be anybody's mistake.
+static hexload_bus_status_t hear_controller(hexload_node_t* self, const hexload_bus_frame_t* frame) {
+    const hexload_bus_status_t status = hexload_bus_check_controller(frame);
+    if (status == HEXLOAD_BUS_OK && note_event(self, &self->strangers) >= (uint32_t)HEXLOAD_NODE_STRANGERS) {
+        self->heard_controller = self->heard_controller || self->age_ms < HEXLOAD_NODE_LISTEN_MS;
+        hexload_app_set_fault(&self->app, HEXLOAD_FAULT_SECOND_CONTROLLER);
     }
     return status;
 }
 
 void hexload_node_receive(hexload_node_t* self, const hexload_bus_frame_t* frame) {
-    if (hexload_bus_is_from_controller(frame)) {
-        self->heard_controller = self->heard_controller || self->age_ms < HEXLOAD_NODE_LISTEN_MS;
-        hexload_app_set_fault(&self->app, HEXLOAD_FAULT_SECOND_CONTROLLER);
-        return;
-    }
     hexload_bus_command_t command;
-    hexload_bus_status_t status = hexload_bus_decode_command(frame, &command);
-    if (status == HEXLOAD_BUS_OK && hexload_node_is_active(self)) {
-        carry_out(self, &command);
-    } else if (status == HEXLOAD_BUS_OTHER) {
+    hexload_bus_status_t status = hear_controller(self, frame);
+    if (status == HEXLOAD_BUS_OTHER) {
+        status = hexload_bus_decode_command(frame, &command);
+        if (status == HEXLOAD_BUS_OK && hexload_node_is_active(self)) {
+            carry_out(self, &command);
+        }
+    }
+    if (status == HEXLOAD_BUS_OTHER) {
         status = take_sample_frame(self, frame);
     }
     if (status < 0) {
         hexload_count(&self->status.frames_refused, 1);
+        (void)note_event(self, &self->refused);
     }
 }
 
@@ -185,6 +253,7 @@ static void send_status(hexload_node_t* self) {
     status->samples_refused = hexload_app_health(&self->app)->refused;
     status->load_changes = load_changes(self);
     status->input = hexload_app_health(&self->app)->input;
+    status->known_mass_kg = (float)hexload_app_known_mass_kg(&self->app);
     if (self->port.stack_margin_bytes != NULL) {
         status->stack_margin_bytes = self->port.stack_margin_bytes(self->port.context);
     }
@@ -201,6 +270,7 @@ void hexload_node_period(hexload_node_t* self, uint32_t periods) {
     }
     hexload_count(&self->status.overruns, periods - 1);
     hexload_count(&self->age_ms, periods);
+    self->clock_ms += periods;
     hexload_count(&self->leg_silence_ms, periods);
     hexload_count(&self->status_wait_ms, periods);
     hexload_app_elapse(&self->app, periods);
@@ -221,6 +291,7 @@ void hexload_node_bus_state(hexload_node_t* self, bool is_up) {
         const hexload_bus_command_t reset = {.kind = HEXLOAD_COMMAND_RESET};
         hexload_bus_acknowledge_t unused;
         hexload_app_command(&self->app, &reset, &unused);
+        note_configuration(self);
         hexload_sample_assembly_forgive(&self->assembly);
     }
 }

@@ -22,7 +22,17 @@ enum {
     HEXLOAD_NODE_LISTEN_MS = 250,       ///< silent after the start, to hear a controller that is there
     HEXLOAD_NODE_STATUS_PERIOD_MS = 50, ///< one status page
     HEXLOAD_NODE_TICK_LOST_MS = 8,      ///< real time: a longer silence makes the four-bit tick ambiguous
+    HEXLOAD_NODE_MEMORY_MS = 1000,      ///< for which what is not as it should be counts
+    HEXLOAD_NODE_STRANGERS = 3,         ///< whole frames of a controller or of the other profile: a fault
+    HEXLOAD_NODE_LATE_FRAMES = 60,      ///< late leg frames, ten samples' worth: another source is faster
+    HEXLOAD_NODE_MANY_REFUSED = 10,     ///< frames: a health bit
 };
+
+/// Of one kind, since a time that is a second ago at most.
+typedef struct hexload_node_events {
+    uint32_t since_ms; ///< by the node's clock
+    uint32_t count;
+} hexload_node_events_t;
 
 typedef struct hexload_node {
     hexload_app_t app;
@@ -30,14 +40,19 @@ typedef struct hexload_node {
     hexload_sample_assembly_t assembly;
     hexload_bus_answer_t answer; ///< classic: the one whose pages are being sent
     hexload_bus_controller_status_t status;
-    uint32_t age_ms;         ///< since the start, saturating
-    uint32_t leg_silence_ms; ///< since the last frame of a sample, saturating
-    uint32_t status_wait_ms; ///< since the last status page
-    uint32_t send_failed;    ///< frames that the port could not queue, saturating
-    uint16_t health_seen;    ///< classic: bits of the samples since the last page with them
-    uint8_t answer_page;     ///< next one
-    uint8_t status_page;     ///< next one
-    bool heard_controller;   ///< while listening
+    uint32_t age_ms;                 ///< since the start, saturating
+    uint32_t clock_ms;               ///< the same, wrapping
+    uint32_t leg_silence_ms;         ///< since the last frame of a sample, saturating
+    uint32_t status_wait_ms;         ///< since the last status page
+    uint32_t send_failed;            ///< frames that the port could not queue, saturating
+    uint16_t health_seen;            ///< classic: bits of the samples since the last page with them
+    hexload_node_events_t strangers; ///< frames of another controller
+    hexload_node_events_t foreign;   ///< samples of the other profile
+    hexload_node_events_t late;      ///< legs of ticks that are over
+    hexload_node_events_t refused;   ///< frames, for whatever reason
+    uint8_t answer_page;             ///< next one
+    uint8_t status_page;             ///< next one
+    bool heard_controller;           ///< while listening
 } hexload_node_t;
 
 /// @return as hexload_app_init().

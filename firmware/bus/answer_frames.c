@@ -44,7 +44,7 @@ SAME_VERDICTS_OF(LOAD_IYZ);
 SAME_STATUSES(HEALTH_FD_STATUS);
 SAME_STATUSES(ANSWER_PAGE_STATUS);
 
-_Static_assert((int)HEXLOAD_HEALTH_BITS == 15,
+_Static_assert((int)HEXLOAD_HEALTH_BITS == 16,
                "health bits of the DBC: its range and its comments name each");
 
 #define SAME_FILTERS(signal)                                                                                 \
@@ -343,14 +343,20 @@ int hexload_bus_encode_answer(hexload_bus_profile_t profile, const hexload_bus_a
     return HEXLOAD_BUS_ANSWER_FRAMES;
 }
 
-/// The parameters and one more number; the outputs change only when all are finite.
-static hexload_bus_status_t take_numbers(const float* numbers, int count, float last, hexload_real_t* out,
-                                         hexload_real_t* last_out) {
-    bool all_finite = isfinite(last);
+/// The DBC's ranges: of a value any finite number, of sigmas, nis and the paper's inertias none below 0.
+static bool is_number(float number, bool is_signed) {
+    return isfinite(number) && (is_signed || number >= 0.0f);
+}
+
+/// The parameters, so many of them signed, and one more number; the outputs change only when all are in
+/// range.
+static hexload_bus_status_t take_numbers(const float* numbers, int count, int signed_count, float last,
+                                         hexload_real_t* out, hexload_real_t* last_out) {
+    bool all_good = is_number(last, false);
     for (int k = 0; k < count; k++) {
-        all_finite = all_finite && isfinite(numbers[k]);
+        all_good = all_good && is_number(numbers[k], k < signed_count);
     }
-    if (!all_finite) {
+    if (!all_good) {
         return HEXLOAD_BUS_ERR_VALUE;
     }
     for (int k = 0; k < count; k++) {
@@ -368,7 +374,7 @@ static hexload_bus_status_t decode_estimate(const hexload_bus_frame_t* frame, he
     struct hexload_dbc_estimate_fd_t m = {0};
     (void)hexload_dbc_estimate_fd_unpack(&m, frame->data, sizeof frame->data);
     const float value[HEXLOAD_PAPER_DIM] = {m.dz, m.ixx, m.iyy, m.izz};
-    status = take_numbers(value, HEXLOAD_PAPER_DIM, m.nis, answer->estimate.value, &answer->estimate.nis);
+    status = take_numbers(value, HEXLOAD_PAPER_DIM, 1, m.nis, answer->estimate.value, &answer->estimate.nis);
     if (status == HEXLOAD_BUS_OK) {
         answer->tick = m.tick;
         answer->filter = HEXLOAD_FILTER_PAPER;
@@ -384,7 +390,7 @@ static hexload_bus_status_t decode_sigma(const hexload_bus_frame_t* frame, hexlo
     struct hexload_dbc_sigma_fd_t m = {0};
     (void)hexload_dbc_sigma_fd_unpack(&m, frame->data, sizeof frame->data);
     const float sigma[HEXLOAD_PAPER_DIM] = {m.sigma_dz, m.sigma_ixx, m.sigma_iyy, m.sigma_izz};
-    status = take_numbers(sigma, HEXLOAD_PAPER_DIM, m.nis_mean, answer->estimate.sigma,
+    status = take_numbers(sigma, HEXLOAD_PAPER_DIM, 0, m.nis_mean, answer->estimate.sigma,
                           &answer->estimate.nis_mean);
     if (status == HEXLOAD_BUS_OK) {
         answer->tick = m.tick;
@@ -401,7 +407,8 @@ static hexload_bus_status_t decode_load(const hexload_bus_frame_t* frame, hexloa
     struct hexload_dbc_load_fd_t m = {0};
     (void)hexload_dbc_load_fd_unpack(&m, frame->data, sizeof frame->data);
     const float value[HEXLOAD_LOAD_DIM] = LOAD_ENTRIES(, m);
-    status = take_numbers(value, HEXLOAD_LOAD_DIM, m.nis, answer->estimate.value, &answer->estimate.nis);
+    status = take_numbers(value, HEXLOAD_LOAD_DIM, HEXLOAD_LOAD_DIM, m.nis, answer->estimate.value,
+                          &answer->estimate.nis);
     if (status == HEXLOAD_BUS_OK) {
         answer->tick = m.tick;
         answer->filter = HEXLOAD_FILTER_MOMENTUM;
@@ -418,8 +425,8 @@ static hexload_bus_status_t decode_load_sigma(const hexload_bus_frame_t* frame,
     struct hexload_dbc_load_sigma_fd_t m = {0};
     (void)hexload_dbc_load_sigma_fd_unpack(&m, frame->data, sizeof frame->data);
     const float sigma[HEXLOAD_LOAD_DIM] = LOAD_ENTRIES(sigma_, m);
-    status =
-        take_numbers(sigma, HEXLOAD_LOAD_DIM, m.nis_mean, answer->estimate.sigma, &answer->estimate.nis_mean);
+    status = take_numbers(sigma, HEXLOAD_LOAD_DIM, 0, m.nis_mean, answer->estimate.sigma,
+                          &answer->estimate.nis_mean);
     if (status == HEXLOAD_BUS_OK) {
         answer->tick = m.tick;
         answer->filter = HEXLOAD_FILTER_MOMENTUM;
@@ -470,7 +477,8 @@ static hexload_bus_status_t decode_health(const hexload_bus_frame_t* frame, hexl
     answer->missing_legs = m.missing_legs;
     answer->filter = m.filter;
     answer->health = m.health;
-    answer->input = hexload_frame_input(m.input_cause, m.input_leg);
+    answer->input = (hexload_input_fault_t){.cause = hexload_frame_input_cause(m.input_cause),
+                                            .leg = hexload_frame_input_leg(m.input_leg)};
     answer->refused = m.refused;
     answer->estimate.verdict = (hexload_verdict_t)m.verdict;
     return HEXLOAD_BUS_OK;
@@ -498,8 +506,8 @@ hexload_bus_status_t hexload_answer_decode_fd(const hexload_bus_frame_t* frame, 
     return status;
 }
 
-static hexload_bus_status_t take_number(float number, hexload_real_t* out) {
-    if (!isfinite(number)) {
+static hexload_bus_status_t take_number(float number, bool is_signed, hexload_real_t* out) {
+    if (!is_number(number, is_signed)) {
         return HEXLOAD_BUS_ERR_VALUE;
     }
     *out = (hexload_real_t)number;
@@ -551,16 +559,18 @@ static hexload_bus_status_t take_parameter_page(const struct hexload_dbc_answer_
     const float load_sigma[HEXLOAD_LOAD_DIM] = LOAD_ENTRIES(sigma_, *m);
     const int page = m->page;
     if (page >= PAGE_VALUE && page < PAGE_SIGMA) {
-        return take_number(value[page - PAGE_VALUE], &estimate->value[page - PAGE_VALUE]);
+        return take_number(value[page - PAGE_VALUE], page == (int)PAGE_VALUE,
+                           &estimate->value[page - PAGE_VALUE]);
     }
     if (page >= PAGE_SIGMA && page < PAGE_NIS) {
-        return take_number(sigma[page - PAGE_SIGMA], &estimate->sigma[page - PAGE_SIGMA]);
+        return take_number(sigma[page - PAGE_SIGMA], false, &estimate->sigma[page - PAGE_SIGMA]);
     }
     if (page >= PAGE_LOAD_VALUE && page < PAGE_LOAD_SIGMA) {
-        return take_number(load[page - PAGE_LOAD_VALUE], &estimate->value[page - PAGE_LOAD_VALUE]);
+        return take_number(load[page - PAGE_LOAD_VALUE], true, &estimate->value[page - PAGE_LOAD_VALUE]);
     }
     if (page >= PAGE_LOAD_SIGMA && page < PAGE_LOAD_VERDICTS) {
-        return take_number(load_sigma[page - PAGE_LOAD_SIGMA], &estimate->sigma[page - PAGE_LOAD_SIGMA]);
+        return take_number(load_sigma[page - PAGE_LOAD_SIGMA], false,
+                           &estimate->sigma[page - PAGE_LOAD_SIGMA]);
     }
     return HEXLOAD_BUS_ERR_VALUE;
 }
@@ -571,9 +581,9 @@ static hexload_bus_status_t take_page(const struct hexload_dbc_answer_page_t* m,
     case PAGE_HEALTH:
         return take_health_page(m, answer);
     case PAGE_NIS:
-        return take_number(m->nis, &answer->estimate.nis);
+        return take_number(m->nis, false, &answer->estimate.nis);
     case PAGE_NIS_MEAN:
-        return take_number(m->nis_mean, &answer->estimate.nis_mean);
+        return take_number(m->nis_mean, false, &answer->estimate.nis_mean);
     case PAGE_VERDICTS:
         return take_verdict_page(m, answer);
     case PAGE_REFUSED:

@@ -4,6 +4,8 @@
 
 #include <hexload_dbc.h>
 
+#include <string.h>
+
 // Codes of the DBC are those of the header. The application checks its own.
 _Static_assert((int)HEXLOAD_DBC_COMMAND_COMMAND_START_CHOICE == HEXLOAD_COMMAND_START &&
                    (int)HEXLOAD_DBC_COMMAND_COMMAND_STOP_CHOICE == HEXLOAD_COMMAND_STOP &&
@@ -44,8 +46,11 @@ enum {
     PAGE_FRAMES_REFUSED = HEXLOAD_DBC_CONTROLLER_STATUS_PAGE_FRAMES_REFUSED_CHOICE,
     PAGE_SAMPLES_REFUSED = HEXLOAD_DBC_CONTROLLER_STATUS_PAGE_SAMPLES_REFUSED_CHOICE,
     PAGE_LOAD_CHANGES = HEXLOAD_DBC_CONTROLLER_STATUS_PAGE_LOAD_CHANGES_CHOICE,
+    PAGE_KNOWN_MASS = HEXLOAD_DBC_CONTROLLER_STATUS_PAGE_KNOWN_MASS_CHOICE,
+    PAGE_CONFIGURATION = HEXLOAD_DBC_CONTROLLER_STATUS_PAGE_CONFIGURATION_CHOICE,
+    PAGE_EXCESS_FORCE = HEXLOAD_DBC_CONTROLLER_STATUS_PAGE_EXCESS_FORCE_CHOICE,
 };
-_Static_assert((int)PAGE_LOAD_CHANGES == HEXLOAD_BUS_STATUS_PAGES - 1 &&
+_Static_assert((int)PAGE_EXCESS_FORCE == HEXLOAD_BUS_STATUS_PAGES - 1 &&
                    (int)PAGE_TIME_MARGIN == HEXLOAD_BUS_TIME_MARGIN_PAGE,
                "pages of the DBC");
 
@@ -70,7 +75,7 @@ hexload_bus_status_t hexload_bus_decode_command(const hexload_bus_frame_t* frame
     }
     struct hexload_dbc_command_t message;
     (void)hexload_dbc_command_unpack(&message, frame->data, sizeof frame->data);
-    if (!isfinite(message.argument)) {
+    if (!isfinite(message.argument) || !hexload_dbc_command_argument_is_in_range(message.argument)) {
         return HEXLOAD_BUS_ERR_VALUE;
     }
     *command = (hexload_bus_command_t){
@@ -87,6 +92,7 @@ void hexload_bus_encode_acknowledge(const hexload_bus_acknowledge_t* acknowledge
         .state = acknowledge->state,
         .fault = acknowledge->fault,
         .profile = acknowledge->profile,
+        .known_mass_crc = acknowledge->known_mass_crc,
     };
     hexload_frame_begin(frame, &acknowledge_layout);
     (void)hexload_dbc_acknowledge_pack(frame->data, &message, sizeof frame->data);
@@ -114,6 +120,7 @@ hexload_bus_status_t hexload_bus_decode_acknowledge(const hexload_bus_frame_t* f
         .state = message.state,
         .fault = message.fault,
         .profile = message.profile,
+        .known_mass_crc = message.known_mass_crc,
     };
     return HEXLOAD_BUS_OK;
 }
@@ -139,6 +146,9 @@ void hexload_bus_encode_status(const hexload_bus_controller_status_t* status, in
         .load_changes = status->load_changes,
         .input_cause = (uint8_t)status->input.cause,
         .input_leg = hexload_frame_leg_code(&status->input),
+        .known_mass = status->known_mass_kg,
+        .configuration = status->configuration,
+        .excess_force = (float)status->input.excess_n,
     };
     hexload_frame_begin(frame, &status_layout);
     (void)hexload_dbc_controller_status_pack(frame->data, &message, sizeof frame->data);
@@ -175,9 +185,19 @@ static void take_status_page(const struct hexload_dbc_controller_status_t* messa
     case PAGE_SAMPLES_REFUSED:
         status->samples_refused = message->samples_refused;
         break;
-    default:
+    case PAGE_LOAD_CHANGES:
         status->load_changes = message->load_changes;
-        status->input = hexload_frame_input(message->input_cause, message->input_leg);
+        status->input.cause = hexload_frame_input_cause(message->input_cause);
+        status->input.leg = hexload_frame_input_leg(message->input_leg);
+        break;
+    case PAGE_KNOWN_MASS:
+        status->known_mass_kg = message->known_mass;
+        break;
+    case PAGE_CONFIGURATION:
+        status->configuration = message->configuration;
+        break;
+    default:
+        status->input.excess_n = (hexload_real_t)message->excess_force;
         break;
     }
 }
@@ -193,7 +213,9 @@ hexload_bus_status_t hexload_bus_decode_status(const hexload_bus_frame_t* frame,
     if (!hexload_dbc_controller_status_page_is_in_range(message.page) ||
         !hexload_dbc_controller_status_state_is_in_range(message.state) ||
         !hexload_dbc_controller_status_fault_is_in_range(message.fault) ||
-        !hexload_dbc_controller_status_profile_is_in_range(message.profile)) {
+        !hexload_dbc_controller_status_profile_is_in_range(message.profile) ||
+        !hexload_dbc_controller_status_known_mass_is_in_range(message.known_mass) ||
+        !isfinite(message.excess_force)) {
         return HEXLOAD_BUS_ERR_VALUE;
     }
     status->state = message.state;
@@ -222,21 +244,41 @@ hexload_bus_status_t hexload_bus_decode_load_change(const hexload_bus_frame_t* f
     return HEXLOAD_BUS_OK;
 }
 
-bool hexload_bus_is_from_controller(const hexload_bus_frame_t* frame) {
-    switch (frame->id) {
-    case HEXLOAD_DBC_LOAD_CHANGE_FRAME_ID:
-    case HEXLOAD_DBC_ESTIMATE_FD_FRAME_ID:
-    case HEXLOAD_DBC_SIGMA_FD_FRAME_ID:
-    case HEXLOAD_DBC_HEALTH_FD_FRAME_ID:
-    case HEXLOAD_DBC_ANSWER_PAGE_FRAME_ID:
-    case HEXLOAD_DBC_LOAD_FD_FRAME_ID:
-    case HEXLOAD_DBC_LOAD_SIGMA_FD_FRAME_ID:
-    case HEXLOAD_DBC_ACKNOWLEDGE_FRAME_ID:
-    case HEXLOAD_DBC_CONTROLLER_STATUS_FRAME_ID:
-        return true;
-    default:
-        return false;
+uint8_t hexload_bus_known_mass_crc(float known_mass_kg) {
+    uint8_t bytes[sizeof known_mass_kg];
+    memcpy(bytes, &known_mass_kg, sizeof bytes);
+    return known_mass_kg > 0.0f ? hexload_crc8(bytes, sizeof bytes) : 0;
+}
+
+#define LAYOUT(message, crc)                                                                                 \
+    { HEXLOAD_DBC_##message##_FRAME_ID, HEXLOAD_DBC_##message##_LENGTH, (crc) }
+
+/// All that a controller sends.
+static const hexload_frame_layout_t controller_layouts[] = {
+    LAYOUT(LOAD_CHANGE, HEXLOAD_FRAME_CRC16),      LAYOUT(ESTIMATE_FD, HEXLOAD_FRAME_CRC32),
+    LAYOUT(SIGMA_FD, HEXLOAD_FRAME_CRC32),         LAYOUT(HEALTH_FD, HEXLOAD_FRAME_CRC32),
+    LAYOUT(ANSWER_PAGE, HEXLOAD_FRAME_CRC8),       LAYOUT(LOAD_FD, HEXLOAD_FRAME_CRC32),
+    LAYOUT(LOAD_SIGMA_FD, HEXLOAD_FRAME_CRC32),    LAYOUT(ACKNOWLEDGE, HEXLOAD_FRAME_CRC16),
+    LAYOUT(CONTROLLER_STATUS, HEXLOAD_FRAME_CRC8),
+};
+
+static const hexload_frame_layout_t* controller_layout(uint32_t id) {
+    const size_t count = sizeof controller_layouts / sizeof controller_layouts[0];
+    for (size_t n = 0; n < count && id >= controller_layouts[0].id; n++) { // samples and commands are below
+        if (controller_layouts[n].id == id) {
+            return &controller_layouts[n];
+        }
     }
+    return NULL;
+}
+
+bool hexload_bus_is_from_controller(const hexload_bus_frame_t* frame) {
+    return controller_layout(frame->id) != NULL;
+}
+
+hexload_bus_status_t hexload_bus_check_controller(const hexload_bus_frame_t* frame) {
+    const hexload_frame_layout_t* layout = controller_layout(frame->id);
+    return layout != NULL ? hexload_frame_check(frame, layout) : HEXLOAD_BUS_OTHER;
 }
 
 const char* hexload_bus_profile_name(hexload_bus_profile_t profile) {
@@ -268,6 +310,8 @@ const char* hexload_bus_status_name(hexload_bus_status_t status) {
         return "late or doubled frame";
     case HEXLOAD_BUS_ERR_PROFILE:
         return "frame of the other profile";
+    case HEXLOAD_BUS_ERR_CONTRADICTION:
+        return "same leg and tick with other numbers";
     default:
         return "unknown status";
     }

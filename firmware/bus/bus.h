@@ -25,7 +25,7 @@ enum {
     HEXLOAD_BUS_LOAD_ANSWER_PAGES = 26, ///< the same of the momentum filter
     HEXLOAD_BUS_ANSWER_PERIOD = 2,      ///< classic: a page goes out at each tick that is a multiple of this
     HEXLOAD_BUS_TICK_PERIOD = 16,       ///< classic: the whole tick precedes the legs at multiples of this
-    HEXLOAD_BUS_STATUS_PAGES = 9,
+    HEXLOAD_BUS_STATUS_PAGES = 12,
     HEXLOAD_BUS_TIME_MARGIN_PAGE = 4, ///< the status page with time_margin_us
 };
 
@@ -49,9 +49,10 @@ typedef enum hexload_bus_status {
     HEXLOAD_BUS_PARTIAL = 2,     ///< taken; more frames are needed
     HEXLOAD_BUS_ERR_LENGTH = -1, ///< length or format is not the DBC's
     HEXLOAD_BUS_ERR_CRC = -2,
-    HEXLOAD_BUS_ERR_VALUE = -3,   ///< a number is not finite, or a code the DBC does not know
-    HEXLOAD_BUS_ERR_TICK = -4,    ///< a late or doubled frame: belongs to a tick that is over
-    HEXLOAD_BUS_ERR_PROFILE = -5, ///< a leg sample or an answer of the other profile
+    HEXLOAD_BUS_ERR_VALUE = -3,         ///< a number is not finite, or a code the DBC does not know
+    HEXLOAD_BUS_ERR_TICK = -4,          ///< a late or doubled frame: belongs to a tick that is over
+    HEXLOAD_BUS_ERR_PROFILE = -5,       ///< a leg sample or an answer of the other profile
+    HEXLOAD_BUS_ERR_CONTRADICTION = -6, ///< the same leg and tick once more, with other numbers: two sources
 } hexload_bus_status_t;
 
 /// Commands to the controller. Values are those of the DBC (checked when compiling).
@@ -96,10 +97,11 @@ typedef struct hexload_bus_command {
 typedef struct hexload_bus_acknowledge {
     uint8_t kind;
     uint8_t sequence;
-    uint8_t result;  ///< hexload_bus_result_t
-    uint8_t state;   ///< hexload_app_state_t after the command
-    uint8_t fault;   ///< hexload_app_fault_t
-    uint8_t profile; ///< hexload_bus_profile_t that the controller speaks
+    uint8_t result;         ///< hexload_bus_result_t
+    uint8_t state;          ///< hexload_app_state_t after the command
+    uint8_t fault;          ///< hexload_app_fault_t
+    uint8_t profile;        ///< hexload_bus_profile_t that the controller speaks
+    uint8_t known_mass_crc; ///< hexload_bus_known_mass_crc() of the mass in force
 } hexload_bus_acknowledge_t;
 
 /// Everything that the controller says about one sample.
@@ -135,8 +137,11 @@ typedef struct hexload_bus_controller_status {
     uint32_t samples_missing;    ///< ticks without an accepted sample since START
     uint32_t frames_refused;     ///< frames with a wrong length, checksum, tick or value
     uint32_t samples_refused;
-    uint16_t load_changes;       ///< load changes detected since START
-    hexload_input_fault_t input; ///< what is wrong with the samples; on the page of load_changes
+    uint16_t load_changes; ///< load changes detected since START
+    hexload_input_fault_t
+        input;              ///< what is wrong with the samples; on the page of load_changes, and excess_n
+    float known_mass_kg;    ///< of the load, told and in force; 0: none
+    uint32_t configuration; ///< hexload_app_configuration() of what is in force
 } hexload_bus_controller_status_t;
 
 /// Writes the frames of a sample.
@@ -185,8 +190,15 @@ void hexload_bus_encode_load_change(const hexload_bus_load_change_t* change, hex
 HEXLOAD_MUST_USE hexload_bus_status_t hexload_bus_decode_load_change(const hexload_bus_frame_t* frame,
                                                                      hexload_bus_load_change_t* change);
 
+/// What an acknowledge says of the known mass: 0 for none, else CRC-8 of its four bytes. Reentrant.
+uint8_t hexload_bus_known_mass_crc(float known_mass_kg);
+
 /// Whether only a controller sends frames with this identifier.
 bool hexload_bus_is_from_controller(const hexload_bus_frame_t* frame);
+
+/// Whether it is one of a controller's frames in length, format and checksum.
+/// @return HEXLOAD_BUS_OK, _OTHER, _ERR_LENGTH or _ERR_CRC.
+HEXLOAD_MUST_USE hexload_bus_status_t hexload_bus_check_controller(const hexload_bus_frame_t* frame);
 
 /// Short names for messages, never NULL, static storage.
 const char* hexload_bus_profile_name(hexload_bus_profile_t profile); ///< "fd", "classic"

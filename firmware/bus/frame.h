@@ -67,13 +67,14 @@ static inline uint8_t hexload_frame_leg_code(const hexload_input_fault_t* input)
     return (uint8_t)(input->leg < (uint32_t)HEXLOAD_LEGS ? input->leg + 1 : 0);
 }
 
-/// An input fault from its codes. A cause that is not known yet is one that has no words.
-static inline hexload_input_fault_t hexload_frame_input(uint8_t cause, uint8_t leg_code) {
-    const bool has_leg = leg_code > 0 && leg_code <= HEXLOAD_LEGS;
-    const hexload_input_fault_t input = {cause < (uint8_t)HEXLOAD_INPUT_CAUSES ? (hexload_input_cause_t)cause
-                                                                               : HEXLOAD_INPUT_CAUSES,
-                                         has_leg ? (uint32_t)leg_code - 1 : (uint32_t)HEXLOAD_LEGS};
-    return input;
+/// An input fault's cause from its code. One that is not known yet has no words.
+static inline hexload_input_cause_t hexload_frame_input_cause(uint8_t code) {
+    return code < (uint8_t)HEXLOAD_INPUT_CAUSES ? (hexload_input_cause_t)code : HEXLOAD_INPUT_CAUSES;
+}
+
+/// Its leg from its code.
+static inline uint32_t hexload_frame_input_leg(uint8_t code) {
+    return code > 0 && code <= HEXLOAD_LEGS ? (uint32_t)code - 1 : (uint32_t)HEXLOAD_LEGS;
 }
 
 /// Whether length and format are those of the layout.

@@ -42,6 +42,21 @@ void hexload_sample_assembly_lose_tick(hexload_sample_assembly_t* self) {
 void hexload_sample_assembly_forgive(hexload_sample_assembly_t* self) {
     self->missing_legs = 0;
     self->is_forgiven = true;
+    self->has_tick = self->has_tick && self->profile == HEXLOAD_BUS_CLASSIC;
+}
+
+/// Whether numbers are the same, or both are none.
+static bool is_same(hexload_real_t a, hexload_real_t b) {
+    return a == b || (isnan(a) && isnan(b));
+}
+
+/// Of a leg that has come already in this tick: an echo, or another source.
+static hexload_bus_status_t refuse_doubled(const hexload_sample_assembly_t* self,
+                                           const hexload_leg_frame_t* leg) {
+    const bool is_echo = is_same(leg->displacement_m, self->sample.displacement_m[leg->leg]) &&
+                         is_same(leg->velocity_m_s, self->sample.velocity_m_s[leg->leg]) &&
+                         is_same(leg->force_n, self->sample.force_n[leg->leg]);
+    return is_echo ? HEXLOAD_BUS_ERR_TICK : HEXLOAD_BUS_ERR_CONTRADICTION;
 }
 
 static hexload_bus_status_t add_leg(hexload_sample_assembly_t* self, const hexload_leg_frame_t* leg,
@@ -51,8 +66,11 @@ static hexload_bus_status_t add_leg(hexload_sample_assembly_t* self, const hexlo
     }
     const uint32_t ahead = (leg->tick_low - self->sample.tick) % HEXLOAD_BUS_TICK_PERIOD;
     const uint8_t bit = (uint8_t)(1u << leg->leg);
-    if (ahead > FARTHEST_AHEAD || (ahead == 0 && (self->legs & bit) != 0)) {
+    if (ahead > FARTHEST_AHEAD) {
         return HEXLOAD_BUS_ERR_TICK;
+    }
+    if (ahead == 0 && (self->legs & bit) != 0) {
+        return refuse_doubled(self, leg);
     }
     if (ahead > 0) {
         begin_tick(self, self->sample.tick + ahead);
@@ -91,11 +109,30 @@ static hexload_bus_status_t add_classic(hexload_sample_assembly_t* self, const h
     return HEXLOAD_BUS_PARTIAL;
 }
 
+/// The checksum of a frame tells whether a tick that comes twice has the same numbers.
+static hexload_bus_status_t add_fd(hexload_sample_assembly_t* self, const hexload_bus_frame_t* frame,
+                                   hexload_leg_sample_t* sample) {
+    hexload_leg_sample_t found;
+    uint32_t crc = 0;
+    const hexload_bus_status_t status = hexload_sample_decode_fd(frame, &found);
+    if (status != HEXLOAD_BUS_OK) {
+        return status;
+    }
+    memcpy(&crc, &frame->data[HEXLOAD_BUS_FRAME_BYTES - sizeof crc], sizeof crc);
+    if (self->has_tick && found.tick == self->sample.tick && crc != self->crc) {
+        return HEXLOAD_BUS_ERR_CONTRADICTION;
+    }
+    self->has_tick = true;
+    self->sample.tick = found.tick;
+    self->crc = crc;
+    *sample = found;
+    return HEXLOAD_BUS_OK;
+}
+
 hexload_bus_status_t hexload_sample_assembly_add(hexload_sample_assembly_t* self,
                                                  const hexload_bus_frame_t* frame,
                                                  hexload_leg_sample_t* sample) {
-    const hexload_bus_status_t status = self->profile == HEXLOAD_BUS_FD
-                                            ? hexload_sample_decode_fd(frame, sample)
-                                            : add_classic(self, frame, sample);
+    const hexload_bus_status_t status =
+        self->profile == HEXLOAD_BUS_FD ? add_fd(self, frame, sample) : add_classic(self, frame, sample);
     return status == HEXLOAD_BUS_OTHER ? hexload_sample_check_profile(frame, self->profile) : status;
 }

@@ -1,7 +1,8 @@
 /// @file sample_assembly.h
 /// Leg samples from frames, in either profile.
 ///
-/// FD: each frame is a whole sample; hexload_paper_tick() refuses late and doubled ones. Classic: six leg
+/// A leg or sample that comes again with other numbers has another source, and shows that one of the two is
+/// false. FD: each frame is a whole sample; hexload_tick() refuses late and doubled ones. Classic: six leg
 /// frames with the tick's low four bits, in any order. The frame with the whole tick that comes before them
 /// at multiples of HEXLOAD_BUS_TICK_PERIOD sets the upper bits and begins that tick anew, so that a source
 /// may restart at any tick. Before the first such frame, and after hexload_sample_assembly_lose_tick(), leg
@@ -18,7 +19,8 @@ typedef struct hexload_sample_assembly {
     hexload_bus_profile_t profile;
     hexload_leg_sample_t sample;
     uint8_t legs;         ///< bit n: leg n + 1 of sample.tick has come
-    bool has_tick;        ///< the whole tick is known
+    bool has_tick;        ///< the whole tick is known; FD: there is a last sample
+    uint32_t crc;         ///< FD: of the last sample
     uint8_t missing_legs; ///< of the last incomplete sample; 0: none so far
     bool is_forgiven;     ///< the present tick began before hexload_sample_assembly_forgive()
     uint32_t incomplete;  ///< samples given up, saturating
@@ -29,7 +31,8 @@ void hexload_sample_assembly_init(hexload_sample_assembly_t* self, hexload_bus_p
 /// Takes one frame.
 /// @param[out] sample written with HEXLOAD_BUS_OK only.
 /// @return HEXLOAD_BUS_OK: sample is whole. HEXLOAD_BUS_PARTIAL, _OTHER: go on. _ERR_LENGTH, _ERR_CRC,
-///         _ERR_VALUE, _ERR_TICK, _ERR_PROFILE: the frame is refused and what was assembled stays.
+///         _ERR_VALUE, _ERR_TICK, _ERR_PROFILE, _ERR_CONTRADICTION: the frame is refused and what was
+///         assembled stays.
 HEXLOAD_MUST_USE hexload_bus_status_t hexload_sample_assembly_add(hexload_sample_assembly_t* self,
                                                                   const hexload_bus_frame_t* frame,
                                                                   hexload_leg_sample_t* sample);

@@ -263,5 +263,6 @@ hexload_bus_status_t hexload_sample_check_profile(const hexload_bus_frame_t* fra
                      &layout)) {
         return HEXLOAD_BUS_OTHER;
     }
-    return hexload_frame_fits(frame, &layout) ? HEXLOAD_BUS_ERR_PROFILE : HEXLOAD_BUS_ERR_LENGTH;
+    const hexload_bus_status_t status = hexload_frame_check(frame, &layout);
+    return status == HEXLOAD_BUS_OK ? HEXLOAD_BUS_ERR_PROFILE : status;
 }

@@ -19,6 +19,7 @@ hexload_status_t hexload_paper_init(hexload_paper_t* self, const hexload_config_
     *self = (hexload_paper_t){.kinematics = kinematics};
     hexload_leg_sample_init(&self->leg_gate);
     hexload_plausibility_init(&self->plausibility);
+    hexload_known_mass_init(&self->known_mass, config);
     hexload_paper_filter_init(&self->filter, config);
     hexload_paper_supervisor_init(&self->supervisor);
     return HEXLOAD_OK;

@@ -12,6 +12,7 @@
 #include "front_end/plausibility.h"
 #include "front_end/wrench.h"
 #include "hexload/paper.h"
+#include "paper/known_mass.h"
 #include "paper/paper_filter.h"
 #include "paper/paper_supervisor.h"
 
@@ -45,6 +46,7 @@ static inline hexload_status_t hexload_paper_run(hexload_paper_t* self, const he
     }
     hexload_leg_sample_accept(&self->leg_gate, sample);
     hexload_plausibility_step(&self->plausibility, config, sample, &now, config->rig.velocity_delay_s);
+    hexload_known_mass_step(&self->known_mass, config, &now);
 
     hexload_wrench_compute(&motion, sample, &wrench);
     hexload_paper_filter_predict(&self->filter, config, &now, &wrench, &step, &health);
@@ -55,6 +57,7 @@ static inline hexload_status_t hexload_paper_run(hexload_paper_t* self, const he
     hexload_paper_supervisor_judge(&self->supervisor, config, &self->filter, estimate, &health);
     hexload_plausibility_judge(&self->plausibility, HEXLOAD_PAPER_DIM, estimate, &self->health.input,
                                &health);
+    hexload_known_mass_judge(&self->known_mass, estimate, &self->health.input, &health);
     estimate->tick = sample->tick;
     hexload_health_count(&self->health, health);
     return HEXLOAD_OK;

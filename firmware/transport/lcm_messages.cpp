@@ -57,7 +57,7 @@ std::optional<hexload_app_state_t> state_of(const std::string& name) {
 }
 
 std::optional<hexload_app_fault_t> fault_of(const std::string& name) {
-    return code_of(name, HEXLOAD_FAULT_NONE, HEXLOAD_FAULT_BUS_DOWN, hexload_app_fault_name);
+    return code_of(name, HEXLOAD_FAULT_NONE, HEXLOAD_FAULT_SECOND_SOURCE, hexload_app_fault_name);
 }
 
 std::optional<hexload_bus_filter_t> filter_of(const std::string& name) {
@@ -81,7 +81,8 @@ hexload_input_fault_t input_fault_of(const health_t& health) {
     const bool has_leg = health.input_leg > 0 && health.input_leg <= HEXLOAD_LEGS;
     return {has_cause ? static_cast<hexload_input_cause_t>(health.input_cause) : HEXLOAD_INPUT_CAUSES,
             has_leg ? static_cast<std::uint32_t>(health.input_leg) - 1U
-                    : static_cast<std::uint32_t>(HEXLOAD_LEGS)};
+                    : static_cast<std::uint32_t>(HEXLOAD_LEGS),
+            to_real(health.excess_force_n)};
 }
 
 bool fits_tick(std::int64_t tick) {
@@ -173,6 +174,7 @@ health_t health_message(const hexload_bus_answer_t& answer, std::uint32_t sample
     message.health = health_names(answer.health);
     message.input_cause = static_cast<std::int8_t>(answer.input.cause);
     message.input_leg = static_cast<std::int8_t>(answer.input.leg < HEXLOAD_LEGS ? answer.input.leg + 1 : 0);
+    message.excess_force_n = to_float(answer.input.excess_n);
     message.input_fault = input_fault_words(answer.input);
     message.samples_refused = answer.refused;
     message.samples_missing = samples_missing;

@@ -34,6 +34,46 @@ void pack_flag(msgpack_packer& packer, std::string_view key, bool value) {
     }
 }
 
+// Bytes of a msgpack object that holds no other; nothing: it may.
+std::optional<std::size_t> bytes_of_scalar(std::span<const char> packed) {
+    const auto byte = [packed](std::size_t n) {
+        return n < packed.size() ? static_cast<unsigned char>(packed[n]) : 0U;
+    };
+    const unsigned type = byte(0);
+    const std::size_t two = byte(1) << 8U | byte(2);
+    if (type < 0x80 || type >= 0xE0 || type == 0xC0 || type == 0xC2 ||
+        type == 0xC3) { // small numbers, nil, flags
+        return 1;
+    }
+    if (type >= 0xA0 && type < 0xC0) { // short texts
+        return 1 + (type & 0x1FU);
+    }
+    switch (type) {
+    case 0xC4: // bytes and texts with a length of 8 or 16 bits
+    case 0xD9:
+        return 2 + byte(1);
+    case 0xC5:
+    case 0xDA:
+        return 3 + two;
+    case 0xCC: // numbers
+    case 0xD0:
+        return 2;
+    case 0xCD:
+    case 0xD1:
+        return 3;
+    case 0xCA:
+    case 0xCE:
+    case 0xD2:
+        return 5;
+    case 0xCB:
+    case 0xCF:
+    case 0xD3:
+        return 9;
+    default: // maps, arrays, extensions, lengths of 32 bits
+        return std::nullopt;
+    }
+}
+
 // The fields that we look at; the others (timestamp, channel, bit-rate switch, error state) may be anything.
 struct Fields {
     std::optional<std::uint64_t> id;
@@ -80,6 +120,25 @@ Datagram to_datagram(const Fields& fields) {
     return datagram;
 }
 
+// A map of 15 fields at most with no container in it: msgpack would allocate what a header claims, whatever
+// the datagram holds. Counts what the bytes say, without looking at them more closely than that.
+bool is_flat_map(std::span<const char> packed) {
+    constexpr unsigned fixmap = 0x80;
+    if (packed.empty() || (static_cast<unsigned char>(packed[0]) & 0xF0U) != fixmap) {
+        return false;
+    }
+    std::size_t left = 2U * (static_cast<unsigned char>(packed[0]) & 0x0FU);
+    std::size_t at = 1;
+    for (; left > 0 && at < packed.size(); --left) {
+        const auto bytes = bytes_of_scalar(packed.subspan(at));
+        if (!bytes) {
+            return false;
+        }
+        at += *bytes;
+    }
+    return left == 0 && at <= packed.size();
+}
+
 } // namespace
 
 void pack_frame(const hexload_bus_frame_t& frame, double timestamp_s, std::vector<char>& packed) {
@@ -107,6 +166,9 @@ void pack_frame(const hexload_bus_frame_t& frame, double timestamp_s, std::vecto
 }
 
 Datagram unpack_frame(std::span<const char> packed) {
+    if (!is_flat_map(packed)) {
+        return {};
+    }
     msgpack_unpacked unpacked;
     msgpack_unpacked_init(&unpacked);
     const std::unique_ptr<msgpack_unpacked, decltype(&msgpack_unpacked_destroy)> owner(

@@ -3,11 +3,13 @@
 #include "descriptor.hpp"
 #include "python_can_frame.hpp"
 
+#include <algorithm>
 #include <array>
 #include <cerrno>
 #include <cstring>
 
 #include <arpa/inet.h>
+#include <ifaddrs.h>
 #include <netinet/in.h>
 #include <sys/socket.h>
 
@@ -16,6 +18,7 @@ namespace {
 
 constexpr int receive_buffer_bytes = 4 << 20; // seconds of frames
 constexpr std::size_t longest_datagram = 4096;
+constexpr int most_passed_over = 256;
 
 template <typename Value>
 void set_option(const Descriptor& socket, int level, int option, const Value& value,
@@ -52,6 +55,24 @@ const sockaddr* generic(const sockaddr_in& address) {
 
 double seconds_since_1970() {
     return std::chrono::duration<double>(std::chrono::system_clock::now().time_since_epoch()).count();
+}
+
+// IPv4, of all interfaces.
+std::vector<in_addr_t> own_addresses() {
+    std::vector<in_addr_t> addresses;
+    ifaddrs* first = nullptr;
+    if (getifaddrs(&first) != 0) {
+        return addresses;
+    }
+    for (const ifaddrs* one = first; one != nullptr; one = one->ifa_next) {
+        if (one->ifa_addr != nullptr && one->ifa_addr->sa_family == AF_INET) {
+            sockaddr_in address{};
+            std::memcpy(&address, one->ifa_addr, sizeof address);
+            addresses.push_back(address.sin_addr.s_addr);
+        }
+    }
+    freeifaddrs(first);
+    return addresses;
 }
 
 class UdpMulticast final : public CanChannel {
@@ -104,8 +125,8 @@ class UdpMulticast final : public CanChannel {
         set_option(receiver_, SOL_SOCKET, SO_RCVBUF, receive_buffer_bytes, name_);
         set_option(receiver_, SOL_SOCKET, SO_RXQ_OVFL, 1, name_);
         set_option(receiver_, IPPROTO_IP, IP_MULTICAST_ALL, 0, name_); // this group only
-        const sockaddr_in any = address_of({htonl(INADDR_ANY)}, parsed.port);
-        if (bind(receiver_.get(), generic(any), sizeof any) != 0) {
+        // The group's address, not any: a datagram to one of the computer's own addresses is none of ours.
+        if (bind(receiver_.get(), generic(group_), sizeof group_) != 0) {
             throw ChannelError(name_ + ": port " + std::to_string(parsed.port) +
                                " cannot be used: " + std::strerror(errno));
         }
@@ -131,15 +152,24 @@ class UdpMulticast final : public CanChannel {
         }
     }
 
-    // The next frame that is there, past own and other datagrams.
+    bool is_of_this_computer(in_addr source) const {
+        return ntohl(source.s_addr) >> 24 == IN_LOOPBACKNET ||
+               std::ranges::find(addresses_, source.s_addr) != addresses_.end();
+    }
+
+    // The next frame that is there, past own and other datagrams; of a flood of these, so many at a time.
     std::optional<hexload_bus_frame_t> receive_now() {
-        for (;;) {
+        for (int n = 0; n < most_passed_over; ++n) {
             sockaddr_in source{};
             const std::optional<std::size_t> size = receive_datagram(source);
             if (!size) {
                 return std::nullopt;
             }
             if (source.sin_port == own_.sin_port) {
+                continue;
+            }
+            if (!is_of_this_computer(source.sin_addr)) { // own datagrams do not leave it (TTL 0)
+                ++counts_.error_frames;
                 continue;
             }
             const Datagram datagram = unpack_frame({received_.data(), *size});
@@ -150,6 +180,7 @@ class UdpMulticast final : public CanChannel {
                 return datagram.frame;
             }
         }
+        return std::nullopt;
     }
 
     std::optional<std::size_t> receive_datagram(sockaddr_in& source) {
@@ -174,6 +205,7 @@ class UdpMulticast final : public CanChannel {
 
     Descriptor receiver_;
     Descriptor sender_;
+    std::vector<in_addr_t> addresses_ = own_addresses();
     sockaddr_in group_{};
     sockaddr_in own_{};
     bool is_up_ = true;

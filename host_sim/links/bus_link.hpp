@@ -8,6 +8,7 @@
 #include <chrono>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 
 namespace hexload::sim {
@@ -15,6 +16,8 @@ namespace hexload::sim {
 struct LinkSettings {
     // Which one the controller is to run.
     EstimatorKind estimator = EstimatorKind::paper;
+    // What its acknowledge of START must say of the load's known mass, unless it does not tell; nothing: any.
+    std::optional<std::uint8_t> known_mass_crc;
     // Silence of the controller after which lockstep gives up and real time speaks up.
     std::chrono::milliseconds answer_timeout{2000};
     // Told of what happens on the bus in the run (real time): one line each.

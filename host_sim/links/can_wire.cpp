@@ -73,6 +73,7 @@ std::optional<BusNews> CanWire::read_answer(const hexload_bus_frame_t& frame) {
         hexload_answer_assembly_add(&assembly_, &frame, newest_tick_, &part.answered_tick, &answer);
     switch (status) {
     case HEXLOAD_BUS_OK:
+        answer.input.excess_n = status_.input.excess_n; // of the status alone
         part.whole = answer;
         part.ends_tick = true;
         return part;

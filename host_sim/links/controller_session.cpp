@@ -163,6 +163,14 @@ void ControllerSession::check_acknowledge(const hexload_bus_acknowledge_t& ackno
                  "the controller speaks the profile {0}, this simulator {1}: give both --profile {0} or {1}",
                  spoken, hexload_bus_profile_name(wire_->profile())));
     }
+    const bool has_started =
+        acknowledge.kind == HEXLOAD_COMMAND_START && acknowledge.result == HEXLOAD_RESULT_DONE;
+    if (has_started && settings_.known_mass_crc && acknowledge.known_mass_crc != 0 &&
+        acknowledge.known_mass_crc != *settings_.known_mass_crc) {
+        fail(LinkFailure::controller_fault,
+             "the controller was told another mass of the load than this simulator's platform file has "
+             "(load.known_mass_kg): give both the same file, and stop whoever else commands it");
+    }
 }
 
 void ControllerSession::refuse_fault(std::uint8_t fault, bool any) const {

@@ -88,6 +88,8 @@ void InputFaultBook::note(double t_s, const hexload_input_fault_t& fault) {
     fault_ = fault;
     if (is_new && fault.cause != HEXLOAD_INPUT_PLAUSIBLE) {
         all_.push_back({t_s, words()});
+    } else if (fault.cause != HEXLOAD_INPUT_PLAUSIBLE) { // a force that is too much becomes known, and larger
+        all_.back().words = words();
     }
 }
 

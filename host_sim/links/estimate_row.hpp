@@ -37,7 +37,7 @@ class InputFaultBook {
     std::string words() const;
 
   private:
-    hexload_input_fault_t fault_{HEXLOAD_INPUT_PLAUSIBLE, HEXLOAD_LEGS};
+    hexload_input_fault_t fault_{HEXLOAD_INPUT_PLAUSIBLE, HEXLOAD_LEGS, 0};
     std::vector<InputFault> all_;
 };
 

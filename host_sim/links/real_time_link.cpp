@@ -16,6 +16,7 @@ namespace {
 constexpr std::chrono::microseconds half_a_tick{500};    // a sample that has not gone by then is given up
 constexpr std::chrono::milliseconds start_timeout{2000}; // a controller listens before it speaks
 constexpr std::chrono::milliseconds finish_timeout{100};
+constexpr int messages_per_tick = 8192; // of a flood; more than the answers to two seconds that come at once
 constexpr std::uint32_t latest_answer_ticks = 1000; // an answer that is later is missing
 
 // Answers that are due, oldest first: each one comes, or is counted as missing.
@@ -172,7 +173,11 @@ std::span<const EstimateRow> RealTimeLink::finish() {
 }
 
 void RealTimeLink::take_what_is_there() {
-    while (const auto news = session_.read(std::chrono::microseconds{0})) {
+    for (int n = 0; n < messages_per_tick; ++n) {
+        const auto news = session_.read(std::chrono::microseconds{0});
+        if (!news) {
+            return;
+        }
         take(*news);
     }
 }

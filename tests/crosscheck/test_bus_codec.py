@@ -207,11 +207,11 @@ def answers(draw):
         "tick": draw(uint[32]),
         "status": draw(st.integers(-5, 0)),
         "state": draw(st.integers(0, 4)),
-        "fault": draw(st.integers(0, 5)),
+        "fault": draw(st.integers(0, 6)),
         "missing_legs": draw(st.integers(0, 63)),
         "filter": filter_code,
-        "health": draw(st.integers(0, 16383)),
-        "input_cause": draw(st.integers(0, 14)),
+        "health": draw(st.integers(0, 65535)),
+        "input_cause": draw(st.integers(0, 15)),
         "input_leg": draw(st.integers(0, 6)),
         "refused": draw(uint[32]),
         "value": draw(st.lists(float32, min_size=count, max_size=count)),
@@ -374,9 +374,10 @@ def test_commands_are_the_same_in_both_directions(kind, sequence, argument):
 
 
 @tuned
-@given(st.integers(1, 5), uint[8], st.integers(0, 4), st.integers(0, 4), st.integers(0, 5), st.integers(0, 1))
-def test_acknowledges_are_the_same_in_both_directions(kind, sequence, result, state, fault, profile_code):
+@given(st.integers(1, 5), uint[8], st.integers(0, 4), st.integers(0, 4), st.integers(0, 6), st.integers(0, 1), uint[8])
+def test_acknowledges_are_the_same_in_both_directions(kind, sequence, result, state, fault, profile_code, mass_crc):
     fields = {"sequence": sequence, "result": result, "state": state, "fault": fault, "profile": profile_code}
+    fields["known_mass_crc"] = mass_crc
     frame = bus.encode_acknowledge({"kind": kind, **fields})
     name, signals = decode(frame)
     assert name == "Acknowledge"
@@ -396,6 +397,9 @@ STATUS_PAGES = [  # page -> {signal: field}
     {"frames_refused": "frames_refused"},
     {"samples_refused": "samples_refused"},
     {"load_changes": "load_changes", "input_cause": "input_cause", "input_leg": "input_leg"},
+    {"known_mass": "known_mass_kg"},
+    {"configuration": "configuration"},
+    {"excess_force": "excess_force_n"},
 ]
 
 
@@ -406,12 +410,15 @@ def statuses(draw):
         "version": [draw(uint[8]) for _ in range(3)],
         "profile": draw(st.integers(0, 1)),
         "state": draw(st.integers(0, 4)),
-        "fault": draw(st.integers(0, 5)),
+        "fault": draw(st.integers(0, 6)),
         "time_margin_us": draw(st.integers(-(2**31), 2**31 - 1)),
         **{name: draw(uint[32]) for name in counters},
         "load_changes": draw(uint[16]),
-        "input_cause": draw(st.integers(0, 14)),
+        "input_cause": draw(st.integers(0, 15)),
         "input_leg": draw(st.integers(0, 6)),
+        "known_mass_kg": draw(st.floats(0.0, 1e6, width=32)),
+        "configuration": draw(uint[32]),
+        "excess_force_n": draw(st.floats(-1e6, 1e6, width=32)),
     }
 
 

@@ -88,9 +88,9 @@ def test_each_command_is_acknowledged_with_its_result_and_the_state_after_it(loo
 
 @pytest.mark.needs("fd")
 def test_a_fault_is_told_and_only_reset_ends_it(loop, peer):
-    # GIVEN an FD controller in fault: it has seen a leg sample of the classic profile
+    # GIVEN an FD controller in fault: it has seen leg samples of the classic profile
     loop.controller()
-    peer.send(encode("LegSample1"))
+    peer.send([encode("LegSample1")] * 3)
     # WHEN it is sent commands THEN all but reset are refused with the fault in the acknowledge
     for command, result, state, fault in [
         ("start", WRONG_STATE, FAULT, WRONG_PROFILE),

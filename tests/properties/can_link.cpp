@@ -24,6 +24,7 @@ struct Controller {
     std::uint8_t state = HEXLOAD_APP_ESTIMATING; // as reported in answers
     std::uint8_t fault = HEXLOAD_FAULT_NONE;
     std::uint8_t filter = HEXLOAD_FILTER_PAPER;
+    float known_mass_kg = 0.0F;
     std::set<std::uint32_t> changes; // ticks at which it detects a load change
     int lost_events = 0;             // that it counts and that do not arrive
     int deaf_to = 0;                 // commands that it does not hear
@@ -87,9 +88,13 @@ class ScriptedChannel final : public hexload::transport::CanChannel {
             controller_.state = HEXLOAD_APP_ESTIMATING;
             load_changes_ = 0;
         }
-        const hexload_bus_acknowledge_t acknowledge{
-            command.kind,      command.sequence,  HEXLOAD_RESULT_DONE,
-            controller_.state, controller_.fault, static_cast<std::uint8_t>(controller_.profile)};
+        const hexload_bus_acknowledge_t acknowledge{command.kind,
+                                                    command.sequence,
+                                                    HEXLOAD_RESULT_DONE,
+                                                    controller_.state,
+                                                    controller_.fault,
+                                                    static_cast<std::uint8_t>(controller_.profile),
+                                                    hexload_bus_known_mass_crc(controller_.known_mass_kg)};
         hexload_bus_frame_t frame;
         hexload_bus_encode_acknowledge(&acknowledge, &frame);
         coming_.insert(coming_.end(), controller_.doubles_acknowledges ? 2 : 1, frame);
@@ -200,6 +205,10 @@ class Bench {
     // The settings, for another estimator.
     void select(EstimatorKind estimator) {
         settings_.estimator = estimator;
+    }
+    // The settings, for a platform file with the load's mass.
+    void know(float mass_kg) {
+        settings_.known_mass_crc = hexload_bus_known_mass_crc(mass_kg);
     }
     // The settings, for a simulator of another profile than the controller's.
     void speak(hexload_bus_profile_t profile) {
@@ -411,6 +420,28 @@ SCENARIO("in lockstep a silent controller is diagnosed") {
                     "silent: scripted: the controller is silent since tick 5 (last answer to tick 4)"));
                 CHECK(bench.now - before >= 2000ms);
                 CHECK(bench.now - before <= 2001ms);
+            }
+        }
+    }
+}
+
+SCENARIO("a controller that was told another mass of the load is diagnosed at the start") {
+    for (const bool real_time : {false, true}) {
+        GIVEN("a simulator whose platform file says 500 kg") {
+            Bench bench(real_time, HEXLOAD_BUS_FD);
+            bench.know(500.0F);
+            WHEN("the controller has 900 kg, and says so") {
+                bench.controller.known_mass_kg = 900.0F;
+                const std::string failure = failure_of([&] { bench.link().start(); });
+                THEN("the run does not begin") {
+                    CHECK(contains(failure, "told another mass of the load than this simulator's"));
+                }
+            }
+            WHEN("it has the same, or does not tell") {
+                for (const float told_kg : {500.0F, 0.0F}) {
+                    bench.controller.known_mass_kg = told_kg;
+                    CHECK(failure_of([&] { bench.link().start(); }) == "no failure");
+                }
             }
         }
     }

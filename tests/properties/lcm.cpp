@@ -27,7 +27,7 @@ hexload_bus_answer_t some_answer(hexload_bus_filter_t filter) {
     answer.missing_legs = 0x2A;
     answer.filter = static_cast<std::uint8_t>(filter);
     answer.health = 0x1A5;
-    answer.input = {HEXLOAD_INPUT_VELOCITY_SIGN, 2};
+    answer.input = {HEXLOAD_INPUT_VELOCITY_SIGN, 2, 0};
     answer.refused = 123'456;
     for (int k = 0; k < parameters_of(filter); ++k) {
         answer.estimate.value[k] = static_cast<hexload_real_t>(1.5 + k);
@@ -98,6 +98,35 @@ TEST_CASE("messages arrive in order with numbers that follow one another") {
     CHECK(publisher.failed() == 0);
 }
 
+TEST_CASE("a message that claims more than it holds is refused and counted") {
+    estimate_t message = transport::estimate_message(some_answer(HEXLOAD_FILTER_PAPER));
+    std::vector<std::uint8_t> encoded(static_cast<std::size_t>(message.getEncodedSize()));
+    REQUIRE(message.encode(encoded.data(), 0, static_cast<int>(encoded.size())) > 0);
+    int heard = 0;
+    hexload::message::Taker<estimate_t> taker;
+    taker.handler = [&heard](const estimate_t&) { ++heard; };
+    taker.take(encoded);
+    CHECK(heard == 1);
+    constexpr std::size_t name_at = 24; // behind fingerprint, sequence and tick
+    const std::size_t count_at = name_at + 4 + message.filter.size() + 1;
+    for (const std::size_t at : {count_at, name_at}) {
+        for (const std::uint8_t first :
+             std::initializer_list<std::uint8_t>{0x7F, 0xFF, 0x80}) { // 2^31 - 1, -1, -2^31
+            auto claims = encoded;
+            std::fill_n(claims.begin() + static_cast<std::ptrdiff_t>(at), 4, std::uint8_t{0xFF});
+            claims[at] = first;
+            taker.take(claims);
+        }
+        taker.take(std::span(encoded).first(at));
+    }
+    auto without_end = encoded; // the verdict, a text of no length: before the two numbers at the end
+    const std::size_t verdict_at = encoded.size() - 8 - message.verdict.size() - 1 - 4;
+    std::fill_n(without_end.begin() + static_cast<std::ptrdiff_t>(verdict_at), 4, std::uint8_t{0});
+    taker.take(without_end);
+    CHECK(heard == 1);
+    CHECK(taker.counter.refused() == 9);
+}
+
 TEST_CASE("an answer of either filter is the same after its two messages") {
     for (const hexload_bus_filter_t filter : both_filters) {
         CAPTURE(hexload_bus_filter_name(filter));
@@ -129,7 +158,7 @@ TEST_CASE("an answer of either filter is the same after its two messages") {
 }
 
 TEST_CASE("health is reported in words") {
-    const hexload_bus_answer_t answer = some_answer(HEXLOAD_FILTER_PAPER);
+    hexload_bus_answer_t answer = some_answer(HEXLOAD_FILTER_PAPER);
     CHECK(transport::health_message(answer, 7).samples_missing == 7);
     // and its health bits 0, 2, 5, 7 and 8 are reported in words
     CHECK(transport::health_message(answer, 7).health ==
@@ -141,6 +170,12 @@ TEST_CASE("health is reported in words") {
     // and so is its input fault, with the leg
     CHECK(transport::health_message(answer, 7).input_fault ==
           std::string("leg 3: ") + hexload_input_fault_text(HEXLOAD_INPUT_VELOCITY_SIGN));
+    answer.input = {HEXLOAD_INPUT_KNOWN_MASS, HEXLOAD_LEGS, static_cast<hexload_real_t>(4905.2)};
+    CHECK(transport::health_message(answer, 7).input_fault.starts_with(
+        "the legs carry 4905 N more than the known mass explains: "));
+    answer.input.excess_n = static_cast<hexload_real_t>(-490.6);
+    CHECK(transport::health_message(answer, 7).input_fault.starts_with(
+        "the legs carry 491 N less than the known mass explains: "));
 }
 
 TEST_CASE("an answer with an unknown word, another filter or an impossible tick is refused") {
@@ -209,9 +244,9 @@ TEST_CASE(
     change.tick = -1;
     CHECK_FALSE(transport::load_change_of(change));
 
-    const hexload_bus_acknowledge_t acknowledge{HEXLOAD_COMMAND_START,        8,
-                                                HEXLOAD_RESULT_WRONG_STATE,   HEXLOAD_APP_FAULT,
-                                                HEXLOAD_FAULT_SAMPLE_TIMEOUT, HEXLOAD_BUS_FD};
+    const hexload_bus_acknowledge_t acknowledge{
+        HEXLOAD_COMMAND_START, 8, HEXLOAD_RESULT_WRONG_STATE, HEXLOAD_APP_FAULT, HEXLOAD_FAULT_SAMPLE_TIMEOUT,
+        HEXLOAD_BUS_FD,        0};
     acknowledge_t reply = transport::acknowledge_message(acknowledge, 5);
     CHECK(reply.done == 0);
     const auto reply_again = transport::acknowledge_of(reply);

@@ -188,3 +188,10 @@ def test_bytes_that_are_no_text_are_refused(tmp_path):
     path = tmp_path / "log.csv"
     path.write_bytes(b"t,\xff\xfe")
     assert refusal(path) == f"{path}: found bytes that are not text at offset 2, expected CSV"
+
+
+def test_a_line_that_is_none_of_a_log_is_not_read_to_its_end(tmp_path):
+    # GIVEN 64 KB of gzip that hold a line of 64 MB WHEN it is read THEN it is refused after a bounded part of it
+    path = tmp_path / "log.csv.gz"
+    path.write_bytes(gzip.compress(f"{HEADER}\n".encode() + b"0" * (1 << 26), 9))
+    assert refusal(path) == f"{path}: line 2: found more than 65536 bytes, expected a row of a log"

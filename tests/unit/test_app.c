@@ -351,6 +351,37 @@ static void test_a_known_mass_takes_the_safe_prior_along(void) {
                               (double)give(&app, 0).estimate.sigma[HEXLOAD_PAPER_IXX]);
 }
 
+static void test_reset_restores_the_configured_mass_and_its_prior(void) {
+    hexload_app_t app = idle_app();
+    const hexload_config_t configured = app.config;
+    const uint32_t checksum = hexload_app_configuration(&app.config);
+    // GIVEN a mass that was set WHEN the status is looked at THEN it is in force, and in the checksum
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_RESULT_DONE, command(&app, HEXLOAD_COMMAND_SET_KNOWN_MASS, 900.0f));
+    TEST_ASSERT_TRUE(hexload_app_known_mass_kg(&app) == HEXLOAD_REAL(900.0));
+    TEST_ASSERT_NOT_EQUAL(checksum, hexload_app_configuration(&app.config));
+    // WHEN a run has come and gone THEN it is still in force; WHEN RESET comes THEN the configured one is
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_RESULT_DONE, command(&app, HEXLOAD_COMMAND_START, 0.0f));
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_RESULT_DONE, command(&app, HEXLOAD_COMMAND_STOP, 0.0f));
+    TEST_ASSERT_TRUE(hexload_app_known_mass_kg(&app) == HEXLOAD_REAL(900.0));
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_RESULT_DONE, command(&app, HEXLOAD_COMMAND_RESET, 0.0f));
+    TEST_ASSERT_EQUAL_MEMORY(&configured, &app.config, sizeof configured);
+    TEST_ASSERT_EQUAL_HEX32(checksum, hexload_app_configuration(&app.config));
+}
+
+static void test_a_configuration_has_its_checksum_whatever_the_kind(void) {
+    hexload_config_t config = paper_machine();
+    const uint32_t checksum = hexload_app_configuration(&config);
+    config.kind = HEXLOAD_KIND_MOMENTUM_EFFECTS;
+    TEST_ASSERT_EQUAL_HEX32(checksum, hexload_app_configuration(&config));
+    config.rig.leg_tilt_kg_m = HEXLOAD_REAL(0.5);
+    TEST_ASSERT_NOT_EQUAL(checksum, hexload_app_configuration(&config));
+    config.rig.leg_tilt_kg_m = HEXLOAD_REAL(0.0);
+    config.rig.direction[0].force_gain[0] = HEXLOAD_REAL(0.1); // does not count yet
+    TEST_ASSERT_EQUAL_HEX32(checksum, hexload_app_configuration(&config));
+    config.rig.direction_count = 1;
+    TEST_ASSERT_NOT_EQUAL(checksum, hexload_app_configuration(&config));
+}
+
 static void test_a_known_mass_leaves_a_prior_of_ones_own_alone(void) {
     hexload_config_t config = paper_machine();
     hexload_app_settings_t settings;
@@ -473,7 +504,7 @@ static void test_every_state_and_fault_has_a_name_of_its_own(void) {
                                             hexload_app_state_name((hexload_app_state_t)m)));
         }
     }
-    for (int n = 0; n <= HEXLOAD_FAULT_BUS_DOWN; n++) {
+    for (int n = 0; n <= HEXLOAD_FAULT_SECOND_SOURCE; n++) {
         for (int m = 0; m < n; m++) {
             TEST_ASSERT_NOT_EQUAL(0, strcmp(hexload_app_fault_name((hexload_app_fault_t)n),
                                             hexload_app_fault_name((hexload_app_fault_t)m)));
@@ -499,6 +530,8 @@ int main(void) {
     RUN_TEST(test_the_application_estimates_what_the_momentum_estimator_alone_does);
     RUN_TEST(test_the_tick_of_a_changed_load_is_kept);
     RUN_TEST(test_a_known_mass_takes_the_safe_prior_along);
+    RUN_TEST(test_reset_restores_the_configured_mass_and_its_prior);
+    RUN_TEST(test_a_configuration_has_its_checksum_whatever_the_kind);
     RUN_TEST(test_a_known_mass_leaves_a_prior_of_ones_own_alone);
     RUN_TEST(test_an_impossible_mass_or_state_changes_nothing);
     RUN_TEST(test_an_unknown_command_is_acknowledged_as_such);

@@ -310,7 +310,7 @@ static void test_an_acknowledge_comes_back(void) {
 
 static void test_an_acknowledge_with_an_unknown_code_is_refused(void) {
     const hexload_bus_acknowledge_t unknown[4] = {
-        {.result = 5}, {.state = 5, .kind = 1}, {.fault = 6}, {.profile = 2}};
+        {.result = 5}, {.state = 5, .kind = 1}, {.fault = 7}, {.profile = 2}};
     for (int n = 0; n < 4; n++) {
         hexload_bus_frame_t frame;
         hexload_bus_acknowledge_t found = some_acknowledge;
@@ -333,7 +333,9 @@ static const hexload_bus_controller_status_t some_status = {
     .frames_refused = 0xFFFFFFFFu,
     .samples_refused = 11,
     .load_changes = 65535,
-    .input = {HEXLOAD_INPUT_FORCE_DEAD, 5},
+    .input = {HEXLOAD_INPUT_FORCE_DEAD, 5, HEXLOAD_REAL(-490.5)},
+    .known_mass_kg = 430.5f,
+    .configuration = 0xCBF43926u,
 };
 
 static void assert_same_status(const hexload_bus_controller_status_t* expected,
@@ -352,6 +354,9 @@ static void assert_same_status(const hexload_bus_controller_status_t* expected,
     TEST_ASSERT_EQUAL_UINT16(expected->load_changes, found->load_changes);
     TEST_ASSERT_EQUAL_INT(expected->input.cause, found->input.cause);
     TEST_ASSERT_EQUAL_UINT32(expected->input.leg, found->input.leg);
+    TEST_ASSERT_TRUE(expected->input.excess_n == found->input.excess_n);
+    TEST_ASSERT_TRUE(expected->known_mass_kg == found->known_mass_kg);
+    TEST_ASSERT_EQUAL_HEX32(expected->configuration, found->configuration);
 }
 
 static void test_status_pages_put_together_are_the_status(void) {
@@ -388,7 +393,7 @@ static void test_a_status_page_changes_its_own_fields_only(void) {
 }
 
 static void test_a_status_with_an_unknown_code_is_refused(void) {
-    const hexload_bus_controller_status_t unknown[3] = {{.state = 5}, {.fault = 6}, {.profile = 2}};
+    const hexload_bus_controller_status_t unknown[3] = {{.state = 5}, {.fault = 7}, {.profile = 2}};
     for (int n = 0; n < 4; n++) {
         hexload_bus_frame_t frame;
         hexload_bus_controller_status_t found = some_status;

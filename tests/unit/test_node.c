@@ -177,15 +177,35 @@ static void test_a_listening_node_sends_nothing_and_does_nothing(void) {
     TEST_ASSERT_EQUAL_INT(HEXLOAD_APP_ARMED, node.app.state);
 }
 
+/// One of each of the frames that a controller sends, whole.
+enum { CONTROLLERS_FRAMES = 9 };
+static void controllers_frames(hexload_bus_frame_t frames[CONTROLLERS_FRAMES]) {
+    const hexload_bus_answer_t paper = {.tick = 3};
+    const hexload_bus_answer_t momentum = {.tick = 3, .filter = HEXLOAD_FILTER_MOMENTUM};
+    const hexload_bus_load_change_t change = {.tick = 3};
+    const hexload_bus_acknowledge_t acknowledge = {.kind = HEXLOAD_COMMAND_STOP};
+    const hexload_bus_controller_status_t status = {.profile = HEXLOAD_BUS_FD};
+    TEST_ASSERT_EQUAL_INT(3, hexload_bus_encode_answer(HEXLOAD_BUS_FD, &momentum, 0, &frames[0]));
+    TEST_ASSERT_EQUAL_INT(3, hexload_bus_encode_answer(HEXLOAD_BUS_FD, &paper, 0, &frames[2]));
+    TEST_ASSERT_EQUAL_INT(1, hexload_bus_encode_answer(HEXLOAD_BUS_CLASSIC, &paper, 0, &frames[5]));
+    hexload_bus_encode_load_change(&change, &frames[6]);
+    hexload_bus_encode_acknowledge(&acknowledge, &frames[7]);
+    hexload_bus_encode_status(&status, 0, &frames[8]);
+}
+
+static void hear(const hexload_bus_frame_t* frame, int times) {
+    for (int n = 0; n < times; n++) {
+        hexload_node_receive(&node, frame);
+    }
+}
+
 static void test_a_node_that_hears_a_controller_while_listening_stays_silent(void) {
-    const uint32_t ids[9] = {ID_LOAD_CHANGE,   ID_ESTIMATE_FD, ID_SIGMA_FD,
-                             ID_HEALTH_FD,     ID_ANSWER_PAGE, ID_LOAD_FD,
-                             ID_LOAD_SIGMA_FD, ID_ACKNOWLEDGE, ID_CONTROLLER_STATUS};
-    for (int n = 0; n < 9; n++) {
+    hexload_bus_frame_t frames[CONTROLLERS_FRAMES];
+    controllers_frames(frames);
+    for (int n = 0; n < CONTROLLERS_FRAMES; n++) {
         begin_listening(HEXLOAD_BUS_FD);
         pass(HEXLOAD_NODE_LISTEN_MS - 1);
-        const hexload_bus_frame_t others = {.id = ids[n], .length = 8};
-        hexload_node_receive(&node, &others);
+        hear(&frames[n], HEXLOAD_NODE_STRANGERS);
         for (uint32_t tick = 0; tick < 2 * HEXLOAD_NODE_LISTEN_MS; tick++) {
             command(HEXLOAD_COMMAND_RESET, 0.0f);
             give(HEXLOAD_BUS_FD, tick);
@@ -200,8 +220,9 @@ static void test_a_node_that_hears_a_controller_while_listening_stays_silent(voi
 static void test_an_active_node_that_hears_another_controller_says_so(void) {
     begin_run(HEXLOAD_BUS_FD, HEXLOAD_PACING_REAL_TIME);
     give(HEXLOAD_BUS_FD, 0);
-    const hexload_bus_frame_t others = {.id = ID_HEALTH_FD, .is_fd = true, .length = 32};
-    hexload_node_receive(&node, &others);
+    hexload_bus_frame_t frames[CONTROLLERS_FRAMES];
+    controllers_frames(frames);
+    hear(&frames[4], HEXLOAD_NODE_STRANGERS);
     // THEN samples are answered with the fault, and the status reports it
     hexload_bus_answer_t answer;
     machine.count = 0;
@@ -493,12 +514,132 @@ static void test_a_change_of_fault_does_not_wait_for_the_round_of_pages_to_end(v
     TEST_ASSERT_EQUAL_UINT8(HEXLOAD_FAULT_SAMPLES_REFUSED, machine.sent[0].data[6] & 0x0F);
 }
 
-static void test_samples_of_the_other_profile_are_a_fault_at_once(void) {
+static void test_a_strangers_frame_or_two_are_counted_and_stop_nothing(void) {
+    hexload_bus_frame_t frames[CONTROLLERS_FRAMES];
+    controllers_frames(frames);
+    for (int n = 0; n < CONTROLLERS_FRAMES; n++) {
+        // GIVEN a run WHEN a controller's identifier comes with another length, or with a wrong checksum, a
+        // hundred times
+        begin_run(HEXLOAD_BUS_FD, HEXLOAD_PACING_LOCKSTEP);
+        hexload_bus_frame_t damaged = frames[n];
+        damaged.data[damaged.length - 1] ^= 0x10;
+        hear(&damaged, 100);
+        damaged = frames[n];
+        damaged.length = (uint8_t)(damaged.length / 2);
+        hear(&damaged, 100);
+        // or whole ones come twice in a second, again and again
+        for (int second = 0; second < 5; second++) {
+            hear(&frames[n], HEXLOAD_NODE_STRANGERS - 1);
+            pass(HEXLOAD_NODE_MEMORY_MS);
+        }
+        // THEN it goes on, and counts what it refused
+        TEST_ASSERT_EQUAL_INT(HEXLOAD_APP_ARMED, node.app.state);
+        TEST_ASSERT_EQUAL_UINT32(200, node.status.frames_refused);
+    }
+    for (int profile = 0; profile < 2; profile++) {
+        // and so does a run with two frames of the other profile, whose legs have no checksum
+        begin_run((hexload_bus_profile_t)profile, HEXLOAD_PACING_LOCKSTEP);
+        const hexload_leg_sample_t sample = sample_at(3);
+        hexload_bus_frame_t others[HEXLOAD_BUS_SAMPLE_FRAMES];
+        encode_sample((hexload_bus_profile_t)(1 - profile), &sample, others);
+        hear(&others[0], HEXLOAD_NODE_STRANGERS - 1);
+        TEST_ASSERT_EQUAL_INT(HEXLOAD_APP_ARMED, node.app.state);
+    }
+}
+
+/// Forces that are a tenth too large, in all frames of a tick.
+static void give_forged(hexload_bus_profile_t profile, uint32_t tick) {
+    hexload_leg_sample_t sample = sample_at(tick);
+    hexload_bus_frame_t frames[HEXLOAD_BUS_SAMPLE_FRAMES];
+    for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
+        sample.force_n[leg] *= HEXLOAD_REAL(1.1);
+    }
+    const int count = encode_sample(profile, &sample, frames);
+    for (int n = count > HEXLOAD_LEGS ? 1 : 0; n < count; n++) {
+        hexload_node_receive(&node, &frames[n]);
+    }
+}
+
+static void test_forged_samples_beside_the_sources_own_are_a_fault(void) {
+    for (int profile = 0; profile < 2; profile++) {
+        for (uint32_t early = 0; early < 5; early++) {
+            // GIVEN a run WHEN somebody else sends samples, in the same tick or ticks before the source
+            const hexload_bus_profile_t own = (hexload_bus_profile_t)profile;
+            begin_run(own, HEXLOAD_PACING_LOCKSTEP);
+            uint32_t tick = 0;
+            for (; tick < 50; tick++) {
+                give(own, tick);
+            }
+            for (; tick < 65 && node.app.state != HEXLOAD_APP_FAULT; tick++) {
+                give_forged(own, tick + early);
+                give(own, tick);
+            }
+            // THEN that is a fault: at once in the same tick, else within 15 ticks
+            TEST_ASSERT_EQUAL_INT(HEXLOAD_FAULT_SECOND_SOURCE, node.app.fault);
+            TEST_ASSERT_TRUE(early > 0 || tick == 51);
+        }
+    }
+}
+
+static void test_one_false_tick_does_not_stop_the_run(void) {
+    for (int profile = 0; profile < 2; profile++) {
+        // GIVEN a run WHEN one sample, or one SampleTick, comes that is far ahead
+        const hexload_bus_profile_t own = (hexload_bus_profile_t)profile;
+        begin_run(own, HEXLOAD_PACING_LOCKSTEP);
+        for (uint32_t tick = 0; tick < 200; tick++) {
+            if (tick == 103) {
+                const hexload_leg_sample_t far = sample_at(1u << 20);
+                hexload_bus_frame_t frames[HEXLOAD_BUS_SAMPLE_FRAMES];
+                encode_sample(own, &far, frames);
+                hexload_node_receive(&node, &frames[0]);
+            }
+            give(own, tick);
+        }
+        // THEN the run goes on with the source's ticks
+        TEST_ASSERT_EQUAL_UINT32(199, node.app.last_tick);
+        TEST_ASSERT_EQUAL_INT(HEXLOAD_FAULT_NONE, node.app.fault);
+    }
+}
+
+static void test_a_source_that_goes_on_far_ahead_is_followed(void) {
+    begin_run(HEXLOAD_BUS_FD, HEXLOAD_PACING_LOCKSTEP);
+    give(HEXLOAD_BUS_FD, 5);
+    for (uint32_t n = 0; n < HEXLOAD_APP_JUMP_SAMPLES; n++) {
+        TEST_ASSERT_EQUAL_UINT32(5, node.app.last_tick);
+        give(HEXLOAD_BUS_FD, 100000 + n);
+    }
+    TEST_ASSERT_EQUAL_UINT32(100000 + HEXLOAD_APP_JUMP_SAMPLES - 1, node.app.last_tick);
+    // a gap that is no jump is none
+    give(HEXLOAD_BUS_FD, node.app.last_tick + HEXLOAD_APP_FARTHEST_JUMP);
+    TEST_ASSERT_EQUAL_UINT32(100000 + HEXLOAD_APP_JUMP_SAMPLES - 1 + HEXLOAD_APP_FARTHEST_JUMP,
+                             node.app.last_tick);
+}
+
+static void test_many_refused_frames_are_a_health_bit_for_a_second_or_two(void) {
+    begin_run(HEXLOAD_BUS_FD, HEXLOAD_PACING_LOCKSTEP);
+    hexload_bus_answer_t answer;
+    hexload_bus_frame_t garbage = {.id = ID_LEG_SAMPLE_FD, .length = 64, .is_fd = true};
+    const uint16_t bit = 1u << HEXLOAD_HEALTH_FRAMES_REFUSED;
+    for (uint32_t tick = 0; tick < 3; tick++) {
+        // GIVEN nine refused frames, ten, and ten two seconds ago
+        hear(&garbage, tick == 0 ? HEXLOAD_NODE_MANY_REFUSED - 1 : tick == 1 ? 1 : 0);
+        pass(tick == 2 ? 2 * HEXLOAD_NODE_MEMORY_MS : 0);
+        node.app.state = HEXLOAD_APP_ARMED; // silence is not of interest
+        machine.count = 0;
+        give(HEXLOAD_BUS_FD, tick);
+        TEST_ASSERT_EQUAL_INT(1, read_answers(HEXLOAD_BUS_FD, tick, &answer));
+        TEST_ASSERT_EQUAL_HEX16(tick == 1 ? bit : 0, answer.health & bit);
+    }
+}
+
+static void test_samples_of_the_other_profile_are_a_fault(void) {
     for (int profile = 0; profile < 2; profile++) {
         const hexload_bus_profile_t own = (hexload_bus_profile_t)profile,
                                     other = (hexload_bus_profile_t)(1 - profile);
         begin_active(own);
-        give(other, 3);
+        for (uint32_t tick = 3; tick < 3 + HEXLOAD_NODE_STRANGERS; tick++) {
+            give(other, tick);
+        }
         TEST_ASSERT_EQUAL_INT(HEXLOAD_FAULT_WRONG_PROFILE, node.app.fault);
         TEST_ASSERT_EQUAL_UINT8(HEXLOAD_FAULT_WRONG_PROFILE, read_status().fault);
     }
@@ -539,13 +680,45 @@ static void test_the_status_reports_version_tick_and_counters(void) {
     TEST_ASSERT_EQUAL_UINT32(0, status.frames_refused);
 }
 
+static void test_mass_in_force_and_configuration_are_told_and_what_contradicts_the_mass(void) {
+    // GIVEN a controller that is told the mass of another load
+    begin_active(HEXLOAD_BUS_FD);
+    const uint32_t configured = read_status().configuration;
+    machine.count = 0;
+    command(HEXLOAD_COMMAND_SET_KNOWN_MASS, 400.0f);
+    TEST_ASSERT_EQUAL_HEX8(hexload_bus_known_mass_crc(400.0f), last_acknowledge().known_mass_crc);
+    command(HEXLOAD_COMMAND_START, (float)HEXLOAD_PACING_LOCKSTEP);
+    // WHEN it has estimated for a while
+    for (uint32_t tick = 0; tick < 1000; tick++) {
+        machine.count = 0;
+        give(HEXLOAD_BUS_FD, tick);
+    }
+    // THEN its answer is inconsistent, and the status says why, by how much, and what is in force
+    hexload_bus_answer_t answer;
+    TEST_ASSERT_EQUAL_INT(1, read_answers(HEXLOAD_BUS_FD, 999, &answer));
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_VERDICT_INCONSISTENT, answer.estimate.verdict);
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_INPUT_KNOWN_MASS, answer.input.cause);
+    const hexload_bus_controller_status_t status = read_status();
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_INPUT_KNOWN_MASS, status.input.cause);
+    TEST_ASSERT_DOUBLE_WITHIN(10.0, 981.0, (double)status.input.excess_n);
+    TEST_ASSERT_TRUE(status.known_mass_kg == 400.0f);
+    TEST_ASSERT_NOT_EQUAL(configured, status.configuration);
+    // WHEN it is reset THEN the configured mass is in force
+    machine.count = 0;
+    command(HEXLOAD_COMMAND_RESET, 0.0f);
+    TEST_ASSERT_EQUAL_HEX8(hexload_bus_known_mass_crc(500.0f), last_acknowledge().known_mass_crc);
+    TEST_ASSERT_EQUAL_HEX32(configured, read_status().configuration);
+    TEST_ASSERT_TRUE(read_status().known_mass_kg == 500.0f);
+}
+
 static void test_counters_stay_at_their_largest_value(void) {
     begin_run(HEXLOAD_BUS_FD, HEXLOAD_PACING_LOCKSTEP);
     for (uint32_t n = 0; n < 4; n++) {
         node.app.silence_ms = 0; // only the counters are of interest
         hexload_node_period(&node, n == 0 ? 9000 : UINT32_MAX / 2);
         node.app.state = n == 0 ? HEXLOAD_APP_ARMED : HEXLOAD_APP_ESTIMATING;
-        give(HEXLOAD_BUS_FD, n * (UINT32_MAX / 2));
+        give(HEXLOAD_BUS_FD, n * HEXLOAD_APP_FARTHEST_JUMP);
+        node.app.samples_missing = n == 0 ? UINT32_MAX - 10 : node.app.samples_missing;
     }
     TEST_ASSERT_EQUAL_UINT32(UINT32_MAX, node.status.overruns);
     TEST_ASSERT_EQUAL_UINT32(UINT32_MAX, node.app.samples_missing);
@@ -698,9 +871,15 @@ int main(void) {
     RUN_TEST(test_a_lost_leg_frame_shows_in_answer_health_and_status);
     RUN_TEST(test_start_and_reset_forget_which_legs_were_missing);
     RUN_TEST(test_a_change_of_fault_does_not_wait_for_the_round_of_pages_to_end);
-    RUN_TEST(test_samples_of_the_other_profile_are_a_fault_at_once);
+    RUN_TEST(test_a_strangers_frame_or_two_are_counted_and_stop_nothing);
+    RUN_TEST(test_forged_samples_beside_the_sources_own_are_a_fault);
+    RUN_TEST(test_one_false_tick_does_not_stop_the_run);
+    RUN_TEST(test_a_source_that_goes_on_far_ahead_is_followed);
+    RUN_TEST(test_many_refused_frames_are_a_health_bit_for_a_second_or_two);
+    RUN_TEST(test_samples_of_the_other_profile_are_a_fault);
     RUN_TEST(test_status_pages_go_out_one_by_one_every_fifty_milliseconds);
     RUN_TEST(test_the_status_reports_version_tick_and_counters);
+    RUN_TEST(test_mass_in_force_and_configuration_are_told_and_what_contradicts_the_mass);
     RUN_TEST(test_counters_stay_at_their_largest_value);
     RUN_TEST(test_the_time_margin_is_the_least_since_it_was_last_reported);
     RUN_TEST(test_a_port_without_clock_and_stack_measure_will_do);

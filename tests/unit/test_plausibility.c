@@ -29,6 +29,7 @@ static void begin(bench_t* bench, hexload_config_t config, hexload_kind_t kind, 
     memset(bench, 0, sizeof *bench);
     bench->config = config;
     bench->config.kind = kind;
+    bench->config.paper.load_mass_kg = (hexload_real_t)eccentric.mass_kg;
     bench->motion = motion;
     bench->seed = 3;
     TEST_ASSERT_EQUAL_INT(HEXLOAD_OK, hexload_init(&bench->estimator, &bench->config));
@@ -336,6 +337,71 @@ static void test_missing_samples_are_no_fault(void) {
     TEST_ASSERT_TRUE(hexload_health(&bench.estimator)->refused > 0);
 }
 
+static void test_a_told_mass_that_the_legs_do_not_carry_is_never_converged(void) {
+    const double told_kg[] = {50.0, 200.0, 270.0, 291.0, 333.0, 400.0, 900.0};
+    const motion_t motions[] = {paper_motion(0.01), at_rest(), slow()};
+    for (size_t n = 0; n < sizeof told_kg / sizeof told_kg[0]; n++) {
+        for (int m = 0; m < 3; m++) {
+            // GIVEN a load of 312 kg, and the paper's filter that was told something else
+            bench_t bench;
+            hexload_config_t config = paper_machine();
+            begin(&bench, config, HEXLOAD_KIND_PAPER, motions[m]);
+            config = bench.config;
+            config.paper.load_mass_kg = (hexload_real_t)told_kg[n];
+            bench.config = config;
+            TEST_ASSERT_EQUAL_INT(HEXLOAD_OK, hexload_init(&bench.estimator, &bench.config));
+            // WHEN it has estimated for a second THEN it says so, and by how many newtons; the mean of a
+            // second of noise has 0.4 N, and the eccentric load's rotation some more
+            run(&bench, SECOND);
+            TEST_ASSERT_EQUAL_INT(HEXLOAD_INPUT_KNOWN_MASS, fault_of(&bench).cause);
+            TEST_ASSERT_DOUBLE_WITHIN(20.0, (312.0 - told_kg[n]) * 9.81, (double)fault_of(&bench).excess_n);
+            TEST_ASSERT_EQUAL_INT(HEXLOAD_VERDICT_INCONSISTENT, bench.estimate.verdict);
+            TEST_ASSERT_EQUAL_INT(HEXLOAD_VERDICT_INCONSISTENT, bench.estimate.parameter_verdict[3]);
+        }
+    }
+}
+
+static void forces_light(const bench_t* bench, hexload_leg_sample_t* sample) {
+    (void)bench;
+    for (int leg = 0; leg < 6; leg++) {
+        sample->force_n[leg] *= HEXLOAD_REAL(0.985);
+    }
+}
+
+static void test_force_sensors_within_their_tolerance_are_no_wrong_mass(void) {
+    // GIVEN forces that are 1.5 % too small, as sensors may be WHEN the machine moves or rests THEN nothing
+    // is said of the mass
+    const motion_t motions[] = {brisk(), slow(), at_rest()};
+    for (int m = 0; m < 3; m++) {
+        bench_t bench;
+        begin(&bench, paper_machine(), HEXLOAD_KIND_PAPER, motions[m]);
+        bench.change = forces_light;
+        check_silent(&bench, 10);
+    }
+}
+
+static void forces_of_a_third_less(const bench_t* bench, hexload_leg_sample_t* sample) {
+    (void)bench;
+    for (int leg = 0; leg < 6; leg++) {
+        sample->force_n[leg] *= HEXLOAD_REAL(0.6666667);
+    }
+}
+
+static void test_a_load_that_is_exchanged_is_no_longer_the_told_one(void) {
+    // GIVEN a told mass that is true WHEN a third of all forces is gone THEN it is contradicted within 0.3 s
+    bench_t bench;
+    begin(&bench, paper_machine(), HEXLOAD_KIND_PAPER, slow());
+    check_silent(&bench, 3);
+    bench.change = forces_of_a_third_less;
+    run(&bench, 300);
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_INPUT_KNOWN_MASS, fault_of(&bench).cause);
+    TEST_ASSERT_TRUE(fault_of(&bench).excess_n < HEXLOAD_REAL(0.0));
+    // AND WHEN the load is the told one again THEN it is believed after a few of the two seconds
+    bench.change = NULL;
+    run(&bench, 8 * SECOND);
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_INPUT_PLAUSIBLE, fault_of(&bench).cause);
+}
+
 static void test_every_cause_has_words_of_its_own(void) {
     for (int a = 0; a <= HEXLOAD_INPUT_CAUSES; a++) {
         const char* words = hexload_input_fault_text((hexload_input_cause_t)a);
@@ -360,6 +426,9 @@ int main(int argc, char** argv) {
     RUN_TEST(test_without_velocity_sensors_velocities_say_nothing);
     RUN_TEST(test_a_fault_stays_until_ten_windows_of_motion_show_none);
     RUN_TEST(test_missing_samples_are_no_fault);
+    RUN_TEST(test_a_told_mass_that_the_legs_do_not_carry_is_never_converged);
+    RUN_TEST(test_force_sensors_within_their_tolerance_are_no_wrong_mass);
+    RUN_TEST(test_a_load_that_is_exchanged_is_no_longer_the_told_one);
     RUN_TEST(test_every_cause_has_words_of_its_own);
     return UNITY_END();
 }

@@ -176,6 +176,39 @@ static void test_late_and_doubled_frames_are_refused_and_change_nothing(void) {
     TEST_ASSERT_EQUAL_UINT32(0, bench.assembly.incomplete);
 }
 
+static void test_a_leg_that_comes_again_with_other_numbers_has_another_source(void) {
+    // GIVEN a classic tick of which some legs have come, or all WHEN one comes again with a force a tenth
+    // larger
+    for (int legs = 1; legs <= HEXLOAD_LEGS; legs++) {
+        bench_t bench = started(HEXLOAD_BUS_CLASSIC);
+        const classic_t own = classic_frames(48);
+        hexload_leg_sample_t forged = numbered_sample(48);
+        hexload_bus_frame_t frames[HEXLOAD_BUS_SAMPLE_FRAMES];
+        forged.force_n[0] *= HEXLOAD_REAL(1.1);
+        encode_sample(HEXLOAD_BUS_CLASSIC, &forged, frames);
+        TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_PARTIAL, add(&bench, &own.whole_tick));
+        for (int leg = 0; leg < legs; leg++) {
+            TEST_ASSERT_EQUAL_INT(leg < 5 ? HEXLOAD_BUS_PARTIAL : HEXLOAD_BUS_OK,
+                                  add(&bench, &own.legs[leg]));
+        }
+        // THEN it is told from an echo
+        TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_ERR_CONTRADICTION, add(&bench, &frames[1]));
+        TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_ERR_TICK, add(&bench, &own.legs[0]));
+    }
+    // and so is an FD sample, until a run begins anew
+    bench_t fd = started(HEXLOAD_BUS_FD);
+    hexload_leg_sample_t sample = numbered_sample(48);
+    hexload_bus_frame_t frame[HEXLOAD_BUS_SAMPLE_FRAMES];
+    for (int forged = 0; forged < 2; forged++) {
+        encode_sample(HEXLOAD_BUS_FD, &sample, frame);
+        TEST_ASSERT_EQUAL_INT(forged == 0 ? HEXLOAD_BUS_OK : HEXLOAD_BUS_ERR_CONTRADICTION,
+                              add(&fd, &frame[0]));
+        sample.force_n[3] += HEXLOAD_REAL(1.0);
+    }
+    hexload_sample_assembly_forgive(&fd.assembly);
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_OK, add(&fd, &frame[0]));
+}
+
 static void test_leg_frames_before_the_first_whole_tick_are_not_used(void) {
     bench_t bench = started(HEXLOAD_BUS_CLASSIC);
     for (uint32_t tick = 70; tick < 80; tick++) {
@@ -294,6 +327,9 @@ static void test_samples_of_the_other_profile_are_distinguished_from_strange_fra
     // an FD sample at a classic reader
     encode_sample(HEXLOAD_BUS_FD, &sample, frames);
     TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_ERR_PROFILE, add(&classic, &frames[0]));
+    // a damaged one is nobody's
+    frames[0].data[9] ^= 1;
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_ERR_CRC, add(&classic, &frames[0]));
     // somebody else's short frame with that identifier
     frames[0].length = 0;
     frames[0].is_fd = false;
@@ -354,9 +390,9 @@ static void test_random_frames_alone_do_no_harm(void) {
     for (int n = 0; n < 200000; n++) {
         const hexload_bus_frame_t frame = random_frame(&seed);
         hexload_bus_status_t status = add(&fd, &frame);
-        TEST_ASSERT_TRUE(status >= HEXLOAD_BUS_ERR_PROFILE && status <= HEXLOAD_BUS_PARTIAL);
+        TEST_ASSERT_TRUE(status >= HEXLOAD_BUS_ERR_CONTRADICTION && status <= HEXLOAD_BUS_PARTIAL);
         status = add(&classic, &frame);
-        TEST_ASSERT_TRUE(status >= HEXLOAD_BUS_ERR_PROFILE && status <= HEXLOAD_BUS_PARTIAL);
+        TEST_ASSERT_TRUE(status >= HEXLOAD_BUS_ERR_CONTRADICTION && status <= HEXLOAD_BUS_PARTIAL);
     }
 }
 
@@ -367,6 +403,7 @@ int main(void) {
     RUN_TEST(test_six_leg_frames_make_a_sample_in_any_order);
     RUN_TEST(test_a_missing_frame_costs_its_sample_only);
     RUN_TEST(test_late_and_doubled_frames_are_refused_and_change_nothing);
+    RUN_TEST(test_a_leg_that_comes_again_with_other_numbers_has_another_source);
     RUN_TEST(test_leg_frames_before_the_first_whole_tick_are_not_used);
     RUN_TEST(test_the_tick_goes_on_over_the_end_of_its_32_bits);
     RUN_TEST(test_without_the_frame_of_the_whole_tick_the_four_bits_go_round);

@@ -115,7 +115,7 @@ nb::tuple encode_sample(const std::string& profile, std::uint32_t tick, const Le
 hexload_input_fault_t input_fault(const nb::dict& fields) {
     const auto leg_code = field<std::uint32_t>(fields, "input_leg");
     return {static_cast<hexload_input_cause_t>(field<unsigned>(fields, "input_cause")),
-            leg_code > 0 ? leg_code - 1 : static_cast<std::uint32_t>(HEXLOAD_LEGS)};
+            leg_code > 0 ? leg_code - 1 : static_cast<std::uint32_t>(HEXLOAD_LEGS), 0};
 }
 
 void add_input_fault(nb::dict& fields, const hexload_input_fault_t& input) {
@@ -205,6 +205,7 @@ nb::tuple encode_acknowledge(const nb::dict& fields) {
         .state = field<std::uint8_t>(fields, "state"),
         .fault = field<std::uint8_t>(fields, "fault"),
         .profile = field<std::uint8_t>(fields, "profile"),
+        .known_mass_crc = field<std::uint8_t>(fields, "known_mass_crc"),
     };
     hexload_bus_frame_t frame;
     hexload_bus_encode_acknowledge(&acknowledge, &frame);
@@ -222,6 +223,7 @@ nb::tuple decode_acknowledge(const nb::tuple& bytes) {
     fields["state"] = acknowledge.state;
     fields["fault"] = acknowledge.fault;
     fields["profile"] = acknowledge.profile;
+    fields["known_mass_crc"] = acknowledge.known_mass_crc;
     return found(status, fields);
 }
 
@@ -240,6 +242,9 @@ nb::tuple encode_status(const nb::dict& fields, int page) {
     status.samples_refused = field<std::uint32_t>(fields, "samples_refused");
     status.load_changes = field<std::uint16_t>(fields, "load_changes");
     status.input = input_fault(fields);
+    status.input.excess_n = static_cast<hexload_real_t>(field<float>(fields, "excess_force_n"));
+    status.known_mass_kg = field<float>(fields, "known_mass_kg");
+    status.configuration = field<std::uint32_t>(fields, "configuration");
     hexload_bus_frame_t frame;
     hexload_bus_encode_status(&status, page, &frame);
     return to_python(frame);
@@ -264,6 +269,9 @@ nb::tuple decode_status(const nb::tuple& bytes) {
     fields["samples_refused"] = status.samples_refused;
     fields["load_changes"] = status.load_changes;
     add_input_fault(fields, status.input);
+    fields["excess_force_n"] = static_cast<double>(status.input.excess_n);
+    fields["known_mass_kg"] = static_cast<double>(status.known_mass_kg);
+    fields["configuration"] = status.configuration;
     return found(result, fields);
 }
 

@@ -19,6 +19,7 @@ typedef struct hexload_paper {
     hexload_leg_gate_t leg_gate;           ///< last accepted sample
     hexload_kinematics_t kinematics;       ///< at the present tick
     hexload_plausibility_t plausibility;   ///< whether channels contradict each other
+    hexload_known_mass_t known_mass;       ///< whether the legs carry the told mass
     hexload_paper_filter_t filter;         ///< rates and four parameters
     hexload_paper_supervisor_t supervisor; ///< verdicts
     hexload_health_t health;               ///< bits and counters

@@ -50,7 +50,9 @@ typedef enum hexload_health_bit {
                                            ///< which, and the verdict is "inconsistent"
     HEXLOAD_HEALTH_CHANNEL_LOST =
         14, ///< a force or a displacement of one leg is missing, and bridged: sigmas grow
-    HEXLOAD_HEALTH_BITS = 15
+    HEXLOAD_HEALTH_FRAMES_REFUSED =
+        15, ///< of the application: of late, frames were refused that look like the source's
+    HEXLOAD_HEALTH_BITS = 16
 } hexload_health_bit_t;
 
 /// What is wrong with the channels of the samples. Codes of the bus, too.
@@ -70,13 +72,16 @@ typedef enum hexload_input_cause {
     HEXLOAD_INPUT_FORCES_LIGHT = 12,      ///< they carry less than the empty platform
     HEXLOAD_INPUT_FORCE_SIGN = 13,        ///< with the other sign of one force the legs balance the weight
     HEXLOAD_INPUT_FORCE_DEAD = 14,        ///< a force is next to none, and without it they do not
-    HEXLOAD_INPUT_CAUSES = 15             ///< how many there are
+    HEXLOAD_INPUT_KNOWN_MASS = 15,        ///< the legs do not carry what the told mass of the load weighs
+    HEXLOAD_INPUT_CAUSES = 16             ///< how many there are
 } hexload_input_cause_t;
 
-/// The input fault. It stays until windows of 512 ticks that could have shown it have not, ten in a row.
+/// The input fault. It stays until windows of 512 ticks that could have shown it have not, ten in a row; of a
+/// known mass, until the legs carry it in the mean of two seconds.
 typedef struct hexload_input_fault {
     hexload_input_cause_t cause; ///< while the health bit is not set: plausible
     uint32_t leg;                ///< 0..5, of a swap one of the two; 6: all legs, or none in particular
+    hexload_real_t excess_n;     ///< KNOWN_MASS: carried beyond platform and told load; else 0
 } hexload_input_fault_t;
 
 /// Health of the last accepted tick and how often each bit was set since the start. Counters saturate.

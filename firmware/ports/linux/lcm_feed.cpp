@@ -68,12 +68,11 @@ void LcmFeed::take(const command_t& message) {
     if (std::isfinite(command->argument)) {
         hexload_app_command(&app_, &*command, &acknowledge);
     } else {
-        acknowledge = {.kind = command->kind,
-                       .sequence = command->sequence,
-                       .result = HEXLOAD_RESULT_BAD_ARGUMENT,
-                       .state = static_cast<std::uint8_t>(app_.state),
-                       .fault = static_cast<std::uint8_t>(app_.fault),
-                       .profile = HEXLOAD_BUS_FD};
+        acknowledge.kind = command->kind;
+        acknowledge.sequence = command->sequence;
+        acknowledge.result = HEXLOAD_RESULT_BAD_ARGUMENT;
+        acknowledge.state = static_cast<std::uint8_t>(app_.state);
+        acknowledge.fault = static_cast<std::uint8_t>(app_.fault);
     }
     acknowledge_t reply = transport::acknowledge_message(acknowledge, app_.last_tick);
     acknowledges_.send(reply);

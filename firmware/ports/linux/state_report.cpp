@@ -36,6 +36,10 @@ std::string cause(const hexload_app_t& app, hexload_bus_profile_t profile) {
         return wrong_profile(profile);
     case HEXLOAD_FAULT_SECOND_CONTROLLER:
         return "a second controller is on the bus: stop one of the two";
+    case HEXLOAD_FAULT_SECOND_SOURCE:
+        return fmt::format("samples of two sources are on the bus, the last good one at tick {}: stop one of "
+                           "the two, then RESET and START begin anew",
+                           app.last_tick);
     case HEXLOAD_FAULT_BUS_DOWN:
         return fmt::format("the bus is down, last tick {}: waiting for it", app.last_tick);
     default:

@@ -33,6 +33,8 @@ const char* hexload_input_fault_text(hexload_input_cause_t cause) {
                                      "check the wiring or sign of its force sensor",
         [HEXLOAD_INPUT_FORCE_DEAD] = "force is next to none, and the other five do not balance the weight: "
                                      "check the wiring of its force sensor",
+        [HEXLOAD_INPUT_KNOWN_MASS] = "the legs do not carry what the known mass explains: check "
+                                     "load.known_mass_kg or the mass that was set, and the load",
     };
     return (unsigned)cause < (unsigned)HEXLOAD_INPUT_CAUSES ? TEXTS[cause] : "unknown input fault";
 }

@@ -53,6 +53,8 @@ const char* hexload_health_name(hexload_health_bit_t bit) {
         return "input implausible";
     case HEXLOAD_HEALTH_CHANNEL_LOST:
         return "channel lost";
+    case HEXLOAD_HEALTH_FRAMES_REFUSED:
+        return "frames refused";
     case HEXLOAD_HEALTH_BITS:
     default:
         return "unknown health bit";

@@ -410,7 +410,7 @@ static void balance(hexload_plausibility_t* self, const hexload_config_t* config
 
 /// What this window says: the most certain first.
 static hexload_input_fault_t fault_of_window(const hexload_plausibility_t* self) {
-    hexload_input_fault_t fault = {HEXLOAD_INPUT_PLAUSIBLE, NO_LEG};
+    hexload_input_fault_t fault = {.cause = HEXLOAD_INPUT_PLAUSIBLE, .leg = NO_LEG};
     if (self->repeated >= REPEATED_SAMPLES) {
         fault.cause = HEXLOAD_INPUT_ROWS_REPEATED;
     } else if (self->motion_cause != HEXLOAD_INPUT_PLAUSIBLE) {
@@ -475,7 +475,7 @@ static void conclude(hexload_plausibility_t* self) {
         self->hold--;
     }
     if (self->hold == 0) {
-        self->fault = (hexload_input_fault_t){HEXLOAD_INPUT_PLAUSIBLE, NO_LEG};
+        self->fault = (hexload_input_fault_t){.cause = HEXLOAD_INPUT_PLAUSIBLE, .leg = NO_LEG};
     }
 }
 
@@ -548,6 +548,15 @@ void hexload_plausibility_step(hexload_plausibility_t* self, const hexload_confi
     }
 }
 
+void hexload_input_fault_judge(int parameters, hexload_estimate_t* estimate, uint32_t* health) {
+    for (int k = 0; k < parameters; k++) {
+        estimate->parameter_verdict[k] = HEXLOAD_VERDICT_INCONSISTENT;
+    }
+    estimate->verdict = HEXLOAD_VERDICT_INCONSISTENT;
+    hexload_health_set(health, HEXLOAD_HEALTH_INCONSISTENT);
+    hexload_health_set(health, HEXLOAD_HEALTH_INPUT_IMPLAUSIBLE);
+}
+
 void hexload_plausibility_judge(const hexload_plausibility_t* self, int parameters,
                                 hexload_estimate_t* estimate, hexload_input_fault_t* fault,
                                 uint32_t* health) {
@@ -555,10 +564,5 @@ void hexload_plausibility_judge(const hexload_plausibility_t* self, int paramete
     if (self->fault.cause == HEXLOAD_INPUT_PLAUSIBLE) {
         return;
     }
-    for (int k = 0; k < parameters; k++) {
-        estimate->parameter_verdict[k] = HEXLOAD_VERDICT_INCONSISTENT;
-    }
-    estimate->verdict = HEXLOAD_VERDICT_INCONSISTENT;
-    hexload_health_set(health, HEXLOAD_HEALTH_INCONSISTENT);
-    hexload_health_set(health, HEXLOAD_HEALTH_INPUT_IMPLAUSIBLE);
+    hexload_input_fault_judge(parameters, estimate, health);
 }

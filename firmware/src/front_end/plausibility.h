@@ -34,6 +34,11 @@ void hexload_plausibility_step(hexload_plausibility_t* self, const hexload_confi
                                const hexload_leg_sample_t* sample, const hexload_present_tick_t* now,
                                hexload_real_t late_s);
 
+/// What any input fault does: all verdicts are "inconsistent", and health says so.
+/// @param parameters of the estimate.
+/// @param[in,out] health sets INPUT_IMPLAUSIBLE, INCONSISTENT.
+void hexload_input_fault_judge(int parameters, hexload_estimate_t* estimate, uint32_t* health);
+
 /// While there is a fault all verdicts are "inconsistent".
 /// @param parameters of the estimate.
 /// @param[out] fault as it is reported.

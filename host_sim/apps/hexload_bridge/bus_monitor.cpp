@@ -49,6 +49,7 @@ bool BusMonitor::take_answer(const hexload_bus_frame_t& frame, BusEvent& event) 
     count_refusal(status);
     if (status == HEXLOAD_BUS_OK) {
         ++totals_.answers;
+        answer.input.excess_n = status_.input.excess_n; // of the status alone
         event.answer = answer;
     }
     return status != HEXLOAD_BUS_OTHER;

@@ -85,13 +85,15 @@ std::unique_ptr<sim::EstimatorLink> make_link(const Options& options,
         return sim::make_inproc_link(platform, platform.estimator, platform::tick_s, std::nullopt,
                                      options.publish.empty() ? sim::Traces::no : sim::Traces::yes);
     }
-    (void)platform::checked_firmware_config(platform, platform.estimator,
-                                            platform::tick_s); // the controller has the same files
+    const hexload_config_t config = platform::checked_firmware_config(
+        platform, platform.estimator, platform::tick_s); // the controller has the same files
     const double timeout_s =
         options.answer_timeout_s.value_or(options.real_time ? real_time_timeout_s : lockstep_timeout_s);
     sim::CanLinkSettings settings;
     settings.profile = options.profile;
     settings.estimator = platform.estimator.kind;
+    settings.known_mass_crc = hexload_bus_known_mass_crc(static_cast<float>(
+        config.kind == HEXLOAD_KIND_PAPER ? config.paper.load_mass_kg : config.momentum.prior_mass_kg));
     settings.answer_timeout =
         std::chrono::ceil<std::chrono::milliseconds>(std::chrono::duration<double>(timeout_s));
     settings.report = [](const std::string& line) { fmt::print(stderr, "hexload_sim: {}\n", line); };

@@ -2,6 +2,7 @@
 // counting.
 #pragma once
 
+#include <hexload_lcm/estimate_t.hpp>
 #include <hexload_lcm/namespace.hpp>
 
 #include <lcm/lcm-cpp.hpp>
@@ -10,6 +11,7 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <span>
 #include <stdexcept>
 #include <string>
 #include <string_view>
@@ -46,8 +48,16 @@ class GapCounter {
   public:
     void take(std::int64_t sequence);
 
+    // A message that cannot be decoded.
+    void refuse() {
+        ++refused_;
+    }
+
     std::uint64_t received() const {
         return received_;
+    }
+    std::uint64_t refused() const {
+        return refused_;
     }
     std::uint64_t lost() const {
         return lost_;
@@ -59,6 +69,7 @@ class GapCounter {
   private:
     std::int64_t last_ = -1;
     std::uint64_t received_ = 0;
+    std::uint64_t refused_ = 0;
     std::uint64_t lost_ = 0;
     std::uint64_t restarts_ = 0;
 };
@@ -94,7 +105,7 @@ class Session {
 
     std::string url_;
     ::lcm::LCM lcm_;
-    std::vector<std::unique_ptr<GapCounter>> counters_;
+    std::vector<std::shared_ptr<void>> takers_; // of the subscriptions
 };
 
 // Sends messages of one type and numbers them.
@@ -122,21 +133,53 @@ template <typename Message> class Publisher {
     std::uint64_t failed_ = 0;
 };
 
+// Whether a message cannot claim more than it holds, as the generated decoders believe what it claims.
+template <typename Message> bool is_bounded(std::span<const std::uint8_t> /*encoded*/) {
+    return true;
+}
+template <> bool is_bounded<estimate_t>(std::span<const std::uint8_t> encoded);
+
+// What a subscription hands its messages to.
+template <typename Message> struct Taker {
+    GapCounter counter;
+    std::function<void(const Message&)> handler;
+
+    void take(std::span<const std::uint8_t> encoded) {
+        Message message{};
+        if (!is_bounded<Message>(encoded) || !decode(encoded, message)) {
+            counter.refuse();
+            return;
+        }
+        counter.take(message.sequence);
+        handler(message);
+    }
+
+  private:
+    static bool decode(std::span<const std::uint8_t> encoded, Message& message) {
+        try {
+            return message.decode(encoded.data(), 0, static_cast<int>(encoded.size())) >= 0;
+        } catch (const std::length_error&) { // a text of length 0, which has not even its end
+            return false;
+        }
+    }
+};
+
 template <typename Message>
 const GapCounter& Session::subscribe(std::function<void(const Message&)> handler) {
-    GapCounter& counter = *counters_.emplace_back(std::make_unique<GapCounter>());
-    const typename ::lcm::LCM::HandlerFunction<Message> take =
-        [&counter, handler = std::move(handler)](const ::lcm::ReceiveBuffer*, const std::string&,
-                                                 const Message* message) {
-            counter.take(message->sequence);
-            handler(*message);
-        };
-    ::lcm::Subscription* subscription = lcm_.subscribe(channel_of<Message>(), take);
+    auto taker = std::make_shared<Taker<Message>>();
+    taker->handler = std::move(handler);
+    takers_.push_back(taker);
+    ::lcm::Subscription* subscription = lcm_.subscribeFunction<Taker<Message>*>(
+        channel_of<Message>(),
+        [](const ::lcm::ReceiveBuffer* received, const std::string&, Taker<Message>* self) {
+            self->take({static_cast<const std::uint8_t*>(received->data), received->data_size});
+        },
+        taker.get());
     if (subscription == nullptr) {
         refuse("that messages do not come back");
     }
     subscription->setQueueCapacity(0); // no limit: a full queue would drop messages silently
-    return counter;
+    return taker->counter;
 }
 
 template <typename Message> bool Session::send(const Message& message) {

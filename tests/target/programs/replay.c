@@ -6,6 +6,7 @@
 
 #include "front_end/leg_sample.h"
 #include "front_end/plausibility.h"
+#include "paper/known_mass.h"
 #include "front_end/wrench.h"
 #include "paper/paper_filter.h"
 #include "paper/paper_supervisor.h"
@@ -76,6 +77,7 @@ static void run_stages(hexload_paper_t* self, const hexload_config_t* config,
     hexload_leg_sample_accept(&self->leg_gate, sample);
     mark = instruction_counter_mark();
     hexload_plausibility_step(&self->plausibility, config, sample, &now, config->rig.velocity_delay_s);
+    hexload_known_mass_step(&self->known_mass, config, &now);
     instructions[PLAUSIBILITY] = instruction_counter_since(mark);
     mark = instruction_counter_mark();
     hexload_wrench_compute(&motion, sample, &wrench);
@@ -87,7 +89,9 @@ static void run_stages(hexload_paper_t* self, const hexload_config_t* config,
     hexload_paper_supervisor_judge(&self->supervisor, config, &self->filter, &estimate, &health);
     instructions[SUPERVISOR] = instruction_counter_since(mark);
     mark = instruction_counter_mark();
-    hexload_plausibility_judge(&self->plausibility, HEXLOAD_PAPER_DIM, &estimate, &self->health.input, &health);
+    hexload_plausibility_judge(&self->plausibility, HEXLOAD_PAPER_DIM, &estimate, &self->health.input,
+                               &health);
+    hexload_known_mass_judge(&self->known_mass, &estimate, &self->health.input, &health);
     instructions[PLAUSIBILITY] += instruction_counter_since(mark);
 }
 

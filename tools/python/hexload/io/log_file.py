@@ -26,6 +26,7 @@ from hexload.io.log_columns import COLUMNS as COLUMNS
 from hexload.io.log_columns import HEADER, LEGS, WITHOUT_VELOCITY, Selection, select
 
 BLOCK_BYTES = 1 << 23  # that are parsed at once: some 50,000 rows
+LONGEST_LINE_BYTES = 1 << 16
 HEADER_WITHIN = 60  # lines
 LATEST_START_S = 1e7  # beyond, t is a date: it counts from the first row, as no estimate's file has digits for it
 DAY_S = 86400.0
@@ -151,6 +152,9 @@ class _Reader:
             if newline:
                 yield self._text(whole, place).splitlines()
                 place += len(whole) + 1
+            if len(rest) > LONGEST_LINE_BYTES:  # a MB of gzip can hold a line of gigabytes
+                found = f"found more than {LONGEST_LINE_BYTES} bytes, expected a row of a log"
+                raise InputError(f"{self._path}: line {self._line + 1}: {found}")
         if rest:
             yield self._text(rest, place).splitlines()
 

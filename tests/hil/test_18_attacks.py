@@ -1,0 +1,158 @@
+"""Frames from somebody else on the bus: what one of them, or a few, may do to a run. Over UDP multicast, on this kernel."""
+
+import socket
+import struct
+import time
+from collections.abc import Callable
+from typing import NamedTuple
+
+import can
+import msgpack
+import pytest
+
+from bus_frames import COMMANDS, LOCKSTEP, Frame, decode, encode, encode_command, from_message, to_message
+from hexload import project
+from test_32_lcm_bridge import open_bus
+
+PLATFORM = project.SCENARIOS / "platforms" / "paper.toml"
+PATIENCE_S = 20.0
+ESTIMATING, FAULT = (2, 3), (4,)  # states: estimating or converged
+NO_FAULT, SAMPLES_REFUSED, WRONG_PROFILE, SECOND_CONTROLLER, SECOND_SOURCE = 0, 2, 3, 4, 6
+LEG_FORCE_N = 600 * 9.81 / 6 * 0.8741 / 0.798276  # what holds platform and load at home
+TICKS_BEFORE = 50
+STOP = COMMANDS["stop"]
+
+
+def sample(tick: int, share: float = 1.0) -> Frame:
+    legs = {f"force_{leg}": share * (LEG_FORCE_N + leg * tick % 8) for leg in range(1, 7)}
+    return encode("LegSampleFd", tick=tick, version=1, **legs)
+
+
+def damaged(frame: Frame) -> Frame:
+    return frame._replace(data=frame.data[:-1] + bytes([frame.data[-1] ^ 1]))
+
+
+def shortened(frame: Frame) -> Frame:
+    return frame._replace(data=frame.data[:4], is_fd=False, bit_rate_switch=False)
+
+
+STATUS = encode("ControllerStatus", state=2)
+
+
+class Attack(NamedTuple):
+    name: str
+    frames: Callable[[int], list[Frame]]  # at the source's next tick
+    fault: int  # after it
+
+
+ATTACKS = [
+    Attack("one status of another controller", lambda tick: [STATUS], NO_FAULT),
+    Attack("a hundred with a wrong checksum", lambda tick: [damaged(STATUS)] * 100, NO_FAULT),
+    Attack("a hundred short ones", lambda tick: [shortened(STATUS)] * 100, NO_FAULT),
+    Attack("three whole ones", lambda tick: [STATUS] * 3, SECOND_CONTROLLER),
+    Attack("two samples of the other profile", lambda tick: [encode("LegSample1")] * 2, NO_FAULT),
+    Attack("three of them", lambda tick: [encode("LegSample1")] * 3, WRONG_PROFILE),
+    Attack("a command with a wrong checksum", lambda tick: [damaged(encode_command(STOP, 7))] * 100, NO_FAULT),
+    Attack("the last sample again", lambda tick: [sample(tick - 1)], NO_FAULT),
+    Attack("the last one with larger forces", lambda tick: [sample(tick - 1, 1.1)], SECOND_SOURCE),
+    Attack("the next one before the source", lambda tick: [sample(tick, 1.1)], SECOND_SOURCE),
+    Attack("old samples", lambda tick: [sample(tick - n) for n in range(2, 22)], NO_FAULT),
+    Attack("one far ahead", lambda tick: [sample(tick + 2**30)], NO_FAULT),
+]
+
+
+class Source:
+    """A simulator in lockstep."""
+
+    def __init__(self, bus: can.BusABC):
+        self._bus = bus
+
+    def send(self, frames: list[Frame]) -> None:
+        for frame in frames:
+            self._bus.send(to_message(frame))
+
+    def receive(self, name: str, patience_s: float) -> dict | None:
+        until = time.monotonic() + patience_s
+        while (left := until - time.monotonic()) > 0:
+            try:
+                message = self._bus.recv(left)
+            except can.CanOperationError:  # what is no frame
+                continue
+            if message is not None and (frame := from_message(message)).name == name:
+                return decode(frame).values
+        return None
+
+    def command(self, name: str, argument: float = 0.0) -> dict:
+        until = time.monotonic() + PATIENCE_S
+        while time.monotonic() < until:  # it listens before it answers
+            self.send([encode_command(name, 1, argument)])
+            if (acknowledge := self.receive("Acknowledge", 0.1)) is not None:
+                return acknowledge
+        pytest.fail(f"{name} is not acknowledged")
+
+    def ask(self, tick: int) -> dict:
+        self.send([sample(tick)])
+        while (health := self.receive("HealthFd", PATIENCE_S)) is not None:
+            if health["tick"] == tick:
+                return health
+        pytest.fail(f"tick {tick} is not answered")
+
+
+@pytest.fixture
+def source(start, ecu, free_bus):
+    start(ecu, "--bus", free_bus, "--platform", PLATFORM).wait_for("ready on")
+    with open_bus(free_bus) as bus:
+        source = Source(bus)
+        source.command("reset")
+        yield source
+
+
+def begin_run(source: Source) -> int:
+    source.command("reset")
+    assert source.command("start", LOCKSTEP)["result"] == 0
+    for tick in range(TICKS_BEFORE):
+        assert source.ask(tick)["state"] in ESTIMATING
+    return TICKS_BEFORE
+
+
+def test_what_somebody_else_sends_ends_a_run_with_its_name_or_does_nothing(source):
+    for attack in ATTACKS:
+        # GIVEN a run under way WHEN somebody else sends this beside the source
+        tick = begin_run(source)
+        source.send(attack.frames(tick))
+        health = [source.ask(tick + n) for n in range(20)][-1]
+        # THEN the controller goes on, or is in fault and says which
+        assert health["fault"] == attack.fault, attack.name
+        assert health["state"] in (FAULT if attack.fault else ESTIMATING), attack.name
+        time.sleep(1.05 if attack.name.startswith(("one status", "a hundred", "two samples")) else 0)  # it forgets
+
+
+def test_a_datagram_to_an_address_of_this_computer_is_not_of_the_bus(source, free_bus):
+    # GIVEN a run under way
+    tick = begin_run(source)
+    # WHEN a whole STOP is sent to the bus's port, but to an address of this computer and not to the group
+    stop = encode_command(STOP, 9)
+    fields = {"arbitration_id": stop.id, "is_extended_id": False, "is_remote_frame": False, "is_error_frame": False}
+    packed = msgpack.packb(fields | {"data": stop.data, "is_fd": False, "timestamp": 0.0})
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as sender:
+        for _ in range(10):
+            sender.sendto(packed, ("127.0.0.1", int(free_bus.rsplit(":", 1)[1])))
+    # THEN it is not heard
+    assert source.receive("Acknowledge", 0.1) is None
+    assert source.ask(tick)["state"] in ESTIMATING
+
+
+def test_a_datagram_that_claims_more_than_it_holds_costs_nothing(source, free_bus):
+    # GIVEN a run under way WHEN datagrams of five bytes claim arrays and maps of 2^27 entries, alone and in a field
+    tick = begin_run(source)
+    _, group, port = free_bus.split(":")
+    claims = [bytes([header]) + struct.pack(">I", 2**27) for header in (0xDD, 0xDF, 0xDB, 0xC6)]
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as sender:
+        sender.setsockopt(socket.IPPROTO_IP, socket.IP_MULTICAST_TTL, 0)
+        begun = time.monotonic()
+        for claim in claims * 5:
+            sender.sendto(claim, (group, int(port)))
+            sender.sendto(b"\x81\xa4data" + claim, (group, int(port)))
+    # THEN the run goes on at once: 40 such allocations took seconds
+    assert source.ask(tick)["state"] in ESTIMATING
+    assert time.monotonic() - begun < 5.0
