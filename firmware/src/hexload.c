@@ -3,10 +3,12 @@
 #include "configuration/health.h"
 #include "front_end/differentiator.h"
 #include "front_end/leg_sample.h"
+#include "front_end/lost_channels.h"
 #include "front_end/noise_estimator.h"
 #include "momentum/momentum_filter.h"
 #include "momentum/tolerances.h"
 #include "paper/paper_filter.h"
+#include "paper/paper_tolerances.h"
 
 #include <stddef.h>
 #include <string.h>
@@ -93,12 +95,18 @@ HEXLOAD_APART static const hexload_leg_sample_t* find_speeds(hexload_t* self, co
                                                              hexload_leg_sample_t* middle,
                                                              hexload_status_t* status) {
     hexload_differentiator_t* differentiator = &self->differentiator;
-    hexload_leg_sample_t seen = *sample;
+    hexload_leg_sample_t seen;
     hexload_momentum_t* momentum = momentum_in(self);
     hexload_health_t* health = momentum != NULL ? &momentum->health : &self->as.paper.health;
+    hexload_lost_channels_t* lost = momentum != NULL ? &momentum->lost : &self->as.paper.lost;
     uint32_t gap_ticks = 0;
     uint32_t bits = 0;
-    *status = HEXLOAD_OK;
+    hexload_lost_channels_t next;
+    const bool is_guess = hexload_lost_channels_mend(lost, config, &differentiator->leg_gate, sample, &seen,
+                                                     &next, &bits) != sample;
+    if (!is_guess) {
+        seen = *sample;
+    }
     memset(seen.velocity_m_s, 0, sizeof seen.velocity_m_s);
     *status = hexload_leg_sample_check(&differentiator->leg_gate, config, &seen, &gap_ticks, &bits);
     if (*status != HEXLOAD_OK) {
@@ -106,9 +114,13 @@ HEXLOAD_APART static const hexload_leg_sample_t* find_speeds(hexload_t* self, co
         return NULL;
     }
     hexload_leg_sample_accept(&differentiator->leg_gate, &seen);
-    if (momentum != NULL) {
-        hexload_noise_estimator_step(&momentum->noise_estimator, config, &seen, gap_ticks);
+    if (is_guess) {
+        *lost = next;
+        lost->force_ticks++; // the estimator's tick counts down
     }
+    hexload_noise_estimator_step(momentum != NULL ? &momentum->noise_estimator
+                                                  : &self->as.paper.noise_estimator,
+                                 config, &seen, gap_ticks);
     if (!hexload_differentiator_step(differentiator, config, &seen, gap_ticks, middle)) {
         hexload_health_count(health, bits);
         return NULL;
@@ -279,18 +291,28 @@ static uint32_t write_load(const hexload_momentum_t* momentum, hexload_real_t* c
     return written;
 }
 
+/// The filter's, widened as its sigmas are.
+static uint32_t write_paper(const hexload_paper_t* paper, hexload_real_t* covariance) {
+    const hexload_real_t factor = paper->supervisor.factor;
+    const hexload_real_t weight_error = paper->supervisor.weight_error;
+    uint32_t written = 0;
+    for (int i = 0; i < HEXLOAD_PAPER_DIM; i++) {
+        for (int j = 0; j <= i; j++) {
+            covariance[written] = factor * factor * paper->filter.param_cov[i][j] +
+                                  hexload_paper_tolerances_covariance(&paper->filter, weight_error, i, j);
+            written++;
+        }
+    }
+    return written;
+}
+
 uint32_t hexload_covariance(const hexload_t* self, hexload_real_t covariance[HEXLOAD_COVARIANCES_MAX]) {
     const hexload_momentum_t* momentum = momentum_of(self);
     uint32_t written = 0;
     if (momentum != NULL) {
         written = write_load(momentum, covariance);
     } else {
-        for (int i = 0; i < HEXLOAD_PAPER_DIM; i++) {
-            for (int j = 0; j <= i; j++) {
-                covariance[written] = self->as.paper.filter.param_cov[i][j];
-                written++;
-            }
-        }
+        written = write_paper(&self->as.paper, covariance);
     }
     if (self->kind == HEXLOAD_KIND_MOMENTUM_EFFECTS) {
         written += write_effects(&self->as.momentum_effects, &covariance[written]);

@@ -17,13 +17,13 @@
 #include "front_end/lost_channels.h"
 #include "front_end/noise_estimator.h"
 #include "front_end/plausibility.h"
+#include "front_end/residual_test.h"
 #include "hexload/momentum.h"
 #include "momentum/consider.h"
 #include "momentum/jackknife.h"
 #include "momentum/load_monitor.h"
 #include "momentum/momentum_filter.h"
 #include "momentum/momentum_supervisor.h"
-#include "momentum/residual_test.h"
 #include "momentum/smoother.h"
 #include "momentum/tolerances.h"
 #include "rig/rig.h"
@@ -109,7 +109,7 @@ static inline void watch_load(hexload_momentum_t* self, const hexload_config_t* 
 static inline void forget_load(hexload_momentum_t* self, const hexload_config_t* config,
                                hexload_effects_stage_t* effects) {
     hexload_load_monitor_restart(&self->monitor);
-    hexload_residual_test_init(&self->residual_test);
+    hexload_residual_test_init(&self->residual_test, HEXLOAD_MOMENTUM_MEASUREMENTS);
     hexload_momentum_supervisor_forget(&self->supervisor);
     hexload_momentum_filter_forget(&self->filter, config);
     hexload_jackknife_forget(&self->jackknife);
@@ -189,7 +189,8 @@ static inline void filter(hexload_momentum_t* self, const hexload_config_t* conf
         past->smooth.gap_ticks = 1; // at rest, time goes on
     }
     if (is_measured && !self->is_interrupted) {
-        hexload_residual_test_step(&self->residual_test, config, left);
+        hexload_residual_test_step(&self->residual_test, config, left->innovation,
+                                   config->rig.direction_count > 0);
     }
     hexload_momentum_supervisor_watch(&self->supervisor, config, &self->filter, &self->jackknife, past);
     if (effects != NULL) {
@@ -214,7 +215,7 @@ static inline void restart(hexload_momentum_t* self, const hexload_config_t* con
     hexload_consider_init(&self->consider);
     hexload_jackknife_init(&self->jackknife);
     hexload_load_monitor_init(&self->monitor);
-    hexload_residual_test_init(&self->residual_test);
+    hexload_residual_test_init(&self->residual_test, HEXLOAD_MOMENTUM_MEASUREMENTS);
     hexload_momentum_supervisor_forget(&self->supervisor);
     if (effects != NULL) {
         hexload_actuator_effects_init(&effects->filter, config);

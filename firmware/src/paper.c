@@ -3,8 +3,8 @@
 #include "paper_tick.h"
 
 // The lasting memory of an estimator: 4-byte numbers, or 8-byte ones in the reference build.
-_Static_assert(sizeof(hexload_paper_t) <= 1280 * sizeof(hexload_real_t) / sizeof(float),
-               "an estimator fits in 1.25 KiB");
+_Static_assert(sizeof(hexload_paper_t) <= 1536 * sizeof(hexload_real_t) / sizeof(float),
+               "an estimator fits in 1.5 KiB");
 
 hexload_status_t hexload_paper_init(hexload_paper_t* self, const hexload_config_t* config) {
     hexload_kinematics_t kinematics;
@@ -18,9 +18,12 @@ hexload_status_t hexload_paper_init(hexload_paper_t* self, const hexload_config_
     }
     *self = (hexload_paper_t){.kinematics = kinematics};
     hexload_leg_sample_init(&self->leg_gate);
+    hexload_noise_estimator_init(&self->noise_estimator);
+    hexload_lost_channels_init(&self->lost);
     hexload_plausibility_init(&self->plausibility);
     hexload_known_mass_init(&self->known_mass, config);
     hexload_paper_filter_init(&self->filter, config);
+    hexload_residual_test_init(&self->residual_test, HEXLOAD_PAPER_MEASUREMENTS);
     hexload_paper_supervisor_init(&self->supervisor);
     return HEXLOAD_OK;
 }

@@ -61,6 +61,8 @@ hexload_status_t hexload_paper_trace(hexload_paper_t* self, const hexload_config
         return status;
     }
     written.nis = self->filter.nis;
+    written.sum_nis = self->residual_test.nis;
+    written.sum_nis_mean = self->residual_test.nis_mean;
     written.gate = (self->health.bits & gated) != 0 ? HEXLOAD_GATE_REJECTED : written.gate;
     *trace = written;
     return HEXLOAD_OK;

@@ -43,9 +43,10 @@ MOST_EFFECTS_INSTRUCTIONS = 60_000  # of a tick with any input and all effects, 
 MOST_TEST_INSTRUCTIONS = 2_000  # more, for contradictions of the input and residuals that tell mismatch from noise
 
 # What a program does not link that uses one of the three estimators; that with actuator effects needs the other's too.
-PAPER_SOURCES = ("wrench.c", "rate_noise.c", "paper_model.c", "paper_filter.c", "paper_supervisor.c", "paper.c")
-MOMENTUM_SOURCES = ("noise_estimator.c", "rig.c", "smoother.c", "transient.c", "momentum_model.c", "momentum_filter.c",
-                    "consider.c", "tolerances.c", "jackknife.c", "wrench_monitor.c", "load_monitor.c", "residual_test.c",
+PAPER_SOURCES = ("wrench.c", "rate_noise.c", "paper_model.c", "paper_filter.c", "paper_tolerances.c",
+                 "paper_supervisor.c", "paper.c")  # fmt: skip
+MOMENTUM_SOURCES = ("rig.c", "smoother.c", "transient.c", "momentum_model.c", "momentum_filter.c",
+                    "consider.c", "tolerances.c", "jackknife.c", "wrench_monitor.c", "load_monitor.c",
                     "momentum_supervisor.c", "pseudo_inertia.c", "momentum.c")  # fmt: skip
 EFFECTS_SOURCES = ("actuator_effects.c", "identifiability.c", "momentum_effects.c")
 # What only those link who ask for it: the words of an input fault, the load as a body, traces, the interface over all kinds and its differentiator.

@@ -1,5 +1,6 @@
 #include "motion.h"
 
+#include <math.h>
 #include <string.h>
 
 void setUp(void) {}
@@ -20,6 +21,142 @@ static hexload_estimate_t run(hexload_paper_t* estimator, const hexload_config_t
         TEST_ASSERT_EQUAL_INT(HEXLOAD_OK, hexload_paper_tick(estimator, config, &sample, &estimate));
     }
     return estimate;
+}
+
+/// What an estimator of `believed` says of four seconds of a brisk motion on `machine`, whose force sensors
+/// show 1 + gain times the force and whose noise is `noise` times the machine's.
+static hexload_estimate_t identify(const hexload_config_t* machine, const hexload_config_t* believed,
+                                   double gain, double noise, hexload_paper_t* estimator) {
+    const motion_t motion = random_motion(46, 0.05, 0.1);
+    hexload_config_t noisy = *machine;
+    hexload_estimate_t estimate = {0};
+    uint64_t seed = 12;
+    noisy.sensors.displacement_sigma_m *= (hexload_real_t)noise;
+    noisy.sensors.velocity_sigma_m_s *= (hexload_real_t)noise;
+    noisy.sensors.force_sigma_n *= (hexload_real_t)noise;
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_OK, hexload_paper_init(estimator, believed));
+    for (uint32_t tick = 0; tick < 4000; tick++) {
+        hexload_leg_sample_t sample =
+            perfect_sample(machine, &paper_load, &motion, (double)estimator->kinematics.home_height_m, tick);
+        add_noise(&noisy, &seed, &sample);
+        for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
+            sample.force_n[leg] *= (hexload_real_t)(1.0 + gain);
+        }
+        TEST_ASSERT_EQUAL_INT(HEXLOAD_OK, hexload_paper_tick(estimator, believed, &sample, &estimate));
+    }
+    return estimate;
+}
+
+/// D of platform and load about the axes of the paper's machine, whose platform's centre is O_A.
+static void combined_inertia(const hexload_config_t* config, double D[3]) {
+    const double own = (double)config->platform.mass_kg;
+    const double reduced = own * paper_load.mass_kg / (own + paper_load.mass_kg);
+    for (int k = 0; k < 3; k++) {
+        D[k] = (double)config->platform.inertia_kg_m2[k] + 25.0 + (k < 2 ? reduced * 0.3 * 0.3 : 0.0);
+    }
+}
+
+static void test_a_common_gain_is_that_share_of_all_inertia_and_sigma_has_it(void) {
+    // GIVEN force sensors that all show three thousandths too much, as their tolerance says, WHEN a load
+    // moves
+    const double gain = 0.003;
+    const hexload_config_t machine = paper_machine();
+    hexload_config_t believed = machine;
+    believed.tolerances.force_gain = (hexload_real_t)gain;
+    hexload_paper_t estimator;
+    const hexload_estimate_t exact = identify(&machine, &machine, 0.0, 1.0, &estimator);
+    const hexload_estimate_t off = identify(&machine, &believed, gain, 1.0, &estimator);
+    double D[3];
+    combined_inertia(&machine, D);
+    // THEN dz stays, AND each inertia is off by that share of the load's and the platform's together
+    TEST_ASSERT_DOUBLE_WITHIN((double)exact.own_sigma[0], 0.0, (double)(off.value[0] - exact.value[0]));
+    for (int k = 0; k < 3; k++) {
+        const int own = HEXLOAD_PAPER_IXX + k;
+        TEST_ASSERT_DOUBLE_WITHIN((double)exact.own_sigma[own], gain * D[k],
+                                  (double)(off.value[own] - exact.value[own]));
+        // AND sigma has it
+        const double expected = hypot((double)off.own_sigma[own], gain * D[k]);
+        TEST_ASSERT_DOUBLE_WITHIN(0.02 * expected, expected, (double)off.sigma[own]);
+    }
+}
+
+static void test_what_the_platform_is_off_moves_the_papers_parameters_as_sigma_says(void) {
+    // GIVEN one of the platform's mass, height of its centre and inertia, which is not as believed
+    const hexload_config_t machine = paper_machine();
+    hexload_paper_t estimator;
+    const hexload_estimate_t exact = identify(&machine, &machine, 0.0, 1.0, &estimator);
+    for (int source = 0; source < 3; source++) {
+        hexload_config_t believed = machine;
+        if (source == 0) {
+            believed.platform.mass_kg *= HEXLOAD_REAL(1.02);
+            believed.tolerances.platform_mass = HEXLOAD_REAL(0.02);
+        } else if (source == 1) {
+            believed.platform.com_m[2] = HEXLOAD_REAL(0.004);
+            believed.tolerances.platform_com_m = HEXLOAD_REAL(0.004);
+        } else {
+            believed.tolerances.platform_inertia = HEXLOAD_REAL(0.03);
+            for (int k = 0; k < 3; k++) {
+                believed.platform.inertia_kg_m2[k] *= HEXLOAD_REAL(0.97);
+            }
+        }
+        // WHEN a load moves
+        const hexload_estimate_t off = identify(&machine, &believed, 0.0, 1.0, &estimator);
+        for (int k = 0; k < HEXLOAD_PAPER_DIM; k++) {
+            // THEN its parameters are off by as much as sigma says beside the filter's own part
+            const double shift = fabs((double)(off.value[k] - exact.value[k]));
+            const double own = (double)exact.own_sigma[k];
+            const double open =
+                sqrt(fmax(0.0, pow((double)off.sigma[k], 2.0) - pow((double)off.own_sigma[k], 2.0)));
+            TEST_ASSERT_DOUBLE_WITHIN(0.5 * own + 0.05 * open, open, shift);
+        }
+    }
+}
+
+static void test_without_tolerances_the_papers_sigma_is_the_filters(void) {
+    // GIVEN a machine known exactly and sensors as stated WHEN a load moves THEN every bit of sigma is the
+    // filter's
+    const hexload_config_t machine = paper_machine();
+    hexload_paper_t estimator;
+    const hexload_estimate_t estimate = identify(&machine, &machine, 0.0, 1.0, &estimator);
+    TEST_ASSERT_EQUAL_MEMORY(estimate.own_sigma, estimate.sigma, sizeof estimate.sigma);
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_VERDICT_CONVERGED, estimate.verdict);
+    // AND no noise is found misstated
+    TEST_ASSERT_EQUAL_UINT32(0, estimator.health.count[HEXLOAD_HEALTH_NOISE_MISSTATED]);
+}
+
+static void test_noise_that_is_misstated_is_measured_by_the_papers_estimator(void) {
+    // GIVEN sensors three times as noisy as stated WHEN a load moves
+    const double truth[HEXLOAD_PAPER_DIM] = {0.3, 25.0, 25.0, 25.0};
+    const hexload_config_t machine = paper_machine();
+    hexload_paper_t estimator;
+    const hexload_estimate_t estimate = identify(&machine, &machine, 0.0, 3.0, &estimator);
+    // THEN it says so, is right within five sigmas, and has converged with innovations of the mean square 3
+    TEST_ASSERT_BITS_HIGH(1u << HEXLOAD_HEALTH_NOISE_MISSTATED, estimator.health.bits);
+    TEST_ASSERT_EQUAL_UINT32(0, estimator.health.count[HEXLOAD_HEALTH_INCONSISTENT]);
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_VERDICT_CONVERGED, estimate.verdict);
+    TEST_ASSERT_DOUBLE_WITHIN(0.6, 3.0, (double)estimate.nis_mean);
+    for (int k = 0; k < HEXLOAD_PAPER_DIM; k++) {
+        TEST_ASSERT_DOUBLE_WITHIN(5.0 * (double)estimate.sigma[k], truth[k], (double)estimate.value[k]);
+    }
+}
+
+static void test_a_weight_that_is_not_that_of_the_masses_widens_sigma(void) {
+    // GIVEN force sensors that all show two per cent too much, of which no tolerance says anything
+    const double gain = 0.02;
+    const hexload_config_t machine = paper_machine();
+    hexload_paper_t estimator;
+    const hexload_estimate_t exact = identify(&machine, &machine, 0.0, 1.0, &estimator);
+    // WHEN a load of known mass moves for four seconds
+    const hexload_estimate_t off = identify(&machine, &machine, gain, 1.0, &estimator);
+    // THEN its weight says so, within what two seconds' memory has reached: 1 - exp(-2), and a tenth
+    TEST_ASSERT_DOUBLE_WITHIN(0.1 * gain, (1.0 - exp(-2.0)) * gain,
+                              (double)estimator.supervisor.weight_error);
+    // AND the inertias' error is within two of their sigmas, of whose own part it is many
+    for (int k = HEXLOAD_PAPER_IXX; k < HEXLOAD_PAPER_DIM; k++) {
+        const double error = (double)(off.value[k] - exact.value[k]);
+        TEST_ASSERT_TRUE(error > 5.0 * (double)off.own_sigma[k]);
+        TEST_ASSERT_TRUE(error < 2.0 * (double)off.sigma[k]);
+    }
 }
 
 static void test_init_refuses_a_bad_configuration_and_leaves_the_instance_alone(void) {
@@ -111,6 +248,11 @@ int main(void) {
     RUN_TEST(test_refused_sample_changes_nothing_but_the_counter);
     RUN_TEST(test_two_instances_do_not_know_of_each_other);
     RUN_TEST(test_tick_counter_may_wrap_in_mid_run);
+    RUN_TEST(test_a_common_gain_is_that_share_of_all_inertia_and_sigma_has_it);
+    RUN_TEST(test_what_the_platform_is_off_moves_the_papers_parameters_as_sigma_says);
+    RUN_TEST(test_without_tolerances_the_papers_sigma_is_the_filters);
+    RUN_TEST(test_noise_that_is_misstated_is_measured_by_the_papers_estimator);
+    RUN_TEST(test_a_weight_that_is_not_that_of_the_masses_widens_sigma);
     RUN_TEST(test_health_counts_every_tick_out_of_stroke);
     return UNITY_END();
 }

@@ -1,7 +1,9 @@
+#include "front_end/residual_test.h"
 #include "paper/paper_filter.h"
 #include "paper/paper_supervisor.h"
 #include "machine.h"
 
+#include <math.h>
 #include <string.h>
 
 void setUp(void) {}
@@ -23,16 +25,25 @@ static hexload_paper_filter_t good_filter(const hexload_config_t* config) {
     return filter;
 }
 
-static hexload_estimate_t judge(const hexload_config_t* config, const hexload_paper_filter_t* filter,
-                                int ticks, uint32_t* health) {
+/// @param factor of the residual test.
+static hexload_estimate_t judge_misfit(const hexload_config_t* config, const hexload_paper_filter_t* filter,
+                                       int ticks, double factor, uint32_t* health) {
     hexload_paper_supervisor_t supervisor;
+    hexload_residual_test_t residual_test;
+    hexload_residual_test_init(&residual_test, HEXLOAD_PAPER_MEASUREMENTS);
+    residual_test.factor = (hexload_real_t)factor;
     hexload_estimate_t estimate;
     hexload_paper_supervisor_init(&supervisor);
     for (int n = 0; n < ticks; n++) {
         *health = 0;
-        hexload_paper_supervisor_judge(&supervisor, config, filter, &estimate, health);
+        hexload_paper_supervisor_judge(&supervisor, config, filter, &residual_test, &estimate, health);
     }
     return estimate;
+}
+
+static hexload_estimate_t judge(const hexload_config_t* config, const hexload_paper_filter_t* filter,
+                                int ticks, uint32_t* health) {
+    return judge_misfit(config, filter, ticks, 1.0, health);
 }
 
 static void test_supervisor_calls_a_small_sigma_converged(void) {
@@ -79,15 +90,41 @@ static void test_sigma_near_the_prior_is_not_excited(void) {
 }
 
 static void test_innovations_that_stay_large_are_inconsistent(void) {
-    // GIVEN sensors twice as noisy as stated: a mean NIS of 12 WHEN three time constants have passed
+    // GIVEN innovations of which next to none is within the gate WHEN three time constants have passed
+    const hexload_config_t config = paper_machine();
+    hexload_paper_filter_t filter = good_filter(&config);
+    uint32_t health = 0;
+    filter.nis = HEXLOAD_REAL(400.0);
+    const hexload_estimate_t estimate = judge(&config, &filter, 1500, &health);
+    // THEN the verdict says so
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_VERDICT_INCONSISTENT, estimate.verdict);
+    TEST_ASSERT_EQUAL_UINT32(1u << HEXLOAD_HEALTH_INCONSISTENT | 1u << HEXLOAD_HEALTH_MODEL_MISFIT, health);
+}
+
+static void test_innovations_that_are_too_large_widen_sigma_at_once(void) {
+    // GIVEN innovations of the mean NIS 12 WHEN three time constants have passed THEN sigma is as large as
+    // they say
     const hexload_config_t config = paper_machine();
     hexload_paper_filter_t filter = good_filter(&config);
     uint32_t health = 0;
     filter.nis = HEXLOAD_REAL(12.0);
     const hexload_estimate_t estimate = judge(&config, &filter, 1500, &health);
-    // THEN the verdict says so
+    const double expected = sqrt((12.0 - 9.0 * exp(-3.0)) / 3.0);
+    TEST_ASSERT_DOUBLE_WITHIN(0.01, expected, (double)(estimate.sigma[1] / estimate.own_sigma[1]));
+    // AND nothing has converged
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_VERDICT_CONVERGING, estimate.verdict);
+    TEST_ASSERT_EQUAL_UINT32(1u << HEXLOAD_HEALTH_MODEL_MISFIT, health);
+}
+
+static void test_a_place_that_the_prior_rules_out_is_inconsistent(void) {
+    // GIVEN a centre of mass 5 m above the platform, as that of a load beside the axis may show, WHEN judged
+    const hexload_config_t config = paper_machine();
+    hexload_paper_filter_t filter = good_filter(&config);
+    uint32_t health = 0;
+    filter.param[HEXLOAD_PAPER_DZ] = HEXLOAD_REAL(5.0);
+    const hexload_estimate_t estimate = judge(&config, &filter, 1, &health);
+    // THEN it is not believed
     TEST_ASSERT_EQUAL_INT(HEXLOAD_VERDICT_INCONSISTENT, estimate.verdict);
-    TEST_ASSERT_EQUAL_UINT32(1u << HEXLOAD_HEALTH_INCONSISTENT, health);
 }
 
 static void test_one_spike_does_not_turn_the_verdict(void) {
@@ -106,8 +143,26 @@ static void test_inertias_that_no_body_has_are_inconsistent(void) {
     uint32_t health = 0;
     filter.param[HEXLOAD_PAPER_IZZ] = HEXLOAD_REAL(80.0);
     const hexload_estimate_t estimate = judge(&config, &filter, 1, &health);
-    TEST_ASSERT_EQUAL_INT(HEXLOAD_VERDICT_INCONSISTENT, estimate.parameter_verdict[HEXLOAD_PAPER_IZZ]);
-    TEST_ASSERT_EQUAL_INT(HEXLOAD_VERDICT_CONVERGED, estimate.parameter_verdict[HEXLOAD_PAPER_DZ]);
+    // THEN no parameter of it is believed
+    for (int k = 0; k < HEXLOAD_PAPER_DIM; k++) {
+        TEST_ASSERT_EQUAL_INT(HEXLOAD_VERDICT_INCONSISTENT, estimate.parameter_verdict[k]);
+    }
+}
+
+static void test_a_mismatch_that_lasts_widens_sigma_and_nothing_counts_as_converged(void) {
+    // GIVEN innovations whose sums say that sigma is eight times too small WHEN judged
+    const hexload_config_t config = paper_machine();
+    const hexload_paper_filter_t filter = good_filter(&config);
+    uint32_t health = 0;
+    const hexload_estimate_t estimate = judge_misfit(&config, &filter, 1, 8.0, &health);
+    for (int k = 0; k < HEXLOAD_PAPER_DIM; k++) {
+        // THEN the published sigma has it, the filter's own does not
+        const double own = (double)estimate.own_sigma[k];
+        TEST_ASSERT_DOUBLE_WITHIN(ROUNDINGS(2, 8.0 * own), 8.0 * own, (double)estimate.sigma[k]);
+        // AND dz, of which 0.8 mm is still little, has not converged either; the motion has shown all of them
+        TEST_ASSERT_EQUAL_INT(HEXLOAD_VERDICT_CONVERGING, estimate.parameter_verdict[k]);
+    }
+    TEST_ASSERT_EQUAL_UINT32(1u << HEXLOAD_HEALTH_MODEL_MISFIT, health);
 }
 
 static void test_every_verdict_and_status_has_a_name_of_its_own(void) {
@@ -132,8 +187,11 @@ int main(void) {
     RUN_TEST(test_one_parameter_that_is_not_known_yet_decides_the_verdict);
     RUN_TEST(test_sigma_near_the_prior_is_not_excited);
     RUN_TEST(test_innovations_that_stay_large_are_inconsistent);
+    RUN_TEST(test_innovations_that_are_too_large_widen_sigma_at_once);
+    RUN_TEST(test_a_place_that_the_prior_rules_out_is_inconsistent);
     RUN_TEST(test_one_spike_does_not_turn_the_verdict);
     RUN_TEST(test_inertias_that_no_body_has_are_inconsistent);
+    RUN_TEST(test_a_mismatch_that_lasts_widens_sigma_and_nothing_counts_as_converged);
     RUN_TEST(test_every_verdict_and_status_has_a_name_of_its_own);
     return UNITY_END();
 }

@@ -1,5 +1,5 @@
+#include "front_end/residual_test.h"
 #include "machine.h"
-#include "momentum/residual_test.h"
 
 #include <math.h>
 
@@ -14,12 +14,12 @@ static double show(hexload_residual_test_t* test, const hexload_config_t* config
                    uint64_t* seed) {
     double sum = 0.0;
     for (int tick = 0; tick < blocks * BLOCK_TICKS; tick++) {
-        hexload_momentum_update_t update = {.innovation = {HEXLOAD_REAL(0.0)}};
+        hexload_real_t innovation[6];
         for (int k = 0; k < 6; k++) {
-            update.innovation[k] = (hexload_real_t)(normal(seed) + (k == 1 ? error : 0.0));
-            sum += (double)(update.innovation[k] * update.innovation[k]);
+            innovation[k] = (hexload_real_t)(normal(seed) + (k == 1 ? error : 0.0));
+            sum += (double)(innovation[k] * innovation[k]);
         }
-        hexload_residual_test_step(test, config, &update);
+        hexload_residual_test_step(test, config, innovation, config->rig.direction_count > 0);
     }
     return sum / (double)(blocks * BLOCK_TICKS);
 }
@@ -30,7 +30,7 @@ static void test_sums_of_noise_are_noise(void) {
     hexload_residual_test_t test;
     uint64_t seed = 7;
     double mean = 0.0;
-    hexload_residual_test_init(&test);
+    hexload_residual_test_init(&test, 6);
     for (int block = 0; block < 1800; block++) {
         (void)show(&test, &config, 1, 0.0, &seed);
         mean += (double)test.nis / 1800.0;
@@ -46,7 +46,7 @@ static void test_an_error_that_single_ticks_do_not_show_widens_sigma(void) {
     const hexload_config_t config = paper_machine();
     hexload_residual_test_t test;
     uint64_t seed = 8;
-    hexload_residual_test_init(&test);
+    hexload_residual_test_init(&test, 6);
     // WHEN the load's first half second goes by, which does not count, and ten seconds
     (void)show(&test, &config, 1, 5.0, &seed);
     TEST_ASSERT_EQUAL_DOUBLE(1.0, (double)test.factor);
@@ -59,7 +59,7 @@ static void test_an_error_that_single_ticks_do_not_show_widens_sigma(void) {
     const double spread = 5.0 * sqrt(20.0 * 92.0);
     TEST_ASSERT_DOUBLE_WITHIN(spread, excess, (double)(test.factor * test.factor) - 1.0);
     // AND of another load it says nothing
-    hexload_residual_test_init(&test);
+    hexload_residual_test_init(&test, 6);
     TEST_ASSERT_EQUAL_DOUBLE(1.0, (double)test.factor);
 }
 
@@ -69,7 +69,7 @@ static void test_a_machine_known_to_a_tolerance_is_not_widened_twice(void) {
     config.rig.direction_count = 1;
     hexload_residual_test_t test;
     uint64_t seed = 9;
-    hexload_residual_test_init(&test);
+    hexload_residual_test_init(&test, 6);
     (void)show(&test, &config, 20, 1.0, &seed);
     // THEN the sums show it, and sigma is left to the directions
     TEST_ASSERT_TRUE((double)test.nis_mean > 100.0);

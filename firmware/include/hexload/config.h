@@ -78,7 +78,7 @@ typedef struct hexload_sensors {
 } hexload_sensors_t;
 
 /// What no motion can tell from a load, so that only a sigma can say it: one standard deviation each, 0 for
-/// exact. The momentum filters add it to theirs (EQUATIONS.md, R14). A machine whose empty run has been
+/// exact. The filters add it to theirs (EQUATIONS.md, R14, R16). A machine whose empty run has been
 /// commissioned or tared has less of it.
 typedef struct hexload_tolerances {
     /// Of all force sensors alike, N/N; 0..1. An error of gravity or of the clock does no more than one of

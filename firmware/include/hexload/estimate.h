@@ -107,10 +107,10 @@ typedef struct {         // no tag: hexload_trace() has the name
     hexload_real_t innovation[HEXLOAD_MEASUREMENTS_MAX]; ///< measured minus predicted
     hexload_real_t variance[HEXLOAD_MEASUREMENTS_MAX];   ///< of the innovation as the filter expects it
     hexload_real_t nis;                                  ///< innovation squared over its whole covariance, 1
-    /// Of the momentum estimators: the NIS of the sum of the whitened innovations over the last whole half
-    /// second, and its leaky mean over 5 s; ideal 6, also where nis is too blind to see an error that lasts.
+    /// The NIS of the sum of the whitened innovations over the last whole half second, and its leaky mean
+    /// over 5 s; ideal 6 or 3, also where nis is too blind to see an error that lasts.
     hexload_real_t sum_nis;
-    hexload_real_t sum_nis_mean; ///< 0 of the paper's estimator
+    hexload_real_t sum_nis_mean;
 } hexload_trace_t;
 
 /// "converged", "converging", "not_excited" or "inconsistent". Static storage.

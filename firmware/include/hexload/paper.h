@@ -6,8 +6,8 @@
 ///     status = hexload_paper_init(&estimator, &config);                     // once
 ///     status = hexload_paper_tick(&estimator, &config, &sample, &estimate); // every sampling period
 ///
-/// A tenth of the recommended estimator's work and a sixteenth of its memory; any load that is not on the
-/// platform's z axis, or has products of inertia, ends as inconsistent.
+/// A fifth of the recommended estimator's work and a fourteenth of its memory. A load that is not on the
+/// platform's z axis, or has products of inertia, ends as inconsistent or as a misfit of the model.
 #ifndef HEXLOAD_PAPER_H
 #define HEXLOAD_PAPER_H
 
@@ -16,12 +16,16 @@
 HEXLOAD_DECLS_BEGIN
 
 typedef struct hexload_paper {
-    hexload_leg_gate_t leg_gate;           ///< last accepted sample
-    hexload_kinematics_t kinematics;       ///< at the present tick
-    hexload_plausibility_t plausibility;   ///< whether channels contradict each other
-    hexload_known_mass_t known_mass;       ///< whether the legs carry the told mass
-    hexload_paper_filter_t filter;         ///< rates and four parameters
+    hexload_leg_gate_t leg_gate;               ///< last accepted sample
+    hexload_kinematics_t kinematics;           ///< at the present tick
+    hexload_noise_estimator_t noise_estimator; ///< measured sigmas of the sensors
+    hexload_lost_channels_t lost;              ///< what the samples lack
+    hexload_plausibility_t plausibility;       ///< whether channels contradict each other
+    hexload_known_mass_t known_mass;           ///< whether the legs carry the told mass
+    hexload_paper_filter_t filter;             ///< rates and four parameters
+    hexload_residual_test_t residual_test; ///< whether the filter's innovations are noise over half seconds
     hexload_paper_supervisor_t supervisor; ///< verdicts
+    uint32_t held_ticks;                   ///< for which the filter has waited for a force that is missing
     hexload_health_t health;               ///< bits and counters
 } hexload_paper_t;
 

@@ -184,8 +184,22 @@ typedef struct hexload_rig_twists {
     uint32_t next;
 } hexload_rig_twists_t;
 
-/// Ticks of leg forces that the noise estimator looks at.
-enum { HEXLOAD_FORCE_HISTORY = 3 };
+/// The filter's whitened innovations over half a second.
+typedef struct hexload_residual_test {
+    hexload_real_t sum[HEXLOAD_MEASUREMENTS_MAX]; ///< of the present block, in sigmas
+    uint32_t dimension;                           ///< of an innovation
+    uint32_t ticks;                               ///< in the block
+    hexload_real_t nis; ///< of the last whole block's sum; ideal, also when there was none: the dimension
+    hexload_real_t nis_mean; ///< over some ten blocks, leaky
+    hexload_real_t excess;   ///< of this load's blocks beyond what noise makes, summed; 0 or more
+    hexload_real_t factor;   ///< by which the filter's sigma is too small for that
+    bool has_begun;          ///< the first block is over, which does not count
+} hexload_residual_test_t;
+
+enum {
+    HEXLOAD_PAPER_MEASUREMENTS = 3, ///< rates
+    HEXLOAD_FORCE_HISTORY = 3,      ///< ticks of leg forces that tell their noise
+};
 
 /// What the filter needs of the machine, from the configuration.
 typedef struct hexload_paper_constants {
@@ -194,6 +208,8 @@ typedef struct hexload_paper_constants {
     hexload_real_t com_offset_m[3];                   ///< m_a c_a / m: centre of mass of all when dz = 0
     hexload_real_t inertia_kg_m2[3];                  ///< share of D that is known: the platform's
     hexload_real_t prior_variance[HEXLOAD_PAPER_DIM]; ///< m^2; kg^2 m^4
+    hexload_real_t platform_inertia_kg_m2[3];         ///< moments of the platform about O_A
+    hexload_tolerances_t tolerances;                  ///< of the configuration
 } hexload_paper_constants_t;
 
 /// Variances of the noise in the Jacobian N that comes from the force sensors: of the derivatives by dz (rows
@@ -222,7 +238,11 @@ typedef struct hexload_paper_filter {
 } hexload_paper_filter_t;
 
 typedef struct hexload_paper_supervisor {
-    hexload_real_t nis_mean; ///< leaky mean; starts at its ideal, 3
+    hexload_real_t nis_mean;    ///< leaky mean; starts at its ideal, 3
+    hexload_real_t weight_m_s2; ///< leaky mean of the acceleration that the vertical force is too large for
+    hexload_real_t
+        weight_error; ///< share by which the weight is not that of the masses, where it counts; 0 or more
+    hexload_real_t factor; ///< by which the filter's sigma is too small for its innovations; 1 or more
 } hexload_paper_supervisor_t;
 
 /// Sizes of the smoother's rings. HEXLOAD_LAG_TICKS_MAX, the longest lag they have room for, is an option of
@@ -276,6 +296,7 @@ typedef struct hexload_smoother {
 } hexload_smoother_t;
 
 enum {
+    HEXLOAD_MOMENTUM_MEASUREMENTS = 6,              ///< leg speeds, or momenta
     HEXLOAD_MOMENTUM_STATES = HEXLOAD_LOAD_DIM + 6, ///< theta, mu
 };
 
@@ -389,17 +410,6 @@ typedef struct hexload_load_monitor {
     hexload_wrench_monitor_t wrench;
     hexload_rig_slide_t slide; ///< by the speeds of the velocity sensors
 } hexload_load_monitor_t;
-
-/// The filter's whitened innovations over half a second.
-typedef struct hexload_residual_test {
-    hexload_real_t sum[6];   ///< of the present block, in sigmas
-    uint32_t ticks;          ///< in it
-    hexload_real_t nis;      ///< of the last whole block's sum; 6 when there was none
-    hexload_real_t nis_mean; ///< over some ten blocks, leaky; ideal 6
-    hexload_real_t excess;   ///< of this load's blocks beyond what noise makes, summed; 0 or more
-    hexload_real_t factor;   ///< by which the filter's sigma is too small for that
-    bool has_begun;          ///< the first block is over, which does not count
-} hexload_residual_test_t;
 
 typedef struct hexload_momentum_supervisor {
     hexload_real_t nis_mean; ///< of the load monitor, leaky; starts at its ideal, 6

@@ -1,6 +1,6 @@
 #include "front_end/lost_channels.h"
 
-/// As long as a force may still be in the smoother, with what it spreads over its neighbours.
+/// As long as a force may still be in a smoother, with what it spreads over its neighbours.
 enum { DOUBT_TICKS = HEXLOAD_LAG_TICKS_MAX + HEXLOAD_RIG_DELAY_TICKS_MAX + 8 };
 
 /// A velocity off by 0.1 mm/s has moved its leg by a millimetre then.
@@ -36,6 +36,15 @@ static int find_lost(const hexload_real_t value[HEXLOAD_LEGS]) {
     return lost;
 }
 
+/// As long as what is made of a sample has a guess in it: without velocity sensors it is one of a window.
+static uint32_t doubt_ticks(const hexload_config_t* config) {
+    return DOUBT_TICKS + 2 * config->sensors.half_window_ticks;
+}
+
+bool hexload_lost_channels_lack_force(const hexload_lost_channels_t* self) {
+    return self->force_ticks >= DOUBT_TICKS;
+}
+
 static hexload_real_t mean_of_others(const hexload_real_t force_n[HEXLOAD_LEGS], int lost) {
     hexload_real_t sum_n = HEXLOAD_REAL(0.0);
     for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
@@ -50,7 +59,8 @@ static bool can_mend(const hexload_lost_channels_t* self, const hexload_config_t
     const bool is_long = config->tick_s * (hexload_real_t)self->displacement_ticks > LONGEST_S;
     const bool is_other_leg = self->force_ticks > 0 && force != (int)self->force_leg;
     return displacement != SEVERAL && force != SEVERAL && (displacement == NONE || !is_long) &&
-           (displacement == NONE || gate->accepted > 0) && (force == NONE || !is_other_leg);
+           (displacement == NONE || (gate->accepted > 0 && config->sensors.half_window_ticks == 0)) &&
+           (force == NONE || !is_other_leg);
 }
 
 const hexload_leg_sample_t*
@@ -60,6 +70,9 @@ hexload_lost_channels_mend(const hexload_lost_channels_t* self, const hexload_co
     *next = *self;
     next->force_ticks -= self->force_ticks > 0 ? 1 : 0;
     next->displacement_ticks = 0;
+    if (hexload_lost_channels_lack_force(next)) {
+        hexload_health_set(health, HEXLOAD_HEALTH_CHANNEL_LOST);
+    }
     if (is_whole(sample)) {
         return sample;
     }
@@ -79,7 +92,7 @@ hexload_lost_channels_mend(const hexload_lost_channels_t* self, const hexload_co
     if (force != NONE) {
         mended->force_n[force] = mean_of_others(sample->force_n, force);
         next->force_leg = (uint32_t)force;
-        next->force_ticks = DOUBT_TICKS;
+        next->force_ticks = doubt_ticks(config);
     }
     hexload_health_set(health, HEXLOAD_HEALTH_CHANNEL_LOST);
     return mended;

@@ -23,6 +23,10 @@ hexload_lost_channels_mend(const hexload_lost_channels_t* self, const hexload_co
                            const hexload_leg_gate_t* gate, const hexload_leg_sample_t* sample,
                            hexload_leg_sample_t* mended, hexload_lost_channels_t* next, uint32_t* health);
 
+/// Whether a force of the sample that *self has come to is a guess, or, without velocity sensors, one of the
+/// window that its forces are means of.
+bool hexload_lost_channels_lack_force(const hexload_lost_channels_t* self);
+
 /// Adds the variance of a force that is, or lately was, a guess.
 /// @param[in] force_n of the legs on the platform.
 /// @param[in,out] variance_n2 of what is not known of them.

@@ -22,6 +22,7 @@ void hexload_paper_filter_init(hexload_paper_filter_t* self, const hexload_confi
     const hexload_real_t c_square = dot3(c, c);
     *self = (hexload_paper_filter_t){0};
     hexload_paper_constants_t* constants = &self->constants;
+    constants->tolerances = config->tolerances;
     constants->mass_share = paper->load_mass_kg / mass_kg;
     constants->reduced_mass_kg = platform->mass_kg * constants->mass_share;
     for (int k = 0; k < 3; k++) {
@@ -29,6 +30,7 @@ void hexload_paper_filter_init(hexload_paper_filter_t* self, const hexload_confi
         // Parallel axes: from O_A to the platform's own centre of mass, and from there to the common one as
         // far as x and y go; z follows with the estimate of dz.
         const hexload_real_t in_plane = c_square - c[2] * c[2] - (k < 2 ? c[k] * c[k] : HEXLOAD_REAL(0.0));
+        constants->platform_inertia_kg_m2[k] = platform->inertia_kg_m2[k];
         constants->inertia_kg_m2[k] = platform->inertia_kg_m2[k] -
                                       platform->mass_kg * (c_square - c[k] * c[k]) +
                                       constants->reduced_mass_kg * in_plane;
@@ -266,12 +268,11 @@ static inline bool innovate(hexload_paper_filter_t* self, const hexload_paper_st
 }
 
 /// (29)-(31), (36), and what keeps an estimate honest.
-static void update(hexload_paper_filter_t* self, const hexload_config_t* config,
-                   const hexload_paper_step_t* step, uint32_t* health) {
+static void update(hexload_paper_filter_t* self, const hexload_config_t* config, hexload_paper_step_t* step,
+                   uint32_t* health) {
     hexload_real_t S[3][3];
     hexload_real_t L[3][3];
-    hexload_real_t whitened[3];
-    if (!innovate(self, step, S, L, whitened)) {
+    if (!innovate(self, step, S, L, step->whitened)) {
         seed_rate(self, step);
         hexload_health_set(health, HEXLOAD_HEALTH_RATE_RESEEDED);
         return;
@@ -288,7 +289,8 @@ static void update(hexload_paper_filter_t* self, const hexload_config_t* config,
     const hexload_real_t prior_variance[3] = {self->rate_cov[0][0], self->rate_cov[1][1],
                                               self->rate_cov[2][2]};
     self->gated = 0;
-    correct(self, L, whitened);
+    correct(self, L, step->whitened);
+    step->is_used = true;
     remove_noise_effects(self, step->noise_lever_kg_m2, S, prior_variance, health);
     bound_covariance(self, health);
     bound_inertia(self, health);
@@ -322,6 +324,7 @@ void hexload_paper_filter_predict(hexload_paper_filter_t* self, const hexload_co
                                   const hexload_present_tick_t* now, const hexload_wrench_t* wrench,
                                   hexload_paper_step_t* step, uint32_t* health) {
     measure_rate(now, step);
+    step->is_used = false;
     step->is_predicted = now->gap_ticks > 0 && now->gap_ticks <= config->paper.longest_gap_ticks;
     if (now->gap_ticks != 1) {
         self->history = 0; // differences over a gap are motion
@@ -343,7 +346,7 @@ void hexload_paper_filter_predict(hexload_paper_filter_t* self, const hexload_co
 
 void hexload_paper_filter_correct(hexload_paper_filter_t* self, const hexload_config_t* config,
                                   const hexload_present_tick_t* now, const hexload_wrench_t* wrench,
-                                  const hexload_paper_step_t* step, uint32_t* health) {
+                                  hexload_paper_step_t* step, uint32_t* health) {
     if (step->is_predicted) {
         update(self, config, step, health);
     }

@@ -26,6 +26,8 @@ typedef struct hexload_paper_step {
     hexload_real_t noise[3][3];          ///< its covariance; lower triangle
     hexload_real_t noise_lever_kg_m2[3]; ///< of hexload_paper_model_t
     bool is_predicted;                   ///< false: the rates have been set to the measured ones
+    bool is_used;                        ///< the measurement update has used its innovation
+    hexload_real_t whitened[3];          ///< that innovation, three normal numbers where the model fits
 } hexload_paper_step_t;
 
 /// Time update (32).
@@ -41,7 +43,7 @@ void hexload_paper_filter_predict(hexload_paper_filter_t* self, const hexload_co
 /// FILTER_RESTARTED, NOISE_BOUNDED. Reentrant, constant time but for these cases, which are shorter.
 void hexload_paper_filter_correct(hexload_paper_filter_t* self, const hexload_config_t* config,
                                   const hexload_present_tick_t* now, const hexload_wrench_t* wrench,
-                                  const hexload_paper_step_t* step, uint32_t* health);
+                                  hexload_paper_step_t* step, uint32_t* health);
 
 /// Both.
 static inline void hexload_paper_filter_step(hexload_paper_filter_t* self, const hexload_config_t* config,

@@ -1,11 +1,69 @@
 #include "paper/paper_supervisor.h"
 
-#include <string.h>
+#include "algebra/linalg.h"
+#include "paper/paper_tolerances.h"
 
 #include <stdbool.h>
 
+/// Over which the weight is taken: long against a motion, whose accelerations come off.
+#define WEIGHING_S HEXLOAD_REAL(2.0)
+
+/// Mean NIS of a filter that fits its model: the number of measured rates.
+#define IDEAL_NIS HEXLOAD_REAL(3.0)
+
+/// Above, sigmas are too small by more than 1.3: 13 standard deviations of the mean.
+#define MISFIT_NIS HEXLOAD_REAL(5.0)
+
+/// Prior sigmas beyond which no load of that mass is.
+#define FARTHEST_SIGMAS HEXLOAD_REAL(10.0)
+
+/// Share of the weight that does not count.
+#define GRANTED_WEIGHT HEXLOAD_REAL(0.004)
+
 void hexload_paper_supervisor_init(hexload_paper_supervisor_t* self) {
-    self->nis_mean = HEXLOAD_REAL(3.0);
+    *self = (hexload_paper_supervisor_t){.nis_mean = IDEAL_NIS, .factor = HEXLOAD_REAL(1.0)};
+}
+
+void hexload_paper_supervisor_weigh(hexload_paper_supervisor_t* self, const hexload_config_t* config,
+                                    const hexload_paper_filter_t* filter, const hexload_present_tick_t* now,
+                                    const hexload_wrench_t* wrench) {
+    const hexload_real_t mass_kg = config->paper.load_mass_kg / filter->constants.mass_share;
+    const hexload_real_t push_m_s2 =
+        dot3(now->motion->R[2], wrench->force_n) / mass_kg - config->gravity_m_s2;
+    const hexload_real_t moved_m_s2 = now->motion->twist[2] / WEIGHING_S;
+    if (now->gap_ticks == 0 || now->gap_ticks > config->paper.longest_gap_ticks) {
+        self->weight_m_s2 = moved_m_s2;
+    }
+    const hexload_real_t share = config->tick_s * (hexload_real_t)now->gap_ticks / WEIGHING_S;
+    self->weight_m_s2 += hexload_min(share, HEXLOAD_REAL(1.0)) * (push_m_s2 + moved_m_s2 - self->weight_m_s2);
+    const hexload_real_t error = hexload_abs(self->weight_m_s2 - moved_m_s2);
+    self->weight_error =
+        error > GRANTED_WEIGHT * config->gravity_m_s2 ? error / config->gravity_m_s2 : HEXLOAD_REAL(0.0);
+}
+
+/// How well the innovations of now and of the whole run fit the model.
+static void measure_fit(hexload_paper_supervisor_t* self, const hexload_config_t* config,
+                        const hexload_paper_filter_t* filter, const hexload_residual_test_t* residual_test) {
+    // One spike must not turn the verdict: a tick raises the mean by half the way to the threshold at most.
+    const hexload_real_t weight = config->tick_s / config->paper.nis_time_constant_s;
+    const hexload_real_t most = HEXLOAD_REAL(0.5) * (MISFIT_NIS - IDEAL_NIS);
+    self->nis_mean += hexload_min(weight * (filter->nis - self->nis_mean), most);
+    self->factor = residual_test->factor;
+    if (self->nis_mean > MISFIT_NIS) {
+        self->factor = hexload_max(self->factor, hexload_sqrt(self->nis_mean / IDEAL_NIS));
+    }
+}
+
+/// The filter's sigmas widened by what its innovations have too much and by what no motion tells.
+static void widen(const hexload_paper_supervisor_t* self, const hexload_paper_filter_t* filter,
+                  hexload_estimate_t* estimate) {
+    for (int k = 0; k < HEXLOAD_PAPER_DIM; k++) {
+        const hexload_real_t open = hexload_paper_tolerances_covariance(filter, self->weight_error, k, k);
+        estimate->sigma[k] = self->factor * estimate->own_sigma[k];
+        if (open > HEXLOAD_REAL(0.0)) {
+            estimate->sigma[k] = hexload_sqrt(hexload_fma(estimate->sigma[k], estimate->sigma[k], open));
+        }
+    }
 }
 
 /// Prior sigma of a parameter.
@@ -15,51 +73,62 @@ static hexload_real_t prior_sigma(const hexload_paper_config_t* paper, int param
 }
 
 /// No principal inertia of a body exceeds the sum of the others; three sigma are granted.
-static bool is_inertia_consistent(const hexload_estimate_t* estimate, int parameter) {
-    const hexload_real_t* I = estimate->value;
-    const hexload_real_t sum =
-        I[HEXLOAD_PAPER_IXX] + I[HEXLOAD_PAPER_IYY] + I[HEXLOAD_PAPER_IZZ] - HEXLOAD_REAL(2.0) * I[parameter];
-    const hexload_real_t spread = estimate->sigma[HEXLOAD_PAPER_IXX] + estimate->sigma[HEXLOAD_PAPER_IYY] +
-                                  estimate->sigma[HEXLOAD_PAPER_IZZ];
-    return sum + HEXLOAD_REAL(3.0) * spread > HEXLOAD_REAL(0.0);
+static bool is_body(const hexload_estimate_t* estimate) {
+    const hexload_real_t* I = &estimate->value[HEXLOAD_PAPER_IXX];
+    const hexload_real_t* sigma = &estimate->sigma[HEXLOAD_PAPER_IXX];
+    const hexload_real_t largest = hexload_max(I[0], hexload_max(I[1], I[2]));
+    const hexload_real_t spread = sigma[0] + sigma[1] + sigma[2];
+    return I[0] + I[1] + I[2] - HEXLOAD_REAL(2.0) * largest + HEXLOAD_REAL(3.0) * spread > HEXLOAD_REAL(0.0);
 }
 
-static hexload_verdict_t judge_parameter(const hexload_paper_supervisor_t* self,
-                                         const hexload_paper_config_t* paper,
-                                         const hexload_estimate_t* estimate, int parameter) {
-    const hexload_real_t sigma = estimate->sigma[parameter];
-    if (self->nis_mean > paper->inconsistent_nis ||
-        (parameter != HEXLOAD_PAPER_DZ && !is_inertia_consistent(estimate, parameter))) {
-        return HEXLOAD_VERDICT_INCONSISTENT;
+/// Whether the parameters are where the configuration says that they may be, which begins at zero.
+static bool is_near_prior(const hexload_paper_config_t* paper, const hexload_estimate_t* estimate) {
+    bool is_near = true;
+    for (int k = 0; k < HEXLOAD_PAPER_DIM; k++) {
+        const hexload_real_t farthest = FARTHEST_SIGMAS * prior_sigma(paper, k) + estimate->sigma[k];
+        is_near = is_near && hexload_abs(estimate->value[k]) <= farthest;
     }
-    const hexload_real_t prior = prior_sigma(paper, parameter);
-    const hexload_real_t scale = hexload_max(hexload_abs(estimate->value[parameter]), prior);
-    if (sigma <= paper->converged_relative_sigma * scale) {
+    return is_near;
+}
+
+/// Whether the motion has shown a parameter is a matter of the filter's own sigma: what widens it no motion
+/// lowers. Where innovations show that the machine is not its model, sigma has that by its order of magnitude
+/// only, and nothing counts as converged.
+static hexload_verdict_t judge_parameter(const hexload_paper_config_t* paper,
+                                         const hexload_estimate_t* estimate, int parameter, bool is_misfit) {
+    const hexload_real_t scale =
+        hexload_max(hexload_abs(estimate->value[parameter]), prior_sigma(paper, parameter));
+    if (!is_misfit && estimate->sigma[parameter] <= paper->converged_relative_sigma * scale) {
         return HEXLOAD_VERDICT_CONVERGED;
     }
-    return sigma <= HEXLOAD_REAL(0.5) * prior ? HEXLOAD_VERDICT_CONVERGING : HEXLOAD_VERDICT_NOT_EXCITED;
+    return estimate->own_sigma[parameter] <= HEXLOAD_REAL(0.5) * prior_sigma(paper, parameter)
+               ? HEXLOAD_VERDICT_CONVERGING
+               : HEXLOAD_VERDICT_NOT_EXCITED;
 }
 
 void hexload_paper_supervisor_judge(hexload_paper_supervisor_t* self, const hexload_config_t* config,
-                                    const hexload_paper_filter_t* filter, hexload_estimate_t* estimate,
-                                    uint32_t* health) {
+                                    const hexload_paper_filter_t* filter,
+                                    const hexload_residual_test_t* residual_test,
+                                    hexload_estimate_t* estimate, uint32_t* health) {
     const hexload_paper_config_t* paper = &config->paper;
     for (int k = HEXLOAD_PAPER_DIM; k < HEXLOAD_PARAMETERS_MAX; k++) {
         estimate->value[k] = HEXLOAD_REAL(0.0);
         estimate->sigma[k] = HEXLOAD_REAL(0.0);
+        estimate->own_sigma[k] = HEXLOAD_REAL(0.0);
         estimate->parameter_verdict[k] = HEXLOAD_VERDICT_CONVERGED;
     }
-    hexload_paper_filter_read(filter, estimate->value, estimate->sigma);
-    memcpy(estimate->own_sigma, estimate->sigma, sizeof estimate->own_sigma);
-    // One spike must not turn the verdict: a tick raises the mean by half the way to the threshold at most.
-    const hexload_real_t weight = config->tick_s / paper->nis_time_constant_s;
-    const hexload_real_t most = HEXLOAD_REAL(0.5) * (paper->inconsistent_nis - HEXLOAD_REAL(3.0));
-    self->nis_mean += hexload_min(weight * (filter->nis - self->nis_mean), most);
+    hexload_paper_filter_read(filter, estimate->value, estimate->own_sigma);
+    measure_fit(self, config, filter, residual_test);
+    widen(self, filter, estimate);
     estimate->nis = filter->nis;
     estimate->nis_mean = self->nis_mean;
     estimate->verdict = HEXLOAD_VERDICT_CONVERGED;
+    const bool fits_model =
+        self->nis_mean <= paper->inconsistent_nis && is_body(estimate) && is_near_prior(paper, estimate);
+    const bool is_misfit = self->factor > HEXLOAD_REAL(1.0);
     for (int parameter = 0; parameter < HEXLOAD_PAPER_DIM; parameter++) {
-        const hexload_verdict_t verdict = judge_parameter(self, paper, estimate, parameter);
+        const hexload_verdict_t verdict = fits_model ? judge_parameter(paper, estimate, parameter, is_misfit)
+                                                     : HEXLOAD_VERDICT_INCONSISTENT;
         estimate->parameter_verdict[parameter] = verdict;
         if (verdict > estimate->verdict) {
             estimate->verdict = verdict;
@@ -68,8 +137,11 @@ void hexload_paper_supervisor_judge(hexload_paper_supervisor_t* self, const hexl
             hexload_health_set(health, HEXLOAD_HEALTH_NOT_EXCITED);
         }
     }
-    if (estimate->verdict == HEXLOAD_VERDICT_INCONSISTENT) {
+    if (!fits_model) {
         hexload_health_set(health, HEXLOAD_HEALTH_INCONSISTENT);
+    }
+    if (is_misfit) {
+        hexload_health_set(health, HEXLOAD_HEALTH_MODEL_MISFIT);
     }
 }
 

@@ -61,7 +61,7 @@ void own_filter_step(rival_input_t* input) {
     uint32_t health = 0;
     predict(&filter, &model);
     add_jacobian_noise(&filter.jacobian_noise, &model.jacobian_noise);
-    const hexload_paper_step_t measured = measurement_of(input);
+    hexload_paper_step_t measured = measurement_of(input);
     update(&filter, &config, &measured, &health);
 }
 

@@ -4,12 +4,7 @@
 /// tick.
 #include "hexload/paper.h"
 
-#include "front_end/leg_sample.h"
-#include "front_end/plausibility.h"
-#include "paper/known_mass.h"
-#include "front_end/wrench.h"
-#include "paper/paper_filter.h"
-#include "paper/paper_supervisor.h"
+#include "paper_tick.h"
 
 #include "arguments.h"
 #include "instruction_counter.h"
@@ -52,16 +47,38 @@ static uint32_t count_nops(void) {
     return instruction_counter_since(mark);
 }
 
+/// From the wrench to the weight, of a sample that lacks no force.
+static void run_filter(hexload_paper_t* self, const hexload_config_t* config,
+                       const hexload_present_tick_t* now, uint32_t instructions[STAGES], uint32_t* health) {
+    hexload_wrench_t wrench;
+    hexload_paper_step_t step;
+    uint32_t mark = instruction_counter_mark();
+    hexload_wrench_compute(now->motion, now->sample, &wrench);
+    instructions[WRENCH] = instruction_counter_since(mark);
+    mark = instruction_counter_mark();
+    hexload_paper_filter_predict(&self->filter, config, now, &wrench, &step, health);
+    hexload_paper_filter_correct(&self->filter, config, now, &wrench, &step, health);
+    if (step.is_used) {
+        hexload_residual_test_step(&self->residual_test, config, step.whitened, false);
+    }
+    instructions[FILTER] = instruction_counter_since(mark);
+    mark = instruction_counter_mark();
+    hexload_paper_supervisor_weigh(&self->supervisor, config, &self->filter, now, &wrench);
+    instructions[SUPERVISOR] = instruction_counter_since(mark);
+}
+
 /// hexload_paper_tick() without its bookkeeping, with marks. After a refusal the later stages have no
-/// instructions.
-static void run_stages(hexload_paper_t* self, const hexload_config_t* config,
-                       const hexload_leg_sample_t* sample, uint32_t instructions[STAGES]) {
+/// instructions. What the sensors' noise takes counts with the leg sample.
+static void run_stages(hexload_paper_t* self, const hexload_config_t* config, const hexload_leg_sample_t* raw,
+                       uint32_t instructions[STAGES]) {
     uint32_t health = 0;
     hexload_estimate_t estimate;
+    hexload_leg_sample_t mended;
     hexload_motion_t motion;
-    hexload_present_tick_t now = {.sample = sample, .motion = &motion, .sensors = config->sensors};
-    hexload_wrench_t wrench;
+    hexload_present_tick_t now = {.motion = &motion};
     uint32_t mark = instruction_counter_mark();
+    const hexload_leg_sample_t* sample =
+        hexload_lost_channels_mend(&self->lost, config, &self->leg_gate, raw, &mended, &now.lost, &health);
     hexload_status_t status =
         hexload_leg_sample_check(&self->leg_gate, config, sample, &now.gap_ticks, &health);
     instructions[LEG_SAMPLE] = instruction_counter_since(mark);
@@ -74,20 +91,24 @@ static void run_stages(hexload_paper_t* self, const hexload_config_t* config,
     if (status != HEXLOAD_OK) {
         return;
     }
+    now.sample = sample;
     hexload_leg_sample_accept(&self->leg_gate, sample);
+    self->lost = now.lost;
     mark = instruction_counter_mark();
-    hexload_plausibility_step(&self->plausibility, config, sample, &now, config->rig.velocity_delay_s);
+    hexload_noise_estimator_step(&self->noise_estimator, config, sample, now.gap_ticks);
+    hexload_noise_estimator_read(&self->noise_estimator, &config->sensors, &now.sensors, &health);
+    instructions[LEG_SAMPLE] += instruction_counter_since(mark);
+    mark = instruction_counter_mark();
+    hexload_plausibility_step(&self->plausibility, config, raw, &now, config->rig.velocity_delay_s);
     hexload_known_mass_step(&self->known_mass, config, &now);
     instructions[PLAUSIBILITY] = instruction_counter_since(mark);
+    if (hexload_paper_has_torque(self, &now)) {
+        run_filter(self, config, &now, instructions, &health);
+    }
     mark = instruction_counter_mark();
-    hexload_wrench_compute(&motion, sample, &wrench);
-    instructions[WRENCH] = instruction_counter_since(mark);
-    mark = instruction_counter_mark();
-    hexload_paper_filter_step(&self->filter, config, &now, &wrench, &health);
-    instructions[FILTER] = instruction_counter_since(mark);
-    mark = instruction_counter_mark();
-    hexload_paper_supervisor_judge(&self->supervisor, config, &self->filter, &estimate, &health);
-    instructions[SUPERVISOR] = instruction_counter_since(mark);
+    hexload_paper_supervisor_judge(&self->supervisor, config, &self->filter, &self->residual_test, &estimate,
+                                   &health);
+    instructions[SUPERVISOR] += instruction_counter_since(mark);
     mark = instruction_counter_mark();
     hexload_plausibility_judge(&self->plausibility, HEXLOAD_PAPER_DIM, &estimate, &self->health.input,
                                &health);

@@ -1,0 +1,50 @@
+#include "front_end/residual_test.h"
+
+#include <string.h>
+
+/// Of a sum: long against the noise, short against a motion.
+#define BLOCK_S HEXLOAD_REAL(0.5)
+
+/// Share of a block in the mean, which goes back 5 s.
+#define SHARE HEXLOAD_REAL(0.1)
+
+/// What a block may have for each of its innovations before it counts, and the sum of what counts that is
+/// more than chance: of ideal innovations that sum exceeds x with a probability of exp(-0.29 x) (Wald), 2e-8.
+#define GRANTED_SHARE HEXLOAD_REAL(1.5)
+#define LEAST_EXCESS HEXLOAD_REAL(60.0)
+
+void hexload_residual_test_init(hexload_residual_test_t* self, uint32_t dimension) {
+    const hexload_real_t ideal = (hexload_real_t)dimension;
+    *self = (hexload_residual_test_t){
+        .dimension = dimension, .nis = ideal, .nis_mean = ideal, .factor = HEXLOAD_REAL(1.0)};
+}
+
+/// A whole block of this load. The first one has the shock of the change in it.
+static void close_block(hexload_residual_test_t* self, bool is_considered) {
+    if (self->has_begun) {
+        hexload_real_t square = self->sum[0] * self->sum[0];
+        for (uint32_t k = 1; k < self->dimension; k++) {
+            square = hexload_fma(self->sum[k], self->sum[k], square);
+        }
+        self->nis = square / (hexload_real_t)self->ticks;
+        self->nis_mean += SHARE * (self->nis - self->nis_mean);
+        self->excess = hexload_max(HEXLOAD_REAL(0.0), self->excess + self->nis -
+                                                          GRANTED_SHARE * (hexload_real_t)self->dimension);
+        const bool is_mismatch = self->excess > LEAST_EXCESS && !is_considered;
+        self->factor = is_mismatch ? hexload_sqrt(HEXLOAD_REAL(1.0) + self->excess) : HEXLOAD_REAL(1.0);
+    }
+    memset(self->sum, 0, sizeof self->sum);
+    self->ticks = 0;
+    self->has_begun = true;
+}
+
+void hexload_residual_test_step(hexload_residual_test_t* self, const hexload_config_t* config,
+                                const hexload_real_t* whitened, bool is_considered) {
+    for (uint32_t k = 0; k < self->dimension; k++) {
+        self->sum[k] += whitened[k];
+    }
+    self->ticks++;
+    if ((hexload_real_t)self->ticks * config->tick_s >= BLOCK_S) {
+        close_block(self, is_considered);
+    }
+}

@@ -1,0 +1,26 @@
+/// @file residual_test.h
+/// Whether what the filter leaves unexplained is noise, over times that single ticks do not see. Internal.
+///
+/// A filter that fits its model has white innovations: the sum of n whitened ones, over sqrt(n), is again as
+/// many independent normal numbers, whatever the motion (Bar-Shalom, Li, Kirubarajan 2001, 5.4). An error
+/// that is small beside the noise of a tick but lasts grows with n, their standard deviation with sqrt(n).
+///
+/// What a mismatch makes of theta, in its own sigmas, is at most the root of all it adds to those squares, if
+/// theta takes as much of it as the innovations keep (R15): the filter's sigmas are widened by that,
+/// self->factor.
+#ifndef HEXLOAD_RESIDUAL_TEST_H
+#define HEXLOAD_RESIDUAL_TEST_H
+
+#include "hexload/state.h"
+
+/// Also of another load: sums and means of before say nothing of it.
+/// @param dimension of an innovation, 1..HEXLOAD_MEASUREMENTS_MAX.
+void hexload_residual_test_init(hexload_residual_test_t* self, uint32_t dimension);
+
+/// Takes the whitened innovation of one update of the filter. An addition for each of its numbers, and some
+/// 60 instructions once in half a second. Reentrant.
+/// @param is_considered sigma has what errors of constants do, which the sums have in them too: no factor.
+void hexload_residual_test_step(hexload_residual_test_t* self, const hexload_config_t* config,
+                                const hexload_real_t* whitened, bool is_considered);
+
+#endif
