@@ -553,9 +553,12 @@ void hexload_plausibility_judge(const hexload_plausibility_t* self, int paramete
         return;
     }
     for (int k = 0; k < parameters; k++) {
-        estimate->parameter_verdict[k] = HEXLOAD_VERDICT_INCONSISTENT;
+        if (estimate->parameter_verdict[k] < HEXLOAD_VERDICT_MISFIT) {
+            estimate->parameter_verdict[k] = HEXLOAD_VERDICT_MISFIT;
+        }
     }
-    estimate->verdict = HEXLOAD_VERDICT_INCONSISTENT;
-    hexload_health_set(health, HEXLOAD_HEALTH_INCONSISTENT);
+    if (estimate->verdict < HEXLOAD_VERDICT_MISFIT) {
+        estimate->verdict = HEXLOAD_VERDICT_MISFIT;
+    }
     hexload_health_set(health, HEXLOAD_HEALTH_INPUT_IMPLAUSIBLE);
 }

@@ -34,10 +34,10 @@ void hexload_plausibility_step(hexload_plausibility_t* self, const hexload_confi
                                const hexload_leg_sample_t* sample, const hexload_present_tick_t* now,
                                hexload_real_t late_s);
 
-/// While there is a fault all verdicts are "inconsistent".
+/// While there is a fault no verdict is better than "misfit".
 /// @param parameters of the estimate.
 /// @param[out] fault as it is reported.
-/// @param[in,out] health sets INPUT_IMPLAUSIBLE, INCONSISTENT.
+/// @param[in,out] health sets INPUT_IMPLAUSIBLE.
 void hexload_plausibility_judge(const hexload_plausibility_t* self, int parameters,
                                 hexload_estimate_t* estimate, hexload_input_fault_t* fault, uint32_t* health);
 
