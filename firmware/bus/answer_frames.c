@@ -11,6 +11,7 @@
     _Static_assert((int)HEXLOAD_DBC_##signal##_CONVERGED_CHOICE == HEXLOAD_VERDICT_CONVERGED &&              \
                        (int)HEXLOAD_DBC_##signal##_CONVERGING_CHOICE == HEXLOAD_VERDICT_CONVERGING &&        \
                        (int)HEXLOAD_DBC_##signal##_NOT_EXCITED_CHOICE == HEXLOAD_VERDICT_NOT_EXCITED &&      \
+                       (int)HEXLOAD_DBC_##signal##_MISFIT_CHOICE == HEXLOAD_VERDICT_MISFIT &&                \
                        (int)HEXLOAD_DBC_##signal##_INCONSISTENT_CHOICE == HEXLOAD_VERDICT_INCONSISTENT,      \
                    "verdicts of the DBC")
 SAME_VERDICTS(HEALTH_FD_VERDICT);

@@ -20,6 +20,7 @@
 #include "front_end/residual_test.h"
 #include "hexload/momentum.h"
 #include "momentum/consider.h"
+#include "momentum/frozen_channels.h"
 #include "momentum/jackknife.h"
 #include "momentum/load_monitor.h"
 #include "momentum/momentum_filter.h"
@@ -74,7 +75,7 @@ static inline hexload_status_t read_present(hexload_momentum_t* self, const hexl
 /// A known mass that is wrong is no fault of the machine: until a first change it may be that.
 static inline hexload_fit_t fit_of(const hexload_momentum_t* self, const hexload_config_t* config) {
     const hexload_fit_t fit = hexload_momentum_supervisor_fit(&self->supervisor, config);
-    return fit == HEXLOAD_FIT_NONE && self->is_mass_known && !self->is_changing ? HEXLOAD_FIT_NOISE : fit;
+    return fit != HEXLOAD_FIT_FRICTION && self->is_mass_known && !self->is_changing ? HEXLOAD_FIT_NOISE : fit;
 }
 
 /// Is it still the same load? Reported at once; the filter forgets when it reaches the change.
@@ -92,8 +93,11 @@ static inline void watch_load(hexload_momentum_t* self, const hexload_config_t* 
         hexload_actuator_effects_clean(&effects->filter, &self->filter, config, HEXLOAD_LOAD_MONITOR_MEMORY_S,
                                        now->motion, &without_effects, &seen.sensors);
     }
-    if (hexload_load_monitor_step(&self->monitor, config, &self->filter, fit_of(self, config), &seen) &&
-        !self->is_changing) {
+    const bool is_alarm =
+        hexload_load_monitor_step(&self->monitor, config, &self->filter, fit_of(self, config), &seen);
+    if (is_alarm && hexload_frozen_channels_are_there(&self->frozen, config)) {
+        hexload_momentum_supervisor_doubt(&self->supervisor);
+    } else if (is_alarm && !self->is_changing) {
         self->is_changing = true;
         // The first sample that is certainly the new load's: one of before would be taken for it. Half a
         // window later where there are no velocity sensors: until then a sample has something of both.
@@ -192,7 +196,8 @@ static inline void filter(hexload_momentum_t* self, const hexload_config_t* conf
         hexload_residual_test_step(&self->residual_test, config, left->innovation,
                                    config->rig.direction_count > 0);
     }
-    hexload_momentum_supervisor_watch(&self->supervisor, config, &self->filter, &self->jackknife, past);
+    hexload_momentum_supervisor_watch(&self->supervisor, config, &self->filter, &self->jackknife,
+                                      &self->residual_test, past);
     if (effects != NULL) {
         hexload_identifiability_step(&effects->identifiability, config, &self->filter, &effects->filter,
                                      &past->smooth);
@@ -250,6 +255,7 @@ static inline hexload_status_t hexload_momentum_run(hexload_momentum_t* self, co
     if (status != HEXLOAD_OK) {
         return status;
     }
+    hexload_frozen_channels_step(&self->frozen, config, sample);
     // With its gaps: a value that is missing keeps its half second from saying anything.
     hexload_plausibility_step(&self->plausibility, config, sample, &now, HEXLOAD_REAL(0.0));
     if (now.sample != NULL) {

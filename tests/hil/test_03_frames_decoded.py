@@ -13,7 +13,7 @@ pytestmark = pytest.mark.vcan
 
 CHANNELS = {"displacement": "displacement_m", "velocity": "velocity_m_s", "force": "force_n"}
 LEGS = range(1, 7)
-VERDICTS = {"converged": 0, "converging": 1, "not_excited": 2, "inconsistent": 3}
+VERDICTS = {"converged": 0, "converging": 1, "not_excited": 2, "misfit": 3, "inconsistent": 4}
 PAGES = 13
 FLOAT32_ROUNDING = 2.0**-24
 OF_PROFILE = {

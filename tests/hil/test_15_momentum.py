@@ -15,7 +15,7 @@ from test_04_convergence import CHANNELS, quantised, step_of
 PATIENT = ("--answer-timeout", 60)  # an emulator may be slow
 ROUND_TICKS = 52  # of a classic answer: 26 pages, one at every second tick
 DETECTED_S = 0.010
-STATES = {"converged": 3, "converging": 2, "not_excited": 2, "inconsistent": 2}
+STATES = {"converged": 3, "converging": 2, "not_excited": 2, "misfit": 2, "inconsistent": 2}
 
 
 @pytest.fixture(scope="module")

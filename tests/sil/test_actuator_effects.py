@@ -125,8 +125,8 @@ def test_without_these_states_the_load_is_wrong_and_said_to_be(multisine):
     # GIVEN the logs of eleven of them WHEN the filter without the machine's effects replays them
     runs = [replayed(run.log.parent, np.empty(0), "momentum") for run in multisine[:11]]
     errors = np.array([np.abs(run.errors / run.result["own_sigma"][-1]).max() for run in runs])
-    told = np.array([(np.array(run.result["verdict"]) == "inconsistent").mean() for run in runs])
-    print("largest errors in own sigmas", np.round(errors, 1), "share of inconsistent ticks", np.round(told, 2))
+    told = np.array([(np.array(run.result["verdict"]) == "misfit").mean() for run in runs])
+    print("largest errors in own sigmas", np.round(errors, 1), "share of misfit ticks", np.round(told, 2))
     # THEN what it takes for ever new loads is wrong by far more than its own sigmas, and most of the time it says that
     # something does not fit
     assert np.median(errors) > 10.0
@@ -192,7 +192,7 @@ def test_a_tilted_base_is_found_beside_the_load(tilted):
 def test_without_it_a_tilted_base_is_no_load(tilted):
     # GIVEN the same logs WHEN a filter that takes the base for level replays them THEN it never trusts what it finds
     run = replayed(tilted[0], np.empty(0), "momentum")
-    assert run.result["verdict"][-1] == "inconsistent"
+    assert run.result["verdict"][-1] == "misfit"
     assert run.result["health_counts"]["model misfit"] > 0
 
 

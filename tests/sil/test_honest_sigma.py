@@ -103,7 +103,7 @@ def test_a_machine_with_constant_errors_is_not_believed(effect, as_stated, platf
     # GIVEN errors that no block shows WHEN a run is replayed THEN it ends as one that does not fit its model, as what
     # varies comes with them
     result = run(replace(as_stated, **CONSTANT[effect]), platform, 111)
-    assert result["verdict"][-1] == "inconsistent"
+    assert result["verdict"][-1] == "misfit"
     assert result["health_counts"]["model misfit"] > 0
 
 

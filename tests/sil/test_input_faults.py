@@ -89,7 +89,7 @@ def test_a_fault_is_named_within_six_seconds_and_never_converged(fault, name, ki
     assert result["input_faults"][-1][1] == result["input_fault"]
     since_s = result["input_faults"][0][0]
     verdicts = {verdict for t_s, verdict in zip(result["t"], result["verdict"]) if t_s >= since_s}
-    assert verdicts == {"inconsistent"}
+    assert verdicts <= {"misfit", "inconsistent"}
 
 
 @pytest.mark.parametrize(("name", "kind"), CLEAN)

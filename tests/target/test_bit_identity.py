@@ -20,7 +20,7 @@ from recorded import LOGS, log_of, on_rig, platform_file
 
 SECONDS = 10.0
 TICK_S = 1e-3
-VERDICTS = np.array(["converged", "converging", "not_excited", "inconsistent"])  # as hexload_verdict_t
+VERDICTS = np.array(["converged", "converging", "not_excited", "misfit", "inconsistent"])  # as hexload_verdict_t
 
 
 def host_replay(name: str, folder: Path, estimator: str, platform=None) -> dict:

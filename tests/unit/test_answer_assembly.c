@@ -271,14 +271,14 @@ static void test_unknown_codes_and_numbers_that_are_not_finite_are_refused(void)
     const uint32_t minus_one_bits = 0xBF800000u; // a sigma below the DBC's range
     assert_refused(&fd, frames.part[SIGMA], 8, 4, minus_one_bits);
     assert_refused(&classic, page_frame(0, parameters + 1), 3, 4, minus_one_bits);
-    const uint32_t beyond[4] = {1, 5, 7, 4}; // status, state, fault, verdict
+    const uint32_t beyond[4] = {1, 5, 7, 5}; // status, state, fault, verdict
     for (int code = 0; code < 4 + parameters; code++) {
-        assert_refused(&fd, frames.part[HEALTH], 4 + code, 1, code < 4 ? beyond[code] : 4);
+        assert_refused(&fd, frames.part[HEALTH], 4 + code, 1, code < 4 ? beyond[code] : 5);
     }
     assert_refused(&fd, frames.part[HEALTH], 19, 1, 2);      // filter
     assert_refused(&classic, page_frame(0, 0), 0, 1, 34);    // page
     assert_refused(&classic, page_frame(0, 0), 5, 1, 0x05);  // state
-    assert_refused(&classic, page_frame(0, 0), 5, 1, 0x40);  // verdict
+    assert_refused(&classic, page_frame(0, 0), 5, 1, 0x50);  // verdict
     assert_refused(&classic, page_frame(0, 0), 6, 1, 0x07);  // fault
     assert_refused(&classic, page_frame(0, 0), 6, 1, 0x20);  // filter
     for (int page = 1; page <= 2 * parameters + 2; page++) { // values, sigmas, NIS and its mean
@@ -287,7 +287,7 @@ static void test_unknown_codes_and_numbers_that_are_not_finite_are_refused(void)
     const int verdicts = filter == HEXLOAD_FILTER_MOMENTUM ? 25 : 11;
     const int bits = filter == HEXLOAD_FILTER_MOMENTUM ? 3 : 4; // of each
     for (int n = 0; n < parameters; n++) {
-        assert_refused(&classic, page_frame(0, verdicts), 3, 4, UINT32_C(4) << (bits * n));
+        assert_refused(&classic, page_frame(0, verdicts), 3, 4, UINT32_C(5) << (bits * n));
     }
     assert_refused(&classic, page_frame(0, 2 * parameters + 3), 5, 1, 0xFA); // status -6
     TEST_ASSERT_EQUAL_HEX32(0, fd.assembly.parts | classic.assembly.parts);

@@ -169,6 +169,7 @@ static void test_every_verdict_and_status_has_a_name_of_its_own(void) {
     TEST_ASSERT_EQUAL_STRING("converged", hexload_verdict_name(HEXLOAD_VERDICT_CONVERGED));
     TEST_ASSERT_EQUAL_STRING("converging", hexload_verdict_name(HEXLOAD_VERDICT_CONVERGING));
     TEST_ASSERT_EQUAL_STRING("not_excited", hexload_verdict_name(HEXLOAD_VERDICT_NOT_EXCITED));
+    TEST_ASSERT_EQUAL_STRING("misfit", hexload_verdict_name(HEXLOAD_VERDICT_MISFIT));
     TEST_ASSERT_EQUAL_STRING("inconsistent", hexload_verdict_name(HEXLOAD_VERDICT_INCONSISTENT));
     const char* unknown = hexload_status_name((hexload_status_t)-99);
     for (int status = HEXLOAD_ERR_SINGULAR; status <= HEXLOAD_OK; status++) {

@@ -57,12 +57,15 @@ enum {
     HEXLOAD_MEASUREMENTS_MAX = 6,
 };
 
-/// What is known about one parameter, or about all (then the worst of them). A larger value is worse.
+/// How far one parameter can be trusted, or all of them (then the worst): a larger value is worse, and no
+/// health bit is needed to read it. Up to MISFIT sigma holds what is known, widened where the machine is not
+/// its model; beyond CONVERGED it is no number to work with.
 typedef enum hexload_verdict {
-    HEXLOAD_VERDICT_CONVERGED,    ///< sigma below converged_relative_sigma of the parameter's scale
-    HEXLOAD_VERDICT_CONVERGING,   ///< the motion goes on lowering its sigma
-    HEXLOAD_VERDICT_NOT_EXCITED,  ///< the motion has shown (nearly) nothing of it
-    HEXLOAD_VERDICT_INCONSISTENT, ///< innovations or the estimate contradict the model or the stated sigmas
+    HEXLOAD_VERDICT_CONVERGED,   ///< sigma below converged_relative_sigma of the parameter's scale
+    HEXLOAD_VERDICT_CONVERGING,  ///< the motion goes on lowering its sigma
+    HEXLOAD_VERDICT_NOT_EXCITED, ///< the motion has shown (nearly) nothing of it
+    HEXLOAD_VERDICT_MISFIT, ///< the machine is not its model, or channels contradict each other: mend that
+    HEXLOAD_VERDICT_INCONSISTENT, ///< no body has such numbers, nor would with far larger sigmas
 } hexload_verdict_t;
 
 typedef struct hexload_estimate {
@@ -113,7 +116,7 @@ typedef struct {         // no tag: hexload_trace() has the name
     hexload_real_t sum_nis_mean;
 } hexload_trace_t;
 
-/// "converged", "converging", "not_excited" or "inconsistent". Static storage.
+/// "converged", "converging", "not_excited", "misfit" or "inconsistent". Static storage.
 const char* hexload_verdict_name(hexload_verdict_t verdict);
 
 HEXLOAD_DECLS_END

@@ -22,6 +22,7 @@ typedef struct hexload_momentum {
     hexload_noise_estimator_t noise_estimator; ///< effective sigmas of the sensors
     hexload_plausibility_t plausibility;       ///< whether channels contradict each other
     hexload_load_monitor_t monitor;            ///< detects load changes, at the present tick
+    hexload_frozen_channels_t frozen;          ///< whether a sensor has stopped
     hexload_smoother_t smoother;               ///< motion of lag_ticks ago
     hexload_rig_twists_t twists;               ///< of the smoother, for the acceleration of legs with mass
     hexload_rig_slide_t slide;                 ///< how friction has turned, by the smoother's speeds

@@ -388,6 +388,9 @@ typedef struct hexload_wrench_monitor {
     hexload_real_t bin[HEXLOAD_WRENCH_BINS][HEXLOAD_WRENCH_SQUARES]; ///< means of 50 ms each
     hexload_real_t filling[HEXLOAD_WRENCH_SQUARES];                  ///< the next bin, so far
     hexload_real_t filled_s;                                         ///< time in it
+    hexload_real_t peak; ///< largest y^T (O + C)^-1 y of late; fades
+    hexload_real_t filling_peak;
+    hexload_real_t bin_peak[HEXLOAD_WRENCH_BINS];
     hexload_real_t motion_s; ///< time that counts in C, up to its memory
     uint32_t bins;           ///< filled since the last change, at most all
     uint32_t next_bin;       ///< the oldest
@@ -411,14 +414,24 @@ typedef struct hexload_load_monitor {
     hexload_rig_slide_t slide; ///< by the speeds of the velocity sensors
 } hexload_load_monitor_t;
 
+/// Sensors that may have stopped.
+typedef struct hexload_frozen_channels {
+    hexload_leg_sample_t last;
+    hexload_real_t missed_m[HEXLOAD_LEGS];      ///< way by velocity while the displacement stands still
+    uint8_t still_velocity_ticks[HEXLOAD_LEGS]; ///< for which it has, or many
+    uint8_t still_force_ticks[HEXLOAD_LEGS];    ///< likewise
+} hexload_frozen_channels_t;
+
 typedef struct hexload_momentum_supervisor {
     hexload_real_t nis_mean; ///< of the load monitor, leaky; starts at its ideal, 6
     /// Of the filter, each tick bounded, leaky over a second, also over changes of the load; ideal 6.
     hexload_real_t fit_nis;
-    hexload_real_t unfit_s;      ///< for so long the machine still counts as one that is not its model
-    hexload_real_t calm_s;       ///< since the last load change, or long enough
-    hexload_real_t unphysical_s; ///< for how long theta has been that of no body
-    uint32_t fit_ticks;          ///< in the mean, since the start
+    hexload_real_t unfit_s; ///< for so long the machine still counts as one that is not its model
+    hexload_real_t calm_s;  ///< since the last load change, or long enough
+    hexload_real_t doubt;   ///< by which sigma is too small for theta to be that of a body; 1 or more
+    hexload_real_t moved_s; ///< motion of this load that has been seen, or long enough; below 0: as believed
+                            ///< as the last one
+    uint32_t fit_ticks;     ///< in the mean, since the start
     /// Information per tick that the motion gives on each parameter if the others were known, 1 / its unit
     /// squared: leaky mean over excitation_time_constant_s.
     hexload_real_t information[HEXLOAD_LOAD_DIM];

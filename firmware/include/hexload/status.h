@@ -45,9 +45,9 @@ typedef enum hexload_health_bit {
     HEXLOAD_HEALTH_NOISE_MISSTATED =
         11, ///< the sensors' noise is not the stated one; measured sigmas are used
     HEXLOAD_HEALTH_MODEL_MISFIT =
-        12, ///< the machine does not fit its model: commission it, whatever the load
+        12, ///< the machine does not fit its model: commission it, whatever the load; verdict "misfit"
     HEXLOAD_HEALTH_INPUT_IMPLAUSIBLE = 13, ///< channels contradict each other: hexload_health_t::input says
-                                           ///< which, and the verdict is "inconsistent"
+                                           ///< which, and no verdict is better than "misfit"
     HEXLOAD_HEALTH_CHANNEL_LOST =
         14, ///< a force or a displacement of one leg is missing, and bridged: sigmas grow
     HEXLOAD_HEALTH_FRAMES_REFUSED =

@@ -11,6 +11,10 @@
 /// Twice the ideal: the leaky mean of 100 NIS has a sigma of 0.35, so noise alone does not reach it.
 #define ALARM_NIS HEXLOAD_REAL(12.0)
 
+/// Of a load that is too new for the machine to have shown that it is its model: what its errors do not
+/// reach.
+#define UNPROVEN_NIS HEXLOAD_REAL(18.0)
+
 /// One tick counts this much at most, and beyond it leaves mu as it is: a spike raises the mean by 2, once.
 #define LARGEST_NIS HEXLOAD_REAL(120.0)
 
@@ -192,11 +196,14 @@ static hexload_real_t correct(hexload_load_monitor_t* self, const hexload_real_t
 }
 
 static bool is_other_load(const hexload_load_monitor_t* self, const hexload_config_t* config,
-                          hexload_real_t share) {
+                          hexload_fit_t fit, hexload_real_t share) {
     const bool is_lasting = config->sensors.half_window_ticks > 0;
     const hexload_real_t ticks = (hexload_real_t)(config->sensors.half_window_ticks + 1);
     const hexload_real_t left = hexload_max(HEXLOAD_REAL(1.0), LASTING_SHARE * ticks) * share;
     const hexload_real_t scale = is_lasting ? HEXLOAD_REAL(1.0) : HEXLOAD_REAL(2.0) - share;
+    if (fit == HEXLOAD_FIT_UNPROVEN) {
+        return self->nis_mean > UNPROVEN_NIS;
+    }
     return self->nis_mean > (is_lasting ? LASTING_NIS : ALARM_NIS) ||
            dot6(self->drift, self->drift) * scale > ALARM_DRIFT * left;
 }
@@ -267,9 +274,9 @@ bool hexload_load_monitor_step(hexload_load_monitor_t* self, const hexload_confi
     const bool is_wrong = is_wrong_wrench(self, config, filter, fit, now, &push);
     follow_acceleration(self, config, now->motion->twist);
     remember(self, &push);
-    const bool is_alarm = is_other_load(self, config, drift_share);
-    if (is_alarm && fit != HEXLOAD_FIT_NOISE && !is_wrong) {
+    const bool is_alarm = is_other_load(self, config, fit, drift_share);
+    if (is_alarm && fit > HEXLOAD_FIT_NOISE && !is_wrong) {
         self->ticks = 0; // mu begins anew, as errors of the model have moved it
     }
-    return fit == HEXLOAD_FIT_NOISE ? is_alarm : is_wrong;
+    return fit <= HEXLOAD_FIT_NOISE ? is_alarm : is_wrong;
 }

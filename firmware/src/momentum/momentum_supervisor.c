@@ -27,9 +27,20 @@ enum { DIM = HEXLOAD_LOAD_DIM };
 #define UNFIT_VARIANCE HEXLOAD_REAL(9.0)
 #define DOUBTFUL_VARIANCE HEXLOAD_REAL(4.0)
 
-/// A theta that no body has must stay for so long: what is learnt in the first tenths of a second of a motion
-/// is of a few shocks, faster than the smoother, and not yet as certain as it seems.
-#define UNPHYSICAL_S HEXLOAD_REAL(0.25)
+/// Motion of a load before which the machine has not shown that with it it is its model; before which nothing
+/// is known of either; for which a machine that has shown it is still believed with another load; and slower
+/// speeds.
+#define PROVING_S HEXLOAD_REAL(2.5)
+#define BEGINNING_S HEXLOAD_REAL(0.5)
+#define GRACE_S HEXLOAD_REAL(0.5)
+#define MOVING_M_S HEXLOAD_REAL(0.01)
+
+/// A theta that no body has within three sigmas has sigmas that are too small: the factor that they need
+/// grows that fast, and fades. Beyond the largest one sigma is no word for what theta is.
+#define DOUBT_S HEXLOAD_REAL(0.05)
+#define FADING_S HEXLOAD_REAL(0.2)
+#define LARGEST_DOUBT HEXLOAD_REAL(300.0)
+#define CERTAIN_DOUBT HEXLOAD_REAL(1.05) ///< below, it may be chance
 
 enum {
     FEWEST_TICKS = 20,
@@ -37,13 +48,23 @@ enum {
 };
 
 void hexload_momentum_supervisor_init(hexload_momentum_supervisor_t* self) {
-    *self = (hexload_momentum_supervisor_t){
-        .nis_mean = CHI_SQUARE_6_MEAN, .fit_nis = CHI_SQUARE_6_MEAN, .calm_s = STORM_S};
+    *self = (hexload_momentum_supervisor_t){.nis_mean = CHI_SQUARE_6_MEAN,
+                                            .fit_nis = CHI_SQUARE_6_MEAN,
+                                            .calm_s = STORM_S,
+                                            .doubt = HEXLOAD_REAL(1.0)};
+}
+
+void hexload_momentum_supervisor_doubt(hexload_momentum_supervisor_t* self) {
+    self->unfit_s = UNFIT_S;
 }
 
 void hexload_momentum_supervisor_alarm(hexload_momentum_supervisor_t* self) {
     self->unfit_s = self->calm_s < STORM_S ? UNFIT_S : self->unfit_s;
     self->calm_s = HEXLOAD_REAL(0.0);
+}
+
+static bool is_proven(const hexload_momentum_supervisor_t* self) {
+    return self->moved_s < HEXLOAD_REAL(0.0) || self->moved_s >= PROVING_S;
 }
 
 hexload_fit_t hexload_momentum_supervisor_fit(const hexload_momentum_supervisor_t* self,
@@ -52,15 +73,20 @@ hexload_fit_t hexload_momentum_supervisor_fit(const hexload_momentum_supervisor_
     for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
         rubbing_n += config->rig.coulomb_n[leg];
     }
-    if (self->unfit_s > HEXLOAD_REAL(0.0)) {
+    const bool is_open = rubbing_n > HEXLOAD_REAL(0.0) || config->rig.direction_count > 0;
+    const bool is_new = self->moved_s >= HEXLOAD_REAL(0.0) && self->moved_s < BEGINNING_S;
+    if (self->unfit_s > HEXLOAD_REAL(0.0) || (is_new && !is_open)) {
         return HEXLOAD_FIT_NONE;
     }
-    const bool is_open = rubbing_n > HEXLOAD_REAL(0.0) || config->rig.direction_count > 0;
-    return is_open ? HEXLOAD_FIT_FRICTION : HEXLOAD_FIT_NOISE;
+    if (is_open) {
+        return HEXLOAD_FIT_FRICTION;
+    }
+    return is_proven(self) ? HEXLOAD_FIT_NOISE : HEXLOAD_FIT_UNPROVEN;
 }
 
 void hexload_momentum_supervisor_forget(hexload_momentum_supervisor_t* self) {
     self->nis_mean = CHI_SQUARE_6_MEAN;
+    self->moved_s = is_proven(self) ? -GRACE_S : HEXLOAD_REAL(0.0);
 }
 
 /// Accelerations below count as none. The slope of a line through 2 lag + 1 displacements changes within ten
@@ -173,25 +199,40 @@ static bool is_beyond(const hexload_jackknife_t* jackknife, const hexload_config
 
 /// A mean over all ticks at first, as if FEWEST_TICKS ideal ones had gone before.
 static void measure_fit(hexload_momentum_supervisor_t* self, const hexload_config_t* config,
-                        const hexload_momentum_filter_t* filter, const hexload_jackknife_t* jackknife) {
+                        const hexload_momentum_filter_t* filter, const hexload_jackknife_t* jackknife,
+                        const hexload_residual_test_t* residual_test) {
     const hexload_real_t share = hexload_max(
         config->tick_s / FIT_S, HEXLOAD_REAL(1.0) / (hexload_real_t)(FEWEST_TICKS + self->fit_ticks));
     self->fit_ticks += self->fit_ticks < UINT32_MAX / 2 ? 1 : 0;
     self->fit_nis += share * (hexload_min(filter->nis, LARGEST_NIS) - self->fit_nis);
-    if (self->fit_nis > FIT_NIS || is_beyond(jackknife, config, UNFIT_VARIANCE)) {
+    if (self->fit_nis > FIT_NIS || residual_test->factor > HEXLOAD_REAL(1.0) ||
+        is_beyond(jackknife, config, UNFIT_VARIANCE)) {
         self->unfit_s = UNFIT_S;
     }
     self->calm_s = hexload_min(STORM_S, self->calm_s + config->tick_s);
     self->unfit_s = hexload_max(HEXLOAD_REAL(0.0), self->unfit_s - config->tick_s);
 }
 
+static void measure_motion(hexload_momentum_supervisor_t* self, const hexload_config_t* config,
+                           const hexload_smooth_sample_t* smooth) {
+    hexload_real_t fastest_m_s = HEXLOAD_REAL(0.0);
+    for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
+        fastest_m_s = hexload_max(fastest_m_s, hexload_abs(smooth->smooth_velocity_m_s[leg]));
+    }
+    if (fastest_m_s > MOVING_M_S) {
+        self->moved_s = hexload_min(PROVING_S, self->moved_s + config->tick_s);
+    }
+}
+
 void hexload_momentum_supervisor_watch(hexload_momentum_supervisor_t* self, const hexload_config_t* config,
                                        const hexload_momentum_filter_t* filter,
                                        const hexload_jackknife_t* jackknife,
+                                       const hexload_residual_test_t* residual_test,
                                        const hexload_delayed_tick_t* past) {
     const hexload_momentum_config_t* momentum = &config->momentum;
     const uint32_t gap_ticks = past->smooth.gap_ticks;
-    measure_fit(self, config, filter, jackknife);
+    measure_fit(self, config, filter, jackknife, residual_test);
+    measure_motion(self, config, &past->smooth);
     self->elapsed_ticks += gap_ticks;
     if (gap_ticks == 0) { // the twist of before is another motion's
         memcpy(self->last_twist, filter->smooth_twist, sizeof self->last_twist);
@@ -232,15 +273,19 @@ static void find_scales(const hexload_momentum_filter_t* filter, hexload_real_t 
     }
 }
 
-/// Whether the load has been one that no body is for long.
-static bool is_unphysical(hexload_momentum_supervisor_t* self, const hexload_config_t* config,
-                          const hexload_estimate_t* estimate) {
-    if (hexload_pseudo_inertia_is_positive(estimate->value, estimate->sigma)) {
-        self->unphysical_s = HEXLOAD_REAL(0.0);
-    } else {
-        self->unphysical_s = hexload_min(self->unphysical_s + config->tick_s, UNPHYSICAL_S);
+/// Widens sigma until some body has theta within three of it. Returns whether that is possible.
+static bool make_physical(hexload_momentum_supervisor_t* self, const hexload_config_t* config,
+                          hexload_estimate_t* estimate) {
+    const hexload_real_t faded =
+        hexload_max(HEXLOAD_REAL(1.0), self->doubt * (HEXLOAD_REAL(1.0) - config->tick_s / FADING_S));
+    for (int k = 0; k < DIM; k++) {
+        estimate->sigma[k] *= self->doubt;
     }
-    return self->unphysical_s >= UNPHYSICAL_S;
+    const bool is_body = hexload_pseudo_inertia_is_positive(estimate->value, estimate->sigma);
+    const hexload_real_t grown =
+        hexload_min(self->doubt * (HEXLOAD_REAL(1.0) + config->tick_s / DOUBT_S), LARGEST_DOUBT);
+    self->doubt = is_body ? faded : grown;
+    return is_body || self->doubt < LARGEST_DOUBT;
 }
 
 /// Whether the mismatch alone keeps a parameter from having converged.
@@ -273,18 +318,18 @@ void hexload_momentum_supervisor_judge(hexload_momentum_supervisor_t* self, cons
     estimate->verdict = HEXLOAD_VERDICT_CONVERGED;
     find_scales(filter, scale);
     const bool is_doubtful = self->unfit_s > HEXLOAD_REAL(0.0);
-    const bool is_misfit =
-        self->fit_nis > MISFIT_NIS || (is_doubtful && is_beyond(jackknife, config, DOUBTFUL_VARIANCE));
-    bool has_spoilt = false;
-    const bool is_body = !is_unphysical(self, config, estimate);
-    const bool fits_model = !is_misfit && self->nis_mean <= config->momentum.inconsistent_nis && is_body;
+    const bool is_misfit = self->fit_nis > MISFIT_NIS || self->nis_mean > config->momentum.inconsistent_nis ||
+                           (is_doubtful && is_beyond(jackknife, config, DOUBTFUL_VARIANCE));
+    const bool is_body = make_physical(self, config, estimate);
     for (int k = 0; k < DIM; k++) {
-        const hexload_verdict_t verdict = fits_model
-                                              ? judge_parameter(self, config, scale[k], estimate->sigma[k], k)
-                                              : HEXLOAD_VERDICT_INCONSISTENT;
+        const hexload_real_t limit = config->momentum.converged_relative_sigma * scale[k];
+        hexload_verdict_t verdict = judge_parameter(self, config, scale[k], estimate->sigma[k], k);
+        if (!is_body) {
+            verdict = HEXLOAD_VERDICT_INCONSISTENT;
+        } else if (is_misfit || is_spoilt(residual_test, estimate->own_sigma[k], limit)) {
+            verdict = HEXLOAD_VERDICT_MISFIT;
+        }
         estimate->parameter_verdict[k] = verdict;
-        has_spoilt = has_spoilt || is_spoilt(residual_test, estimate->own_sigma[k],
-                                             config->momentum.converged_relative_sigma * scale[k]);
         if (verdict > estimate->verdict) {
             estimate->verdict = verdict;
         }
@@ -292,10 +337,10 @@ void hexload_momentum_supervisor_judge(hexload_momentum_supervisor_t* self, cons
             hexload_health_set(health, HEXLOAD_HEALTH_NOT_EXCITED);
         }
     }
-    if (!fits_model) {
+    if (estimate->verdict == HEXLOAD_VERDICT_INCONSISTENT) {
         hexload_health_set(health, HEXLOAD_HEALTH_INCONSISTENT);
     }
-    if (is_misfit || has_spoilt) {
+    if (estimate->verdict >= HEXLOAD_VERDICT_MISFIT) {
         hexload_health_set(health, HEXLOAD_HEALTH_MODEL_MISFIT);
     }
 }
@@ -303,8 +348,8 @@ void hexload_momentum_supervisor_judge(hexload_momentum_supervisor_t* self, cons
 void hexload_momentum_supervisor_hold_back(const hexload_momentum_supervisor_t* self,
                                            const hexload_jackknife_t* jackknife,
                                            hexload_estimate_t* estimate) {
-    const bool is_judged = self->fit_ticks >= JUDGED_TICKS && jackknife->has_concluded &&
-                           !(self->unphysical_s > HEXLOAD_REAL(0.0));
+    const bool is_judged =
+        self->fit_ticks >= JUDGED_TICKS && jackknife->has_concluded && self->doubt < CERTAIN_DOUBT;
     for (int k = 0; k < DIM && !is_judged; k++) {
         if (estimate->parameter_verdict[k] == HEXLOAD_VERDICT_CONVERGED) {
             estimate->parameter_verdict[k] = HEXLOAD_VERDICT_CONVERGING;

@@ -18,6 +18,9 @@ void hexload_momentum_supervisor_hear(hexload_momentum_supervisor_t* self, const
 /// fit its model, so that one that does not is no storm of alarms.
 void hexload_momentum_supervisor_alarm(hexload_momentum_supervisor_t* self);
 
+/// What looked like another load is a fault of the machine's.
+void hexload_momentum_supervisor_doubt(hexload_momentum_supervisor_t* self);
+
 /// How well the machine has fitted its model of late: by fit_nis, and by config->rig, whose friction has
 /// errors that are not noise.
 hexload_fit_t hexload_momentum_supervisor_fit(const hexload_momentum_supervisor_t* self,
@@ -30,12 +33,13 @@ void hexload_momentum_supervisor_forget(hexload_momentum_supervisor_t* self);
 void hexload_momentum_supervisor_watch(hexload_momentum_supervisor_t* self, const hexload_config_t* config,
                                        const hexload_momentum_filter_t* filter,
                                        const hexload_jackknife_t* jackknife,
+                                       const hexload_residual_test_t* residual_test,
                                        const hexload_delayed_tick_t* past);
 
-/// Judges the estimate, whose values and sigmas are there. A parameter that has not converged is converging
-/// when the motion of the last excitation_time_constant_s, gone on for as long again, would lower its sigma
-/// by a third at least. A mismatch that widens sigmas beyond what counts as converged is a misfit too, if no
-/// contradiction.
+/// Judges the estimate, whose values and sigmas are there; widens sigmas that are too small for any body to
+/// have the values. A parameter that has not converged is converging when the motion of the last
+/// excitation_time_constant_s, gone on for as long again, would lower its sigma by a third at least. A
+/// mismatch that widens sigmas beyond what counts as converged is a misfit too, if no contradiction.
 /// @param[in,out] health sets NOT_EXCITED, INCONSISTENT, MODEL_MISFIT. Reentrant, constant time.
 void hexload_momentum_supervisor_judge(hexload_momentum_supervisor_t* self, const hexload_config_t* config,
                                        const hexload_momentum_filter_t* filter,

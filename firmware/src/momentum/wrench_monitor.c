@@ -42,6 +42,7 @@ void hexload_wrench_monitor_init(hexload_wrench_monitor_t* self) {
 void hexload_wrench_monitor_restart(hexload_wrench_monitor_t* self) {
     memset(self->residual, 0, sizeof self->residual);
     memset(self->filling, 0, sizeof self->filling);
+    self->filling_peak = HEXLOAD_REAL(0.0);
     self->bins = 0;
     self->filled_s = HEXLOAD_REAL(0.0);
     self->ticks = 0;
@@ -155,11 +156,15 @@ static void learn(hexload_wrench_monitor_t* self, const hexload_config_t* config
     }
     if (self->bins == HEXLOAD_WRENCH_BINS) {
         self->motion_s = hexload_min(self->motion_s + BIN_S, LEARNING_S);
+        self->peak =
+            hexload_max(self->bin_peak[self->next_bin], self->peak - BIN_S / LEARNING_S * self->peak);
         for (int k = 0; k < SQUARES; k++) {
             self->mean_square[k] += BIN_S / self->motion_s * (oldest[k] - self->mean_square[k]);
         }
     }
     memcpy(oldest, self->filling, sizeof self->filling);
+    self->bin_peak[self->next_bin] = self->filling_peak;
+    self->filling_peak = HEXLOAD_REAL(0.0);
     memset(self->filling, 0, sizeof self->filling);
     self->next_bin = (self->next_bin + 1) % HEXLOAD_WRENCH_BINS;
     self->bins += self->bins < HEXLOAD_WRENCH_BINS ? 1 : 0;
@@ -194,13 +199,16 @@ bool hexload_wrench_monitor_step(hexload_wrench_monitor_t* self, const hexload_c
     observe_open(self, config, push);
     const hexload_real_t since_s = config->tick_s * (hexload_real_t)self->ticks;
     const bool is_settled = self->ticks > SETTLED_TICKS && (fit != HEXLOAD_FIT_NONE || since_s > DOUBTFUL_S);
-    const bool is_asked = is_settled && fit != HEXLOAD_FIT_NOISE;
+    const bool is_asked = is_settled && fit > HEXLOAD_FIT_NOISE;
     self->ticks = self->ticks < UINT32_MAX / 2 ? self->ticks : self->ticks - 1;
+    hexload_real_t square = HEXLOAD_REAL(0.0);
     if (is_asked) {
         find_spread(self, config, body, S);
+        square = distance(S, self->residual);
+        self->filling_peak = hexload_max(self->filling_peak, square);
     }
     if (is_moving(motion)) {
         learn(self, config, self->residual);
     }
-    return is_asked && self->motion_s >= ARMED_S && distance(S, self->residual) > ALARM;
+    return self->motion_s >= ARMED_S && square > hexload_max(ALARM, HEXLOAD_REAL(2.0) * self->peak);
 }

@@ -17,6 +17,7 @@
 
 /// How well the machine has fitted its model of late.
 typedef enum hexload_fit {
+    HEXLOAD_FIT_UNPROVEN, ///< the load is too new to tell
     HEXLOAD_FIT_NOISE,    ///< the sensors' noise is all there is to an innovation
     HEXLOAD_FIT_FRICTION, ///< and errors of a friction or of constants that are known to a tolerance
     HEXLOAD_FIT_NONE,     ///< not
@@ -41,8 +42,8 @@ void hexload_wrench_monitor_init(hexload_wrench_monitor_t* self);
 void hexload_wrench_monitor_restart(hexload_wrench_monitor_t* self);
 
 /// One sample of the present.
-/// @param fit of noise: nothing is reported, only learnt; of none: the estimates of another load are given
-/// two seconds, as their sigmas mean little.
+/// @param fit of noise, or unproven: nothing is reported, only learnt; of none: the estimates of another load
+/// are given two seconds, as their sigmas mean little.
 /// @return true when y does not fit, and C is of 4 s of motion at least. Reentrant, constant time.
 HEXLOAD_MUST_USE bool hexload_wrench_monitor_step(hexload_wrench_monitor_t* self,
                                                   const hexload_config_t* config,

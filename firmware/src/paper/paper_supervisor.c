@@ -153,6 +153,8 @@ const char* hexload_verdict_name(hexload_verdict_t verdict) {
         return "converging";
     case HEXLOAD_VERDICT_NOT_EXCITED:
         return "not_excited";
+    case HEXLOAD_VERDICT_MISFIT:
+        return "misfit";
     case HEXLOAD_VERDICT_INCONSISTENT:
         return "inconsistent";
     default:

@@ -184,7 +184,7 @@ void print_mend(const std::vector<sim::HealthCount>& health, const sim::Estimato
     const auto is_misfit = [](const sim::HealthCount& count) {
         return count.name == hexload_health_name(HEXLOAD_HEALTH_MODEL_MISFIT) && count.ticks > 0;
     };
-    if (verdict == hexload_verdict_name(HEXLOAD_VERDICT_INCONSISTENT) &&
+    if (verdict != hexload_verdict_name(HEXLOAD_VERDICT_CONVERGED) &&
         std::ranges::any_of(health, is_misfit)) {
         fmt::print(
             "  the machine does not fit its platform file: a base that is not level, friction, legs with "

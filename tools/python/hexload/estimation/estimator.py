@@ -36,7 +36,7 @@ class Estimate:
     sigma: Array  # (n,), one standard deviation, the tare's included
     own_sigma: Array  # (n,), the filter's part of it: what its noise model alone would say
     nis: float  # normalised innovation squared; its mean is the number of measurements where model and noise fit
-    verdict: str  # the worst of the parameters': converging, converged, not_excited, inconsistent
+    verdict: str  # the worst of the parameters': converged, converging, not_excited, misfit, inconsistent
     parameter_verdict: tuple[str, ...]  # of the load's parameters
     health: tuple[str, ...]  # remarks of this sample, as in hexload/status.h
     input_fault: str  # what is wrong with the channels, with leg and what to do; empty: nothing

@@ -37,12 +37,14 @@ MISSING_MOTION = {
 
 def in_words(name: str, verdict: str, confounded: str | None = None) -> str:
     """A parameter's verdict with its reason. `confounded`: why it cannot be separated from actuator effects."""
-    if confounded is not None and verdict != "inconsistent":
+    if confounded is not None and verdict not in ("misfit", "inconsistent"):
         return f"{verdict.replace('_', ' ')}: {confounded}"
     if verdict == "not_excited":
         return f"not excited: {MISSING_MOTION[name]} in the last 10 s, or too little"
+    if verdict == "misfit":
+        return "misfit: the machine is not as its platform file says, and sigma is widened to cover it"
     if verdict == "inconsistent":
-        return "inconsistent: friction, other noise or another load than the model's"
+        return "inconsistent: friction, other noise or another load than the model's; neither it nor its sigma holds"
     return verdict
 
 

@@ -159,11 +159,11 @@ def _refuse_changes(log: str, result: dict) -> None:
 
 def _refuse_doubt(log: str, result: dict, scale: Array) -> None:
     verdicts = np.array(result["verdict"])
-    doubtful = np.flatnonzero(verdicts[len(verdicts) // 2 :] == "inconsistent")
+    doubtful = np.flatnonzero(np.isin(verdicts[len(verdicts) // 2 :], ("misfit", "inconsistent")))
     if doubtful.size:
         at_s = result["t"][len(verdicts) // 2 + doubtful[0]]
         raise InputError(
-            f"{log}: found verdict inconsistent at {at_s:.3f} s, expected none in the log's second half: "
+            f"{log}: found verdict {verdicts[len(verdicts) // 2 + doubtful[0]]} at {at_s:.3f} s, expected none in the log's second half: "
             "friction, sensor sigmas or geometry are not as the platform file says"
         )
     if verdicts[-1] != "converged":

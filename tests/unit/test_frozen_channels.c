@@ -1,0 +1,61 @@
+#include "machine.h"
+#include "momentum/frozen_channels.h"
+
+#include <math.h>
+
+void setUp(void) {}
+void tearDown(void) {}
+
+enum { DISPLACEMENT, VELOCITY, FORCE, ALL };
+
+/// Legs that move at 0.1 m/s and shake, with noise, for 100 ticks, then for some more with a channel of leg 3
+/// that has stopped. @return whether it was found at the last tick.
+static bool show(int stopped, int more_ticks, double step_m) {
+    hexload_config_t config = paper_machine();
+    hexload_frozen_channels_t frozen = {.missed_m = {HEXLOAD_REAL(0.0)}};
+    hexload_leg_sample_t last = {.tick = 0};
+    uint64_t seed = 3;
+    for (int tick = 0; tick < 100 + more_ticks; tick++) {
+        hexload_leg_sample_t sample = {.tick = (uint32_t)tick};
+        for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
+            const double noisy_m = 1e-4 * (double)tick + 2e-5 * normal(&seed);
+            sample.displacement_m[leg] =
+                (hexload_real_t)(step_m > 0.0 ? step_m * floor(noisy_m / step_m) : noisy_m);
+            sample.velocity_m_s[leg] = (hexload_real_t)(0.1 + 1e-3 * normal(&seed));
+            sample.force_n[leg] = (hexload_real_t)(1000.0 + 10.0 * normal(&seed));
+        }
+        if (tick >= 100) {
+            sample.displacement_m[3] =
+                stopped == DISPLACEMENT ? last.displacement_m[3] : sample.displacement_m[3];
+            sample.velocity_m_s[3] = stopped == VELOCITY ? last.velocity_m_s[3] : sample.velocity_m_s[3];
+            sample.force_n[3] = stopped == FORCE ? last.force_n[3] : sample.force_n[3];
+        }
+        hexload_frozen_channels_step(&frozen, &config, &sample);
+        last = sample;
+    }
+    return hexload_frozen_channels_are_there(&frozen, &config);
+}
+
+static void test_a_sensor_that_stops_is_found_at_once(void) {
+    // GIVEN a displacement that stops at 0.1 m/s, 7 sigma of 20 um being 1.4 ticks, or a velocity or a force
+    // that does WHEN two ticks have repeated it THEN it is found
+    for (int stopped = DISPLACEMENT; stopped < ALL; stopped++) {
+        TEST_ASSERT_TRUE(show(stopped, 2, 0.0));
+    }
+}
+
+static void test_sensors_in_order_have_not_stopped(void) {
+    // GIVEN sensors with noise, and an encoder in steps of 0.1 mm, which repeats its value at every other
+    // tick WHEN some time goes by THEN none has stopped
+    for (int ticks = 0; ticks < 100; ticks++) {
+        TEST_ASSERT_FALSE(show(ALL, ticks, 0.0));
+        TEST_ASSERT_FALSE(show(ALL, ticks, 1e-4));
+    }
+}
+
+int main(void) {
+    UNITY_BEGIN();
+    RUN_TEST(test_a_sensor_that_stops_is_found_at_once);
+    RUN_TEST(test_sensors_in_order_have_not_stopped);
+    return UNITY_END();
+}
