@@ -2,7 +2,10 @@
 
 from pathlib import Path
 
+from hexload.diagnosis.diagnose import Diagnosis, diagnose
+from hexload.diagnosis.machine import machine_of, with_rig
 from hexload.errors import InputError
+from hexload.estimation import load_summary
 from hexload.estimation.firmware_run import load_platform, native_firmware, run_firmware
 from hexload.estimation.input_check import input_in_words, refusal_in_words
 from hexload.estimation.rig_file import platform_with_rig
@@ -25,7 +28,7 @@ def replay_log(
     rig: Path | None = None,
 ) -> dict:
     """Writes the estimates CSV to `out`, one row per log row, and returns what hexload_native.replay returns, with
-    `has_rig`, `input_words`, what is wrong with the log's channels, and the log reader's remarks.
+    `has_rig`, `diagnosis`, `input_words`, what is wrong with the log's channels, and the log reader's remarks.
 
     `estimator` and `prior` override the platform file's [estimator] table. `tare`: file of `hexload tare`, made with
     the same platform; `rig`: of `hexload commission`, likewise. `bodies`: a CSV for the load as a body, one row per log row. `report`: a page, of all ten
@@ -51,7 +54,8 @@ def replay_log(
         try:
             result = run_firmware(native, platform, legs, temporary, estimator, prior, offset, body_file, trace_file)
             result["has_rig"] = rig is not None
-            result["input_words"] = input_in_words(result, samples)
+            result["diagnosis"] = _diagnosis(result, legs, platform, rig)
+            result["input_words"] = input_in_words(result, samples) or result["diagnosis"].input_words
         except ValueError as error:
             mend = f"; {refusal_in_words(samples)}" if "refused every sample" in str(error) else ""
             raise InputError(f"{files}: {error}{mend}") from None
@@ -61,6 +65,13 @@ def replay_log(
             description = f"Replayed with {platform_file.name}{tared}."
             _write_page(page, result, samples, log.name, description, platform.known_mass_kg)
     return result | {"remarks": samples.remarks}
+
+
+def _diagnosis(result: dict, legs: LegLog, platform, rig: Path | None) -> Diagnosis:
+    machine = machine_of(platform)
+    if rig is not None:
+        machine, legs = with_rig(rig, machine, legs)
+    return diagnose(legs, machine, load_summary.load_changes_s(result))
 
 
 def _refuse_same_files(files: dict[str, Path | None]) -> None:
