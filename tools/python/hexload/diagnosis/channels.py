@@ -33,6 +33,7 @@ NOISE_RATIO = (0.6, 1.6)
 JITTER_RATIO = 1.15
 HUM_HZ = 25.0
 HUM_POWER = 60.0  # of a line over the noise beside it
+HUM_SIGMAS = 0.5  # of a sample: less does no harm
 STEADY = 0.6  # of the smaller half's amplitude to the larger one's
 
 
@@ -62,7 +63,7 @@ def look_at(record: Record, machine: Machine) -> Iterator[Finding]:
         yield from steps
         if not steps and not _is_held(clean) and record.dt_s < SLOW_S:
             yield from _spikes(name, clean, stated)
-            yield from _hum(name, clean, record.dt_s)
+            yield from _hum(name, clean, stated, record.dt_s)
             noise[name] = float(np.median(noise_of(clean))) / stated
     yield from _noise(noise)
 
@@ -307,7 +308,7 @@ def _spikes(name: str, values: Array, stated: float) -> Iterator[Finding]:
         )
 
 
-def _hum(name: str, values: Array, dt_s: float) -> Iterator[Finding]:
+def _hum(name: str, values: Array, stated: float, dt_s: float) -> Iterator[Finding]:
     rows = len(values)
     frequency = np.fft.rfftfreq(rows, dt_s)
     window = np.hanning(rows)[:, None]
@@ -324,8 +325,8 @@ def _hum(name: str, values: Array, dt_s: float) -> Iterator[Finding]:
     hz = float(frequency[fast][best])
     half = rows // 2
     sizes = [_line(part, hz, dt_s) for part in (values[:half], values[half : 2 * half])]
-    if min(sizes) < STEADY * max(sizes):
-        return  # a shock that rings
+    if min(sizes) < max(STEADY * max(sizes), HUM_SIGMAS * stated):
+        return  # a shock that rings, or a machine
     size = float(np.mean(sizes))
     yield Finding(
         f"{name} hum",
