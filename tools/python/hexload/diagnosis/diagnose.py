@@ -15,8 +15,9 @@ from hexload.io.log_file import LegLog
 
 GROSS = 30.0  # misfit from which the wiring is looked at
 CLEARLY = 0.01  # of it, that another wiring of the forces leaves, and no other cause need be looked for
+PARTS = 3  # of the record, that are looked at by themselves
 REWIRED = 0.2  # of the misfit, that another wiring leaves at most
-LIGHT = 0.7  # of the empty platform's mass: less is no load
+LIGHT = 0.9  # of the empty platform's mass: less is no load
 MINOR = ("sampling", " noise", " hum", " missing", " repeated")
 HOPELESS = ("samples frozen", "samples shuffled")  # no motion to compare forces with
 TOLD_S = 0.2  # between a change here and an estimator's
@@ -49,12 +50,12 @@ def diagnose(log: LegLog, machine: Machine, told_changes_s: Sequence[float] = ()
     except ValueError:
         return Diagnosis((), (), np.nan, np.nan, untold)
     of_channels = list(channels.look_at(record, machine))
-    machine = channels.with_own_noise(record, machine)
+    stated, machine = machine, channels.with_own_noise(record, machine)
     minor = [each for each in of_channels if each.cause.endswith(MINOR) and not _is_much(each)]
     major = [each for each in of_channels if each not in minor]
     if any(each.is_input or each.cause in HOPELESS for each in major):
         return Diagnosis((*major, *minor), (), np.nan, np.nan, untold)
-    of_sensors, record = _sensors(record, machine)
+    of_sensors, record = _sensors(record, stated)
     found = _forces(record, machine, told_changes_s)
     if record.velocity_m_s is not None:
         found = replace(found, findings=tuple(phrases.with_velocities(each) for each in found.findings))
@@ -87,15 +88,15 @@ def _forces(record: Record, machine: Machine, told_s: Sequence[float]) -> Diagno
         unit = Finding("force unit", words, "check the forces' unit (N) and sign", is_input=True)
         return Diagnosis((unit,), (), bank.left / bank.rows, np.nan, 0)
     misfit = bank.left / bank.rows
-    forces = wiring.best_forces(bank) if misfit > GROSS else None
-    if forces is not None and forces.left < CLEARLY * misfit:
-        return Diagnosis((_rewired(forces),), (), misfit, forces.left, 0)
+    parts = [record, *_ends(record)] if misfit > GROSS else []
+    for part in parts:
+        if (forces := _forces_rewired(part, machine)) is not None:
+            return Diagnosis((_rewired(forces),), (), misfit, forces.left, 0)
     found = explain(d, told_s)
     if found.left > GROSS:
-        options = [each for each in (forces, wiring.best_legs(record, d)) if each is not None]
-        best = min(options, key=lambda each: each.left, default=None)
-        if best is not None and best.left < REWIRED * found.left:
-            return Diagnosis((_rewired(best),), (), misfit, best.left, 0)
+        for part in parts[1:]:
+            if (legs := _legs_rewired(part, machine, found.left)) is not None:
+                return Diagnosis((_rewired(legs),), (), misfit, legs.left, 0)
     pairs = zip(found.selected, found.alternatives, strict=True)
     causes = [phrases.finding_of(*pair, machine.force_sigma_n) for pair in pairs]
     changes = [
@@ -103,6 +104,33 @@ def _forces(record: Record, machine: Machine, told_s: Sequence[float]) -> Diagno
         for change in found.changes
     ]
     return Diagnosis(tuple(causes), tuple(changes), found.misfit, found.left, 0)
+
+
+def _ends(record: Record) -> list[Record]:
+    """First and last part: a load that changes in mid-run is one load in each."""
+    rows = len(record.t_s) // PARTS
+    parts = []
+    for inside in (slice(0, rows), slice(len(record.t_s) - rows, None)):
+        names = ("t_s", "displacement_m", "force_n", "is_known")
+        parts.append(replace(record, **{name: getattr(record, name)[inside] for name in names}))
+    return parts
+
+
+def _forces_rewired(record: Record, machine: Machine) -> wiring.Rewired | None:
+    """Another wiring of the forces that leaves next to nothing, where the log's own leaves much."""
+    try:
+        d = dynamics_of(record, machine)
+    except ValueError:
+        return None
+    bank = Bank(d, [np.ones(len(d.smooth.t_s))])
+    best = wiring.best_forces(bank) if bank.left > GROSS * bank.rows else None
+    return best if best is not None and best.left < CLEARLY * bank.left / bank.rows else None
+
+
+def _legs_rewired(record: Record, machine: Machine, left: float) -> wiring.Rewired | None:
+    best = wiring.best_legs(record, machine)
+    own = min(wiring.misfit(record, machine), left)
+    return best if best is not None and best.left < REWIRED * own else None
 
 
 def _rewired(best: wiring.Rewired) -> Finding:

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hexload.diagnosis.bank import Bank
-from hexload.diagnosis.dynamics import Dynamics, Machine, dynamics_of
+from hexload.diagnosis.dynamics import Machine, dynamics_of
 from hexload.diagnosis.record import LEGS, Record
 from hexload.estimation.rig_model import Geometry
 
@@ -63,12 +63,12 @@ def best_forces(bank: Bank) -> Rewired | None:
     )
 
 
-def best_legs(record: Record, dynamics: Dynamics) -> Rewired | None:
+def best_legs(record: Record, machine: Machine) -> Rewired | None:
     """The order of whole legs, or of their displacements alone, that leaves least."""
     found = []
-    for cause, order in _slips(dynamics.machine.geometry):
+    for cause, order in _slips(machine.geometry):
         legs = tuple(leg for leg in range(LEGS) if order[leg] != leg)
-        if (left := misfit(_ordered(record, order, cause), dynamics.machine)) < np.inf:
+        if (left := misfit(_ordered(record, order, cause), machine)) < np.inf:
             found.append(Rewired(cause, legs, order, (1,) * LEGS, left))
     return min(found, key=lambda each: each.left, default=None)
 
