@@ -227,3 +227,26 @@ def test_outcomes_are_counted_by_kind_size_and_group():
     assert [case.size for case in entry.silent] == [0.002]
     # AND the rows of the table are in that order
     assert fault_report.counts(tilt.whole) == [3, 0, 1, 1, 1, 0, 0, 1]
+
+
+def test_the_diagnosis_names_the_cause_when_it_is_asked_for(tmp_path):
+    # GIVEN the forces of two legs swapped, and legs counted two further, which a symmetric machine cannot show
+    cases = [
+        FaultCase(kind, size, "multisine", "momentum", SEED, 6.0, names_cause=True)
+        for kind, size in (("force_swapped", 1.0), ("renumbered", 2.0))
+    ]
+    # WHEN the cases are run THEN the one is named, the other counts as one that cannot be told
+    results = {case: run_fault(case, tmp_path) for case in cases}
+    swapped, renumbered = (result["named"] for result in results.values())
+    assert swapped["outcome"] == "right" and "are swapped" in swapped["sentence"]
+    assert renumbered["outcome"] == "cannot be told" and renumbered["cause"] == ""
+    # AND the tables have a column for it
+    (entry,) = tally(results, ESTIMATORS)
+    assert fault_report.named_of(entry.whole) == "1 of 1"
+    assert "are swapped" in fault_report.markdown([entry])
+
+
+def test_causes_and_a_rig_are_one_or_the_other():
+    # GIVEN both options WHEN they are read THEN they are refused
+    with pytest.raises(InputError, match="--name-causes: found it with --rig"):
+        verb.settings_of(FEW, None, None, None, SEED, quick=True, is_commissioned=True, names_causes=True)

@@ -6,7 +6,7 @@
     print(load["m"], load.body["cz"], load.verdict)
 
 Estimator takes samples one by one; replay and identify take a log; tare finds what the empty platform is beyond its
-file; excite finds a motion that identifies a load; crlb bounds what any estimator can find. Parameters are
+file; diagnose names what in a log contradicts itself or the model; excite finds a motion that identifies a load; crlb bounds what any estimator can find. Parameters are
 theta = [m, hx, hy, hz, Ixx, Iyy, Izz, Ixy, Ixz, Iyz] about O_A in platform axes, h = m c; SI units throughout.
 Refused input raises InputError, which names file, line or key, what was found and what is expected.
 """
@@ -15,6 +15,9 @@ import importlib
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from hexload.diagnosis.arrays import diagnose
+    from hexload.diagnosis.diagnose import Diagnosis
+    from hexload.diagnosis.finding import Finding
     from hexload.errors import InputError
     from hexload.estimation.estimator import (
         Body,
@@ -34,6 +37,9 @@ if TYPE_CHECKING:
 
 # Imported when first used: tools that need one of them do not wait for the others.
 _HOME = {
+    "diagnose": "diagnosis.arrays",
+    "Diagnosis": "diagnosis.diagnose",
+    "Finding": "diagnosis.finding",
     "InputError": "errors",
     "Body": "estimation.estimator",
     "Estimate": "estimation.estimator",
@@ -56,15 +62,18 @@ _HOME = {
 __all__ = [
     "THETA_NAMES",
     "Body",
+    "Diagnosis",
     "Estimate",
     "Estimator",
     "Excitation",
+    "Finding",
     "Identification",
     "InputError",
     "Platform",
     "Replay",
     "Trajectory",
     "crlb",
+    "diagnose",
     "excite",
     "identify",
     "read_log",

@@ -772,6 +772,13 @@ def faults(
             "some seconds a fault and size.",
         ),
     ] = False,
+    name_causes: Annotated[
+        bool,
+        typer.Option(
+            "--name-causes",
+            help="Diagnose each log too, as replay does: is the cause that is named first the true one?",
+        ),
+    ] = False,
     list_kinds: Annotated[bool, typer.Option("--list", help="Print the faults and their sizes, run nothing.")] = False,
 ) -> None:
     """Puts faults into clean runs, one at a time, and tells what each estimator makes of them: does it say so, or is it
@@ -783,6 +790,8 @@ def faults(
     refused, or a false alarm. Writes report.html, table.md, cases.csv, summary.json and a file per case, on all cores;
     the same command goes on where it was interrupted.
 
+    With --name-causes a column has, of the runs whose fault a log can tell, those whose first cause is the true one.
+
     Example:  hexload faults --kind friction,tilt --runs 2 --out build/runs/friction
     """
     from hexload.campaign.verb import choose_seeds
@@ -791,7 +800,7 @@ def faults(
     if list_kinds:
         verb.print_list()
         return
-    settings = verb.settings_of(kind, motion, estimator, runs, choose_seeds(seed_base), quick, rig)
+    settings = verb.settings_of(kind, motion, estimator, runs, choose_seeds(seed_base), quick, rig, name_causes)
     print(verb.run_faults(settings, out or verb.DEFAULT_OUT, restart))
 
 

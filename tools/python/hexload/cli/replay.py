@@ -1,10 +1,12 @@
 """`hexload replay` on the terminal."""
 
+import math
 from pathlib import Path
 
 from rich.console import Console
 from rich.table import Table
 
+from hexload.diagnosis.finding import Finding
 from hexload.estimation import load_summary
 from hexload.estimation.input_check import inconsistent_in_words
 
@@ -21,22 +23,27 @@ def print_summary(
     table = Table()
     for heading in ("parameter", "estimate", "sigma", "filter's own", "verdict"):
         table.add_column(heading, justify="left" if heading in ("parameter", "verdict") else "right")
+    cause = result["diagnosis"].cause
+    mend = load_summary.mend_in_words(
+        result["health_counts"],
+        result["verdict"][-1],
+        result["has_rig"],
+        result["input_words"],
+        cause and cause.sentence,
+    )
+    mend = mend or inconsistent_in_words(result)
     for row in load_summary.parameters(result):
         numbers = (f"{value:.{row.digits}f}" for value in (row.value, row.sigma, row.own_sigma))
-        table.add_row(f"{row.symbol}, {row.unit}", *numbers, row.words)
+        words = "inconsistent" if mend and row.words.startswith("inconsistent") else row.words  # the last line says why
+        table.add_row(f"{row.symbol}, {row.unit}", *numbers, words)
     Console().print(table)
     if "body" in result:
         Console().print(_body_table(result["body"]))
         print(f"body:      {load_summary.consistent_in_words(result['body'])}")
     print(f"verdict:   {result['verdict'][-1]} after {result['ticks']} ticks")
     print(f"health:    {load_summary.health_in_words(result['health_counts']) or 'no remark'}")
-    mend = load_summary.mend_in_words(
-        result["health_counts"], result["verdict"][-1], result["has_rig"], result["input_words"]
-    )
-    is_last = not is_believed(result)
-    mend = mend or inconsistent_in_words(result)
-    if mend and not is_last:
-        print(f"mend:      {mend}")
+    for finding in result["diagnosis"].findings:
+        print(f"cause:     {finding.words}{_how_much(finding)}")
     for t_s, words in result["input_faults"]:
         print(f"input:     from {t_s:.3f} s on: {words}")
     if times_s := load_summary.load_changes_s(result):
@@ -52,8 +59,16 @@ def print_summary(
         print(f"trace:     {trace}")
     if report is not None:
         print(f"page:      {report}")
-    if is_last:  # the last line: it matters more than all above
+    if mend:  # the last line: it matters more than all above
         print(f"mend:      {mend}")
+
+
+def _how_much(finding: Finding) -> str:
+    """What it does, in brackets."""
+    if math.isnan(finding.rms_n):
+        return ""
+    doubt = f"; {', '.join(finding.alternatives)} would explain as much" if finding.alternatives else ""
+    return f" ({finding.rms_n:.2g} N rms, {abs(finding.mass_kg):.2g} kg of the load's mass{doubt})"
 
 
 def _body_table(body: dict) -> Table:

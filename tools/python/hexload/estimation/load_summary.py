@@ -132,10 +132,17 @@ def health_in_words(ticks_of: dict[str, int]) -> str:
     return ", ".join(f"{name} in {ticks} tick{'s' if ticks > 1 else ''}" for name, ticks in remarks)
 
 
-def mend_in_words(ticks_of: dict[str, int], verdict: str, has_rig: bool = False, input_words: str = "") -> str:
-    """What to do about a verdict that the machine itself causes, or its sensors (`input_words`); nothing when they do not."""
-    if input_words:
-        return input_words
+def mend_in_words(
+    ticks_of: dict[str, int],
+    verdict: str,
+    has_rig: bool = False,
+    input_words: str = "",
+    cause: str | None = None,
+) -> str:
+    """What to do about a verdict that the machine itself causes, or its sensors (`input_words`); nothing when they do not.
+    `cause`: what the diagnosis of the log says."""
+    if input_words or cause:
+        return input_words or cause
     if verdict == "converged" or not ticks_of.get("model misfit"):
         return ""
     if has_rig:

@@ -7,7 +7,11 @@ from types import ModuleType
 
 import numpy as np
 
+from hexload.diagnosis.diagnose import Diagnosis, diagnose
+from hexload.diagnosis.machine import machine_of, with_rig
+from hexload.diagnosis.record import LONGEST_S
 from hexload.errors import InputError
+from hexload.estimation import load_summary
 from hexload.estimation.firmware_run import FirmwareReplay, load_platform, native_firmware
 from hexload.estimation.input_check import REFUSED, InputCheck, gaps_in_words, input_in_words
 from hexload.estimation.rig_file import platform_with_rig
@@ -19,6 +23,7 @@ from hexload.io.log_formats import Reading, read_parts
 from hexload.io.progress import progress_of
 
 MOST_ROWS = 200_000  # that are kept of a log
+DIAGNOSED_S = LONGEST_S + 1.0  # of its end
 ROWS_BEFORE = 8  # of a part, which taking the legs' mass off its first rows looks at: 5 are needed
 
 
@@ -48,7 +53,7 @@ def replay_log(
     way_in: WayIn | None = None,
 ) -> dict:
     """Writes the estimates CSV to `out`, one row per log row, and returns what hexload_native.replay returns, with
-    `has_rig`, `input_words`, what is wrong with the log's channels, `rows` of the log and the reader's remarks. Of a log of
+    `has_rig`, `diagnosis`, `input_words`, what is wrong with the log's channels, `rows` of the log and the reader's remarks. Of a log of
     more than MOST_ROWS rows only every second, fourth, ... row is in the result's arrays, and on the page.
 
     `estimator` and `prior` override the platform file's [estimator] table. `tare`: file of `hexload tare`, made with
@@ -77,6 +82,8 @@ def replay_log(
         except ValueError as error:
             raise InputError(f"{files}: {error}{_mend(str(error))}") from None
         result["has_rig"] = rig is not None
+        result["diagnosis"] = _diagnosis(result, joined(run.recent), platform, rig)
+        result["input_words"] = result["input_words"] or result["diagnosis"].input_words
         if page is not None:
             tared = "" if tare is None else f" and the tare {tare.name}"
             tared += "" if rig is None else f" and the rig {rig.name}"
@@ -91,6 +98,7 @@ class _Run:
     def __init__(self, native: ModuleType, platform, log: Path, way_in: WayIn, tare: MachineTare | None):
         self._native, self._platform, self._log, self._way_in, self._tare = native, platform, log, way_in, tare
         self.shown = _Thinned()
+        self.recent: list[LegLog] = []  # parts, without the tare, of the last DIAGNOSED_S at least
 
     def whole(self, firmware: tuple[Path, str | None, str | None], bodies: Path | None, trace: Path | None) -> dict:
         """`firmware`: estimates' file, estimator, prior. Raises ValueError as the firmware does, and InputError."""
@@ -125,6 +133,9 @@ class _Run:
             with_before = part if before is None else joined([before, part])
             part = self._tare.taken_off(with_before).rows(slice(len(with_before.t_s) - len(part.t_s), None))
         run.step(part)
+        self.recent.append(part)
+        while len(self.recent) > 1 and part.t_s[-1] - self.recent[1].t_s[0] > DIAGNOSED_S:
+            del self.recent[0]
 
 
 class _Thinned:
@@ -158,6 +169,13 @@ def _mend(error: str) -> str:
     return ""
 
 
+def _diagnosis(result: dict, legs: LegLog, platform, rig: Path | None) -> Diagnosis:
+    machine = machine_of(platform)
+    if rig is not None:
+        machine, legs = with_rig(rig, machine, legs)
+    return diagnose(legs, machine, load_summary.load_changes_s(result))
+
+
 def _refuse_same_files(files: dict[str, Path | None]) -> None:
     named: dict[Path, str] = {}
     for option, path in files.items():
@@ -165,9 +183,7 @@ def _refuse_same_files(files: dict[str, Path | None]) -> None:
             raise InputError(f"{path}: found the same file for {other} and {option}, expected two")
 
 
-def _write_page(
-    page: Path, result: dict, title: str, description: str, known_mass_kg: float | None
-) -> None:
+def _write_page(page: Path, result: dict, title: str, description: str, known_mass_kg: float | None) -> None:
     if "body" not in result:
         raise InputError("--report: found the estimator paper, expected momentum or momentum_effects")
     from hexload.report.page import render_replay  # draws; a replay without a page needs none of it

@@ -24,7 +24,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial.transform import Rotation
 
 Array = NDArray[np.float64]
 
@@ -91,8 +90,16 @@ def _poses(geometry: Geometry, lengths_m: Array) -> tuple[Array, Array]:
         arms = np.einsum("nij,lj->nli", rotation, geometry.platform_hinges_m)
         step = np.linalg.solve(np.concatenate([e, np.cross(arms, e)], axis=2), excess[:, :, None])[:, :, 0]
         p = p - step[:, :3]
-        rotation = Rotation.from_rotvec(-step[:, 3:]).as_matrix() @ rotation
+        rotation = _turns(-step[:, 3:]) @ rotation
     raise ValueError("leg displacements that no pose of this machine has")
+
+
+def _turns(vectors_rad: Array) -> Array:
+    """Rodrigues' formula: (n, 3, 3) of rotation vectors (n, 3)."""
+    angle = np.linalg.norm(vectors_rad, axis=1)[:, None, None]
+    cross = np.cross(np.eye(3), vectors_rad[:, None])
+    sine, versine = np.sinc(angle / np.pi), 0.5 * np.sinc(angle / (2.0 * np.pi)) ** 2
+    return np.eye(3) + sine * cross + versine * cross @ cross
 
 
 def leg_masses(geometry: Geometry, theta: Array) -> Array:

@@ -11,6 +11,7 @@ from rich.table import Table
 
 from hexload.campaign.campaign_report import METHODS
 from hexload.campaign.statistics import ALARM_DUE_S
+from hexload.faults import naming
 from hexload.faults.kinds import KINDS
 from hexload.faults.one_fault import FaultCase
 from hexload.faults.score import LAST_S, OUTCOMES, WRONG_SHARE, WRONG_SIGMAS
@@ -44,6 +45,16 @@ def counts(tally: Tally) -> list[int]:
     return [tally.runs, *(tally.outcomes[outcome] for outcome in OUTCOMES), tally.false_changes]
 
 
+def named_of(tally: Tally) -> str:
+    """Runs whose first cause is the true one, of those in which it can be told; of clean runs those with any cause."""
+    told = sum(tally.named.get(outcome, 0) for outcome in (naming.RIGHT, naming.OTHER, naming.NOTHING))
+    return f"{tally.named.get(naming.RIGHT, 0)} of {told}" if told else ("" if not tally.named else "–")
+
+
+def sentence_of(tally: Tally) -> str:
+    return next(iter(tally.sentences), "")
+
+
 def words_of(tally: Tally) -> str:
     return ", ".join(f"{word} ({runs})" for word, runs in tally.words.items())
 
@@ -54,16 +65,21 @@ def terminal_table(entry: EstimatorTally) -> Table:
         f"{METHODS[entry.estimator]}: runs by outcome; false changes: runs with a load change reported that was none"
     )
     table = Table(title=title, title_justify="left", box=box.SIMPLE_HEAD, padding=(0, 1, 0, 0))
-    for heading in ("fault", *HEADINGS, "said most"):
+    named = ("named",) if entry.whole.named else ()
+
+    def row(label: str, tally: Tally, **more: str) -> None:
+        table.add_row(label, *map(str, counts(tally)), *(named_of(tally) for _ in named), words_of(tally), **more)
+
+    for heading in ("fault", *HEADINGS, *named, "said most"):
         is_text = heading in ("fault", "said most")
         table.add_column(heading, justify="left" if is_text else "right", no_wrap=heading != "said most")
     for group, tally in entry.groups.items():
-        table.add_row(group, *map(str, counts(tally)), words_of(tally))
+        row(group, tally)
         for kind in entry.kinds:
             if KINDS[kind.kind].group == group and kind.whole.outcomes["silent"]:
-                table.add_row(f"  {kind.kind}", *map(str, counts(kind.whole)), words_of(kind.whole), style="dim")
+                row(f"  {kind.kind}", kind.whole, style="dim")
     table.add_section()
-    table.add_row("all faults", *map(str, counts(entry.whole)), words_of(entry.whole))
+    row("all faults", entry.whole)
     return table
 
 
@@ -72,11 +88,13 @@ def markdown(tallies: Sequence[EstimatorTally]) -> str:
     for entry in tallies:
         rows = [("", "**all faults**", entry.whole)]
         rows += [(KINDS[kind.kind].group, kind.kind, kind.whole) for kind in entry.kinds]
-        header = ("group", "fault", *HEADINGS, "said most in the last 3 s", "to be read")
+        named = ("named", "the first cause's sentence") if entry.whole.named else ()
+        header = ("group", "fault", *HEADINGS, "said most in the last 3 s", "to be read", *named)
         lines = [f"## {METHODS[entry.estimator]}", "", _line(header), _line(["---"] * len(header))]
         for group, name, tally in rows:
             expected = KINDS[name].words if name in KINDS else ""
-            lines.append(_line((group, name, *map(str, counts(tally)), words_of(tally), expected)))
+            cause = (named_of(tally), sentence_of(tally) if name in KINDS else "") if named else ()
+            lines.append(_line((group, name, *map(str, counts(tally)), words_of(tally), expected, *cause)))
         parts.append("\n".join(lines))
     return "\n\n".join(parts) + "\n"
 
@@ -91,22 +109,24 @@ def as_csv(results: Mapping[FaultCase, dict]) -> str:
     writer = csv.writer(file, lineterminator="\n")
     writer.writerow(
         ("group", "fault", "size", "unit", "motion", "estimator", "seed", "outcome", "largest_sigmas")
-        + ("wrong", "words_last_3_s", "words_before", "false_changes", "to_be_read")
+        + ("wrong", "words_last_3_s", "words_before", "false_changes", "to_be_read", "named", "cause")
     )
     for case, result in results.items():
         kind = KINDS[case.kind]
         wrong = " ".join(entry["name"] for entry in result["wrong"])
+        cause = result.get("named") or {"outcome": "", "sentence": ""}
         said = ("; ".join(result[name]) for name in ("words", "words_before"))
         writer.writerow(
             (kind.group, case.kind, f"{case.size:g}", kind.unit, case.motion, case.estimator, case.seed)
             + (result["outcome"], result["largest_sigmas"], wrong, *said, len(result["false_changes_s"]), kind.words)
+            + (cause["outcome"], cause["sentence"])
         )
     return file.getvalue()
 
 
 def render(settings: object, code: str, tallies: Sequence[EstimatorTally], results: Mapping[FaultCase, dict]) -> str:
     environment = templates("hexload.faults")
-    environment.filters |= {"counts": counts, "said": words_of}
+    environment.filters |= {"counts": counts, "said": words_of, "named": named_of, "sentence": sentence_of}
     figures = [to_html(outcome_figure(entry), f"{entry.estimator}-figure") for entry in tallies]
     return environment.get_template(TEMPLATE).render(
         settings=settings,

@@ -17,7 +17,7 @@ from hexload.campaign import cases, one_case, statistics
 from hexload.campaign.store import plain
 from hexload.errors import InputError
 from hexload.estimation import commission, firmware_run, rig_file, rig_model, rig_regression
-from hexload.faults import kinds, load_faults, machine_faults, recording, score, sensor_faults, timing_faults
+from hexload.faults import kinds, load_faults, machine_faults, naming, recording, score, sensor_faults, timing_faults
 from hexload.faults.kinds import KINDS, NONE
 from hexload.faults.recording import Recording
 from hexload.faults.score import Score, Told, Truth
@@ -41,11 +41,13 @@ class FaultCase:
     seed: int
     duration_s: float
     is_commissioned: bool = False
+    names_cause: bool = False
 
     @property
     def name(self) -> str:
         rig = "-rig" if self.is_commissioned else ""
-        return f"{self.kind}-{self.size:g}-{self.motion}-{self.estimator}-{self.seed}{rig}"
+        named = "-named" if self.names_cause else ""
+        return f"{self.kind}-{self.size:g}-{self.motion}-{self.estimator}-{self.seed}{rig}{named}"
 
 
 def is_possible(case: FaultCase) -> bool:
@@ -58,14 +60,15 @@ def is_possible(case: FaultCase) -> bool:
 @functools.cache
 def code_version() -> str:
     """Digest of what decides the score of a case: programs, modules, the platform of the cases."""
-    own = (kinds, load_faults, machine_faults, recording, score, sensor_faults, timing_faults)
+    own = (kinds, naming, load_faults, machine_faults, recording, score, sensor_faults, timing_faults)
     of_rigs = (commission, rig_file, rig_model, rig_regression)
     others = (cases, one_case, statistics, firmware_run, bound, *of_rigs)
     modules = [Path(module.__file__) for module in (*own, *others)]
     native = Path(project.native_module().__file__)
     machine = project.SCENARIOS / "platforms" / "paper.toml"
     digest = hashlib.sha256()
-    for path in (Path(__file__), *modules, native, project.simulator(), machine):
+    diagnosis = sorted(Path(naming.diagnose.__code__.co_filename).parent.glob("*.py"))
+    for path in (Path(__file__), *modules, *diagnosis, native, project.simulator(), machine):
         digest.update(path.read_bytes())
     return digest.hexdigest()[:16]
 
@@ -75,7 +78,9 @@ def run_fault(case: FaultCase, logs: Path) -> dict:
     base = clean_recording(case.motion, case.seed, case.duration_s, case.estimator, str(logs))
     faulty = KINDS[case.kind].apply(base, case.size, _random(case))
     rig = (lambda: _rig_file(case, logs)) if case.is_commissioned else None
-    return {"code": code_version(), "case": asdict(case), **plain(score_of(faulty, case.estimator, rig))}
+    named = asdict(naming.name_cause(faulty, base, case.kind)) if case.names_cause else None
+    scored = plain(score_of(faulty, case.estimator, rig))
+    return {"code": code_version(), "case": asdict(case), **scored, "named": named}
 
 
 def score_of(faulty: Recording, estimator: str, rig: Callable[[], Path] | None = None) -> Score:

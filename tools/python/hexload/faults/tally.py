@@ -22,6 +22,8 @@ class Tally:
     words: dict[str, int]  # of the last 3 s, in how many runs; the most frequent ones
     wrong: dict[str, int]  # parameters of silent and weak runs, in how many; the most frequent first
     largest_percent: float | None  # error of silent runs, of the scale
+    named: dict[str, int]  # naming's outcomes; empty: causes were not asked for
+    sentences: dict[str, int]  # that name the first cause, the most frequent ones
 
     def share(self, outcome: str) -> float:
         return self.outcomes[outcome] / self.runs
@@ -83,6 +85,7 @@ def _of_cases(label: str, results: Sequence[dict]) -> Tally:
     words = Counter(word for result in results for word in result["words"])
     trusted = [result for result in results if result["outcome"] in ("silent", "weak")]
     wrong = Counter(entry["name"] for result in trusted for entry in result["wrong"])
+    asked = [result["named"] for result in results if result.get("named") is not None]
     errors = [entry["percent"] for result in trusted for entry in result["wrong"] if result["outcome"] == "silent"]
     return Tally(
         label,
@@ -92,4 +95,6 @@ def _of_cases(label: str, results: Sequence[dict]) -> Tally:
         dict(words.most_common(MOST_WORDS)),
         dict(wrong.most_common()),
         max((error for error in errors if error is not None), default=None),
+        dict(Counter(named["outcome"] for named in asked)),
+        dict(Counter(named["sentence"] for named in asked if named["sentence"]).most_common(MOST_WORDS)),
     )

@@ -38,11 +38,12 @@ class FaultSettings:
     duration_s: float
     one_size: bool  # the middle one of each kind
     is_commissioned: bool  # each machine, with its fault
+    names_causes: bool  # each log is diagnosed
 
     def cases(self) -> list[FaultCase]:
         """Those that share a clean run, one after the other."""
         cases = [
-            FaultCase(name, size, motion, estimator, seed, self.duration_s, self.is_commissioned)
+            FaultCase(name, size, motion, estimator, seed, self.duration_s, self.is_commissioned, self.names_causes)
             for seed in range(self.seed, self.seed + self.runs)
             for motion in self.motions
             for estimator in self.estimators
@@ -64,8 +65,11 @@ def settings_of(
     seed: int,
     quick: bool,
     is_commissioned: bool = False,
+    names_causes: bool = False,
 ) -> FaultSettings:
     """Of the options as they are given. Raises InputError."""
+    if is_commissioned and names_causes:
+        raise InputError("--name-causes: found it with --rig, expected one of the two: a rig file explains the faults")
     return FaultSettings(
         kinds=_parse_kinds(kinds),
         motions=_parse("--motion", motions, MOTIONS, MOTIONS),
@@ -75,6 +79,7 @@ def settings_of(
         duration_s=DURATION_S,
         one_size=quick,
         is_commissioned=is_commissioned,
+        names_causes=names_causes,
     )
 
 

@@ -12,6 +12,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from hexload.diagnosis.diagnose import Diagnosis
 from hexload.errors import InputError
 from hexload.estimation import load_summary
 from hexload.estimation.firmware_run import load_platform, native_firmware, run_firmware
@@ -62,6 +63,7 @@ class LoadEstimate:
     changes_s: list[float]  # when it has detected another load
     verdict: str
     mend: str  # what to do about a verdict that the machine causes; empty when it does not
+    diagnosis: Diagnosis | None  # of a replayed log
     nis: nis.NisSummary
     health_ticks: dict[str, int]
     samples: int
@@ -101,6 +103,8 @@ def of_replay(result: dict, log: LegLog, known_mass_kg: float | None) -> tuple[L
 
 def _estimate(result: dict, known_mass_kg: float | None, run: Run | None) -> LoadEstimate:
     numbers = load_summary.parameters(result)
+    diagnosis = result.get("diagnosis")
+    cause = None if diagnosis is None or diagnosis.cause is None else diagnosis.cause.sentence
     load = None if run is None else run.final_load
     return LoadEstimate(
         parameters=_parameter_rows(numbers[:TEN], None if load is None else np.array(load["theta"])),
@@ -118,7 +122,9 @@ def _estimate(result: dict, known_mass_kg: float | None, run: Run | None) -> Loa
             result["verdict"][-1],
             result.get("has_rig", False),
             result.get("input_words", result["input_fault"]),
+            cause,
         ),
+        diagnosis=diagnosis,
         nis=nis.summarise(result["t"], result["nis"], nis.LOAD_MEASUREMENTS),
         health_ticks=result["health_counts"],
         samples=len(result["t"]),

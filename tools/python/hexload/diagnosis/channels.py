@@ -1,0 +1,392 @@
+"""What each sensor's own samples tell: rows held, frozen, missing; values stuck, cut off, in steps, with spikes, hum, noise.
+
+Third differences leave of a smooth signal next to nothing and of white noise twenty times its variance; their median
+gives the noise, whatever few values do.
+"""
+
+from collections.abc import Iterator
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hexload.diagnosis.dynamics import Machine
+from hexload.diagnosis.finding import CHANNELS, Finding, legs_in_words
+from hexload.diagnosis.record import LEGS, LONG_GAP, Record
+from hexload.io.log_file import LegLog
+
+Array = NDArray[np.float64]
+
+THIRD = np.sqrt(20.0)  # of the noise, in third differences
+MAD = 1.4826  # standard deviations per median absolute value
+SLOW_S, HARMFUL_S = 2.5e-3, 10e-3
+MISSING_SHARE = 5e-4
+CLOCK_SHARE = 0.25  # of a gap's way that the legs have moved, below which it is the clock that has jumped
+STUCK_S, FROZEN_S = 0.05, 0.03
+HELD_SHARE, REPEATED_SHARE = 0.4, 0.003
+STEPS_IN_SIGMAS = 0.9
+SPIKE_SIGMAS, SPIKES = 9.0, 3
+LIMIT_HITS = 12
+LEAST_NOISE = 0.4
+KEYS = {"displacement": "displacement_m", "velocity": "velocity_m_s", "force": "force_n"}
+NOISE_RATIO = (0.6, 1.6)
+JITTER_RATIO = 1.15
+HUM_HZ = 25.0
+HUM_POWER = 60.0  # of a line over the noise beside it
+HUM_SIGMAS = 0.5  # of a sample: less does no harm
+STEADY = 0.6  # of the smaller half's amplitude to the larger one's
+
+
+def look_at(record: Record, machine: Machine) -> Iterator[Finding]:
+    log = record.raw
+    yield from _rows(log)
+    for name in CHANNELS:
+        if name != "velocity" or record.velocity_m_s is not None:
+            yield from _missing(name, _values(log, name))
+    frozen = list(_repeats(log))
+    yield from frozen
+    if frozen:
+        return
+    jitter = list(_jitter(record, machine))
+    yield from jitter
+    noise: dict[str, float] = {}
+    for name in CHANNELS:
+        values = _values(log, name)
+        if not np.isfinite(values).any() or (name == "velocity" and record.velocity_m_s is None):
+            continue
+        stated = sigma_of(machine, name)
+        clean = np.stack(
+            [np.interp(log.t_s, log.t_s[np.isfinite(leg)], leg[np.isfinite(leg)]) for leg in values.T], axis=1
+        )
+        yield from _stops(name, log.t_s, clean)
+        steps = list(_steps(name, clean, stated))
+        yield from steps
+        if not steps and not _is_held(clean) and record.dt_s < SLOW_S:
+            yield from _spikes(name, clean, stated)
+            yield from _hum(name, clean, stated, record.dt_s)
+            noise[name] = float(np.median(noise_of(clean))) / stated
+    yield from _noise(noise)
+
+
+def sigma_of(machine: Machine, channel: str) -> float:
+    return {
+        "displacement": machine.displacement_sigma_m,
+        "velocity": machine.velocity_sigma_m_s,
+        "force": machine.force_sigma_n,
+    }[channel]
+
+
+def with_own_noise(record: Record, machine: Machine) -> Machine:
+    """Sigmas as the samples show them; a filter or coarse steps may hide them, so not much less than is stated."""
+    own = {}
+    for channel, key in zip(CHANNELS, ("displacement_sigma_m", "velocity_sigma_m_s", "force_sigma_n"), strict=True):
+        values, stated = getattr(record, KEYS[channel]), sigma_of(machine, channel)
+        if values is not None:
+            own[key] = max(float(np.median(noise_of(values))), LEAST_NOISE * stated)
+    return replace(machine, **own)
+
+
+def noise_of(values: Array) -> Array:
+    """(6,) standard deviations of white noise."""
+    return MAD * np.median(np.abs(np.diff(values, 3, axis=0)), axis=0) / THIRD
+
+
+def _values(log: LegLog, channel: str) -> Array:
+    return getattr(log, KEYS[channel])
+
+
+def _unit(channel: str) -> str:
+    return {"displacement": "m", "velocity": "m/s", "force": "N"}[channel]
+
+
+def _rows(log: LegLog) -> Iterator[Finding]:
+    periods = np.diff(log.t_s)
+    dt_s = float(np.median(periods))
+    gaps = np.flatnonzero(periods > LONG_GAP * dt_s)
+    lost = int(np.sum(np.round(periods[periods > 1.5 * dt_s] / dt_s) - 1))
+    if len(gaps) and (jump := _clock_jump(log, gaps[np.argmax(periods[gaps])], dt_s)) is not None:
+        yield jump
+    elif lost > MISSING_SHARE * len(log.t_s):
+        longest = float(periods.max())
+        yield Finding(
+            "samples missing",
+            f"{lost} samples are missing, {longest:.3f} s at most in a row",
+            "look at the link",
+            size=lost / len(log.t_s),
+        )
+    if dt_s > SLOW_S:
+        words = f"rows come every {1e3 * dt_s:.3g} ms only"
+        mend = "log at the controller's period: shocks and changes of the load are over before they are seen"
+        yield Finding("sampling", words, mend, size=dt_s, unit="s", is_harmless=dt_s < HARMFUL_S)
+
+
+def _clock_jump(log: LegLog, row: int, dt_s: float) -> Finding | None:
+    """Whether the legs have gone on as if no time had passed."""
+    way = log.displacement_m[row + 1] - log.displacement_m[row]
+    speeds = [np.diff(part, axis=0).mean(axis=0) / dt_s for part in _around(log.displacement_m, row)]
+    gap_s = float(log.t_s[row + 1] - log.t_s[row])
+    expected = 0.5 * (speeds[0] + speeds[1]) * gap_s
+    size = float(np.sqrt(np.mean(expected**2)))
+    if size < 1e-4 or np.sqrt(np.mean(way**2)) > CLOCK_SHARE * size:
+        return None
+    return Finding(
+        "clock jumped",
+        f"at {log.t_s[row]:.3f} s the time goes on by {gap_s:.3f} s and the legs do not: the clock has jumped",
+        "look at the source of the times",
+        size=gap_s,
+        unit="s",
+    )
+
+
+def _around(values: Array, row: int) -> tuple[Array, Array]:
+    return values[max(0, row - 10) : row + 1], values[row + 1 : row + 12]
+
+
+def _missing(name: str, values: Array) -> Iterator[Finding]:
+    share = np.isnan(values).mean(axis=0)
+    legs = tuple(np.flatnonzero(share > MISSING_SHARE).tolist())
+    if legs:
+        yield Finding(
+            f"{name} missing",
+            f"{legs_in_words(legs)}: {100.0 * share.max():.2g} % of the {name} values are missing",
+            "look at the sensor and its cable",
+            legs,
+            float(share.max()),
+        )
+
+
+def _repeats(log: LegLog) -> Iterator[Finding]:
+    """Rows that are those before; of all channels, or of one."""
+    same = {name: (np.diff(_values(log, name), axis=0) == 0.0).all(axis=1) for name in CHANNELS}
+    if not np.isfinite(log.velocity_m_s).any():
+        del same["velocity"]
+    every = np.logical_and.reduce(list(same.values()))
+    dt_s = float(np.median(np.diff(log.t_s)))
+    longest, at = _longest_run(every)
+    if every.mean() > HELD_SHARE and longest * dt_s < FROZEN_S:
+        yield _held("samples", every)
+    elif longest * dt_s > FROZEN_S:
+        yield Finding(
+            "samples frozen",
+            f"from {log.t_s[at]:.3f} s on all channels stand still for {longest * dt_s:.3f} s",
+            "look at the source of the samples",
+            size=longest * dt_s,
+            unit="s",
+        )
+    elif every.mean() > REPEATED_SHARE:
+        yield Finding(
+            "samples repeated",
+            f"{100.0 * every.mean():.2g} % of the samples repeat the one before under a new time",
+            "look at the source: it holds its rows, or is slower than the sampling period",
+            size=float(every.mean()),
+        )
+    else:
+        for name, rows in same.items():
+            if rows.mean() > HELD_SHARE and not np.unique(_values(log, name)[:, 0]).size < 0.01 * len(rows):
+                yield _held(name, rows)
+
+
+def _held(name: str, rows: NDArray[np.bool_]) -> Finding:
+    ticks = 1.0 / max(1.0 - rows.mean(), 1e-3)
+    what = "samples" if name == "samples" else f"{name} channels"
+    return Finding(
+        f"{name} held",
+        f"{what} are held: new values every {ticks:.2g} rows only",
+        "send them at the sampling period, or log them with their true times",
+        size=float(ticks),
+        unit="rows",
+    )
+
+
+def _is_held(values: Array) -> bool:
+    return bool((np.diff(values, axis=0) == 0.0).all(axis=1).mean() > HELD_SHARE)
+
+
+def _longest_run(marks: NDArray[np.bool_]) -> tuple[int, int]:
+    """Length and first index."""
+    edges = np.diff(np.concatenate([[0], marks.astype(np.int8), [0]]))
+    starts, ends = np.flatnonzero(edges == 1), np.flatnonzero(edges == -1)
+    if len(starts) == 0:
+        return 0, 0
+    longest = int((ends - starts).argmax())
+    return int(ends[longest] - starts[longest]), int(starts[longest])
+
+
+def _stops(name: str, t_s: Array, values: Array) -> Iterator[Finding]:
+    """One leg's values stand still, at a limit or elsewhere, while those of others change."""
+    dt_s = float(np.median(np.diff(t_s)))
+    still = np.diff(values, axis=0) == 0.0
+    for leg in range(LEGS):
+        others = np.delete(still, leg, axis=1).sum(axis=1) < 3
+        longest, at = _longest_run(still[:, leg] & others)
+        at_limits = [int((values[:, leg] == limit).sum()) for limit in _limits(values[:, leg])]
+        low, high = at_limits
+        is_limit = max(at_limits) > LIMIT_HITS and len(np.unique(values[:, leg])) > 0.2 * len(values)
+        stands = values[at, leg]
+        is_stop = longest * dt_s > STUCK_S and (
+            stands not in _limits(values[:, leg]) or _jumps_off(values[:, leg], at + longest)
+        )
+        if is_limit and stands != 0.0 and not is_stop:
+            limit = values[:, leg].max() if high >= low else values[:, leg].min()
+            yield Finding(
+                f"{name} saturated",
+                f"leg {leg + 1}: {name} is cut off at {limit:.4g} {_unit(name)}",
+                f"look at the range of its {name} sensor",
+                (leg,),
+                float(limit),
+                _unit(name),
+                is_input=True,
+            )
+        elif longest * dt_s > STUCK_S:
+            dead = stands == 0.0
+            what = "shows nothing but zero" if dead else f"stands still at {stands:.4g} {_unit(name)}"
+            yield Finding(
+                f"{name} dead" if dead else f"{name} stuck",
+                f"leg {leg + 1}: {name} {what} for {longest * dt_s:.3f} s from {t_s[at]:.3f} s on",
+                f"look at its {name} sensor and the cable",
+                (leg,),
+                longest * dt_s,
+                "s",
+                is_input=True,
+            )
+
+
+def _limits(values: Array) -> tuple[float, float]:
+    return float(values.min()), float(values.max())
+
+
+def _jumps_off(values: Array, last: int) -> bool:
+    """What is cut off goes on where it stood; a sensor that has stood still, where the machine is by then."""
+    if last + 1 >= len(values):
+        return True
+    usual = np.quantile(np.abs(np.diff(values)), 0.999)
+    return bool(abs(values[last + 1] - values[last]) > 3.0 * usual)
+
+
+def _steps(name: str, values: Array, stated: float) -> Iterator[Finding]:
+    """The same grid on all legs, coarser than the noise."""
+    grids = []
+    for leg in values.T:
+        levels = np.unique(leg)
+        gaps = np.diff(levels)
+        step = float(np.median(gaps)) if len(gaps) else 0.0
+        is_grid = (
+            step > STEPS_IN_SIGMAS * stated and np.mean(np.abs(gaps / step - np.round(gaps / step)) < 0.02) > 0.999
+        )
+        grids.append(step if is_grid else 0.0)
+    if min(grids) > 0.0:
+        step = float(np.median(grids))
+        yield Finding(
+            f"{name} steps",
+            f"{name} channels come in steps of {step:.3g} {_unit(name)}, {step / stated:.2g} of the stated sigmas",
+            f"log more digits, or state a {name} sigma of {step / np.sqrt(12.0):.2g} {_unit(name)}",
+            size=step,
+            unit=_unit(name),
+        )
+
+
+def _spikes(name: str, values: Array, stated: float) -> Iterator[Finding]:
+    """Single values far off both neighbours, which agree."""
+    change = np.diff(values, axis=0)
+    sigma = np.maximum(noise_of(values), stated / 2.0)
+    up, down = change[:-1], -change[1:]
+    limit = SPIKE_SIGMAS * sigma
+    is_spike = (np.minimum(np.abs(up), np.abs(down)) > limit) & (up * down > 0.0)
+    is_spike &= np.abs(up - down) < 0.7 * np.abs(up + down)
+    counts = is_spike.sum(axis=0)
+    legs = tuple(np.flatnonzero(counts >= SPIKES).tolist())
+    if 0 < len(legs) < LEGS:
+        size = max(float(np.median(np.abs(up[is_spike[:, leg], leg]))) for leg in legs)
+        share = float(counts.max()) / len(values)
+        yield Finding(
+            f"{name} spikes",
+            f"{legs_in_words(legs)}: {name} has spikes of about {size:.2g} {_unit(name)} in {100.0 * share:.2g} % of the samples",
+            f"look at cable and shielding of its {name} sensor",
+            legs,
+            size,
+            _unit(name),
+        )
+
+
+def _hum(name: str, values: Array, stated: float, dt_s: float) -> Iterator[Finding]:
+    rows = len(values)
+    frequency = np.fft.rfftfreq(rows, dt_s)
+    window = np.hanning(rows)[:, None]
+    power = np.abs(np.fft.rfft(window * np.diff(values, 2, axis=0, prepend=values[:2]), axis=0)) ** 2
+    power = (power / np.maximum(frequency, 1.0)[:, None] ** 4).sum(axis=1)
+    fast = np.flatnonzero(frequency > HUM_HZ)
+    if len(fast) < 200:
+        return
+    level = np.array([np.median(part) for part in np.array_split(power[fast], 50)])
+    floor = np.concatenate([np.full(len(part), value) for part, value in zip(np.array_split(fast, 50), level)])
+    best = int((power[fast] / floor).argmax())
+    if power[fast][best] < HUM_POWER * floor[best] / np.log(2.0):
+        return
+    hz = float(frequency[fast][best])
+    half = rows // 2
+    sizes = [_line(part, hz, dt_s) for part in (values[:half], values[half : 2 * half])]
+    if min(sizes) < max(STEADY * max(sizes), HUM_SIGMAS * stated):
+        return  # a shock that rings, or a machine
+    size = float(np.mean(sizes))
+    yield Finding(
+        f"{name} hum",
+        f"{name} channels hum at {hz:.2f} Hz with {size:.2g} {_unit(name)}",
+        "look at grounding and shielding",
+        size=hz,
+        unit="Hz",
+    )
+
+
+def _line(values: Array, hz: float, dt_s: float) -> float:
+    """Amplitude, the legs' median."""
+    window = np.hanning(len(values))[:, None]
+    wave = np.exp(-2j * np.pi * hz * dt_s * np.arange(len(values)))[:, None]
+    return float(np.median(2.0 * np.abs(((values - values.mean(axis=0)) * window * wave).sum(axis=0)) / window.sum()))
+
+
+def _noise(ratios: dict[str, float]) -> Iterator[Finding]:
+    """Noise that is not the stated one; alike on all channels it is the statement."""
+    off = {name: ratio for name, ratio in ratios.items() if not NOISE_RATIO[0] < ratio < NOISE_RATIO[1]}
+    if len(off) == len(ratios) > 1 and max(off.values()) < 1.3 * min(off.values()):
+        ratio = float(np.mean(list(off.values())))
+        yield Finding(
+            "stated noise",
+            f"all channels have {ratio:.2g} times the noise that the platform file states",
+            "correct its [sensors]",
+            size=ratio,
+            is_harmless=ratio < 1.0,
+        )
+        return
+    for name, ratio in off.items():
+        yield Finding(
+            f"{name} noise",
+            f"{name} channels have {ratio:.2g} times the noise that the platform file states",
+            "correct its [sensors]" if ratio < 1.0 else "correct its [sensors], or look at the sensors",
+            size=ratio,
+            is_harmless=ratio < 1.0,
+        )
+
+
+def _jitter(record: Record, machine: Machine) -> Iterator[Finding]:
+    """Rows read at another time than they tell: displacements are off together, in proportion to their speeds."""
+    if record.velocity_m_s is None or not record.is_known.all():
+        return
+    noise = np.diff(record.displacement_m, 3, axis=0)
+    speed = record.velocity_m_s[1:-2]
+    size = np.sqrt((speed**2).sum(axis=1))
+    moving = size > np.median(size)
+    if np.median(size) < 10.0 * machine.velocity_sigma_m_s:
+        return
+    along = (noise * speed).sum(axis=1)[moving] / size[moving]
+    all_of_it = (noise[moving] ** 2).sum(axis=1)
+    across = (all_of_it - along**2).mean() / (LEGS - 1)
+    ratio = float((along**2).mean() / across)
+    if ratio > JITTER_RATIO:
+        jitter_s = np.sqrt(((along**2).mean() - across) / (20.0 * (size[moving] ** 2).mean()))
+        yield Finding(
+            "jitter",
+            f"samples are read {1e3 * jitter_s:.2g} ms off the times that they tell",
+            "look at the sampling: all channels at the same instant, once per period",
+            size=float(jitter_s),
+            unit="s",
+        )

@@ -1,0 +1,173 @@
+"""One log, one machine: the ranked list of what is wrong, in words and numbers."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from hexload.diagnosis import channels, kinematics, phrases, sensors, wiring
+from hexload.diagnosis.bank import Bank
+from hexload.diagnosis.dynamics import Machine, dynamics_of
+from hexload.diagnosis.finding import Finding, legs_in_words
+from hexload.diagnosis.record import Record, record_of
+from hexload.diagnosis.search import explain
+from hexload.io.log_file import LegLog
+
+GROSS = 30.0  # misfit from which the wiring is looked at
+CLEARLY = 0.01  # of it, that another wiring of the forces leaves, and no other cause need be looked for
+PARTS = 3  # of the record, that are looked at by themselves
+REWIRED = 0.2  # of the misfit, that another wiring leaves at most
+LIGHT = 0.9  # of the empty platform's mass: less is no load
+MINOR = ("sampling", " noise", " hum", " missing", " repeated")
+HOPELESS = ("samples frozen", "samples shuffled")  # no motion to compare forces with
+TOLD_S = 0.2  # between a change here and an estimator's
+
+
+@dataclass(frozen=True)
+class Diagnosis:
+    findings: tuple[Finding, ...]  # the most likely cause first; empty: nothing is wrong that the log can tell
+    load_changes: tuple[Finding, ...]
+    misfit: float  # mean square of what a free load leaves of the forces, in the sensors' noise; nan: not known
+    left: float  # the same with the causes
+    untold: int  # numberings of the legs that this machine cannot tell from the right one
+
+    @property
+    def cause(self) -> Finding | None:
+        """The most likely one that does harm."""
+        return next((finding for finding in self.findings if not finding.is_harmless), None)
+
+    @property
+    def input_words(self) -> str:
+        """Of the first that makes the input unfit for any estimate."""
+        return next((finding.sentence for finding in self.findings if finding.is_input), "")
+
+
+def diagnose(log: LegLog, machine: Machine, told_changes_s: Sequence[float] = ()) -> Diagnosis:
+    """`told_changes_s`: when an estimator has detected another load. A log that is too short has no findings."""
+    untold = len(wiring.untold(machine.geometry))
+    try:
+        record = record_of(log)
+    except ValueError:
+        return Diagnosis((), (), np.nan, np.nan, untold)
+    of_channels = list(channels.look_at(record, machine))
+    stated, machine = machine, channels.with_own_noise(record, machine)
+    minor = [each for each in of_channels if each.cause.endswith(MINOR) and not _is_much(each)]
+    major = [each for each in of_channels if each not in minor]
+    if any(each.is_input or each.cause in HOPELESS for each in major):
+        return Diagnosis((*major, *minor), (), np.nan, np.nan, untold)
+    of_sensors, record = _sensors(record, stated)
+    found = _forces(record, machine, told_changes_s)
+    if record.velocity_m_s is not None:
+        found = replace(found, findings=tuple(phrases.with_velocities(each) for each in found.findings))
+    scaled = [each.cause.split()[0] for each in of_sensors if each.cause.endswith(" unit")]
+    minor = [each for each in minor if each.cause.split()[0] not in scaled]
+    return replace(found, findings=(*major, *of_sensors, *found.findings, *minor), untold=untold)
+
+
+def _is_much(finding: Finding) -> bool:
+    return finding.cause.endswith("missing") and finding.size > 0.1
+
+
+def _sensors(record: Record, machine: Machine) -> tuple[list[Finding], Record]:
+    smooth = kinematics.smooth_of(record)
+    if smooth is None or (found := kinematics.compare(record, smooth, machine)) is None:
+        return [], record
+    checked = sensors.check(record, found, machine, lambda other: wiring.misfit(other, machine))
+    return checked.findings, checked.record
+
+
+def _forces(record: Record, machine: Machine, told_s: Sequence[float]) -> Diagnosis:
+    try:
+        d = dynamics_of(record, machine)
+    except ValueError:
+        finding = _no_pose(record, machine)
+        return Diagnosis((finding,), (), np.nan, np.nan, 0)
+    bank = Bank(d, [np.ones(len(d.smooth.t_s))])
+    if bank.theta()[0, 0] < LIGHT * machine.own_theta[0]:
+        words = f"the legs carry {bank.theta()[0, 0]:.3g} kg, less than the empty platform"
+        unit = Finding("force unit", words, "check the forces' unit (N) and sign", is_input=True)
+        return Diagnosis((unit,), (), bank.left / bank.rows, np.nan, 0)
+    misfit = bank.left / bank.rows
+    parts = [record, *_ends(record)] if misfit > GROSS else []
+    for part in parts:
+        if (forces := _forces_rewired(part, machine)) is not None:
+            return Diagnosis((_rewired(forces),), (), misfit, forces.left, 0)
+    found = explain(d, told_s)
+    if found.left > GROSS:
+        for part in parts[1:]:
+            if (legs := _legs_rewired(part, machine, found.left)) is not None:
+                return Diagnosis((_rewired(legs),), (), misfit, legs.left, 0)
+    pairs = zip(found.selected, found.alternatives, strict=True)
+    causes = [phrases.finding_of(*pair, machine.force_sigma_n) for pair in pairs]
+    changes = [
+        phrases.change_in_words(change, any(abs(change.at_s - told) < TOLD_S for told in told_s))
+        for change in found.changes
+    ]
+    return Diagnosis(tuple(causes), tuple(changes), found.misfit, found.left, 0)
+
+
+def _ends(record: Record) -> list[Record]:
+    """First and last part: a load that changes in mid-run is one load in each."""
+    rows = len(record.t_s) // PARTS
+    parts = []
+    for inside in (slice(0, rows), slice(len(record.t_s) - rows, None)):
+        names = ("t_s", "displacement_m", "force_n", "is_known")
+        parts.append(replace(record, **{name: getattr(record, name)[inside] for name in names}))
+    return parts
+
+
+def _forces_rewired(record: Record, machine: Machine) -> wiring.Rewired | None:
+    """Another wiring of the forces that leaves next to nothing, where the log's own leaves much."""
+    try:
+        d = dynamics_of(record, machine)
+    except ValueError:
+        return None
+    bank = Bank(d, [np.ones(len(d.smooth.t_s))])
+    best = wiring.best_forces(bank) if bank.left > GROSS * bank.rows else None
+    return best if best is not None and best.left < CLEARLY * bank.left / bank.rows else None
+
+
+def _legs_rewired(record: Record, machine: Machine, left: float) -> wiring.Rewired | None:
+    best = wiring.best_legs(record, machine)
+    own = min(wiring.misfit(record, machine), left)
+    return best if best is not None and best.left < REWIRED * own else None
+
+
+def _rewired(best: wiring.Rewired) -> Finding:
+    who = legs_in_words(best.legs)
+    order = ", ".join(str(leg + 1) for leg in best.order)
+    words = {
+        "force swapped": f"the force sensors of {who} are swapped"
+        if len(best.legs) == 2
+        else f"the forces are those of legs {order}",
+        "force sign": f"{who}: force has the wrong sign",
+        "legs exchanged": f"{who} are exchanged in all channels",
+        "displacement swapped": f"the displacement sensors of {who} are swapped",
+        "legs renumbered": f"the legs are counted from another one: the channels are those of legs {order}",
+        "legs mirrored": f"the legs are counted the other way round: the channels are those of legs {order}",
+    }[best.cause]
+    return Finding(best.cause, words, "check the wiring against the platform file", best.legs, is_input=True)
+
+
+def _no_pose(record: Record, machine: Machine) -> Finding:
+    reach = float(np.ptp(record.displacement_m, axis=0).max())
+    if reach > 1.5 * float(machine.geometry.home_leg_length_m.mean()):
+        words = f"displacements reach over {reach:.3g} m, more than a leg is long"
+        return Finding("displacement unit", words, "check their unit (m)", is_input=True)
+    if (finding := _pose_sign(record, machine)) is not None:
+        return finding
+    words = "displacements are those of no pose of this machine"
+    return Finding(
+        "no pose", words, "check their order, signs and zeros, and [geometry] of the platform file", is_input=True
+    )
+
+
+def _pose_sign(record: Record, machine: Machine) -> Finding | None:
+    for leg in range(6):
+        flip = np.where(np.arange(6) == leg, -1.0, 1.0)
+        if wiring.misfit(replace(record, displacement_m=record.displacement_m * flip), machine) < np.inf:
+            words = f"leg {leg + 1}: displacement has the wrong sign"
+            return Finding(
+                "displacement sign", words, "check the wiring of its displacement sensor", (leg,), is_input=True
+            )
+    return None

@@ -1,0 +1,132 @@
+"""Forces against the motion: what is left of the leg forces when the load is free, as a whitened regression.
+
+Leg forces and every column pass the same zero-phase low-pass; the motion is the displacements'. With the orthonormal
+cosine transform of the record, terms below BAND_HZ, white noise of the sensors becomes white, and the second derivative
+that turns a displacement's noise into a force's becomes a factor: of the term at f the six legs' noise has the covariance
+
+    sigma_f^2 E + (sigma_d (2 pi f)^2)^2 K K^T        K: leg forces per leg acceleration, at home
+
+by which its rows are whitened. Rows around gaps and load changes are faded out in time, model and forces alike.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hexload.diagnosis.record import LEGS, Record
+from hexload.diagnosis.spectral import cosine_hz, cosines, low_pass
+from hexload.estimation import rig_model
+from hexload.estimation.rig_model import Geometry, LegMotion
+
+Array = NDArray[np.float64]
+
+ROW_S = 0.024
+LOW_PASS_HZ = 12.0
+BAND_HZ = 8.0
+EDGE_S = 0.3  # of the record: there the filter still feels its ends
+FADE_S = 0.15  # beside what is faded out
+TEN = 10
+LEAST_ROWS = 60
+WHITENINGS = 3  # the load's inertia makes noise of forces of that of displacements
+
+
+@dataclass(frozen=True)
+class Machine:
+    """What is known of the rig, and its sensors."""
+
+    geometry: Geometry
+    gravity_m_s2: Array  # (3,), base axes
+    own_theta: Array  # (10,) of the empty platform
+    displacement_sigma_m: float
+    velocity_sigma_m_s: float
+    force_sigma_n: float
+
+
+@dataclass(frozen=True)
+class Smooth:
+    """The record below LOW_PASS_HZ, ROW_S apart, without its edges."""
+
+    t_s: Array  # (n,)
+    dt_s: float
+    displacement: Array  # (n, 6)
+    speed: Array
+    acceleration: Array
+    jerk: Array
+    force: Array
+    force_rate: Array
+    fade: Array  # (n,), 0 to 1
+    step: int  # of the record's rows
+
+
+@dataclass(frozen=True)
+class Dynamics:
+    machine: Machine
+    record: Record
+    smooth: Smooth
+    motion: LegMotion
+    of_body: Array  # (n, 6, 10)
+    whiteners: Array  # (terms, 6, 6)
+    hz: Array  # (terms,)
+
+    def whitened(self, columns: Array) -> Array:
+        """(6 terms, k) of columns in leg forces, (n, 6, k)."""
+        terms = cosines(columns * self.smooth.fade[:, None, None], len(self.hz))
+        return (self.whiteners @ terms).reshape(-1, columns.shape[2])
+
+    def faded(self, fade: Array) -> "Dynamics":
+        return replace(self, smooth=replace(self.smooth, fade=self.smooth.fade * fade))
+
+
+def dynamics_of(record: Record, machine: Machine) -> Dynamics:
+    """Raises ValueError when the displacements are those of no pose, or the record is too short."""
+    smooth = smooth_record(record)
+    if len(smooth.t_s) < LEAST_ROWS:
+        raise ValueError("too short a record")
+    motion = rig_model.motion_of_legs(machine.geometry, smooth.displacement, smooth.speed, smooth.acceleration)
+    of_body = rig_model.body_forces(motion, machine.gravity_m_s2)
+    count = min(len(smooth.t_s) // 2, int(2 * len(smooth.t_s) * smooth.dt_s * BAND_HZ))
+    hz = cosine_hz(count, len(smooth.t_s), smooth.dt_s)
+    theta = machine.own_theta
+    for _ in range(WHITENINGS):
+        masses = rig_model.leg_masses(machine.geometry, _possible(theta, machine.own_theta))
+        whiteners = _whiteners(machine, masses, hz, smooth.step)
+        found = Dynamics(machine, record, smooth, motion, of_body, whiteners, hz)
+        rows, forces = found.whitened(of_body), found.whitened(smooth.force[:, :, None])[:, 0]
+        theta = np.linalg.lstsq(rows, forces, rcond=1e-10)[0]
+    return found
+
+
+def _possible(theta: Array, own: Array) -> Array:
+    """Only a scale for noise: theta, or the platform where theta is no body's."""
+    return theta if theta[0] > 0.5 * own[0] and (theta[4:7] > 0.5 * own[4:7]).all() else own
+
+
+def smooth_record(record: Record) -> Smooth:
+    step = max(1, round(ROW_S / record.dt_s))
+    dt_s = step * record.dt_s
+    hz = min(LOW_PASS_HZ, 0.3 / record.dt_s)
+    d = low_pass(record.displacement_m, record.dt_s, hz, 3, step)
+    f = low_pass(record.force_n, record.dt_s, hz, 1, step)
+    edge = max(1, round(EDGE_S / dt_s))
+    inner = slice(edge, len(d[0]) - edge)
+    fade = fade_around(record.t_s[::step], record.t_s[~record.is_known])
+    return Smooth(record.t_s[::step][inner], dt_s, *(part[inner] for part in (*d, *f)), fade[inner], step)
+
+
+def fade_around(t_s: Array, hidden_s: Array) -> Array:
+    """0 at the hidden moments, rising to 1 over FADE_S beside each."""
+    if len(hidden_s) == 0:
+        return np.ones(len(t_s))
+    after = np.clip(np.searchsorted(hidden_s, t_s), 1, len(hidden_s)) - 1
+    before = np.clip(after + 1, 0, len(hidden_s) - 1)
+    near = np.minimum(np.abs(t_s - hidden_s[after]), np.abs(t_s - hidden_s[before]))
+    share = np.clip((near - 0.3 * FADE_S) / (0.7 * FADE_S), 0.0, 1.0)
+    return 0.5 - 0.5 * np.cos(np.pi * share)
+
+
+def _whiteners(machine: Machine, masses: Array, hz: Array, step: int) -> Array:
+    of_motion = (machine.displacement_sigma_m * (2.0 * np.pi * hz) ** 2) ** 2
+    covariance = machine.force_sigma_n**2 * np.eye(LEGS) + of_motion[:, None, None] * (masses @ masses.T)
+    values, vectors = np.linalg.eigh(covariance / step)
+    return (vectors / np.sqrt(values)[:, None, :]) @ np.swapaxes(vectors, 1, 2)

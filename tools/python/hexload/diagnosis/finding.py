@@ -1,0 +1,36 @@
+"""What the diagnosis hands on: a cause with its size, how sure it is, what it does, and the sentence that says so."""
+
+from dataclasses import dataclass
+
+LEGS = 6
+CHANNELS = ("displacement", "velocity", "force")
+
+
+@dataclass(frozen=True)
+class Finding:
+    cause: str  # a key: "dry friction", "velocity swapped", ...
+    words: str  # the sentence
+    mend: str  # what to do
+    legs: tuple[int, ...] = ()  # from 0; empty: all, or none in particular
+    size: float = float("nan")  # of the cause, in `unit`
+    unit: str = ""
+    sigmas: float = float("inf")  # how far beyond chance; inf: counted, not estimated
+    rms_n: float = float("nan")  # what it does to the leg forces, beyond what the load can explain
+    mass_kg: float = float("nan")  # by which the load's mass goes off when it is left out
+    share: float = float("nan")  # of the residual's sum of squares
+    alternatives: tuple[str, ...] = ()  # causes that explain as much
+    is_harmless: bool = False  # as far as the log tells: nothing to do
+    is_input: bool = False  # channels are not what they are taken for: no estimate of this log is to be believed
+
+    @property
+    def sentence(self) -> str:
+        return f"{self.words}; {self.mend}" if self.mend else self.words
+
+
+def legs_in_words(legs: tuple[int, ...]) -> str:
+    legs = tuple(sorted(set(legs)))
+    if len(legs) == 1:
+        return f"leg {legs[0] + 1}"
+    if not legs or len(legs) == LEGS:
+        return "all legs"
+    return f"legs {', '.join(str(leg + 1) for leg in legs[:-1])} and {legs[-1] + 1}"

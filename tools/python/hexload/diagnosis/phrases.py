@@ -1,0 +1,243 @@
+"""Sentences of the causes that the bank has chosen."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from hexload.diagnosis.bank import Selected
+from hexload.diagnosis.finding import LEGS, Finding, legs_in_words
+from hexload.diagnosis.search import Change
+
+COMMISSION = "commission the machine (hexload commission), then replay with --rig"
+CALIBRATE = "calibrate the sensor, or commission the machine"
+ALL = tuple(range(LEGS))
+HARMLESS = 0.5  # of a force sensor's sigma, rms
+LARGE = 0.25  # of the largest leg's size, from which a leg is named
+DEAD_GAIN, SIGN_GAIN = -0.7, -1.5
+
+
+def finding_of(selected: Selected, alternatives: tuple[str, ...], force_sigma_n: float) -> Finding:
+    cause, words, mend, size, unit, legs = _worded(selected)
+    z = float(np.sqrt(max(selected.wald, 0.0)))
+    return Finding(
+        cause,
+        words,
+        mend,
+        legs,
+        size,
+        unit,
+        z,
+        selected.rms_n,
+        selected.mass_kg,
+        selected.share,
+        alternatives,
+        is_harmless=selected.rms_n < HARMLESS * force_sigma_n,
+        is_input=cause in ("force sign", "force dead"),
+    )
+
+
+def with_velocities(finding: Finding) -> Finding:
+    """Velocities agree with displacements in time, so what is late or early beside them are the forces."""
+    if finding.cause != "displacement late" or finding.legs not in ((), ALL):
+        return finding
+    words = f"all force channels are {1e3 * abs(finding.size):.2g} ms {'late' if finding.size < 0 else 'early'}"
+    return replace(finding, cause="force late", words=words, size=-finding.size)
+
+
+def change_in_words(change: Change, is_told: bool) -> Finding:
+    mass = float(change.theta[0])
+    words = f"another load from {change.at_s:.2f} s on, {abs(mass):.3g} kg {'more' if mass > 0 else 'less'}"
+    return Finding(
+        "load change",
+        words if is_told else f"{words}, which the estimator has not told",
+        "" if is_told else "replay what follows by itself",
+        size=mass,
+        unit="kg",
+        sigmas=float(np.sqrt(change.score)),
+    )
+
+
+def _worded(s: Selected) -> tuple[str, str, str, float, str, tuple[int, ...]]:
+    sizes, legs, worst = _by_leg(s)
+    if s.family.cause in _OF_LEGS:
+        return _of_legs(s, sizes, legs, worst)
+    at = s.family.detail
+    first = float(s.size[0])
+    tilt_rad = float(np.hypot(*s.size[:2])) if len(s.size) > 1 else 0.0
+    percent = 100.0 * first
+    table = {
+        "hinge friction": (
+            f"the residual follows the turning of the hinges: friction of about {first:.2g} N m in each",
+            COMMISSION,
+            first,
+            "N m",
+        ),
+        "tilt": (
+            f"the residual follows the platform's attitude: the base is {np.degrees(tilt_rad):.2g} degrees off level",
+            f"level it, or {COMMISSION}",
+            tilt_rad,
+            "rad",
+        ),
+        "gravity": (
+            f"weight and inertia do not belong together by {abs(percent):.2g} %: gravity of the platform file, or the clock",
+            "check gravity_m_s2 and the sampling period",
+            first,
+            "",
+        ),
+        "leg mass": (
+            "the residual follows the swing of the legs: they have a mass that counts",
+            COMMISSION,
+            first,
+            "kg m²",
+        ),
+        "hoses": (
+            f"the residual follows the platform's position: something pulls it back with about {np.max(np.abs(s.size)):.2g} N/m, as hoses do",
+            "take them off, or lead them along",
+            float(np.max(np.abs(s.size))),
+            "N/m",
+        ),
+        "external force": (
+            "a constant force from outside acts on the platform",
+            "look for what touches or pulls it",
+            s.rms_n,
+            "N",
+        ),
+        "load ramp": (
+            f"the load changes steadily from about {at:.1f} s on",
+            "look for a leak; estimates hold for one load",
+            first,
+            "1/s",
+        ),
+        "not rigid": (
+            f"a part of the load swings by itself at {at:.2g} Hz: it is not rigid (sloshing, pendulum, soft mount)",
+            "fix it; of its parameters only those at rest hold",
+            at,
+            "Hz",
+        ),
+        "shaking base": (f"the base shakes at {at:.2f} Hz", "look at the floor and at machines near by", at, "Hz"),
+        "end stop": (
+            f"at the end of the way towards {np.degrees(at):.0f} degrees something pushes back",
+            "look for what is in the way",
+            at,
+            "rad",
+        ),
+        "push": (
+            f"something pushes from about {at:.2f} to {s.family.end:.2f} s: a contact, or another passing event",
+            "look for what touches it",
+            at,
+            "s",
+        ),
+        "one hinge": (
+            f"the {'platform' if at else 'base'} hinge of {legs_in_words(s.family.legs)} is about {1e3 * np.linalg.norm(s.size):.2g} mm off its place in the platform file",
+            "measure it, or commission the machine",
+            float(np.linalg.norm(s.size)),
+            "m",
+        ),
+        "hinge circle": (
+            f"the circle of the {'platform' if at else 'base'} hinges is {abs(percent):.2g} % {'larger' if first > 0 else 'smaller'} than in the platform file",
+            "measure it, or commission the machine",
+            first,
+            "",
+        ),
+        "hinges": (
+            "the hinges are not where the platform file has them",
+            "measure them, or commission the machine",
+            float("nan"),
+            "",
+        ),
+    }
+    words, mend, size, unit = table[s.family.cause]
+    return s.family.cause, words, mend, size, unit, s.family.legs if s.family.cause == "one hinge" else ()
+
+
+def _by_leg(s: Selected) -> tuple[np.ndarray, tuple[int, ...], float]:
+    """Sizes of the legs, those that count, and the largest."""
+    sizes = np.zeros(LEGS)
+    if not s.family.legs:
+        sizes[:] = s.size[0]
+        return sizes, (), float(s.size[0])
+    for leg, size in zip(s.family.legs[:LEGS], s.size[:LEGS]):
+        sizes[leg] = size
+    worst = float(sizes[np.abs(sizes).argmax()])
+    return sizes, tuple(np.flatnonzero(np.abs(sizes) > LARGE * abs(worst)).tolist()), worst
+
+
+# Cause -> what the residual shows, what it is, factor and unit, what to do.
+_OF_LEGS = {
+    "dry friction": ("follows the sign of {its} speed", "friction of about {size} N", 1.0, "N", COMMISSION),
+    "viscous friction": ("follows {its} speed", "viscous friction of about {size} N s/m", 1.0, "N s/m", COMMISSION),
+    "growing friction": (
+        "follows the sign of {its} speed times {its} force",
+        "friction of about {size} % of the force",
+        100.0,
+        "",
+        COMMISSION,
+    ),
+    "force zero": ("is constant", "zero of {its} force sensor off by about {size} N", 1.0, "N", CALIBRATE),
+    "force drift": (
+        "grows with time",
+        "zero of {its} force sensor drifting by about {size} N/s",
+        1.0,
+        "N/s",
+        CALIBRATE,
+    ),
+    "force gain": ("follows {its} force", "gain of {its} force sensor off by about {size} %", 100.0, "", CALIBRATE),
+    "force late": (
+        "follows the change of {its} force",
+        "force late by about {size} ms",
+        1e3,
+        "s",
+        "commission the delay, or look at its filter",
+    ),
+    "displacement zero": (
+        "follows a shift of {its} length",
+        "length at home, or zero of {its} displacement, off by about {size} mm",
+        1e3,
+        "m",
+        "calibrate it, or commission the machine",
+    ),
+    "displacement gain": (
+        "follows a stretch of {its} length",
+        "gain of {its} displacement off by about {size} %",
+        100.0,
+        "",
+        CALIBRATE,
+    ),
+    "displacement drift": (
+        "follows a growing shift of {its} length",
+        "displacement drifting by about {size} mm/s",
+        1e3,
+        "m/s",
+        CALIBRATE,
+    ),
+    "displacement late": (
+        "follows the change of {its} motion",
+        "displacement late by about {size} ms, or force early",
+        1e3,
+        "s",
+        "commission the delay, or look at its filter",
+    ),
+}
+
+
+def _of_legs(s: Selected, sizes: np.ndarray, legs: tuple[int, ...], worst: float):
+    shows, what, factor, unit, mend = _OF_LEGS[s.family.cause]
+    cause = s.family.cause
+    if cause == "force gain" and len(legs) == 1 and worst < DEAD_GAIN:
+        cause, word = ("force sign", "its sign is wrong") if worst < SIGN_GAIN else ("force dead", "it is next to none")
+        words = f"residual of {legs_in_words(legs)} follows its force: {word}"
+        return cause, words, "check the wiring of its force sensor", worst, unit, legs
+    their = "its" if len(legs) == 1 else "their"
+    named = factor * np.abs(sizes[list(legs)] if legs else sizes[:1])
+    low, high = float(named.min()), float(named.max())
+    size = f"{high:.2g}" if high < 1.15 * low or len(named) == 1 else f"{low:.2g} to {high:.2g}"
+    if cause == "force late" and worst < 0.0:
+        what = what.replace("late", "early")
+    if len(legs) != 1:
+        shows = shows.replace("follows", "follow").replace("is ", "are ").replace("grows", "grow")
+        what = what.replace("length at home, or zero of", "lengths at home, or zeros of").replace("sensor", "sensors")
+        what = what.replace("zero of", "zeros of") if what.startswith("zero") else what
+        shows = shows.replace("speed", "speeds").replace("{its} force", "{its} forces")
+    who = f"residual of {legs_in_words(legs)}" if len(legs) == 1 else f"residuals of {legs_in_words(legs)}"
+    words = f"{who} {shows.format(its=their)}: {what.format(its=their, size=size)}"
+    return cause, words, mend, worst, unit, legs

@@ -1,0 +1,234 @@
+"""What velocities and displacements contradict each other in, as findings, and the record without it.
+
+Kinematics alone cannot tell which of two sensors is wrong. A displacement that is put right makes the forces fit the
+motion better, a velocity leaves them as they are, and a clock changes the accelerations by the square of what it does
+to speeds.
+"""
+
+import functools
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hexload.diagnosis.dynamics import Machine
+from hexload.diagnosis.finding import Finding, legs_in_words
+from hexload.diagnosis.kinematics import Kinematics
+from hexload.diagnosis.record import LEGS, Record
+
+Array = NDArray[np.float64]
+
+SIGMAS = 6.0
+GAIN, LAG_S, ZERO, DRIFT = (
+    1e-3,
+    5e-5,
+    0.2,
+    0.02,
+)  # sizes below which nothing is said; the last two in sigmas a sample, and a second
+ALIKE = 0.2  # of six numbers' mean, within which they are one
+BETTER = 0.8  # of the forces' misfit, below which the displacement was wrong
+UNIT = 0.3  # beyond 1 / (1 + UNIT) .. 1 + UNIT a gain of all legs is another unit
+UNITS = {1e3: "a thousand", 1e2: "a hundred", 39.37: "39.37 (inches)", 60.0: "sixty", 3.6: "3.6"}
+INPUT_GAIN, INPUT_LAG_S = 0.02, 2e-3  # beyond, the input is not to be believed
+
+
+@dataclass(frozen=True)
+class Forces:
+    """How well the forces fit a motion."""
+
+    misfit: Callable[[Record], float]
+    record: Record  # as it is
+
+    @functools.cached_property
+    def now(self) -> float:
+        return self.misfit(self.record)
+
+    def are_better(self, other: Record) -> bool:
+        return self.misfit(other) < BETTER * self.now
+
+
+@dataclass(frozen=True)
+class Checked:
+    findings: list[Finding]
+    record: Record  # put right
+
+
+def check(record: Record, found: Kinematics, machine: Machine, misfit: Callable[[Record], float]) -> Checked:
+    findings: list[Finding] = []
+    for step in (_swaps, _signs, _gains, _lags, _zeros):
+        for finding, mended in step(record, found, machine, Forces(misfit, record)):
+            findings.append(finding)
+            record = mended
+        if any(finding.cause.endswith((" swapped", " sign", " unit")) for finding in findings):
+            break  # what else the numbers show is of that
+    return Checked(findings, record)
+
+
+Step = Iterator[tuple[Finding, Record]]
+
+
+def _swaps(record: Record, found: Kinematics, _: Machine, forces: Forces) -> Step:
+    legs = tuple(leg for leg in range(LEGS) if found.partner[leg] != leg)
+    if not legs:
+        return
+    order = found.partner.copy()
+    if len(set(order.tolist())) != LEGS:  # two velocities of one displacement
+        order = np.arange(LEGS)
+    mended = replace(record, displacement_m=record.displacement_m[:, order])
+    channel = "displacement" if (order != np.arange(LEGS)).any() and forces.are_better(mended) else "velocity"
+    words = f"{channel} sensors of {legs_in_words(legs)} are swapped"
+    finding = Finding(f"{channel} swapped", words, "exchange their plugs", legs, is_input=True)
+    yield finding, mended if channel == "displacement" else record
+
+
+def _signs(record: Record, found: Kinematics, _: Machine, forces: Forces) -> Step:
+    for leg in np.flatnonzero(found.sign < 0.0):
+        flip = np.where(np.arange(LEGS) == leg, -1.0, 1.0)
+        mended = replace(record, displacement_m=record.displacement_m * flip)
+        channel = "displacement" if forces.are_better(mended) else "velocity"
+        words = f"leg {leg + 1}: {channel} has the wrong sign"
+        finding = Finding(
+            f"{channel} sign", words, f"check the wiring of its {channel} sensor", (int(leg),), is_input=True
+        )
+        yield finding, mended if channel == "displacement" else record
+
+
+def _common(value: Array, sigma: Array, least: float) -> float | None:
+    """One number of all legs, or None."""
+    good = np.isfinite(value)
+    if good.sum() < 4:
+        return None
+    mean = float(np.mean(value[good]))
+    spread = np.abs(value[good] - mean)
+    is_one = (spread < np.maximum(4.0 * sigma[good], ALIKE * abs(mean))).all()
+    return mean if is_one and abs(mean) > max(least, SIGMAS * float(sigma[good].max()) / np.sqrt(good.sum())) else None
+
+
+def _single(value: Array, sigma: Array, least: float) -> list[int]:
+    with np.errstate(invalid="ignore"):
+        return np.flatnonzero((np.abs(value) > least) & (np.abs(value) > SIGMAS * sigma)).tolist()
+
+
+def _gains(record: Record, found: Kinematics, machine: Machine, forces: Forces) -> Step:
+    value, sigma = found.value["gain"], found.sigma["gain"]
+    common = _common(value, sigma, GAIN)
+    if common is not None:
+        yield _common_gain(record, common, float(np.nanmin(np.abs(value) / sigma)), forces)
+        return
+    for leg in _single(value, sigma, GAIN):
+        size = float(value[leg])
+        factor = np.where(np.arange(LEGS) == leg, 1.0 + size, 1.0)
+        mended = replace(record, displacement_m=record.displacement_m * factor)
+        channel = "displacement" if forces.are_better(mended) else "velocity"
+        own = size if channel == "velocity" else 1.0 / (1.0 + size) - 1.0
+        finding = Finding(
+            f"{channel} gain",
+            f"leg {leg + 1}: {channel} is {100.0 * abs(own):.2g} % too {'large' if own > 0 else 'small'}",
+            f"calibrate its {channel} sensor",
+            (leg,),
+            own,
+            "",
+            abs(size) / float(sigma[leg]),
+            is_input=abs(own) > INPUT_GAIN,
+        )
+        yield finding, mended if channel == "displacement" else record
+
+
+def _common_gain(record: Record, size: float, sigmas: float, forces: Forces) -> tuple[Finding, Record]:
+    factor = 1.0 + size
+    longer = replace(record, displacement_m=record.displacement_m * factor)
+    if not 1.0 / (1.0 + UNIT) < factor < 1.0 + UNIT:
+        is_length = np.ptp(record.displacement_m, axis=0).max() > 2.0 or forces.are_better(longer)
+        channel, ratio = ("displacement", 1.0 / factor) if is_length else ("velocity", factor)
+        words = f"{channel} channels are {_unit_in_words(ratio)} their SI values: another unit"
+        finding = Finding(
+            f"{channel} unit", words, "check their units, m and m/s", size=ratio, sigmas=sigmas, is_input=True
+        )
+        return finding, longer if is_length else record
+    faster = replace(record, dt_s=record.dt_s / factor, t_s=record.t_s[0] + (record.t_s - record.t_s[0]) / factor)
+    options = [("displacement gain", longer, 1.0 / factor - 1.0), ("clock", faster, size)]
+    best = min(options, key=lambda option: forces.misfit(option[1]))
+    cause, mended, own = best if forces.are_better(best[1]) else ("velocity gain", record, size)
+    if cause == "clock":
+        words = f"the log's clock is {100.0 * abs(own):.2g} % {'fast' if own > 0 else 'slow'}, against velocities and forces"
+        mend = "check the sampling period"
+    else:
+        name = cause.split()[0]
+        words = f"all {name} channels are {100.0 * abs(own):.2g} % too {'large' if own > 0 else 'small'}"
+        mend = f"check the scale of the {name} sensors"
+    return Finding(cause, words, mend, (), own, "", sigmas, is_input=abs(own) > INPUT_GAIN), mended
+
+
+def _unit_in_words(ratio: float) -> str:
+    size, word = max(ratio, 1.0 / ratio), "times" if ratio > 1.0 else "th of"
+    name = next((name for factor, name in UNITS.items() if abs(size / factor - 1.0) < 0.05), f"{size:.4g}")
+    return f"{name} {word}" if word == "times" else f"one in {name} of"
+
+
+def _lags(record: Record, found: Kinematics, machine: Machine, forces: Forces) -> Step:
+    value, sigma = found.value["lag"], found.sigma["lag"]
+    common = _common(value, sigma, LAG_S)
+    legs = [tuple(range(LEGS))] if common is not None else [(leg,) for leg in _single(value, sigma, LAG_S)]
+    for group in legs:
+        size = common if common is not None else float(value[group[0]])
+        mended = replace(record, displacement_m=_shifted(record, -size, group))
+        # nothing is early: a velocity is late by itself or with the forces, or the displacement is
+        channel = "displacement" if size < 0.0 else "velocity"
+        own = size if channel == "velocity" else -size
+        who = "all" if len(group) == LEGS else f"leg {group[0] + 1}:"
+        when = "late" if own > 0.0 else "early"
+        words = f"{who} {channel}{' channels are' if len(group) == LEGS else ' is'} {1e3 * abs(own):.2g} ms {when}"
+        finding = Finding(
+            f"{channel} late",
+            words,
+            "look at filters and sampling of the channel, or commission the delay",
+            () if len(group) == LEGS else group,
+            own,
+            "s",
+            abs(size) / float(np.nanmax(sigma[list(group)])),
+            is_input=abs(own) > INPUT_LAG_S,
+        )
+        yield finding, mended if channel == "displacement" else record
+
+
+def _shifted(record: Record, late_s: float, legs: tuple[int, ...]) -> Array:
+    """Displacements as they would be read without being late."""
+    values = record.displacement_m.copy()
+    for leg in legs:
+        values[:, leg] = np.interp(record.t_s + late_s, record.t_s, values[:, leg])
+    return values
+
+
+def _zeros(record: Record, found: Kinematics, machine: Machine, forces: Forces) -> Step:
+    """A velocity's zero and its drift, or a displacement that drifts."""
+    for name, unit, floor in (("zero", "m/s", ZERO), ("drift", "m/s²", DRIFT)):
+        value, sigma = found.value[name], found.sigma[name]
+        least = floor * machine.velocity_sigma_m_s
+        common = _common(value, sigma, least)
+        legs = [tuple(range(LEGS))] if common is not None else [(leg,) for leg in _single(value, sigma, least)]
+        for group in legs:
+            size = common if common is not None else float(value[group[0]])
+            ramp = size * (record.t_s - record.t_s[0])[:, None] * np.isin(np.arange(LEGS), group)
+            mended = replace(record, displacement_m=record.displacement_m + ramp)
+            is_displacement = name == "zero" and forces.are_better(mended)
+            who = "all velocity zeros are" if len(group) == LEGS else f"leg {group[0] + 1}: the velocity's zero is"
+            words = (
+                f"{who} {1e3 * size:.2g} mm/s off"
+                if name == "zero"
+                else f"{who} drifting by {1e3 * size:.2g} mm/s a second"
+            )
+            if is_displacement:
+                words = f"{legs_in_words(group)}: displacement drifts by {-1e3 * size:.2g} mm/s"
+            yield (
+                Finding(
+                    "displacement drift" if is_displacement else f"velocity {name}",
+                    words,
+                    "calibrate the sensor",
+                    () if len(group) == LEGS else group,
+                    -size if is_displacement else size,
+                    unit,
+                    abs(size) / float(np.nanmax(sigma[list(group)])),
+                ),
+                mended if is_displacement else record,
+            )
