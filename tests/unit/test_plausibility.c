@@ -325,7 +325,7 @@ static void test_a_fault_stays_until_ten_windows_of_motion_show_none(void) {
 
 static void lost_samples(const bench_t* bench, hexload_leg_sample_t* sample) {
     if (bench->tick % 50 >= 47) {
-        sample->force_n[0] = NAN; // refused
+        sample->force_n[0] = sample->force_n[1] = NAN; // two: refused
     }
 }
 

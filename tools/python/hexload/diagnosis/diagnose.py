@@ -7,7 +7,7 @@ import numpy as np
 
 from hexload.diagnosis import channels, kinematics, phrases, sensors, wiring
 from hexload.diagnosis.bank import Bank
-from hexload.diagnosis.dynamics import Machine, dynamics_of
+from hexload.diagnosis.dynamics import Machine, TooShort, dynamics_of
 from hexload.diagnosis.finding import Finding, legs_in_words
 from hexload.diagnosis.record import Record, record_of
 from hexload.diagnosis.search import explain
@@ -79,6 +79,8 @@ def _sensors(record: Record, machine: Machine) -> tuple[list[Finding], Record]:
 def _forces(record: Record, machine: Machine, told_s: Sequence[float]) -> Diagnosis:
     try:
         d = dynamics_of(record, machine)
+    except TooShort:
+        return Diagnosis((), (), np.nan, np.nan, 0)
     except ValueError:
         finding = _no_pose(record, machine)
         return Diagnosis((finding,), (), np.nan, np.nan, 0)

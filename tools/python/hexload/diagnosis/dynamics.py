@@ -31,6 +31,10 @@ LEAST_ROWS = 60
 WHITENINGS = 3  # the load's inertia makes noise of forces of that of displacements
 
 
+class TooShort(ValueError):
+    """A record of too few rows to be held against the machine."""
+
+
 @dataclass(frozen=True)
 class Machine:
     """What is known of the rig, and its sensors."""
@@ -79,10 +83,10 @@ class Dynamics:
 
 
 def dynamics_of(record: Record, machine: Machine) -> Dynamics:
-    """Raises ValueError when the displacements are those of no pose, or the record is too short."""
+    """Raises ValueError when the displacements are those of no pose, TooShort of a short record."""
     smooth = smooth_record(record)
     if len(smooth.t_s) < LEAST_ROWS:
-        raise ValueError("too short a record")
+        raise TooShort
     motion = rig_model.motion_of_legs(machine.geometry, smooth.displacement, smooth.speed, smooth.acceleration)
     of_body = rig_model.body_forces(motion, machine.gravity_m_s2)
     count = min(len(smooth.t_s) // 2, int(2 * len(smooth.t_s) * smooth.dt_s * BAND_HZ))

@@ -15,7 +15,7 @@ from hexload.view.live import Live
 WAIT_S = 0.05
 PROFILES = ("fd", "classic")
 # Codes of hexload.dbc, which a test compares with these.
-VERDICTS = ("converged", "converging", "not_excited", "inconsistent")
+VERDICTS = ("converged", "converging", "not_excited", "misfit", "inconsistent")
 STATES = ("idle", "armed", "estimating", "converged", "fault")
 FAULTS = ("none", "sample timeout", "samples refused", "wrong profile", "second controller", "bus down")
 RESULTS = ("done", "unknown command", "wrong state", "bad argument", "not available")

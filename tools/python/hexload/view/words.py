@@ -14,9 +14,15 @@ VERDICTS = {
     "converged": "converged: every parameter is known to its sigma",
     "converging": "converging: the sigmas are still getting smaller",
     "not_excited": "not excited: this motion does not tell all parameters",
+    "misfit": "misfit: the machine is not as its platform file says; sigmas cover it",
     "inconsistent": "inconsistent: the machine or its sensors do not fit the model",
 }
-VERDICT_COLOURS = {"converged": (0, 114, 178), "converging": (90, 90, 90), "inconsistent": (176, 58, 0)}
+VERDICT_COLOURS = {
+    "converged": (0, 114, 178),
+    "converging": (90, 90, 90),
+    "misfit": (176, 58, 0),
+    "inconsistent": (176, 58, 0),
+}
 DIGITS_OF_TEN = 3
 STYLE = "font: 12px sans-serif; margin: 0 12px 6px"
 
@@ -58,7 +64,7 @@ def _reasons(frame: Frame) -> str:
     asked = [
         f"<div>{name}: {escape(in_words(name, verdict))}</div>"
         for name, verdict in zip(estimate.names, estimate.parameter_verdict)
-        if verdict in ("not_excited", "inconsistent")
+        if verdict in ("not_excited", "misfit", "inconsistent")
     ]
     return f"<div style='margin-top: 6px; color: #444'>{''.join(asked)}</div>" if asked else ""
 
