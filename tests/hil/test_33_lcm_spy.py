@@ -125,8 +125,8 @@ def test_lcm_spy_decodes_every_type_and_shows_live_values(display, start, ecu, s
     options = ["--duration", "3600", "--real-time", "--feed", f"lcm:{url}", "--publish", f"lcm:{url}", *PATIENT]
     start(simulator, project.SCENARIOS / "paper.toml", "--out", tmp_path / "run", *options)
     # the list is in the order of the names: LCM's own comes last
-    # no CAN bus, another process estimates, and the load stays
-    silent = ("bus_statistics_t", "innovation_t", "load_change_t")
+    # no CAN bus, another process estimates, the load stays, and nobody commands the plant
+    silent = ("bus_statistics_t", "innovation_t", "load_change_t", "plant_command_t")
     channels = sorted(f"HEXLOAD_{path.stem.removesuffix('_t').upper()}" for path in TYPES if path.stem not in silent)
     rows = [*channels, SELF_TEST]
     wait_until(f"lcm-spy does not list {rows}", lists, main, len(rows))

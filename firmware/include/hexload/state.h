@@ -138,6 +138,7 @@ typedef struct hexload_plausibility {
     uint8_t strikes;              ///< windows in a row that have said so
     uint8_t hold;                 ///< windows for which the fault stays
     bool has_moved;               ///< the leg that is looked at has, enough to tell
+    bool could_show;              ///< and so that twice the least fault would have been seen
     bool has_begun;               ///< there is a block's begin
     bool has_forces;              ///< the block's have been taken
     hexload_input_fault_t fault;  ///< what is reported

@@ -266,14 +266,22 @@ static bool is_common(const hexload_plausibility_t* self) {
            hexload_abs(self->least_gain - HEXLOAD_REAL(1.0)) > HEXLOAD_REAL(0.5) * GAIN_FLOOR;
 }
 
-/// Displacement = gain x velocity's integral + lag x velocity's change, by least squares (P2). Errors have
-/// the variances of a displacement's noise, which enters two blocks with opposite signs and so meets the
-/// changes of the weights from block to block (at most the sum of both regressors'), and of the integral's.
-/// Of two that are significant, what explains more is the cause.
-static hexload_input_cause_t find_gain_and_lag(const hexload_plausibility_t* self,
-                                               const hexload_config_t* config,
-                                               const hexload_sensors_t* sensors, const moments_t* found,
-                                               hexload_real_t late_s) {
+/// Displacement = gain x velocity's integral + lag x velocity's change.
+typedef struct regression {
+    hexload_real_t integral; ///< sums of squares of both regressors without their noise, m^2, m^2/s^2
+    hexload_real_t change;
+    hexload_real_t gain_error;
+    hexload_real_t gain_variance;
+    hexload_real_t lag_s;
+    hexload_real_t lag_variance_s2;
+    bool has_lag; ///< the speed changes enough to tell it
+} regression_t;
+
+/// By least squares (P1). Errors have the variances of a displacement's noise, which enters two blocks with
+/// opposite signs and so meets the changes of the weights from block to block (at most the sum of both
+/// regressors'), and of the integral's. @return whether it can be solved.
+static bool regress(const hexload_plausibility_t* self, const hexload_config_t* config,
+                    const hexload_sensors_t* sensors, const moments_t* found, regression_t* out) {
     const hexload_real_t noise_m2 = integral_noise_m2(config, sensors);
     const hexload_real_t edge_m2 = square(sensors->displacement_sigma_m);
     const hexload_real_t block_s = (hexload_real_t)BLOCK_TICKS * config->tick_s;
@@ -285,30 +293,43 @@ static hexload_input_cause_t find_gain_and_lag(const hexload_plausibility_t* sel
     const hexload_real_t determinant = integral * change - square(mixed);
     if (!(integral > HEXLOAD_REAL(0.0)) || !(change > HEXLOAD_REAL(0.0)) ||
         !(determinant > STILL * integral * change)) {
-        return HEXLOAD_INPUT_PLAUSIBLE;
+        return false;
     }
-    const hexload_real_t gain_error =
-        (found->product * change - found->change_shown * mixed) / determinant - HEXLOAD_REAL(1.0);
-    const hexload_real_t lag_s =
-        (found->change_shown * integral - found->product * mixed) / determinant - late_s;
     const hexload_real_t rough_integral = block_s * hexload_sqrt(found->change);
     const hexload_real_t rough_change = hexload_sqrt(self->look.jump_m2_s2);
     const hexload_real_t gain_edge = change * rough_integral + hexload_abs(mixed) * rough_change;
     const hexload_real_t lag_edge = integral * rough_change + hexload_abs(mixed) * rough_integral;
-    const hexload_real_t gain_variance =
-        (edge_m2 * (square(gain_edge) + HEXLOAD_REAL(4.0) / N * change * determinant) +
-         noise_m2 * change * determinant) /
-        square(determinant);
-    const hexload_real_t lag_variance =
+    const hexload_real_t gain_end = HEXLOAD_REAL(4.0) / N * change * determinant;
+    const hexload_real_t gain = (found->product * change - found->change_shown * mixed) / determinant;
+    out->integral = integral;
+    out->change = change;
+    out->has_lag = has_lag;
+    out->gain_error = gain - HEXLOAD_REAL(1.0);
+    out->gain_variance =
+        (edge_m2 * (square(gain_edge) + gain_end) + noise_m2 * change * determinant) / square(determinant);
+    out->lag_s = (found->change_shown * integral - found->product * mixed) / determinant;
+    out->lag_variance_s2 =
         (edge_m2 * square(lag_edge) + noise_m2 * integral * determinant) / square(determinant);
-    const bool is_gain =
-        hexload_abs(gain_error) > GAIN_FLOOR && square(gain_error) > SIGMAS_SQUARE * gain_variance;
-    const bool is_lag = has_lag && hexload_abs(lag_s) > LAG_FLOOR_TICKS * config->tick_s &&
-                        square(lag_s) > SIGMAS_SQUARE * lag_variance;
-    if (is_lag && !(is_gain && square(gain_error) * integral > square(lag_s) * change)) {
+    return true;
+}
+
+/// Of two that are significant, what explains more is the cause.
+static hexload_input_cause_t find_gain_or_lag(const regression_t* fit, hexload_real_t tick_s) {
+    const bool is_gain = hexload_abs(fit->gain_error) > GAIN_FLOOR &&
+                         square(fit->gain_error) > SIGMAS_SQUARE * fit->gain_variance;
+    const bool is_lag = fit->has_lag && hexload_abs(fit->lag_s) > LAG_FLOOR_TICKS * tick_s &&
+                        square(fit->lag_s) > SIGMAS_SQUARE * fit->lag_variance_s2;
+    if (is_lag && !(is_gain && square(fit->gain_error) * fit->integral > square(fit->lag_s) * fit->change)) {
         return HEXLOAD_INPUT_VELOCITY_LAG;
     }
     return is_gain ? HEXLOAD_INPUT_VELOCITY_GAIN : HEXLOAD_INPUT_PLAUSIBLE;
+}
+
+/// Whether twice the least fault would have been significant.
+static bool is_sharp(const regression_t* fit, hexload_real_t tick_s) {
+    const hexload_real_t quarter = SIGMAS_SQUARE / HEXLOAD_REAL(4.0);
+    return quarter * fit->gain_variance < square(GAIN_FLOOR) &&
+           (!fit->has_lag || quarter * fit->lag_variance_s2 < square(LAG_FLOOR_TICKS * tick_s));
 }
 
 /// The leg whose velocity, with either sign, leaves least of the displacement unexplained; of others those
@@ -366,9 +387,16 @@ static void look_at_leg(hexload_plausibility_t* self, const hexload_config_t* co
     if (self->has_moved && left_m2 > UNEXPLAINED * motion_m2 + NOISE_VARIANCES * noise_m2) {
         cause = find_contradiction(self, &found, noise_m2, left_m2);
     }
+    self->could_show = self->has_moved;
     if (self->has_moved && (cause == HEXLOAD_INPUT_PLAUSIBLE || cause == HEXLOAD_INPUT_VELOCITY_GAIN)) {
-        const hexload_input_cause_t finer = find_gain_and_lag(self, config, sensors, &found, late_s);
-        cause = finer != HEXLOAD_INPUT_PLAUSIBLE ? finer : cause;
+        regression_t fit;
+        self->could_show = regress(self, config, sensors, &found, &fit);
+        if (self->could_show) {
+            fit.lag_s -= late_s;
+            const hexload_input_cause_t finer = find_gain_or_lag(&fit, config->tick_s);
+            cause = finer != HEXLOAD_INPUT_PLAUSIBLE ? finer : cause;
+            self->could_show = is_sharp(&fit, config->tick_s);
+        }
     }
     if (cause == HEXLOAD_INPUT_VELOCITY_GAIN && is_common(self)) {
         cause = HEXLOAD_INPUT_CLOCK;
@@ -453,7 +481,7 @@ static void count_strikes(hexload_plausibility_t* self, const hexload_input_faul
         self->seen_leg = (uint8_t)seen->leg;
     } else if (is_balance && self->strikes > 0) {
         self->strikes--;
-    } else if (self->has_moved) {
+    } else if (self->could_show) {
         self->strikes = 0;
     }
     if (self->strikes == 0) {

@@ -187,7 +187,6 @@ bool hexload_wrench_monitor_step(hexload_wrench_monitor_t* self, const hexload_c
                                  const hexload_push_t* push) {
     const hexload_motion_t* motion = push->motion;
     hexload_real_t body[DIM];
-    hexload_real_t S[3][3];
     if (self->ticks++ == 0) {
         memcpy(self->last_momentum, push->momentum, sizeof self->last_momentum);
         return false;
@@ -203,6 +202,7 @@ bool hexload_wrench_monitor_step(hexload_wrench_monitor_t* self, const hexload_c
     self->ticks = self->ticks < UINT32_MAX / 2 ? self->ticks : self->ticks - 1;
     hexload_real_t square = HEXLOAD_REAL(0.0);
     if (is_asked) {
+        hexload_real_t S[3][3];
         find_spread(self, config, body, S);
         square = distance(S, self->residual);
         self->filling_peak = hexload_max(self->filling_peak, square);
