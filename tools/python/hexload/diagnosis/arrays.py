@@ -4,7 +4,7 @@ from numpy.typing import ArrayLike
 
 from hexload.diagnosis.diagnose import Diagnosis
 from hexload.diagnosis.diagnose import diagnose as diagnose_log
-from hexload.diagnosis.machine import machine_of
+from hexload.diagnosis.machine import in_time, machine_of
 from hexload.estimation.arrays import leg_log
 from hexload.estimation.estimator import PlatformLike
 from hexload.platform import Platform
@@ -21,4 +21,5 @@ def diagnose(t: ArrayLike, dl: ArrayLike, vl: ArrayLike | None, f: ArrayLike, pl
     counts as told. Raises InputError. 16 s at 1 kHz take half a second of a clean log and two to five of another.
     Source: the first lines of hexload.diagnosis and of its modules.
     """
-    return diagnose_log(leg_log(t, dl, vl, f), machine_of(Platform.of(platform).native()))
+    native = Platform.of(platform).native()
+    return diagnose_log(in_time(native, leg_log(t, dl, vl, f)), machine_of(native))

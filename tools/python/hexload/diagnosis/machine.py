@@ -34,6 +34,12 @@ def machine_of(platform: Any) -> Machine:
     )
 
 
+def in_time(platform: Any, log: LegLog) -> LegLog:
+    """The log without the delays that the platform file states of its sensors."""
+    force = _earlier(log.t_s, log.force_n, platform.force_delay_s)
+    return replace(log, force_n=force, velocity_m_s=_earlier(log.t_s, log.velocity_m_s, platform.velocity_delay_s))
+
+
 def with_rig(rig_file: Path, machine: Machine, log: LegLog) -> tuple[Machine, LegLog]:
     """The machine of the rig file, and the log without what the file says of its sensors, friction and legs."""
     rig = tomllib.loads(rig_file.read_text(encoding="utf-8"))["rig"]
@@ -42,19 +48,23 @@ def with_rig(rig_file: Path, machine: Machine, log: LegLog) -> tuple[Machine, Le
     geometry = Geometry(*hinges, machine.geometry.home_leg_length_m)
     theta = np.concatenate([number["mass_kg"][None], number["mass_kg"] * number["com_m"], number["inertia_kg_m2"]])
     known = replace(machine, geometry=geometry, gravity_m_s2=number["gravity_m_s2"], own_theta=theta)
-    return known, replace(log, force_n=_platform_forces(known, log, number), velocity_m_s=_timely(log, rig))
+    return known, replace(
+        log,
+        force_n=_platform_forces(known, log, number),
+        velocity_m_s=_earlier(log.t_s, log.velocity_m_s, rig["velocity_delay_s"]),
+    )
 
 
-def _timely(log: LegLog, rig: dict) -> np.ndarray:
-    at_s = log.t_s + rig["velocity_delay_s"]
-    return np.stack([np.interp(at_s, log.t_s, leg) for leg in log.velocity_m_s.T], axis=1)
+def _earlier(t_s: np.ndarray, values: np.ndarray, late_s: float) -> np.ndarray:
+    if late_s == 0.0:
+        return values
+    return np.stack([np.interp(t_s + late_s, t_s, leg) for leg in values.T], axis=1)
 
 
 def _platform_forces(machine: Machine, log: LegLog, rig: dict[str, np.ndarray]) -> np.ndarray:
     """As of rig_model, the other way round."""
     dt_s = float(np.median(np.diff(log.t_s)))
-    at_s = log.t_s + float(rig["force_delay_s"])
-    shown = np.stack([np.interp(at_s, log.t_s, leg) for leg in log.force_n.T], axis=1)
+    shown = _earlier(log.t_s, log.force_n, float(rig["force_delay_s"]))
     shown = (shown - rig["force_offset_n"]) / (1.0 + rig["force_gain"])
     displacement = np.stack([_even(log.t_s, leg) for leg in log.displacement_m.T], axis=1)
     speed = np.gradient(_mean(displacement), dt_s, axis=0)

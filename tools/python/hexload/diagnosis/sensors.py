@@ -28,6 +28,7 @@ GAIN, LAG_S, ZERO, DRIFT = (
 )  # sizes below which nothing is said; the last two in sigmas a sample, and a second
 ALIKE = 0.2  # of six numbers' mean, within which they are one
 BETTER = 0.8  # of the forces' misfit, below which the displacement was wrong
+HARMLESS_LAG_S = 2e-4  # a tenth of what the controller lets pass, and less than half a tick
 UNIT = 0.3  # beyond 1 / (1 + UNIT) .. 1 + UNIT a gain of all legs is another unit
 UNITS = {1e3: "a thousand", 1e2: "a hundred", 39.37: "39.37 (inches)", 60.0: "sixty", 3.6: "3.6"}
 INPUT_GAIN, INPUT_LAG_S = 0.02, 2e-3  # beyond, the input is not to be believed
@@ -188,6 +189,7 @@ def _lags(record: Record, found: Kinematics, machine: Machine, forces: Forces) -
             "s",
             abs(size) / float(np.nanmax(sigma[list(group)])),
             is_input=abs(own) > INPUT_LAG_S,
+            is_harmless=abs(own) < HARMLESS_LAG_S,
         )
         yield finding, mended if channel == "displacement" else record
 

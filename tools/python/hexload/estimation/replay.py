@@ -8,7 +8,7 @@ from types import ModuleType
 import numpy as np
 
 from hexload.diagnosis.diagnose import Diagnosis, diagnose
-from hexload.diagnosis.machine import machine_of, with_rig
+from hexload.diagnosis.machine import in_time, machine_of, with_rig
 from hexload.diagnosis.record import LONGEST_S
 from hexload.errors import InputError
 from hexload.estimation import load_summary
@@ -171,8 +171,7 @@ def _mend(error: str) -> str:
 
 def _diagnosis(result: dict, legs: LegLog, platform, rig: Path | None) -> Diagnosis:
     machine = machine_of(platform)
-    if rig is not None:
-        machine, legs = with_rig(rig, machine, legs)
+    machine, legs = (machine, in_time(platform, legs)) if rig is None else with_rig(rig, machine, legs)
     return diagnose(legs, machine, load_summary.load_changes_s(result))
 
 
