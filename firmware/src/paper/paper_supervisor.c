@@ -98,7 +98,10 @@ static hexload_verdict_t judge_parameter(const hexload_paper_config_t* paper,
                                          const hexload_estimate_t* estimate, int parameter, bool is_misfit) {
     const hexload_real_t scale =
         hexload_max(hexload_abs(estimate->value[parameter]), prior_sigma(paper, parameter));
-    if (!is_misfit && estimate->sigma[parameter] <= paper->converged_relative_sigma * scale) {
+    if (is_misfit) {
+        return HEXLOAD_VERDICT_MISFIT;
+    }
+    if (estimate->sigma[parameter] <= paper->converged_relative_sigma * scale) {
         return HEXLOAD_VERDICT_CONVERGED;
     }
     return estimate->own_sigma[parameter] <= HEXLOAD_REAL(0.5) * prior_sigma(paper, parameter)
