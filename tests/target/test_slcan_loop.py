@@ -64,10 +64,18 @@ def _pass_on_between(*servers: socket) -> None:
 
 
 @pytest.fixture
-def unknown_load(tmp_path) -> Path:
-    """The platform file of the paper without the load's mass, and with the tolerances of a real machine: the configuration
-    that is built into the controller, for a filter that needs no mass."""
-    text = re.sub(r"\[tolerances\][^\[]*", "", PLATFORM.read_text())
+def built_in(tmp_path) -> Path:
+    """The platform file of the paper with the tolerances of a real machine: the configuration that is built into the
+    controller."""
+    path = tmp_path / "built_in.toml"
+    path.write_text(re.sub(r"\[tolerances\][^\[]*", "", PLATFORM.read_text()))
+    return path
+
+
+@pytest.fixture
+def unknown_load(built_in, tmp_path) -> Path:
+    """The same without the load's mass, for a filter that needs none."""
+    text = built_in.read_text()
     assert text.count("known_mass_kg = 500.0") == text.count('kind = "paper"') == 1
     path = tmp_path / "unknown_load.toml"
     path.write_text(text.replace("known_mass_kg = 500.0", "").replace('kind = "paper"', 'kind = "momentum"'))
@@ -86,10 +94,12 @@ def answers(peer: Peer, filter_name: str, samples: np.ndarray) -> list[bytes]:
 
 
 @pytest.mark.parametrize("filter_name", FILTERS)
-def test_the_controller_answers_as_the_hosts_firmware_does_to_the_byte(filter_name, unknown_load, tmp_path):
+def test_the_controller_answers_as_the_hosts_firmware_does_to_the_byte(
+    filter_name, built_in, unknown_load, tmp_path
+):
     # GIVEN a second of a recorded log, and the controller as a process of this machine
     samples = target.samples_of(log_of("paper_noisy"), 1.0)[: SECOND + 1]
-    platform = {"paper": PLATFORM, "momentum": unknown_load}[filter_name]
+    platform = {"paper": built_in, "momentum": unknown_load}[filter_name]
     with line() as (near, far), Peer(f"socket://127.0.0.1:{near}") as peer:
         with running_controller(platform, ("--bus", f"slcan:127.0.0.1:{far}", "--profile", "classic")):
             host = answers(peer, filter_name, samples)
@@ -151,7 +161,7 @@ def estimate_lines(path: Path) -> list[str]:
     return path.read_text().splitlines()[1:]
 
 
-def test_the_simulator_closes_the_loop_over_five_thousand_ticks_without_a_loss(tmp_path):
+def test_the_simulator_closes_the_loop_over_five_thousand_ticks_without_a_loss(built_in, tmp_path):
     # GIVEN the emulated controller WHEN the paper's scenario runs against it in lockstep
     with mps2.running_mps2(tmp_path) as controller:
         run = read_run(simulate(controller.bus, tmp_path / "run", TICKS))
@@ -162,7 +172,7 @@ def test_the_simulator_closes_the_loop_over_five_thousand_ticks_without_a_loss(t
     assert bus["answers_missing"] == bus["answers_late"] == bus["unsent"] == bus["saturated"] == 0
     assert run.meta["missing"] == run.meta["refused"] == 0
     # AND each estimate that came is that of the host's firmware
-    platform = project.native_module().load_platform(str(PLATFORM))
+    platform = project.native_module().load_platform(str(built_in))
     assert_estimates_are_the_firmwares(run.directory, platform, expected // len(PAGES["paper"]))
     # AND they have come to the load
     truth = run.load_parameters(run.estimates["t"][-1:])

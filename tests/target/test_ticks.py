@@ -15,7 +15,7 @@ COUNTS_PER_US = 25
 LATENCY_COUNTS = 80 * 64 / 40
 READING_US = 20 * 0.064
 BY_INSTRUCTIONS = ("-icount", "shift=0")  # the machine's time stands still while the host does something else
-PAGES = 9
+PAGES = 12
 ROUNDS = 5
 
 

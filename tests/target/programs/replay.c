@@ -91,10 +91,10 @@ static void run_stages(hexload_paper_t* self, const hexload_config_t* config, co
     if (status != HEXLOAD_OK) {
         return;
     }
+    mark = instruction_counter_mark();
     now.sample = sample;
     hexload_leg_sample_accept(&self->leg_gate, sample);
     self->lost = now.lost;
-    mark = instruction_counter_mark();
     hexload_noise_estimator_step(&self->noise_estimator, config, sample, now.gap_ticks);
     hexload_noise_estimator_read(&self->noise_estimator, &config->sensors, &now.sensors, &health);
     instructions[LEG_SAMPLE] += instruction_counter_since(mark);

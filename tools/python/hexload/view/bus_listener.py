@@ -17,7 +17,15 @@ PROFILES = ("fd", "classic")
 # Codes of hexload.dbc, which a test compares with these.
 VERDICTS = ("converged", "converging", "not_excited", "misfit", "inconsistent")
 STATES = ("idle", "armed", "estimating", "converged", "fault")
-FAULTS = ("none", "sample timeout", "samples refused", "wrong profile", "second controller", "bus down")
+FAULTS = (
+    "none",
+    "sample timeout",
+    "samples refused",
+    "wrong profile",
+    "second controller",
+    "bus down",
+    "second source",
+)
 RESULTS = ("done", "unknown command", "wrong state", "bad argument", "not available")
 OTHER = "frame of another kind"  # of the codec
 
