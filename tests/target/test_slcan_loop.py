@@ -94,9 +94,7 @@ def answers(peer: Peer, filter_name: str, samples: np.ndarray) -> list[bytes]:
 
 
 @pytest.mark.parametrize("filter_name", FILTERS)
-def test_the_controller_answers_as_the_hosts_firmware_does_to_the_byte(
-    filter_name, built_in, unknown_load, tmp_path
-):
+def test_the_controller_answers_as_the_hosts_firmware_does_to_the_byte(filter_name, built_in, unknown_load, tmp_path):
     # GIVEN a second of a recorded log, and the controller as a process of this machine
     samples = target.samples_of(log_of("paper_noisy"), 1.0)[: SECOND + 1]
     platform = {"paper": built_in, "momentum": unknown_load}[filter_name]
