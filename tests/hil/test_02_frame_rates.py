@@ -13,7 +13,7 @@ DURATION_S = 2
 TICKS = 1000 * DURATION_S + 1
 SLOW_MACHINE = ("--sample-timeout-ms", 20000)  # a guest that is not given time is no silent simulator
 STATUS = DBC.get_message_by_name("ControllerStatus")
-STATUS_PAGES = 9
+STATUS_PAGES = len(STATUS.get_signal_by_name("page").choices)
 
 
 class RealTimeRun(NamedTuple):

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from hexload_dev import mps2, target
-from slcan_peer import Peer
+from slcan_peer import CONTRACT, Peer
 
 ENTRY = np.dtype([(name, "<u4") for name in ("counts", "us", "periods", "returns")])  # as in programs/ticks.c
 TICKS = 1000
@@ -15,7 +15,7 @@ COUNTS_PER_US = 25
 LATENCY_COUNTS = 80 * 64 / 40
 READING_US = 20 * 0.064
 BY_INSTRUCTIONS = ("-icount", "shift=0")  # the machine's time stands still while the host does something else
-PAGES = 12
+PAGES = len(CONTRACT.get_message_by_name("ControllerStatus").get_signal_by_name("page").choices)
 ROUNDS = 5
 
 
