@@ -1,5 +1,6 @@
 """`--out DIR --force` of the simulator, as a user types it: what is no run directory survives, byte for byte."""
 
+import os
 import subprocess
 import time
 from pathlib import Path
@@ -7,6 +8,7 @@ from pathlib import Path
 import pytest
 
 from hexload import project
+from hexload.io.atomic_file import replaced_when_done
 from hexload.io.run_directory import FILES, read_run
 
 PATIENCE_S = 60.0
@@ -124,3 +126,12 @@ def _folder_of(process: subprocess.Popen, work: Path) -> Path:
                 return folder
         time.sleep(0.01)
     pytest.fail("the run does not begin")
+
+
+def test_what_is_no_file_is_written_to_and_not_replaced(tmp_path):
+    # GIVEN a pipe, as /dev/null is a device, for a file to be written WHEN it is opened THEN it is the pipe itself
+    pipe = tmp_path / "pipe"
+    os.mkfifo(pipe)
+    with replaced_when_done(pipe) as opened:
+        assert opened == pipe
+    assert pipe.is_fifo()

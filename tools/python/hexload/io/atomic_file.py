@@ -10,11 +10,15 @@ from hexload.errors import InputError
 
 @contextmanager
 def replaced_when_done(path: Path) -> Iterator[Path]:
-    """Yields a temporary name beside `path`; renames it to `path` when the block ends well, else removes it."""
+    """Yields a temporary name beside `path`; renames it to `path` when the block ends well, else removes it. What is no
+    file, such as /dev/null or a pipe, is written to as it is: a file in its place would be another thing."""
     if not path.parent.is_dir():
         raise InputError(f"{path}: cannot be written, found no folder {path.parent}, expected an existing one")
     if path.is_dir():
         raise InputError(f"{path}: cannot be written, found a folder, expected a file name")
+    if path.exists() and not path.is_file():
+        yield path
+        return
     temporary = path.with_name(f".{path.name}.{os.getpid()}.part")
     try:
         yield temporary
