@@ -1,5 +1,6 @@
 #include "hexload/momentum.h"
 
+#include "configuration/config_fields.h"
 #include "configuration/momentum_prior.h"
 #include "momentum_tick.h"
 
@@ -11,11 +12,10 @@ _Static_assert(sizeof(hexload_momentum_t) <= (size_t)20 * 1024 * sizeof(hexload_
 HEXLOAD_RARE hexload_status_t hexload_momentum_init(hexload_momentum_t* self,
                                                     const hexload_config_t* config) {
     hexload_kinematics_t kinematics;
-    hexload_status_t status = hexload_config_check(config, NULL);
-    if (status != HEXLOAD_OK) {
-        return status;
+    if (hexload_config_find_bad(config) >= 0) {
+        return HEXLOAD_ERR_CONFIG;
     }
-    status = hexload_kinematics_init(&kinematics, config);
+    const hexload_status_t status = hexload_kinematics_init(&kinematics, config);
     if (status != HEXLOAD_OK) {
         return status;
     }

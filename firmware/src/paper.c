@@ -1,5 +1,6 @@
 #include "hexload/paper.h"
 
+#include "configuration/config_fields.h"
 #include "paper_tick.h"
 
 // The lasting memory of an estimator: 4-byte numbers, or 8-byte ones in the reference build.
@@ -8,11 +9,10 @@ _Static_assert(sizeof(hexload_paper_t) <= 1664 * sizeof(hexload_real_t) / sizeof
 
 hexload_status_t hexload_paper_init(hexload_paper_t* self, const hexload_config_t* config) {
     hexload_kinematics_t kinematics;
-    hexload_status_t status = hexload_config_check(config, NULL);
-    if (status != HEXLOAD_OK) {
-        return status;
+    if (hexload_config_find_bad(config) >= 0) {
+        return HEXLOAD_ERR_CONFIG;
     }
-    status = hexload_kinematics_init(&kinematics, config);
+    const hexload_status_t status = hexload_kinematics_init(&kinematics, config);
     if (status != HEXLOAD_OK) {
         return status;
     }

@@ -9,7 +9,9 @@
 #include <hexload_sim/rotation.hpp>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstddef>
 #include <numbers>
 #include <optional>
 #include <utility>
@@ -66,6 +68,73 @@ class PaperTrajectory : public Trajectory {
     Vector6 amplitude_;
 };
 
+// sin and cos of many phases w t + phi. At ticks by the angle sum from the tick at which a block of them
+// began: with what a sine turns by since then, known from a table, that takes a product in place of both
+// functions, is right within a few roundings of 1, and depends on t alone, not on what was asked before.
+class Phases {
+  public:
+    struct Unit {
+        double sin;
+        double cos;
+    };
+
+    void add(double w_rad_s, double phase_rad) {
+        sines_.push_back({w_rad_s, phase_rad});
+        for (std::size_t tick = 0; tick < block_ticks; ++tick) {
+            turns_[tick].push_back(unit(w_rad_s * (static_cast<double>(tick) * tick_s)));
+        }
+        begin_.resize(sines_.size());
+        now_.resize(sines_.size());
+    }
+
+    // In the order of add(); valid until the next call.
+    const std::vector<Unit>& at(double t_s) const {
+        const double ticks = std::round(t_s / tick_s);
+        if (ticks < 0.0 || ticks > most_ticks || std::abs(ticks * tick_s - t_s) > same_instant * t_s) {
+            evaluate(t_s, now_);
+            return now_;
+        }
+        const auto tick = static_cast<std::size_t>(ticks);
+        const std::size_t block = tick / block_ticks;
+        if (block != block_) {
+            evaluate(static_cast<double>(block * block_ticks) * tick_s, begin_);
+            block_ = block;
+        }
+        const std::vector<Unit>& turn = turns_[tick % block_ticks];
+        for (std::size_t n = 0; n < now_.size(); ++n) {
+            now_[n] = {begin_[n].sin * turn[n].cos + begin_[n].cos * turn[n].sin,
+                       begin_[n].cos * turn[n].cos - begin_[n].sin * turn[n].sin};
+        }
+        return now_;
+    }
+
+  private:
+    static constexpr std::size_t block_ticks = 64;
+    static constexpr double most_ticks = 1e9;       // 11 days
+    static constexpr double same_instant = 4.5e-16; // of a time: two roundings of it
+
+    struct Sine {
+        double w_rad_s;
+        double phase_rad;
+    };
+
+    static Unit unit(double phase_rad) {
+        return {std::sin(phase_rad), std::cos(phase_rad)};
+    }
+
+    void evaluate(double t_s, std::vector<Unit>& units) const {
+        for (std::size_t n = 0; n < sines_.size(); ++n) {
+            units[n] = unit(sines_[n].w_rad_s * t_s + sines_[n].phase_rad);
+        }
+    }
+
+    std::vector<Sine> sines_;
+    std::array<std::vector<Unit>, block_ticks> turns_;
+    mutable std::size_t block_ = static_cast<std::size_t>(-1);
+    mutable std::vector<Unit> begin_;
+    mutable std::vector<Unit> now_;
+};
+
 class MultisineTrajectory : public Trajectory {
   public:
     MultisineTrajectory(const MultisineMotion& settings, RandomStream random) : run_in_s_(settings.run_in_s) {
@@ -81,7 +150,9 @@ class MultisineTrajectory : public Trajectory {
                 const double frequency_hz =
                     settings.frequency_min_hz +
                     position * (settings.frequency_max_hz - settings.frequency_min_hz);
-                sines.push_back({1.0 / frequency_hz, 2.0 * pi * frequency_hz, random.uniform(0.0, 2.0 * pi)});
+                const double w_rad_s = 2.0 * pi * frequency_hz;
+                phases_.add(w_rad_s, random.uniform(0.0, 2.0 * pi));
+                sines.push_back({1.0 / frequency_hz, w_rad_s});
                 sum += sines.back().amplitude;
             }
             for (Sine& sine : sines) {
@@ -92,13 +163,14 @@ class MultisineTrajectory : public Trajectory {
 
     Motion at(double t_s) const override {
         Motion motion;
+        auto unit = phases_.at(t_s).begin();
         for (int coordinate = 0; coordinate < 6; ++coordinate) {
             for (const Sine& sine : sines_[static_cast<std::size_t>(coordinate)]) {
-                const double phase = sine.w_rad_s * t_s + sine.phase_rad;
                 const double a = scale_ * sine.amplitude;
-                motion.q(coordinate) += a * std::sin(phase);
-                motion.rate(coordinate) += a * sine.w_rad_s * std::cos(phase);
-                motion.acceleration(coordinate) -= a * sine.w_rad_s * sine.w_rad_s * std::sin(phase);
+                motion.q(coordinate) += a * unit->sin;
+                motion.rate(coordinate) += a * sine.w_rad_s * unit->cos;
+                motion.acceleration(coordinate) -= a * sine.w_rad_s * sine.w_rad_s * unit->sin;
+                ++unit;
             }
         }
         return scaled(motion, smooth_step(t_s, run_in_s_));
@@ -112,11 +184,11 @@ class MultisineTrajectory : public Trajectory {
     struct Sine {
         double amplitude;
         double w_rad_s;
-        double phase_rad;
     };
     double run_in_s_;
     double scale_ = 1.0;
     std::array<std::vector<Sine>, 6> sines_;
+    Phases phases_; // of all sines, one coordinate after the other
 };
 
 class WorkTrajectory : public Trajectory {

@@ -49,8 +49,10 @@ MOMENTUM_SOURCES = ("rig.c", "smoother.c", "transient.c", "motion_directions.c",
                     "consider.c", "tolerances.c", "jackknife.c", "wrench_monitor.c", "load_monitor.c",
                     "frozen_channels.c", "momentum_supervisor.c", "pseudo_inertia.c", "momentum.c")  # fmt: skip
 EFFECTS_SOURCES = ("actuator_effects.c", "identifiability.c", "momentum_effects.c")
-# What only those link who ask for it: the words of an input fault, the load as a body, traces, the interface over all kinds and its differentiator.
-ASKED_SOURCES = ("input_fault.c", "body.c", "nearest_body.c", "trace.c", "differentiator.c", "hexload.c")
+# What only those link who ask for it: names of fields, states and faults, the default configuration and what sets parts of it; the load as a
+# body, traces, the interface over all kinds and its differentiator. A configuration of `hexload export` needs none of it.
+WORD_SOURCES = ("status.c", "config_names.c", "config_default.c", "momentum_config.c")
+ASKED_SOURCES = (*WORD_SOURCES, "input_fault.c", "body.c", "nearest_body.c", "trace.c", "differentiator.c", "hexload.c")
 LEFT_OUT = {
     "core": (*MOMENTUM_SOURCES, *EFFECTS_SOURCES, *ASKED_SOURCES),
     "momentum": (*PAPER_SOURCES, *EFFECTS_SOURCES, *ASKED_SOURCES),
@@ -168,6 +170,8 @@ def test_code_and_data_are_within_their_limits():
     for name, left_out in LEFT_OUT.items():
         text = core.text - target.size_of(*target.objects(preset, *left_out)).text
         check(f"text of {name}, bytes", text, BUDGET["bytes"][f"{name}_text"])
+    words = target.size_of(*target.objects(preset, *WORD_SOURCES))
+    check("text of names and default configuration, bytes", words.text, BUDGET["bytes"]["words_text"])
     body = target.size_of(*target.objects(preset, "body.c", "nearest_body.c"))
     check("text of the load as a body, bytes", body.text, BUDGET["bytes"]["body_text"])
     check("data of the core, bytes", core.data, BUDGET["bytes"]["core_data"])

@@ -1,7 +1,5 @@
 #include "hexload/status.h"
 
-#include "configuration/health.h"
-
 const char* hexload_status_name(hexload_status_t status) {
     switch (status) {
     case HEXLOAD_OK:
@@ -58,21 +56,5 @@ const char* hexload_health_name(hexload_health_bit_t bit) {
     case HEXLOAD_HEALTH_BITS:
     default:
         return "unknown health bit";
-    }
-}
-
-hexload_status_t hexload_health_refuse(hexload_health_t* health, hexload_status_t status) {
-    if (health->refused < UINT32_MAX) {
-        health->refused++;
-    }
-    return status;
-}
-
-void hexload_health_count(hexload_health_t* health, uint32_t bits) {
-    health->bits = bits;
-    for (int bit = 0; bit < HEXLOAD_HEALTH_BITS; bit++) {
-        if (((bits >> bit) & 1u) != 0 && health->count[bit] < UINT32_MAX) {
-            health->count[bit]++;
-        }
     }
 }
