@@ -140,6 +140,17 @@ def test_a_load_is_found_on_the_commissioned_rig(found, platform):
     assert late == pytest.approx([7.1], abs=0.1)
 
 
+def test_a_load_that_comes_early_is_reported_on_the_commissioned_rig(found, platform):
+    # GIVEN a load that comes after 2.5 s, before the controller has seen what the machine's errors are like
+    machine, out, _ = found
+    log = write_log(platform.parent / "early.csv", log_of(machine, multisine(3, 4.0), LOAD, 4, load_from_s=2.5))
+    # WHEN the log is replayed with the rig file THEN the change is reported once, within 30 ms
+    replayed = replay_log(log, platform, None, None, platform.parent / "early_estimates.csv", rig=out)
+    assert load_changes_s(replayed) == pytest.approx([2.515], abs=0.015)
+    # AND the mass is that of the load
+    assert replayed["value"][-1][0] == pytest.approx(LOAD[0], rel=0.01)
+
+
 def test_a_load_is_found_on_legs_that_are_not_alike_and_rub_more_under_load(found, platform):
     # GIVEN LuGre's friction that grows by 1 % of the leg's force, and legs whose masses differ by up to a tenth
     machine, _, _ = found

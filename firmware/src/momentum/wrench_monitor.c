@@ -20,6 +20,9 @@
 /// Least standard deviation of y: a share of the weight, at the platform's hinges for the moments.
 #define LEAST_SHARE HEXLOAD_REAL(0.005)
 
+/// The same on a commissioned machine before it is armed: what commissioning has left is less.
+#define EARLY_SHARE HEXLOAD_REAL(0.05)
+
 /// Of the square of friction: a leg's is off by twice the whole at most, and the errors of six cannot add up
 /// to more than 4 6 / (1 / 2) = 48 of chi-square, below the alarm.
 #define FRICTION_SHARE HEXLOAD_REAL(0.5)
@@ -116,11 +119,11 @@ static void observe_open(hexload_wrench_monitor_t* self, const hexload_config_t*
     }
 }
 
-/// What is open of y y^T, and C, with its floor.
+/// What is open of y y^T, and C, with its floor: a share of the weight.
 static void find_spread(const hexload_wrench_monitor_t* self, const hexload_config_t* config,
-                        const hexload_real_t body[DIM], hexload_real_t S[3][3]) {
+                        const hexload_real_t body[DIM], hexload_real_t share, hexload_real_t S[3][3]) {
     const hexload_real_t* a = config->geometry.platform_hinge_m[0];
-    const hexload_real_t least_n = LEAST_SHARE * config->gravity_m_s2 * body[HEXLOAD_LOAD_M];
+    const hexload_real_t least_n = share * config->gravity_m_s2 * body[HEXLOAD_LOAD_M];
     const hexload_real_t least_n_m2 = least_n * least_n * dot3(a, a);
     for (int i = 0; i < PARTS; i++) {
         for (int j = 0; j <= i; j++) {
@@ -172,13 +175,16 @@ static void learn(hexload_wrench_monitor_t* self, const hexload_config_t* config
 }
 
 /// y^T S^-1 y.
-static hexload_real_t distance(hexload_real_t S[3][3], const hexload_real_t y[PARTS]) {
+static hexload_real_t distance(const hexload_wrench_monitor_t* self, const hexload_config_t* config,
+                               const hexload_real_t body[DIM], hexload_real_t share) {
+    hexload_real_t S[3][3];
     hexload_real_t L[3][3];
     hexload_real_t x[3];
+    find_spread(self, config, body, share, S);
     if (!cholesky3(S, L)) {
         return HEXLOAD_REAL(0.0);
     }
-    forward_substitute3(L, y, x);
+    forward_substitute3(L, self->residual, x);
     return dot3(x, x);
 }
 
@@ -200,15 +206,18 @@ bool hexload_wrench_monitor_step(hexload_wrench_monitor_t* self, const hexload_c
     const bool is_settled = self->ticks > SETTLED_TICKS && (fit != HEXLOAD_FIT_NONE || since_s > DOUBTFUL_S);
     const bool is_asked = is_settled && fit > HEXLOAD_FIT_NOISE;
     self->ticks = self->ticks < UINT32_MAX / 2 ? self->ticks : self->ticks - 1;
-    hexload_real_t square = HEXLOAD_REAL(0.0);
+    bool is_wrong = false;
     if (is_asked) {
-        hexload_real_t S[3][3];
-        find_spread(self, config, body, S);
-        square = distance(S, self->residual);
+        const hexload_real_t square = distance(self, config, body, LEAST_SHARE);
         self->filling_peak = hexload_max(self->filling_peak, square);
+        if (self->motion_s >= ARMED_S) {
+            is_wrong = square > hexload_max(ALARM, HEXLOAD_REAL(2.0) * self->peak);
+        } else {
+            is_wrong = config->rig.direction_count > 0 && distance(self, config, body, EARLY_SHARE) > ALARM;
+        }
     }
     if (is_moving(motion)) {
         learn(self, config, self->residual);
     }
-    return self->motion_s >= ARMED_S && square > hexload_max(ALARM, HEXLOAD_REAL(2.0) * self->peak);
+    return is_wrong;
 }

@@ -44,7 +44,8 @@ void hexload_wrench_monitor_restart(hexload_wrench_monitor_t* self);
 /// One sample of the present.
 /// @param fit of noise, or unproven: nothing is reported, only learnt; of none: the estimates of another load
 /// are given two seconds, as their sigmas mean little.
-/// @return true when y does not fit, and C is of 4 s of motion at least. Reentrant, constant time.
+/// @return true when y does not fit, and C is of 4 s of motion at least or the machine is commissioned.
+/// Reentrant, constant time.
 HEXLOAD_MUST_USE bool hexload_wrench_monitor_step(hexload_wrench_monitor_t* self,
                                                   const hexload_config_t* config,
                                                   const hexload_momentum_filter_t* filter, hexload_fit_t fit,
