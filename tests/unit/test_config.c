@@ -1,3 +1,4 @@
+#include "configuration/health.h"
 #include "machine.h"
 
 #include <string.h>
@@ -93,6 +94,113 @@ static void test_safe_prior_grows_with_the_load_it_is_for(void) {
     TEST_ASSERT_DOUBLE_WITHIN(1e-6, sqrt(0.1), (double)config.paper.prior_dz_sigma_m);
 }
 
+static void test_config_names_what_contradicts_another_field(void) {
+    // a leg of 0.8741 m that may be 0.9 m shorter, and 0.1 N of friction that pushes at rest
+    ASSERT_REFUSED(geometry.stroke_min_m, HEXLOAD_REAL(-0.9));
+    ASSERT_REFUSED(rig.stribeck_n[4], HEXLOAD_REAL(-0.1));
+    // moments of (25, 25, 44) kg m^2: one below zero; one beyond the sum of the others; a product beyond the
+    // root of 25 times 44
+    ASSERT_REFUSED(platform.inertia_kg_m2[HEXLOAD_I_XX], HEXLOAD_REAL(-1.0));
+    ASSERT_REFUSED(platform.inertia_kg_m2[HEXLOAD_I_XX], HEXLOAD_REAL(69.1));
+    ASSERT_REFUSED(platform.inertia_kg_m2[HEXLOAD_I_YY], HEXLOAD_REAL(69.1));
+    ASSERT_REFUSED(platform.inertia_kg_m2[HEXLOAD_I_YZ], HEXLOAD_REAL(33.2));
+    ASSERT_REFUSED(momentum.lag_ticks, HEXLOAD_TRANSIENT_TICKS - 1);
+    ASSERT_REFUSED(momentum.lag_ticks, HEXLOAD_LAG_TICKS_MAX + 1);
+    ASSERT_REFUSED(momentum.longest_gap_ticks, 0);
+    ASSERT_REFUSED(momentum.longest_gap_ticks, HEXLOAD_MISSING_TICKS_MAX + 1);
+    ASSERT_REFUSED(momentum.nis_time_constant_s, HEXLOAD_REAL(0.0009));
+    ASSERT_REFUSED(momentum.excitation_time_constant_s, HEXLOAD_REAL(0.0009));
+    ASSERT_REFUSED(sensors.half_window_ticks, 1);
+    ASSERT_REFUSED(sensors.half_window_ticks, HEXLOAD_HALF_WINDOW_TICKS_MAX + 1);
+    // 8 ticks of 1 ms, and no number of directions that there is no room for
+    ASSERT_REFUSED(rig.force_delay_s, HEXLOAD_REAL(0.0081));
+    ASSERT_REFUSED(rig.velocity_delay_s, HEXLOAD_REAL(0.0081));
+    ASSERT_REFUSED(rig.direction_count, HEXLOAD_RIG_DIRECTIONS_MAX + 1);
+    ASSERT_REFUSED(rig.direction_count, UINT32_MAX);
+}
+
+static void test_config_accepts_the_ends_of_its_ranges(void) {
+    // GIVEN the numbers just inside what contradicts another field WHEN they are checked THEN none is refused
+    hexload_config_t config = paper_machine();
+    const char* bad_field = "not yet asked";
+    config.geometry.stroke_min_m = HEXLOAD_REAL(-0.874);
+    config.rig.coulomb_n[4] = HEXLOAD_REAL(0.1);
+    config.rig.stribeck_n[4] = HEXLOAD_REAL(-0.1);
+    config.platform.inertia_kg_m2[HEXLOAD_I_XX] = HEXLOAD_REAL(69.0);
+    config.momentum.lag_ticks = HEXLOAD_LAG_TICKS_MAX;
+    config.momentum.longest_gap_ticks = HEXLOAD_MISSING_TICKS_MAX;
+    config.momentum.nis_time_constant_s = config.tick_s;
+    config.momentum.excitation_time_constant_s = config.tick_s;
+    config.paper.nis_time_constant_s = config.tick_s;
+    config.paper.longest_gap_ticks = config.paper.longest_gate_ticks = 1;
+    config.sensors.half_window_ticks = HEXLOAD_HALF_WINDOW_TICKS_MAX;
+    config.rig.force_delay_s = config.rig.velocity_delay_s = HEXLOAD_REAL(0.008);
+    config.rig.direction_count = HEXLOAD_RIG_DIRECTIONS_MAX;
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_OK, hexload_config_check(&config, &bad_field));
+    TEST_ASSERT_NULL_MESSAGE(bad_field, bad_field);
+    config.momentum.lag_ticks = HEXLOAD_TRANSIENT_TICKS;
+    config.momentum.longest_gap_ticks = 1;
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_OK, hexload_config_check(&config, NULL));
+}
+
+static void test_only_directions_that_count_are_checked(void) {
+    // GIVEN a second direction with a number that is none WHEN one direction counts THEN it is of no account,
+    // WHEN two do THEN it is refused
+    hexload_config_t config = paper_machine();
+    const char* bad_field = NULL;
+    config.rig.direction[1].platform_hinge_m[5][2] = (hexload_real_t)NAN;
+    config.rig.direction_count = 1;
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_OK, hexload_config_check(&config, &bad_field));
+    config.rig.direction_count = 2;
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_ERR_CONFIG, hexload_config_check(&config, &bad_field));
+    TEST_ASSERT_EQUAL_STRING("rig.direction", bad_field);
+}
+
+static void test_gravity_that_is_no_vector_or_points_up_is_refused(void) {
+    static const hexload_real_t bad[][3] = {
+        {HEXLOAD_REAL(0.0), HEXLOAD_REAL(0.0), HEXLOAD_REAL(9.81)},
+        {HEXLOAD_REAL(9.81), HEXLOAD_REAL(0.0), HEXLOAD_REAL(0.0)},
+        {(hexload_real_t)NAN, HEXLOAD_REAL(0.0), HEXLOAD_REAL(-9.81)},
+        {HEXLOAD_REAL(0.0), (hexload_real_t)INFINITY, HEXLOAD_REAL(-9.81)},
+    };
+    for (size_t n = 0; n < sizeof bad / sizeof bad[0]; n++) {
+        // GIVEN such a vector WHEN it is set THEN it is refused and no hinge is turned
+        hexload_config_t config = paper_machine();
+        const hexload_config_t before = paper_machine();
+        TEST_ASSERT_EQUAL_INT(HEXLOAD_ERR_CONFIG, hexload_config_set_gravity(&config, bad[n]));
+        TEST_ASSERT_EQUAL_MEMORY(&before.geometry, &config.geometry, sizeof before.geometry);
+        TEST_ASSERT_TRUE(config.gravity_m_s2 == before.gravity_m_s2);
+    }
+}
+
+static void test_health_counters_stay_at_their_end(void) {
+    // GIVEN counters that are one below their end
+    hexload_health_t health = {.refused = UINT32_MAX - 1};
+    const uint32_t bits = 1u << HEXLOAD_HEALTH_INCONSISTENT | 1u << HEXLOAD_HEALTH_FRAMES_REFUSED;
+    health.count[HEXLOAD_HEALTH_INCONSISTENT] = UINT32_MAX - 1;
+    // WHEN they count on
+    for (int n = 0; n < 3; n++) {
+        TEST_ASSERT_EQUAL_INT(HEXLOAD_ERR_POSE, hexload_health_refuse(&health, HEXLOAD_ERR_POSE));
+        hexload_health_count(&health, bits);
+    }
+    // THEN they stay there, and others count what they were given
+    TEST_ASSERT_EQUAL_UINT32(UINT32_MAX, health.refused);
+    TEST_ASSERT_EQUAL_HEX32(bits, health.bits);
+    for (int bit = 0; bit < HEXLOAD_HEALTH_BITS; bit++) {
+        const uint32_t expected = bit == HEXLOAD_HEALTH_INCONSISTENT     ? UINT32_MAX
+                                  : bit == HEXLOAD_HEALTH_FRAMES_REFUSED ? 3
+                                                                         : 0;
+        TEST_ASSERT_EQUAL_UINT32(expected, health.count[bit]);
+    }
+}
+
+static void test_numbers_without_a_name_are_called_unknown(void) {
+    TEST_ASSERT_EQUAL_STRING("unknown health bit", hexload_health_name(HEXLOAD_HEALTH_BITS));
+    TEST_ASSERT_EQUAL_STRING("unknown health bit", hexload_health_name((hexload_health_bit_t)31));
+    TEST_ASSERT_EQUAL_STRING("unknown status", hexload_status_name((hexload_status_t)-6));
+    TEST_ASSERT_EQUAL_STRING("unknown", hexload_verdict_name((hexload_verdict_t)5));
+}
+
 int main(void) {
     UNITY_BEGIN();
     RUN_TEST(test_config_accepts_the_default_machine);
@@ -100,5 +208,11 @@ int main(void) {
     RUN_TEST(test_config_names_each_field_out_of_range);
     RUN_TEST(test_printed_prior_is_the_papers_start_covariance);
     RUN_TEST(test_safe_prior_grows_with_the_load_it_is_for);
+    RUN_TEST(test_config_names_what_contradicts_another_field);
+    RUN_TEST(test_config_accepts_the_ends_of_its_ranges);
+    RUN_TEST(test_only_directions_that_count_are_checked);
+    RUN_TEST(test_gravity_that_is_no_vector_or_points_up_is_refused);
+    RUN_TEST(test_health_counters_stay_at_their_end);
+    RUN_TEST(test_numbers_without_a_name_are_called_unknown);
     return UNITY_END();
 }

@@ -352,6 +352,80 @@ static void test_the_window_goes_with_the_sampling_period(void) {
     TEST_ASSERT_EQUAL_INT(HEXLOAD_ERR_CONFIG, hexload_config_check(&config, &bad_field));
 }
 
+static void test_after_a_long_gap_the_estimate_stays_for_a_window(void) {
+    // GIVEN an estimator that has seen 200 samples WHEN five are missing
+    const hexload_config_t config = without_velocity(HEXLOAD_KIND_MOMENTUM);
+    static hexload_t estimator;
+    hexload_estimate_t estimate, before = {0};
+    uint64_t seed = 5;
+    uint32_t same = 0;
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_OK, hexload_init(&estimator, &config));
+    for (uint32_t tick = 0; tick < 300; tick++) {
+        const hexload_leg_sample_t sample = sample_at(&eccentric, tick, &seed);
+        if (tick >= 200 && tick < 205) {
+            continue;
+        }
+        TEST_ASSERT_EQUAL_INT(HEXLOAD_OK, hexload_tick(&estimator, &config, &sample, &estimate));
+        // THEN for a window of 13 ticks less its last one nothing changes but the tick
+        TEST_ASSERT_EQUAL_UINT32(tick, estimate.tick);
+        if (tick >= 205 && memcmp(before.value, estimate.value, sizeof before.value) == 0) {
+            TEST_ASSERT_EQUAL_MEMORY(before.sigma, estimate.sigma, sizeof before.sigma);
+            same++;
+        }
+        before = estimate;
+    }
+    TEST_ASSERT_GREATER_OR_EQUAL_UINT32(12, same);
+}
+
+static void test_a_lost_force_is_said_for_as_long_as_a_window_has_it(void) {
+    static const hexload_kind_t kinds[2] = {HEXLOAD_KIND_PAPER, HEXLOAD_KIND_MOMENTUM};
+    for (int n = 0; n < 2; n++) {
+        // GIVEN a force that is missing at 20 ticks
+        const hexload_config_t config = without_velocity(kinds[n]);
+        const uint32_t bit = 1u << HEXLOAD_HEALTH_CHANNEL_LOST;
+        static hexload_t estimator;
+        hexload_estimate_t estimate;
+        uint64_t seed = 5;
+        TEST_ASSERT_EQUAL_INT(HEXLOAD_OK, hexload_init(&estimator, &config));
+        for (uint32_t tick = 0; tick < 400; tick++) {
+            hexload_leg_sample_t sample = sample_at(&on_axis, tick, &seed);
+            sample.force_n[2] = tick >= 200 && tick < 220 ? (hexload_real_t)NAN : sample.force_n[2];
+            // WHEN they come THEN none is refused, and it is said at these and for a window of 12 more
+            TEST_ASSERT_EQUAL_INT(HEXLOAD_OK, hexload_tick(&estimator, &config, &sample, &estimate));
+            const bool is_said = (hexload_health(&estimator)->bits & bit) != 0;
+            TEST_ASSERT_EQUAL(tick >= 200 && tick < 220 + 12, is_said);
+        }
+        // AND a guess that is missing before a first window is complete is said too
+        TEST_ASSERT_EQUAL_INT(HEXLOAD_OK, hexload_init(&estimator, &config));
+        hexload_leg_sample_t first = sample_at(&on_axis, 0, &seed);
+        first.force_n[2] = (hexload_real_t)NAN;
+        TEST_ASSERT_EQUAL_INT(HEXLOAD_OK, hexload_tick(&estimator, &config, &first, &estimate));
+        TEST_ASSERT_BITS_HIGH(bit, hexload_health(&estimator)->bits);
+    }
+}
+
+static void test_legs_without_a_pose_are_refused_half_a_window_later(void) {
+    for (int traced = 0; traced < 2; traced++) {
+        // GIVEN one leg 0.8 m longer than all others, which no pose has
+        hexload_config_t config = without_velocity(HEXLOAD_KIND_MOMENTUM);
+        static hexload_t estimator;
+        hexload_estimate_t estimate;
+        hexload_trace_t trace;
+        TEST_ASSERT_EQUAL_INT(HEXLOAD_OK, hexload_init(&estimator, &config));
+        for (uint32_t tick = 0; tick < 20; tick++) {
+            hexload_leg_sample_t sample = {.tick = tick};
+            sample.displacement_m[0] = HEXLOAD_REAL(0.8);
+            // WHEN such samples come THEN nothing is known of it until a window of 13 is complete
+            const hexload_status_t status =
+                traced == 1 ? hexload_trace(&estimator, &config, &sample, &estimate, &trace)
+                            : hexload_tick(&estimator, &config, &sample, &estimate);
+            TEST_ASSERT_EQUAL(tick < 12, status == HEXLOAD_OK);
+        }
+        TEST_ASSERT_EQUAL_UINT32(8, hexload_health(&estimator)->refused);
+        TEST_ASSERT_EQUAL_UINT32(11, estimate.tick);
+    }
+}
+
 int main(void) {
     UNITY_BEGIN();
     RUN_TEST(test_speed_and_force_pass_the_same_filter);
@@ -366,5 +440,8 @@ int main(void) {
     RUN_TEST(test_a_load_that_drops_is_detected_within_20_ms);
     RUN_TEST(test_noise_that_is_misstated_is_measured_before_the_filter);
     RUN_TEST(test_the_window_goes_with_the_sampling_period);
+    RUN_TEST(test_after_a_long_gap_the_estimate_stays_for_a_window);
+    RUN_TEST(test_a_lost_force_is_said_for_as_long_as_a_window_has_it);
+    RUN_TEST(test_legs_without_a_pose_are_refused_half_a_window_later);
     return UNITY_END();
 }

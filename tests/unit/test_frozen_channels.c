@@ -53,9 +53,29 @@ static void test_sensors_in_order_have_not_stopped(void) {
     }
 }
 
+static void test_sensors_that_stand_still_together_say_that_the_machine_does(void) {
+    for (int moving = 0; moving <= HEXLOAD_LEGS; moving++) {
+        // GIVEN forces and velocities of which the first `moving` change, and the others do not
+        const hexload_config_t config = paper_machine();
+        hexload_frozen_channels_t frozen = {.missed_m = {HEXLOAD_REAL(0.0)}};
+        for (uint32_t tick = 0; tick < 10; tick++) {
+            hexload_leg_sample_t sample = {.tick = tick};
+            for (int leg = 0; leg < moving; leg++) {
+                sample.force_n[leg] = sample.velocity_m_s[leg] = (hexload_real_t)(tick + 1);
+                sample.displacement_m[leg] = (hexload_real_t)(tick + 1);
+            }
+            hexload_frozen_channels_step(&frozen, &config, &sample);
+        }
+        // WHEN they are asked THEN one has stopped if three or more change while it does not
+        TEST_ASSERT_EQUAL(moving >= 3 && moving < HEXLOAD_LEGS,
+                          hexload_frozen_channels_are_there(&frozen, &config));
+    }
+}
+
 int main(void) {
     UNITY_BEGIN();
     RUN_TEST(test_a_sensor_that_stops_is_found_at_once);
     RUN_TEST(test_sensors_in_order_have_not_stopped);
+    RUN_TEST(test_sensors_that_stand_still_together_say_that_the_machine_does);
     return UNITY_END();
 }

@@ -167,6 +167,118 @@ static void test_only_the_estimator_of_actuator_effects_has_effects(void) {
     }
 }
 
+static void test_a_machine_without_a_home_pose_is_refused_by_every_kind(void) {
+    for (int n = 0; n < HEXLOAD_KINDS; n++) {
+        // GIVEN legs too short to reach the platform, or an empty platform without a mass
+        static hexload_t estimator, before;
+        hexload_config_t short_legs = config_of(kinds[n]), weightless = config_of(kinds[n]);
+        for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
+            short_legs.geometry.home_leg_length_m[leg] = HEXLOAD_REAL(0.2); // hinges are 0.36 m apart
+        }
+        short_legs.geometry.stroke_min_m = HEXLOAD_REAL(-0.1);
+        weightless.platform.mass_kg = HEXLOAD_REAL(0.0);
+        memset(&estimator, 0x5A, sizeof estimator);
+        memcpy(&before, &estimator, sizeof before);
+        // WHEN an estimator is started THEN it is refused, for what it is, and nothing has changed
+        TEST_ASSERT_EQUAL_INT(HEXLOAD_ERR_POSE, hexload_init(&estimator, &short_legs));
+        TEST_ASSERT_EQUAL_INT(HEXLOAD_ERR_CONFIG, hexload_init(&estimator, &weightless));
+        TEST_ASSERT_EQUAL_MEMORY(&before, &estimator, sizeof before);
+    }
+}
+
+static void test_an_instance_that_is_of_no_kind_does_nothing(void) {
+    static const unsigned damaged[] = {HEXLOAD_KINDS, 99};
+    for (int n = 0; n < 2; n++) {
+        // GIVEN an estimator whose kind a fault of memory has changed, or that was to be none
+        hexload_config_t config = config_of(HEXLOAD_KIND_MOMENTUM);
+        static hexload_t estimator;
+        hexload_estimate_t estimate = {.tick = 17};
+        hexload_trace_t trace = {.tick = 18};
+        hexload_effects_estimate_t effects;
+        const hexload_leg_sample_t sample = {.tick = 1};
+        TEST_ASSERT_EQUAL_INT(HEXLOAD_OK, hexload_init(&estimator, &config));
+        estimator.kind = config.kind = (hexload_kind_t)damaged[n];
+        // WHEN it is used THEN it refuses, and hands nothing out
+        TEST_ASSERT_EQUAL_INT(HEXLOAD_ERR_CONFIG, hexload_tick(&estimator, &config, &sample, &estimate));
+        TEST_ASSERT_EQUAL_INT(HEXLOAD_ERR_CONFIG,
+                              hexload_trace(&estimator, &config, &sample, &estimate, &trace));
+        TEST_ASSERT_FALSE(hexload_read_effects(&estimator, &estimate, &effects));
+        TEST_ASSERT_NOT_NULL(hexload_health(&estimator));
+        TEST_ASSERT_EQUAL_INT(HEXLOAD_ERR_CONFIG, hexload_init(&estimator, &config));
+        TEST_ASSERT_EQUAL_UINT32(17, estimate.tick);
+        TEST_ASSERT_EQUAL_UINT32(18, trace.tick);
+    }
+}
+
+static void test_a_refused_sample_leaves_a_trace_as_it_was(void) {
+    for (int n = 0; n < 2 * HEXLOAD_KINDS; n++) {
+        // GIVEN an estimator of each kind, with velocity sensors and without
+        hexload_config_t config = config_of(kinds[n / 2]);
+        static hexload_t estimator;
+        hexload_estimate_t estimate;
+        hexload_trace_t trace = {.tick = 18};
+        const hexload_leg_sample_t sample = {.tick = 1};
+        if (n % 2 == 1) {
+            hexload_config_set_no_velocity(&config);
+        }
+        TEST_ASSERT_EQUAL_INT(HEXLOAD_OK, hexload_init(&estimator, &config));
+        TEST_ASSERT_EQUAL_INT(HEXLOAD_OK, hexload_trace(&estimator, &config, &sample, &estimate, &trace));
+        const hexload_trace_t before = trace;
+        // WHEN a sample comes twice THEN it is refused, and the trace stays
+        TEST_ASSERT_EQUAL_INT(HEXLOAD_ERR_TICK,
+                              hexload_trace(&estimator, &config, &sample, &estimate, &trace));
+        TEST_ASSERT_EQUAL_MEMORY(&before, &trace, sizeof before);
+        TEST_ASSERT_EQUAL_UINT32(1, hexload_health(&estimator)->refused);
+    }
+}
+
+/// The covariance's diagonal against the sigmas that are read, in parts of these.
+static double worst_diagonal(const hexload_t* estimator, const hexload_estimate_t* estimate,
+                             const hexload_effects_estimate_t* effects) {
+    const hexload_descriptor_t* descriptor = hexload_describe(estimator->kind);
+    hexload_real_t covariance[HEXLOAD_COVARIANCES_MAX];
+    double worst = 0.0;
+    const uint32_t written = hexload_covariance(estimator, covariance);
+    TEST_ASSERT_LESS_OR_EQUAL_UINT32(HEXLOAD_COVARIANCES_MAX, written);
+    for (uint32_t i = 0; i < descriptor->parameters + descriptor->effects; i++) {
+        const double sigma = i < descriptor->parameters ? (double)estimate->sigma[i]
+                                                        : (double)effects->sigma[i - descriptor->parameters];
+        const double variance = (double)covariance[i * (i + 1) / 2 + i];
+        worst = fmax(worst, fabs(variance - sigma * sigma) / (sigma * sigma + 1e-30));
+    }
+    return worst;
+}
+
+static void test_the_covariance_has_the_sigmas_of_the_estimate_on_its_diagonal(void) {
+    for (int n = 0; n < HEXLOAD_KINDS; n++) {
+        // GIVEN an estimator with all that widens a sigma: tolerances, an open constant, blocks of a run
+        hexload_config_t config = config_of(kinds[n]);
+        static hexload_t estimator;
+        hexload_estimate_t estimate;
+        hexload_effects_estimate_t effects = {.fastest_leg_m_s = HEXLOAD_REAL(0.0)};
+        uint64_t seed = 3;
+        config.actuator_effects.prior_tilt_sigma_m_s2 = HEXLOAD_REAL(0.05);
+        config.rig.direction_count = 1;
+        for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
+            config.rig.direction[0].force_gain[leg] = HEXLOAD_REAL(0.002);
+        }
+        TEST_ASSERT_EQUAL_INT(HEXLOAD_OK, hexload_init(&estimator, &config));
+        // WHEN it has run for a second
+        for (uint32_t tick = 0; tick < 1000; tick++) {
+            const hexload_leg_sample_t sample = sample_at(&config, tick, &seed);
+            TEST_ASSERT_EQUAL_INT(HEXLOAD_OK, hexload_tick(&estimator, &config, &sample, &estimate));
+        }
+        (void)hexload_read_effects(&estimator, &estimate, &effects);
+        // THEN the diagonal is the sigmas' squares, to some roundings
+        TEST_ASSERT_TRUE(worst_diagonal(&estimator, &estimate, &effects) < ROUNDINGS(100, 1.0));
+        // AND what is read between ticks is what the tick has said, but for what only a tick widens
+        hexload_estimate_t read;
+        hexload_read(&estimator, &read);
+        TEST_ASSERT_EQUAL_MEMORY(estimate.value, read.value, sizeof read.value);
+        TEST_ASSERT_TRUE(read.nis == estimate.nis && read.nis_mean == estimate.nis_mean);
+    }
+}
+
 int main(void) {
     UNITY_BEGIN();
     RUN_TEST(test_every_kind_is_described_by_names_and_units);
@@ -175,5 +287,9 @@ int main(void) {
     RUN_TEST(test_a_trace_leaves_the_estimate_and_its_innovations_have_the_variance_it_gives);
     RUN_TEST(test_a_gated_innovation_of_the_papers_estimator_is_traced_as_rejected);
     RUN_TEST(test_only_the_estimator_of_actuator_effects_has_effects);
+    RUN_TEST(test_a_machine_without_a_home_pose_is_refused_by_every_kind);
+    RUN_TEST(test_an_instance_that_is_of_no_kind_does_nothing);
+    RUN_TEST(test_a_refused_sample_leaves_a_trace_as_it_was);
+    RUN_TEST(test_the_covariance_has_the_sigmas_of_the_estimate_on_its_diagonal);
     return UNITY_END();
 }

@@ -241,6 +241,54 @@ static void test_kinematics_refuses_a_machine_that_is_singular_at_home(void) {
     TEST_ASSERT_EQUAL_INT(HEXLOAD_ERR_SINGULAR, hexload_kinematics_init(&kinematics, &config));
 }
 
+static void test_a_height_that_rounding_hides_is_no_home(void) {
+    // GIVEN hinges so far above their origins that the height between them has steps of half a metre
+    hexload_config_t config = paper_machine();
+    const hexload_real_t far_m = HEXLOAD_REAL(0.5) / HEXLOAD_REAL_EPSILON;
+    for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
+        config.geometry.platform_hinge_m[leg][2] = far_m;
+        config.geometry.base_hinge_m[leg][2] = far_m;
+    }
+    // WHEN the height of legs of 0.8741 m is looked for THEN none is found
+    hexload_kinematics_t kinematics;
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_ERR_POSE, hexload_kinematics_init(&kinematics, &config));
+}
+
+static void test_kinematics_refuses_a_platform_turned_by_more_than_90_degrees(void) {
+    const double degree = 3.14159265358979 / 180.0;
+    for (int n = 0; n < 2; n++) {
+        // GIVEN a platform that has been turned by 89, or 91, degrees about the vertical
+        const hexload_config_t config = crooked_machine();
+        hexload_kinematics_t kinematics = start_at_home(&config);
+        const double angle = (n == 0 ? 89.0 : 91.0) * degree;
+        const pose_t pose = {.rpy = {0.0, 0.0, angle}};
+        hexload_leg_sample_t sample = {0};
+        hexload_motion_t motion;
+        double displacement_m[6];
+        leg_displacements(&config, (double)kinematics.home_height_m, &pose, displacement_m);
+        for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
+            sample.displacement_m[leg] = kinematics.displacement_m[leg] = (hexload_real_t)displacement_m[leg];
+        }
+        kinematics.quaternion[0] = (hexload_real_t)cos(0.5 * angle);
+        kinematics.quaternion[3] = (hexload_real_t)sin(0.5 * angle);
+        // WHEN its legs are shown again THEN it is a pose up to 90 degrees, and none beyond
+        TEST_ASSERT_EQUAL_INT(n == 0 ? HEXLOAD_OK : HEXLOAD_ERR_POSE,
+                              hexload_kinematics_solve(&kinematics, &config, &sample, &motion));
+        // AND the next search starts from home, and finds it, as often as that has failed
+        if (n == 1) {
+            TEST_ASSERT_NOT_EQUAL(HEXLOAD_OK,
+                                  hexload_kinematics_solve(&kinematics, &config, &sample, &motion));
+            TEST_ASSERT_TRUE(kinematics.is_lost);
+            memset(sample.displacement_m, 0, sizeof sample.displacement_m);
+            TEST_ASSERT_EQUAL_INT(HEXLOAD_OK,
+                                  hexload_kinematics_solve(&kinematics, &config, &sample, &motion));
+            TEST_ASSERT_FALSE(kinematics.is_lost);
+            // unequal legs turn it by some degrees where all are at their home lengths
+            TEST_ASSERT_DOUBLE_WITHIN(1.0 - cos(5.0 * degree), 1.0, (double)motion.R[0][0]);
+        }
+    }
+}
+
 int main(void) {
     UNITY_BEGIN();
     RUN_TEST(test_kinematics_finds_the_pose_from_home);
@@ -255,5 +303,7 @@ int main(void) {
     RUN_TEST(test_kinematics_comes_back_from_far_away);
     RUN_TEST(test_kinematics_refuses_legs_too_short_to_reach_the_platform);
     RUN_TEST(test_kinematics_refuses_a_machine_that_is_singular_at_home);
+    RUN_TEST(test_a_height_that_rounding_hides_is_no_home);
+    RUN_TEST(test_kinematics_refuses_a_platform_turned_by_more_than_90_degrees);
     return UNITY_END();
 }

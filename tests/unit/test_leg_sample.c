@@ -124,6 +124,15 @@ static void test_first_leg_sample_may_have_any_tick(void) {
     TEST_ASSERT_EQUAL_UINT32(0, gap_ticks);
 }
 
+static void test_the_count_of_accepted_samples_stays_at_its_end(void) {
+    // GIVEN a gate after 2^32 - 1 samples WHEN one more is accepted THEN it is none that has seen no sample
+    const hexload_leg_sample_t sample = {.tick = 7};
+    hexload_leg_gate_t gate = {.last_tick = 6, .accepted = UINT32_MAX};
+    hexload_leg_sample_accept(&gate, &sample);
+    TEST_ASSERT_EQUAL_UINT32(UINT32_MAX, gate.accepted);
+    TEST_ASSERT_EQUAL_UINT32(7, gate.last_tick);
+}
+
 int main(void) {
     UNITY_BEGIN();
     RUN_TEST(test_leg_sample_refuses_a_channel_that_is_not_finite);
@@ -135,5 +144,6 @@ int main(void) {
     RUN_TEST(test_leg_sample_refuses_time_that_stands_still_or_runs_backwards);
     RUN_TEST(test_leg_sample_goes_on_when_the_tick_counter_wraps);
     RUN_TEST(test_first_leg_sample_may_have_any_tick);
+    RUN_TEST(test_the_count_of_accepted_samples_stays_at_its_end);
     return UNITY_END();
 }

@@ -200,6 +200,82 @@ static void test_a_displacement_is_bridged(void) {
     lose("displacement lost after 1 s", GAP_DISPLACEMENT, 1000, 1.85);
 }
 
+static void test_a_force_may_be_missing_from_the_first_sample_on(void) {
+    // GIVEN no sample before, and one without a force WHEN it is to be mended THEN the other forces are
+    // enough; a displacement would need the one before
+    const hexload_config_t config = paper_machine();
+    const hexload_leg_gate_t gate = {.accepted = 0};
+    hexload_leg_sample_t sample = {.tick = 5}, mended;
+    hexload_lost_channels_t lost, next;
+    uint32_t health = 0;
+    hexload_lost_channels_init(&lost);
+    sample.force_n[LOST_LEG] = (hexload_real_t)NAN;
+    TEST_ASSERT_EQUAL_PTR(
+        &mended, hexload_lost_channels_mend(&lost, &config, &gate, &sample, &mended, &next, &health));
+}
+
+static void test_a_displacement_may_be_missing_beside_a_force_in_doubt(void) {
+    // GIVEN a force that has been a guess of late WHEN the displacement of another leg is missing THEN it is
+    // mended: no two channels of a kind are
+    const hexload_config_t config = paper_machine();
+    const hexload_leg_gate_t gate = gate_at(4, HEXLOAD_REAL(0.01));
+    const hexload_lost_channels_t lost = {.force_ticks = 7, .force_leg = LOST_LEG};
+    hexload_leg_sample_t sample = {.tick = 5}, mended;
+    hexload_lost_channels_t next;
+    uint32_t health = 0;
+    sample.displacement_m[LOST_LEG + 1] = (hexload_real_t)NAN;
+    TEST_ASSERT_EQUAL_PTR(
+        &mended, hexload_lost_channels_mend(&lost, &config, &gate, &sample, &mended, &next, &health));
+    TEST_ASSERT_TRUE(mended.displacement_m[LOST_LEG + 1] == HEXLOAD_REAL(0.01));
+    TEST_ASSERT_EQUAL_UINT32(6, next.force_ticks);
+    // AND when that leg's force is missing with it there are two
+    sample.force_n[LOST_LEG + 1] = (hexload_real_t)NAN;
+    TEST_ASSERT_EQUAL_PTR(
+        &sample, hexload_lost_channels_mend(&lost, &config, &gate, &sample, &mended, &next, &health));
+}
+
+static void test_channels_that_are_not_finite_are_not_missing(void) {
+    // GIVEN two forces without bounds, of opposite signs, so that their sum is no number WHEN the sample is
+    // to be mended THEN it stays as it is, for the check to refuse it
+    const hexload_config_t config = paper_machine();
+    const hexload_leg_gate_t gate = gate_at(4, HEXLOAD_REAL(0.0));
+    hexload_leg_sample_t sample = {.tick = 5}, mended;
+    hexload_lost_channels_t lost, next;
+    uint32_t health = 0;
+    hexload_lost_channels_init(&lost);
+    sample.force_n[0] = (hexload_real_t)INFINITY;
+    sample.force_n[1] = (hexload_real_t)-INFINITY;
+    TEST_ASSERT_EQUAL_PTR(
+        &sample, hexload_lost_channels_mend(&lost, &config, &gate, &sample, &mended, &next, &health));
+    TEST_ASSERT_EQUAL_UINT32(0, health);
+}
+
+static void test_without_velocity_sensors_a_guess_is_reported_for_a_window(void) {
+    // GIVEN speeds from a window of 2 x 6 ticks, and a force that was lost once
+    hexload_config_t config = paper_machine();
+    config.sensors.half_window_ticks = 6;
+    const hexload_leg_gate_t gate = gate_at(4, HEXLOAD_REAL(0.0));
+    hexload_leg_sample_t sample = {.tick = 5}, mended;
+    hexload_lost_channels_t lost;
+    uint32_t health = 0, ticks = 0;
+    hexload_lost_channels_init(&lost);
+    sample.force_n[LOST_LEG] = (hexload_real_t)NAN;
+    (void)hexload_lost_channels_mend(&lost, &config, &gate, &sample, &mended, &lost, &health);
+    // WHEN whole samples follow THEN it is said for as long as what the estimator is given has it in it: a
+    // window, of which the first is the sample itself
+    sample.force_n[LOST_LEG] = HEXLOAD_REAL(1.0);
+    for (int n = 0; n < 30; n++) {
+        health = 0;
+        (void)hexload_lost_channels_mend(&lost, &config, &gate, &sample, &mended, &lost, &health);
+        ticks += health == 1u << HEXLOAD_HEALTH_CHANNEL_LOST ? 1 : 0;
+    }
+    TEST_ASSERT_EQUAL_UINT32(12, ticks);
+    // AND no displacement is bridged: speeds are made of displacements
+    sample.displacement_m[LOST_LEG] = (hexload_real_t)NAN;
+    TEST_ASSERT_EQUAL_PTR(
+        &sample, hexload_lost_channels_mend(&lost, &config, &gate, &sample, &mended, &lost, &health));
+}
+
 int main(void) {
     UNITY_BEGIN();
     RUN_TEST(test_a_whole_sample_goes_on_as_it_is);
@@ -209,5 +285,9 @@ int main(void) {
     RUN_TEST(test_two_lost_channels_of_a_kind_are_too_many);
     RUN_TEST(test_five_forces_identify_the_load_with_larger_sigmas);
     RUN_TEST(test_a_displacement_is_bridged);
+    RUN_TEST(test_a_force_may_be_missing_from_the_first_sample_on);
+    RUN_TEST(test_a_displacement_may_be_missing_beside_a_force_in_doubt);
+    RUN_TEST(test_channels_that_are_not_finite_are_not_missing);
+    RUN_TEST(test_without_velocity_sensors_a_guess_is_reported_for_a_window);
     return UNITY_END();
 }

@@ -242,6 +242,57 @@ static void test_health_counts_every_tick_out_of_stroke(void) {
     TEST_ASSERT_BITS_HIGH(1u << HEXLOAD_HEALTH_LEG_OUT_OF_STROKE, estimator.health.bits);
 }
 
+static void test_a_lost_force_lets_the_papers_filter_wait_and_go_on(void) {
+    // GIVEN the paper's motion, in which one force is missing from the start, or for 20 ticks in mid-run
+    for (uint32_t from = 0; from <= 300; from += 300) {
+        const hexload_config_t config = paper_machine();
+        const motion_t motion = paper_motion(0.002);
+        hexload_paper_t estimator;
+        hexload_estimate_t estimate, before = {0};
+        uint64_t seed = 5;
+        TEST_ASSERT_EQUAL_INT(HEXLOAD_OK, hexload_paper_init(&estimator, &config));
+        for (uint32_t tick = 0; tick < 600; tick++) {
+            hexload_leg_sample_t sample = perfect_sample(&config, &paper_load, &motion,
+                                                         (double)estimator.kinematics.home_height_m, tick);
+            const bool is_lost = tick >= from && tick < from + 20;
+            add_noise(&config, &seed, &sample);
+            sample.force_n[4] = is_lost ? (hexload_real_t)NAN : sample.force_n[4];
+            TEST_ASSERT_EQUAL_INT(HEXLOAD_OK, hexload_paper_tick(&estimator, &config, &sample, &estimate));
+            // WHEN it is missing THEN that is said, and values and sigmas stay as they were
+            TEST_ASSERT_EQUAL(is_lost, (estimator.health.bits >> HEXLOAD_HEALTH_CHANNEL_LOST & 1u) != 0);
+            if (is_lost && tick > from) {
+                TEST_ASSERT_EQUAL_MEMORY(before.value, estimate.value, sizeof before.value);
+                TEST_ASSERT_EQUAL_MEMORY(before.own_sigma, estimate.own_sigma, sizeof before.own_sigma);
+            }
+            // AND when it is back rates restart, as after a gap of 20 ticks
+            TEST_ASSERT_EQUAL(tick == from + 20,
+                              (estimator.health.bits >> HEXLOAD_HEALTH_RATE_RESEEDED & 1u) != 0);
+            before = estimate;
+        }
+        // AND the load is found all the same: dz of 0.3 m within four of its sigmas
+        TEST_ASSERT_DOUBLE_WITHIN(4.0 * (double)estimate.sigma[0], 0.3, (double)estimate.value[0]);
+    }
+}
+
+static void test_a_force_that_stays_away_does_not_wrap_the_time_held(void) {
+    // GIVEN a filter that has been held for as long as it can count WHEN one more force is missing, and then
+    // none THEN its rates restart as after any long gap
+    const hexload_config_t config = paper_machine();
+    hexload_paper_t estimator;
+    hexload_estimate_t estimate;
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_OK, hexload_paper_init(&estimator, &config));
+    run(&estimator, &config, 50, 1, 0);
+    estimator.held_ticks = UINT32_MAX;
+    hexload_leg_sample_t sample = {.tick = 50};
+    memcpy(sample.displacement_m, estimator.leg_gate.last_displacement_m, sizeof sample.displacement_m);
+    for (; sample.tick < 52; sample.tick++) {
+        sample.force_n[0] = sample.tick == 50 ? (hexload_real_t)NAN : HEXLOAD_REAL(900.0);
+        TEST_ASSERT_EQUAL_INT(HEXLOAD_OK, hexload_paper_tick(&estimator, &config, &sample, &estimate));
+    }
+    TEST_ASSERT_EQUAL_UINT32(0, estimator.held_ticks);
+    TEST_ASSERT_BITS_HIGH(1u << HEXLOAD_HEALTH_RATE_RESEEDED, estimator.health.bits);
+}
+
 int main(void) {
     UNITY_BEGIN();
     RUN_TEST(test_init_refuses_a_bad_configuration_and_leaves_the_instance_alone);
@@ -254,5 +305,7 @@ int main(void) {
     RUN_TEST(test_noise_that_is_misstated_is_measured_by_the_papers_estimator);
     RUN_TEST(test_a_weight_that_is_not_that_of_the_masses_widens_sigma);
     RUN_TEST(test_health_counts_every_tick_out_of_stroke);
+    RUN_TEST(test_a_lost_force_lets_the_papers_filter_wait_and_go_on);
+    RUN_TEST(test_a_force_that_stays_away_does_not_wrap_the_time_held);
     return UNITY_END();
 }

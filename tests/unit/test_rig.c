@@ -502,6 +502,39 @@ static void test_a_machine_whose_friction_is_known_is_believed(void) {
     TEST_ASSERT_LESS_OR_EQUAL_UINT32(6030, bench.last_alarm);
 }
 
+static void test_acceleration_is_the_twists_change_over_five_ticks(void) {
+    // GIVEN a twist of 3 t^2 / 2 in its first component, at ticks of 1 ms
+    const hexload_config_t config = paper_machine();
+    hexload_rig_twists_t twists;
+    hexload_real_t acceleration[6];
+    hexload_rig_twists_init(&twists);
+    for (int tick = 0; tick < 23; tick++) {
+        const double t_s = 1e-3 * tick;
+        const hexload_real_t twist[6] = {(hexload_real_t)(1.5 * t_s * t_s)};
+        const int stored = tick < 12 ? tick : tick - 12; // a gap before tick 12
+        // WHEN it is given THEN the acceleration is the mean over the last five ticks, or over the fewer
+        // since the first or a gap: 3 times the middle of the time
+        hexload_rig_accelerate(&twists, &config, twist, tick == 0 ? 0 : tick == 12 ? 2 : 1, acceleration);
+        const double since = stored < 5 ? stored : 5;
+        const double expected = since > 0.0 ? 3.0 * (t_s - 0.5e-3 * since) : 0.0;
+        TEST_ASSERT_DOUBLE_WITHIN(ROUNDINGS(4, 1e-3 / 1e-3), expected, (double)acceleration[0]);
+        TEST_ASSERT_TRUE(acceleration[5] == HEXLOAD_REAL(0.0));
+    }
+}
+
+static void test_any_of_the_legs_three_numbers_gives_them_a_mass(void) {
+    hexload_config_t config = paper_machine();
+    TEST_ASSERT_FALSE(hexload_rig_has_leg_mass(&config));
+    config.rig.leg_inertia_kg_m2 = HEXLOAD_REAL(1.0);
+    TEST_ASSERT_TRUE(hexload_rig_has_leg_mass(&config));
+    config = paper_machine();
+    config.rig.leg_slide_kg_m = HEXLOAD_REAL(-1.0);
+    TEST_ASSERT_TRUE(hexload_rig_has_leg_mass(&config));
+    config = paper_machine();
+    config.rig.leg_tilt_kg_m = HEXLOAD_REAL(1.0);
+    TEST_ASSERT_TRUE(hexload_rig_has_leg_mass(&config));
+}
+
 int main(void) {
     UNITY_BEGIN();
     RUN_TEST(test_a_machine_that_is_its_model_is_left_as_it_is);
@@ -516,5 +549,7 @@ int main(void) {
     RUN_TEST(test_a_machine_known_to_a_tolerance_is_not_judged_by_noise_alone);
     RUN_TEST(test_a_machine_that_rubs_raises_no_storm_and_is_not_believed);
     RUN_TEST(test_a_machine_whose_friction_is_known_is_believed);
+    RUN_TEST(test_acceleration_is_the_twists_change_over_five_ticks);
+    RUN_TEST(test_any_of_the_legs_three_numbers_gives_them_a_mass);
     return UNITY_END();
 }

@@ -58,8 +58,8 @@ static bool can_mend(const hexload_lost_channels_t* self, const hexload_config_t
                      const hexload_leg_gate_t* gate, int displacement, int force) {
     const bool is_long = config->tick_s * (hexload_real_t)self->displacement_ticks > LONGEST_S;
     const bool is_other_leg = self->force_ticks > 0 && force != (int)self->force_leg;
-    return displacement != SEVERAL && force != SEVERAL && (displacement == NONE || !is_long) &&
-           (displacement == NONE || (gate->accepted > 0 && config->sensors.half_window_ticks == 0)) &&
+    const bool can_go_on = !is_long && gate->accepted > 0 && config->sensors.half_window_ticks == 0;
+    return displacement != SEVERAL && force != SEVERAL && (displacement == NONE || can_go_on) &&
            (force == NONE || !is_other_leg);
 }
 

@@ -67,6 +67,19 @@ def soak(
 
 
 @app.command()
+def coverage() -> None:
+    """Runs the unit tests with clang's counters: lines, branches and conditions (MC/DC) of the firmware, file by file.
+
+    Status 1 when more or less is left out than tests/unit/uncovered.toml says, which has the reasons.
+
+    Example:  hexload coverage
+    """
+    from hexload_dev import coverage as verb
+
+    raise typer.Exit(verb.run_coverage())
+
+
+@app.command()
 def bench() -> None:
     """Measures the simulator's speed beside MuJoCo's, and the firmware's instructions and memory on a Cortex-M7.
 
