@@ -1,6 +1,7 @@
 """The live page: what it shows of a recorded run is the run, in the browser too, and its buttons reach a controller."""
 
 import io
+import os
 import subprocess
 import time
 from contextlib import closing
@@ -12,7 +13,7 @@ from PIL import Image
 from hexload import project
 from hexload.io.run_directory import PAPER_PARAMETERS, read_run
 from hexload.theory.bound import THETA_NAMES, rotation_from_rpy
-from hexload.view import bus_listener, picture
+from hexload.view import picture
 from hexload.view.body import body_of_estimate, body_of_theta
 from hexload.view.page import page_of
 from hexload.view.recorded import recording_of_run
@@ -122,31 +123,22 @@ def test_the_box_of_a_load_has_its_mass_and_its_tensor():
     np.testing.assert_allclose(paper.box_m, edges)
 
 
-def test_codes_are_those_of_the_contract():
-    # GIVEN the DBC WHEN its codes are read THEN the page has the same words
-    import cantools
-
-    contract = cantools.database.load_file(project.bus_contract())
-    for message, signal, words in (
-        ("HealthFd", "verdict", bus_listener.VERDICTS),
-        ("HealthFd", "state", bus_listener.STATES),
-        ("HealthFd", "fault", bus_listener.FAULTS),
-        ("Acknowledge", "result", bus_listener.RESULTS),
-    ):
-        choices = contract.get_message_by_name(message).get_signal_by_name(signal).choices
-        assert [str(choices[code]).replace(" ", "_") for code in sorted(choices)] == [
-            word.replace(" ", "_") for word in words
-        ], signal
-
-
 def crop(png, box):
     image = Image.open(io.BytesIO(png)).convert("RGB")
     size = np.array([*image.size, *image.size])
     return np.asarray(image.crop(tuple((size * box).astype(int))), dtype=int)
 
 
-@pytest.mark.skipif(picture.browser() is None, reason="found no chromium: apt-get install chromium")
-def test_in_the_browser_the_platform_moves_and_the_floor_stands_still(page, tmp_path):
+@pytest.fixture(scope="module")
+def browser():
+    """Where there is none ctest takes these words for a skip; with CI=true there are none, and it is a failure."""
+    if picture.browser() is None:
+        assert os.environ.get("CI", "").lower() in ("", "0", "false"), "CI=true without a browser"
+        print("skipped: found no chromium, expected it for this test: apt-get install chromium")
+        pytest.skip()
+
+
+def test_in_the_browser_the_platform_moves_and_the_floor_stands_still(browser, page, tmp_path):
     # GIVEN the page in headless Chromium
     with picture.opened(page.url, (900, 640)) as tab:
         # WHEN two moments of the run are shown
