@@ -12,6 +12,7 @@ from PIL import Image
 
 from hexload import project
 from hexload.io.run_directory import PAPER_PARAMETERS, read_run
+from hexload.report.page import write_report
 from hexload.theory.bound import THETA_NAMES, rotation_from_rpy
 from hexload.view import picture
 from hexload.view.body import body_of_estimate, body_of_theta
@@ -155,3 +156,32 @@ def test_in_the_browser_the_platform_moves_and_the_floor_stands_still(browser, p
     before, after = (crop(png, FLOOR_BOX) for png in pictures)
     assert (np.abs(before - after).max(axis=2) > 60).mean() < 0.001
     assert len(np.unique(before)) > 1  # there is a grid
+
+
+PANELS = "[...document.querySelectorAll('.panel')]"
+
+
+def test_in_the_browser_a_report_draws_every_panel_and_fits_a_narrow_screen(browser, run_directory, tmp_path):
+    # GIVEN the report of a run, of ten parameters, NIS, tracking and legs
+    page = tmp_path / "report.html"
+    write_report([run_directory], page)
+    with picture.opened(page.as_uri(), (390, 700), picture.IS_LOADED) as tab:
+        # WHEN it is opened on a narrow screen THEN nothing reaches beyond it, and panels stand below each other
+        assert tab.evaluate("document.documentElement.scrollWidth") == 390
+        assert tab.evaluate(f"new Set({PANELS}.map(each => each.offsetLeft)).size") == 1
+        # and every panel has a curve inside its axes, numbers on both, and its time below
+        drawn = tab.evaluate(f"{PANELS}.map(each => [each.querySelectorAll('g path').length, each.innerText])")
+        assert len(drawn) == 10 + 2 + 12 + 3
+        assert all(curves >= 1 and "time, s" in text and "2" in text for curves, text in drawn)
+        # and the machine is drawn, in the canvas' own colours
+        assert (
+            tab.evaluate(
+                "new Set(document.querySelector('canvas').getContext('2d').getImageData(0, 0, 300, 250).data).size"
+            )
+            > 10
+        )
+        # WHEN the screen is wide THEN they stand side by side
+        tab.call(
+            "Emulation.setDeviceMetricsOverride", width=1200, height=900, deviceScaleFactor=1, mobile=False
+        )  # fmt: skip
+        tab.wait_for(f"new Set({PANELS}.map(each => each.offsetLeft)).size > 4")

@@ -665,6 +665,9 @@ def report(
             help="Page to write (.html).", show_default="RUN_DIR/report.html; of several: build/runs/report.html"
         ),
     ] = None,
+    screenshot: Annotated[
+        Path | None, typer.Option(help="Write its upper part as a picture (.png) too; needs chromium.")
+    ] = None,
 ) -> None:
     """Writes one self-contained HTML page: tracking, signals, estimates, consistency, configuration; of the paper's filter
     Table 3, of the momentum filters the ten parameters with verdicts in words and the load as a body.
@@ -676,6 +679,13 @@ def report(
     out = out or verb.default_page(runs)
     verb.write_report(runs, out)
     print(out)
+    if screenshot is not None:
+        from hexload.io.atomic_file import replaced_when_done
+        from hexload.view.picture import write_page_picture
+
+        with replaced_when_done(screenshot) as file:
+            write_page_picture(out, file)
+        print(screenshot)
 
 
 @app.command()
