@@ -71,7 +71,6 @@ def test_identifying_loads_no_package_but_numpy():
         "scipy",
         "rich",
         "typer",
-        "plotly",
         "jinja2",
         "can",
         "cantools",
@@ -99,7 +98,7 @@ def test_demo_needs_no_package_of_tests_campaigns_or_optimisation():
     # GIVEN the lists of packages WHEN those of the demo are asked for THEN the large ones of other verbs are not in them
     projects = [project.ROOT / "pyproject.toml", project.ROOT / "tools" / "python" / "pyproject.toml"]
     names = {line.split()[0] for line in requirements(projects, ["cli", "build", "report"])}
-    assert {"numpy", "plotly", "nanobind"} <= names
+    assert {"numpy", "jinja2", "nanobind"} <= names
     assert not names & {"scipy", "mujoco", "dask", "distributed", "pytest", "hypothesis", "ruff", "pillow", "hexload"}
 
 

@@ -291,7 +291,7 @@ def test_the_check_prints_json_and_writes_a_page_and_ends_with_3_when_something_
     assert result.returncode == 3
     assert "implausible: platform.mass_kg: found 100000 kg on a radius of 0.4 m" in result.stdout
     page = (tmp_path / "page.html").read_text()
-    assert "1 implausible" in page and "platform.mass_kg" in page and page.count('class="plotly-graph-div"') == 2
+    assert "1 implausible" in page and "platform.mass_kg" in page and page.count('class="chart"') == 2
 
 
 def test_quantities_with_their_units():

@@ -1,6 +1,8 @@
 """The page of an estimate of all ten parameters, of a run and of a replayed log: numbers and words of the terminal."""
 
+import base64
 import html
+import json
 import re
 import subprocess
 
@@ -51,7 +53,7 @@ force_bias_n = [40.0, -25.0, 60.0, -70.0, 15.0, 30.0]
 
 def rows_of(page: str) -> list[list[str]]:
     """The cells of every row of every table, as text."""
-    rows = re.findall(r"<tr\b.*?</tr>", page.split("</script>", 1)[1], flags=re.DOTALL)
+    rows = re.findall(r"<tr\b.*?</tr>", re.sub(r"<script\b.*?</script>", "", page, flags=re.DOTALL), flags=re.DOTALL)
     cells = [re.findall(r"<t[dh]\b[^>]*>(.*?)</t[dh]>", row, flags=re.DOTALL) for row in rows]
     return [[html.unescape(re.sub(r"<[^>]+>", " ", cell)).strip() for cell in row] for row in cells]
 
@@ -138,6 +140,27 @@ def test_the_page_is_whole_and_loads_nothing(page):
     assert len(identifiers) == len(set(identifiers))
     assert set(re.findall(r'href="#([^"]+)"', page)) <= set(identifiers)
     assert re.findall(r"<(?:script|img|iframe|link|source|object|embed)\b[^>]*\b(?:src|href|data)\s*=", page) == []
+
+
+def test_the_load_change_is_marked_in_every_curve_over_time(runs, page):
+    # GIVEN a run whose load changes WHEN the panels of its page are read
+    (detected_s,) = read_run(runs / "momentum_effects").meta["load_changes_detected_s"]
+    charts = re.findall(r'<script type="application/json">(\[.*?)</script>', page, flags=re.DOTALL)
+    panels = [panel for chart in charts for panel in json.loads(chart)]
+    # THEN each of ten parameters, twice, two of NIS, twelve of tracking and three of legs has the mark
+    assert [panel["marks"][0][0] for panel in panels] == [pytest.approx(detected_s)] * (20 + 2 + 12 + 3)
+    # and each says what is across
+    assert {panel["xt"] for panel in panels} == {"time, s"}
+
+
+def test_the_page_has_an_animated_view_and_is_small(page):
+    # GIVEN the page WHEN its view of the run is read
+    (data,) = re.findall(r'<script type="application/json">(\{"base.*?)</script>', page, flags=re.DOTALL)
+    view = json.loads(data)
+    # THEN it has a pose in each of its frames and its words of the mass, in some kB; and the page is below 2 MB
+    assert len(base64.b64decode(view["pose"]["v"])) == 2 * 6 * view["frames"]
+    assert re.match(r"m = (399|400)\.\d+ ± 0\.\d+ kg, ", view["words"][-1]) and len(data) < 60_000
+    assert len(page.encode()) < 2e6
 
 
 def test_the_page_of_a_replay_says_what_the_terminal_says(early, tmp_path, capsys, monkeypatch):

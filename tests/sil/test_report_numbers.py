@@ -6,7 +6,8 @@ import pytest
 from hexload.estimation import load_summary
 from hexload.io.run_directory import read_run
 from hexload.report import claims, table3
-from hexload.report.figures import decimate, innovation, load_estimates
+from hexload.report.charts import LEG_COLOURS, decimate, decode, encode, unit_for
+from hexload.report.figures import innovation, load_estimates
 from hexload.theory import nis
 from synthetic_run import TILT_RAD, write_run
 
@@ -147,7 +148,7 @@ def test_decimation_keeps_a_spike_of_one_tick_and_the_order_of_time():
     y = np.sin(t)
     y[12_345], y[67_890] = 9.0, -9.0
     # WHEN decimated to 700 stretches
-    t_kept, y_kept = decimate(t, y, 700)
+    t_kept, y_kept = decimate(t, y, 2 * 700)
     # THEN both spikes, the ends and the order are there, in at most two points a stretch and the two ends
     assert len(t_kept) <= 2 * 700 + 2
     assert (y_kept.max(), y_kept.min()) == (9.0, -9.0)
@@ -155,29 +156,78 @@ def test_decimation_keeps_a_spike_of_one_tick_and_the_order_of_time():
     assert np.all(np.diff(t_kept) > 0)
 
 
-@pytest.mark.parametrize("truth", [0.0, -20.0])
-def test_an_axis_shows_zero_the_truth_and_the_band_of_the_settled_ticks(truth):
-    # GIVEN estimates that begin far off and settle beside the truth, with a band of +- 3, of a parameter that is zero
-    # or negative
-    ticks = 1000
-    value = truth + np.where(np.arange(ticks) < 40, 500.0, 1.0)[:, None] * np.ones(10)
-    sigma, known = np.ones((ticks, 10)), np.full((ticks, 10), truth)
+@pytest.mark.parametrize("truth", [0.0, -20.0, 500.0])
+def test_an_axis_shows_the_truth_and_the_band_of_the_settled_ticks_and_no_more(truth):
+    # GIVEN estimates that begin far off, at each of two loads, and settle beside the truth with a band of +- 3
+    ticks = np.arange(2000)
+    known = np.where(ticks < 1000, truth, truth + 5.0)[:, None] * np.ones(10)
+    value = known + np.where(ticks % 1000 < 40, 500.0, 1.0)[:, None]
     # WHEN they are drawn, with the truth and without it
     for shown in (known, None):
-        figure = load_estimates(np.arange(ticks) * 1e-3, value, sigma, shown, slice(200, None))
-        low, high = figure.layout.yaxis.range
-        # THEN zero, truth and band are on the axis, and not the start, which is ten times as far off
-        assert low < min(0.0, truth, truth - 2.0) and high > max(0.0, truth, truth + 4.0)
-        assert high - low < 100.0
+        chart = load_estimates(ticks * 1e-3, value, np.ones((2000, 10)), shown, [1.0])
+        whole, last = (panel for panel in chart.panels if panel.title.startswith("m"))
+        # THEN the axis holds both bands, from truth - 2 to truth + 9, and a quarter of them beside at most
+        low, high = whole.y_range
+        assert truth - 2.0 - 0.25 * 11.0 < low < truth - 2.0 and truth + 9.0 < high < truth + 9.0 + 0.25 * 11.0
+        # and another one the last load's band alone, from truth + 3 to truth + 9
+        low, high = last.y_range
+        assert last.title == "m since 1.000 s, kg"
+        assert truth + 3.0 - 0.25 * 6.0 < low < truth + 3.0 and truth + 9.0 < high < truth + 9.0 + 0.25 * 6.0
+
+
+def test_an_axis_has_one_unit_in_plain_numbers():
+    # GIVEN a height that is known to some hundredths of a millimetre WHEN its axis asks for a unit THEN it is that of its
+    # largest number, which then needs no power of ten
+    assert unit_for("m", 2e-4) == (1e6, "µm")
+    assert unit_for("m", 0.3) == (1e3, "mm")
+    assert unit_for("m", 2.0) == (1.0, "m")
+    assert unit_for("kg m²", 25.0) == (1.0, "kg m²")
+    assert unit_for("kg m²", 2e-3) == (1e3, "g m²")
+
+
+def test_points_of_a_curve_are_told_to_a_thousandth_of_a_pixel_and_gaps_stay():
+    # GIVEN numbers with a gap WHEN they are coded as the page has them, and read as its script does
+    values = np.append(np.random.default_rng(1).uniform(-3.0, 5.0, 1000), np.nan)
+    back = decode(encode(values, (-3.0, 5.0)), (-3.0, 5.0))
+    # THEN they are the same to half a step of 65,534 over their range, where a panel has some hundred pixels
+    np.testing.assert_allclose(back, values, atol=0.5 * 8.0 / 65534 * 1.001)
+    # and what is beyond the range is at its end
+    assert decode(encode(np.array([9.0]), (-3.0, 5.0)), (-3.0, 5.0)) == 5.0
+
+
+# What eyes without one kind of cone see of linear RGB (Vienot, Brettel, Mollon 1999, Color Research and Application 24).
+SEEN = {
+    "without red": [[0.11238, 0.88762, 0.0], [0.11238, 0.88762, 0.0], [0.00401, -0.00401, 1.0]],
+    "without green": [[0.29275, 0.70725, 0.0], [0.29275, 0.70725, 0.0], [-0.02234, 0.02234, 1.0]],
+}
+
+
+def lab(colour, seen):
+    """CIE L*a*b* (D65) of #rrggbb as such eyes see it."""
+    srgb = np.array([int(colour[k : k + 2], 16) for k in (1, 3, 5)]) / 255.0
+    linear = np.where(srgb <= 0.04045, srgb / 12.92, ((srgb + 0.055) / 1.055) ** 2.4)
+    to_xyz = np.array([[0.4124, 0.3576, 0.1805], [0.2126, 0.7152, 0.0722], [0.0193, 0.1192, 0.9505]])
+    xyz = to_xyz @ np.clip(np.array(seen) @ linear, 0.0, 1.0) / (to_xyz @ np.ones(3))
+    f = np.where(xyz > 0.008856, np.cbrt(xyz), 7.787 * xyz + 16.0 / 116.0)
+    return np.array([116.0 * f[1] - 16.0, 500.0 * (f[0] - f[1]), 200.0 * (f[1] - f[2])])
+
+
+@pytest.mark.parametrize("eyes", SEEN)
+def test_eyes_without_red_or_green_tell_the_legs_apart(eyes):
+    # GIVEN the legs' six colours as these eyes see them WHEN compared pair by pair
+    seen = [lab(colour, SEEN[eyes]) for colour in LEG_COLOURS]
+    nearest = min(np.linalg.norm(a - b) for k, a in enumerate(seen) for b in seen[:k])
+    # THEN each two differ by several times the 2.3 of L*a*b* that can just be told apart (Mahy et al. 1994)
+    assert nearest > 4 * 2.3
 
 
 def test_a_start_that_is_far_off_does_not_hide_the_rest_of_the_nis():
     # GIVEN a NIS that is 10,000 in the first hundredth and 6 in what follows WHEN drawn
     values = np.where(np.arange(10_000) < 100, 1e4, 6.0)
     t = np.arange(10_000) * 1e-3
-    figure = innovation(t, values, nis.summarise(t, values, nis.LOAD_MEASUREMENTS))
+    tick, window = innovation(t, values, nis.summarise(t, values, nis.LOAD_MEASUREMENTS)).panels
     # THEN both axes show the band and little more
-    assert 6.0 < figure.layout.yaxis2.range[1] < figure.layout.yaxis.range[1] < 30.0
+    assert 6.0 < window.y_range[1] < tick.y_range[1] < 30.0
 
 
 def test_moments_and_health_bits_are_told_in_words():

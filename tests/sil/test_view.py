@@ -1,6 +1,7 @@
 """The live page: what it shows of a recorded run is the run, in the browser too, and its buttons reach a controller."""
 
 import io
+import os
 import subprocess
 import time
 from contextlib import closing
@@ -11,8 +12,9 @@ from PIL import Image
 
 from hexload import project
 from hexload.io.run_directory import PAPER_PARAMETERS, read_run
+from hexload.report.page import write_report
 from hexload.theory.bound import THETA_NAMES, rotation_from_rpy
-from hexload.view import bus_listener, picture
+from hexload.view import picture
 from hexload.view.body import body_of_estimate, body_of_theta
 from hexload.view.page import page_of
 from hexload.view.recorded import recording_of_run
@@ -122,31 +124,22 @@ def test_the_box_of_a_load_has_its_mass_and_its_tensor():
     np.testing.assert_allclose(paper.box_m, edges)
 
 
-def test_codes_are_those_of_the_contract():
-    # GIVEN the DBC WHEN its codes are read THEN the page has the same words
-    import cantools
-
-    contract = cantools.database.load_file(project.bus_contract())
-    for message, signal, words in (
-        ("HealthFd", "verdict", bus_listener.VERDICTS),
-        ("HealthFd", "state", bus_listener.STATES),
-        ("HealthFd", "fault", bus_listener.FAULTS),
-        ("Acknowledge", "result", bus_listener.RESULTS),
-    ):
-        choices = contract.get_message_by_name(message).get_signal_by_name(signal).choices
-        assert [str(choices[code]).replace(" ", "_") for code in sorted(choices)] == [
-            word.replace(" ", "_") for word in words
-        ], signal
-
-
 def crop(png, box):
     image = Image.open(io.BytesIO(png)).convert("RGB")
     size = np.array([*image.size, *image.size])
     return np.asarray(image.crop(tuple((size * box).astype(int))), dtype=int)
 
 
-@pytest.mark.skipif(picture.browser() is None, reason="found no chromium: apt-get install chromium")
-def test_in_the_browser_the_platform_moves_and_the_floor_stands_still(page, tmp_path):
+@pytest.fixture(scope="module")
+def browser():
+    """Where there is none ctest takes these words for a skip; with CI=true there are none, and it is a failure."""
+    if picture.browser() is None:
+        assert os.environ.get("CI", "").lower() in ("", "0", "false"), "CI=true without a browser"
+        print("skipped: found no chromium, expected it for this test: apt-get install chromium")
+        pytest.skip()
+
+
+def test_in_the_browser_the_platform_moves_and_the_floor_stands_still(browser, page, tmp_path):
     # GIVEN the page in headless Chromium
     with picture.opened(page.url, (900, 640)) as tab:
         # WHEN two moments of the run are shown
@@ -163,3 +156,32 @@ def test_in_the_browser_the_platform_moves_and_the_floor_stands_still(page, tmp_
     before, after = (crop(png, FLOOR_BOX) for png in pictures)
     assert (np.abs(before - after).max(axis=2) > 60).mean() < 0.001
     assert len(np.unique(before)) > 1  # there is a grid
+
+
+PANELS = "[...document.querySelectorAll('.panel')]"
+
+
+def test_in_the_browser_a_report_draws_every_panel_and_fits_a_narrow_screen(browser, run_directory, tmp_path):
+    # GIVEN the report of a run, of ten parameters, NIS, tracking and legs
+    page = tmp_path / "report.html"
+    write_report([run_directory], page)
+    with picture.opened(page.as_uri(), (390, 700), picture.IS_LOADED) as tab:
+        # WHEN it is opened on a narrow screen THEN nothing reaches beyond it, and panels stand below each other
+        assert tab.evaluate("document.documentElement.scrollWidth") == 390
+        assert tab.evaluate(f"new Set({PANELS}.map(each => each.offsetLeft)).size") == 1
+        # and every panel has a curve inside its axes, numbers on both, and its time below
+        drawn = tab.evaluate(f"{PANELS}.map(each => [each.querySelectorAll('g path').length, each.innerText])")
+        assert len(drawn) == 10 + 2 + 12 + 3
+        assert all(curves >= 1 and "time, s" in text and "2" in text for curves, text in drawn)
+        # and the machine is drawn, in the canvas' own colours
+        assert (
+            tab.evaluate(
+                "new Set(document.querySelector('canvas').getContext('2d').getImageData(0, 0, 300, 250).data).size"
+            )
+            > 10
+        )
+        # WHEN the screen is wide THEN they stand side by side
+        tab.call(
+            "Emulation.setDeviceMetricsOverride", width=1200, height=900, deviceScaleFactor=1, mobile=False
+        )  # fmt: skip
+        tab.wait_for(f"new Set({PANELS}.map(each => each.offsetLeft)).size > 4")

@@ -1,23 +1,20 @@
-"""The figures of a campaign's page, as plotly objects. One colour per class in those of the controller's own filter."""
+"""The figures of a campaign's page. One colour per class in those of the controller's own filter."""
 
 from collections.abc import Sequence
 
 import numpy as np
-import plotly.graph_objects as go
 from numpy.typing import NDArray
 from scipy.stats import chi2
 
 from hexload.campaign.statistics import PARAMETERS, ClassStatistics
-from hexload.report.figures import BAND, INK, REFERENCE, finish
+from hexload.report.charts import COLOURS, REFERENCE, Chart, Panel, Series
 from hexload.theory.bound import THETA_NAMES
 
 Array = NDArray[np.float64]
 
-COLOURS = ("#1d5fa6", "#d97706", "#15803d", "#b91c1c", "#7c3aed", "#0e7490", "#be185d", "#4d7c0f", "#78350f", "#475569")
-HEIGHT = 380
-WIDE = 4.0  # largest over smallest: less has too few round numbers between
-DIGITS_2_AND_5 = "D2"  # between the powers of ten of an axis
-SHARES = {"title": "runs, %", "range": [0, 101]}
+HEIGHT = 350
+SHARES = (0.0, 101.0)
+GROUP = 0.7  # of the distance between two names: what stands side by side at one of them
 
 
 def colour_of(position: int) -> str:
@@ -26,78 +23,69 @@ def colour_of(position: int) -> str:
 
 def dash_of(position: int) -> str:
     """Of lines, as there may be more of them than colours."""
-    return ("solid", "dash", "dot", "dashdot")[position // len(COLOURS) % 4]
+    return ("", "7 4", "2 3", "8 3 2 3")[position // len(COLOURS) % 4]
 
 
-def height_for(entries: int) -> int:
-    """With room for the legend's rows of about five entries."""
-    return HEIGHT + 19 * ((entries - 1) // 5)
+def _aside(position: int, count: int) -> float:
+    """Where the one at `position` of `count` stands beside a name."""
+    return GROUP * ((position + 0.5) / count - 0.5)
 
 
-def ratios(statistics: Sequence[ClassStatistics]) -> go.Figure:
+def _dots(places: Array, values: Array, position: int, count: int, name: str) -> Series:
+    x = np.asarray(places, float) + _aside(position, count)
+    return Series(x, np.asarray(values, float), colour_of(position), name, kind="dots", symbol=position, size=4.0)
+
+
+def ratios(statistics: Sequence[ClassStatistics]) -> Chart:
     """RMSE / bound of the controller's filter, parameter by parameter; the band is that of an efficient estimator."""
-    figure = go.Figure()
-    for position, entry in enumerate(statistics):
-        ratio = entry.own.ratio
-        marker = {"color": colour_of(position), "size": 9, "symbol": position}
-        figure.add_trace(go.Scatter(x=THETA_NAMES, y=ratio, mode="markers", name=entry.name, marker=marker))
-    low, high = statistics[0].ratio_band
-    figure.add_hrect(y0=low, y1=high, fillcolor=BAND, line_width=0, layer="below")
-    figure.add_hline(y=1.0, line={"color": INK, "width": 1})
-    figure.update_layout(scattermode="group")  # side by side, as many are alike
-    shown = np.concatenate([[low, high], *(entry.own.ratio for entry in statistics)])
-    is_wide = shown.max() > WIDE * shown.min()
-    figure.update_yaxes(title="RMSE / bound", type="log", dtick=DIGITS_2_AND_5 if is_wide else None)
-    return finish(figure, height_for(len(statistics)))
+    places = np.arange(len(THETA_NAMES))
+    dots = [
+        _dots(places, entry.own.ratio, position, len(statistics), entry.name)
+        for position, entry in enumerate(statistics)
+    ]
+    band = tuple(float(edge) for edge in statistics[0].ratio_band)
+    panel = Panel("RMSE / bound", dots, x_title="", x_names=tuple(THETA_NAMES), y_log=True, levels=(1.0,), shade=band)
+    return Chart([panel], height=HEIGHT)
 
 
-def rivals(statistics: Sequence[ClassStatistics], words: dict[str, str]) -> go.Figure:
+def rivals(statistics: Sequence[ClassStatistics], words: dict[str, str]) -> Chart:
     """RMSE / bound, mean over the parameters, of every estimator, whose names are put in words."""
-    figure = go.Figure()
-    for position, name in enumerate(dict.fromkeys(name for entry in statistics for name in entry.estimators)):
-        entries = [entry for entry in statistics if name in entry.estimators]
-        means = [entry.estimators[name].ratio_mean for entry in entries]
-        marker = {"color": colour_of(position), "size": 10, "symbol": position}
-        classes = [entry.name for entry in entries]
-        figure.add_trace(go.Scatter(x=classes, y=means, mode="markers", name=words[name], marker=marker))
-    figure.add_hline(y=1.0, line={"color": INK, "width": 1})
-    figure.update_layout(scattermode="group")
-    figure.update_yaxes(title="RMSE / bound, mean of ten", type="log", dtick=1)
-    return finish(figure, HEIGHT)
+    names = list(dict.fromkeys(name for entry in statistics for name in entry.estimators))
+    dots = []
+    for position, name in enumerate(names):
+        places = [place for place, entry in enumerate(statistics) if name in entry.estimators]
+        means = [statistics[place].estimators[name].ratio_mean for place in places]
+        dots.append(_dots(places, means, position, len(names), words[name]))
+    classes = tuple(entry.name for entry in statistics)
+    panel = Panel("RMSE / bound, mean of ten", dots, x_title="", x_names=classes, y_log=True, levels=(1.0,))
+    return Chart([panel], height=HEIGHT)
 
 
-def nees(by_class: dict[str, list[dict]]) -> go.Figure:
+def nees(by_class: dict[str, list[dict]]) -> Chart:
     """Share of runs below each NEES of the controller's filter, and what chi-square says."""
-    figure = go.Figure()
     x = np.geomspace(1.0, 200.0, 200)
-    ideal = {"color": REFERENCE, "width": 4}
-    figure.add_trace(go.Scatter(x=x, y=100.0 * chi2.cdf(x, PARAMETERS), mode="lines", name="chi-square", line=ideal))
+    curves = [Series(x, 100.0 * chi2.cdf(x, PARAMETERS), REFERENCE, "chi-square", width=4.0)]
     for position, (name, results) in enumerate(by_class.items()):
         if results[0]["rig"] is not None:
             continue  # a rig's covariance is not the filter's alone
         values = np.sort([result["estimators"][result["controller"]]["nees"] for result in results])
-        figure.add_trace(_steps(values, len(values), name, position))
-    figure.update_xaxes(title="NEES", type="log", dtick=DIGITS_2_AND_5)
-    figure.update_yaxes(**SHARES)
-    return finish(figure, height_for(len(by_class)))
+        curves.append(_steps(values, len(values), name, position))
+    return Chart([Panel("runs, %", curves, x_title="NEES", x_log=True, y_range=SHARES)], height=HEIGHT)
 
 
-def settling(by_class: dict[str, list[dict]]) -> go.Figure:
+def settling(by_class: dict[str, list[dict]]) -> Chart:
     """Share of runs whose ten parameters are within 5 % of their scales for good."""
-    figure, latest_s = go.Figure(), 0.0
+    curves, latest_s = [], 0.0
     for position, (name, results) in enumerate(by_class.items()):
         times = [result["estimators"][result["controller"]].get("within_5") for result in results]
         settled = np.sort([time for time in times if time is not None])
         if len(settled):
-            figure.add_trace(_steps(settled, len(times), name, position))
+            curves.append(_steps(settled, len(times), name, position))
             latest_s = max(latest_s, settled[-1])
-    figure.update_layout(showlegend=True)
-    figure.update_xaxes(title="time since the load appeared, s", range=[0.0, 1.03 * latest_s or 1.0])
-    figure.update_yaxes(**SHARES)
-    return finish(figure, height_for(len(by_class)))
+    title, x_range = "time since the load appeared, s", (0.0, 1.03 * latest_s or 1.0)
+    return Chart([Panel("runs, %", curves, x_title=title, x_range=x_range, y_range=SHARES)], height=HEIGHT)
 
 
-def _steps(values: Array, runs: int, name: str, position: int) -> go.Scatter:
-    share = 100.0 * np.arange(len(values) + 1) / runs  # from none on
-    line = {"color": colour_of(position), "dash": dash_of(position), "width": 1.6, "shape": "hv"}
-    return go.Scatter(x=[values[0], *values], y=share, mode="lines", name=name, line=line)
+def _steps(values: Array, runs: int, name: str, position: int) -> Series:
+    x, share = np.array([values[0], *values]), 100.0 * np.arange(len(values) + 1) / runs  # from none on
+    return Series(x, share, colour_of(position), name, kind="steps", width=1.6, dash=dash_of(position))

@@ -3,8 +3,6 @@
 from collections.abc import Sequence
 
 import numpy as np
-import plotly.graph_objects as go
-import plotly.offline
 from numpy.typing import NDArray
 from rich import box
 from rich.table import Table
@@ -15,6 +13,7 @@ from hexload.campaign.one_case import code_version
 from hexload.campaign.statistics import ALARM_DUE_S, FAILURE_NEES, Alarms, ClassStatistics, FailedCase, Times
 from hexload.campaign.store import Settings
 from hexload.estimation.load_summary import EFFECT_UNITS, EFFECT_WORDS
+from hexload.report.charts import to_html
 from hexload.report.page import templates
 from hexload.theory.bound import THETA_NAMES
 
@@ -69,8 +68,7 @@ def render(
         failed=[case for cases in failed.values() for case in cases],
         failure_nees=FAILURE_NEES,
         alarm_due_s=ALARM_DUE_S,
-        figures={name: _to_html(figure, f"{name}-figure") for name, figure in drawn.items()},
-        plotly_js=plotly.offline.get_plotlyjs(),
+        figures={name: to_html(chart, f"{name}-figure") for name, chart in drawn.items()},
     )
 
 
@@ -184,14 +182,3 @@ def alarm_text(alarms: Alarms) -> str:
         return f"all {alarms.missed} missed, {false}"
     worst_ms, median_ms = 1e3 * alarms.delays_s.max(), 1e3 * np.median(alarms.delays_s)
     return f"{median_ms:.0f} ms median, {worst_ms:.0f} ms latest, {alarms.missed} of {alarms.changes} missed, {false}"
-
-
-def _to_html(figure: go.Figure, identifier: str) -> str:
-    return figure.to_html(
-        full_html=False,
-        include_plotlyjs=False,
-        div_id=identifier,
-        default_width="100%",
-        default_height=f"{figure.layout.height}px",
-        config={"displayModeBar": False, "responsive": True},
-    )

@@ -618,6 +618,43 @@ def view_verb(
     verb.show_live(platform, bus, profile, _lcm_url(lcm), port)
 
 
+@app.command()
+def watch(
+    bus: Annotated[
+        str | None,
+        typer.Option(help="Listen on: socketcan:INTERFACE, udp_multicast:GROUP[:PORT], slcan:HOST:PORT, slcan:DEVICE."),
+    ] = None,
+    profile: Annotated[Profile | None, typer.Option(help="Frames of the bus.", show_default="fd")] = None,
+    lcm: Annotated[str | None, typer.Option(help="Listen on LCM: its URL, or default.")] = None,
+    platform: Annotated[
+        Path | None, typer.Option(help="Platform file (.toml), whose known mass the paper's filter goes with.")
+    ] = None,
+    as_json: Annotated[
+        bool, typer.Option("--json", help="A JSON line four times a second instead, with the events since the last.")
+    ] = False,
+    once: Annotated[bool, typer.Option("--once", help="Print the first answer and end.")] = False,
+    patience: Annotated[float, typer.Option(help="Seconds that --once waits; then the status is 1.")] = 5.0,
+) -> None:
+    """Shows a controller in operation on the terminal: mass, centre, sigmas, verdicts, events, health, samples per second.
+
+    For a look over ssh, where no browser is; drawn four times a second, whatever comes in. It only listens. q or Ctrl-C ends it.
+
+    Example:  hexload watch --bus socketcan:can0
+
+    Example:  hexload watch --lcm default --once --json
+    """
+    from hexload.view import watch as verb
+
+    if bus is None and lcm is None:
+        raise InputError("watch: found neither --bus nor --lcm, expected one of them, or both")
+    known_mass_kg = None
+    if platform is not None:
+        from hexload.platform import Platform
+
+        known_mass_kg = Platform.of(platform).native().known_mass_kg
+    verb.watch(bus, profile, _lcm_url(lcm), known_mass_kg, as_json, patience if once else None)
+
+
 def _lcm_url(name: str | None) -> str | None:
     """Of lcm, lcm:URL, default or URL."""
     from hexload.view.lcm_listener import DEFAULT_URL
@@ -665,6 +702,9 @@ def report(
             help="Page to write (.html).", show_default="RUN_DIR/report.html; of several: build/runs/report.html"
         ),
     ] = None,
+    screenshot: Annotated[
+        Path | None, typer.Option(help="Write its upper part as a picture (.png) too; needs chromium.")
+    ] = None,
 ) -> None:
     """Writes one self-contained HTML page: tracking, signals, estimates, consistency, configuration; of the paper's filter
     Table 3, of the momentum filters the ten parameters with verdicts in words and the load as a body.
@@ -676,6 +716,13 @@ def report(
     out = out or verb.default_page(runs)
     verb.write_report(runs, out)
     print(out)
+    if screenshot is not None:
+        from hexload.io.atomic_file import replaced_when_done
+        from hexload.view.picture import write_page_picture
+
+        with replaced_when_done(screenshot) as file:
+            write_page_picture(out, file)
+        print(screenshot)
 
 
 @app.command()

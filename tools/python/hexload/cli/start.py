@@ -7,7 +7,6 @@ EXTRAS = {
     "typer": "cli",
     "rich": "cli",
     "jinja2": "report",
-    "plotly": "report",
     "scipy": "excite",
     "can": "bus",
     "cantools": "bus",

@@ -88,7 +88,7 @@ def replay_log(
             tared = "" if tare is None else f" and the tare {tare.name}"
             tared += "" if rig is None else f" and the rig {rig.name}"
             description = f"Replayed with {platform_file.name}{tared}."
-            _write_page(page, result, log.name, description, platform.known_mass_kg)
+            _write_page(page, result, platform, log.name, description)
     return result
 
 
@@ -182,9 +182,9 @@ def _refuse_same_files(files: dict[str, Path | None]) -> None:
             raise InputError(f"{path}: found the same file for {other} and {option}, expected two")
 
 
-def _write_page(page: Path, result: dict, title: str, description: str, known_mass_kg: float | None) -> None:
+def _write_page(page: Path, result: dict, platform, title: str, description: str) -> None:
     if "body" not in result:
         raise InputError("--report: found the estimator paper, expected momentum or momentum_effects")
     from hexload.report.page import render_replay  # draws; a replay without a page needs none of it
 
-    page.write_text(render_replay(result, result["log"], title, description, known_mass_kg), encoding="utf-8")
+    page.write_text(render_replay(result, platform, title, description), encoding="utf-8")

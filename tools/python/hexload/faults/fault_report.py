@@ -4,8 +4,6 @@ import csv
 import io
 from collections.abc import Mapping, Sequence
 
-import plotly.graph_objects as go
-import plotly.offline
 from rich import box
 from rich.table import Table
 
@@ -16,8 +14,7 @@ from hexload.faults.kinds import KINDS
 from hexload.faults.one_fault import FaultCase
 from hexload.faults.score import LAST_S, OUTCOMES, WRONG_SHARE, WRONG_SIGMAS
 from hexload.faults.tally import EstimatorTally, Tally
-from hexload.report.figures import finish
-from hexload.report.page import templates, to_html
+from hexload.report.page import templates
 
 TEMPLATE = "fault_report.html.jinja"
 OUTCOME_WORDS = {
@@ -28,16 +25,15 @@ OUTCOME_WORDS = {
     "refused": "refused",
     "false_alarm": "false alarm",
 }
-COLOURS = {
-    "right": "#15803d",
-    "said": "#1d5fa6",
-    "weak": "#d97706",
-    "silent": "#b91c1c",
-    "refused": "#475569",
-    "false_alarm": "#c4b5fd",
+COLOURS = {  # Okabe and Ito's
+    "right": "#009e73",
+    "said": "#56b4e9",
+    "weak": "#e69f00",
+    "silent": "#d55e00",
+    "refused": "#6b7280",
+    "false_alarm": "#cc79a7",
 }
 HEADINGS = ("runs", "right", "said", "weak", "silent", "refused", "false", "false changes")
-ROW_PX = 26
 
 
 def counts(tally: Tally) -> list[int]:
@@ -127,7 +123,6 @@ def as_csv(results: Mapping[FaultCase, dict]) -> str:
 def render(settings: object, code: str, tallies: Sequence[EstimatorTally], results: Mapping[FaultCase, dict]) -> str:
     environment = templates("hexload.faults")
     environment.filters |= {"counts": counts, "said": words_of, "named": named_of, "sentence": sentence_of}
-    figures = [to_html(outcome_figure(entry), f"{entry.estimator}-figure") for entry in tallies]
     return environment.get_template(TEMPLATE).render(
         settings=settings,
         code=code,
@@ -136,33 +131,9 @@ def render(settings: object, code: str, tallies: Sequence[EstimatorTally], resul
         headings=HEADINGS,
         tallies=tallies,
         results=results,
-        figures=figures,
+        outcomes=[(outcome, OUTCOME_WORDS[outcome], COLOURS[outcome]) for outcome in OUTCOMES],
         wrong_sigmas=WRONG_SIGMAS,
         wrong_percent=100.0 * WRONG_SHARE,
         last_s=LAST_S,
         alarm_due_s=ALARM_DUE_S,
-        plotly_js=plotly.offline.get_plotlyjs(),
     )
-
-
-def outcome_figure(entry: EstimatorTally) -> go.Figure:
-    """Share of the runs with each outcome, group by group."""
-    figure = go.Figure()
-    groups = list(entry.groups)[::-1]  # the first on top
-    for outcome in OUTCOMES:
-        shares = [100.0 * entry.groups[group].share(outcome) for group in groups]
-        runs = [entry.groups[group].outcomes[outcome] for group in groups]
-        figure.add_trace(
-            go.Bar(
-                x=shares,
-                y=groups,
-                orientation="h",
-                name=OUTCOME_WORDS[outcome],
-                marker={"color": COLOURS[outcome]},
-                customdata=runs,
-                hovertemplate="%{y}: %{customdata} runs, %{x:.0f} %",
-            )
-        )
-    figure.update_layout(barmode="stack", legend_traceorder="normal")
-    figure.update_xaxes(title="runs, %", range=[0, 100])
-    return finish(figure, 130 + ROW_PX * len(groups))

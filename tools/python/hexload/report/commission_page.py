@@ -4,17 +4,14 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-import plotly.graph_objects as go
-import plotly.offline
 from numpy.typing import NDArray
-from plotly.subplots import make_subplots
 from scipy.signal import welch
 
 from hexload.estimation import rig_model
 from hexload.estimation.rig_model import LEGS
 from hexload.estimation.rig_regression import FRICTION, ROW_HZ, SLICES, Explained, Found, Start, friction_columns
-from hexload.report.figures import ERROR, ESTIMATE, REFERENCE, TRUTH, finish
-from hexload.report.page import templates, to_html
+from hexload.report.charts import ERROR, ESTIMATE, REFERENCE, TRUTH, Chart, Panel, Series, to_html
+from hexload.report.page import templates
 from hexload.theory.bound import THETA_NAMES, unit_of
 
 Array = NDArray[np.float64]
@@ -110,7 +107,6 @@ def render(
         templates()
         .get_template(TEMPLATE)
         .render(
-            plotly_js=plotly.offline.get_plotlyjs(),
             platform=platform,
             source=source,
             groups=groups,
@@ -120,7 +116,7 @@ def render(
             rms=[(_rms(before.slow_residual_n[:, leg]), _rms(after.slow_residual_n[:, leg])) for leg in range(LEGS)],
             rms_of_all=(_rms(before.slow_residual_n), _rms(after.slow_residual_n)),
             slow_hz=ROW_HZ,
-            figures={name: to_html(figure, f"{name}-figure") for name, figure in figures.items()},
+            figures={name: to_html(chart, f"{name}-figure") for name, chart in figures.items()},
         )
     )
 
@@ -139,97 +135,56 @@ def _group(name: str, start: Start, found: Found, words: str) -> Group:
     return Group(name, kind, [Unknown(*each) for each in zip(names, *columns, strict=True)], words)
 
 
-def _of_legs(titles: list[str], height: int, x_title: str, y_title: str) -> go.Figure:
-    figure = make_subplots(
-        rows=2, cols=3, shared_xaxes=True, shared_yaxes=True, subplot_titles=titles,
-        vertical_spacing=0.09, horizontal_spacing=0.03,
-    )  # fmt: skip
-    figure.update_xaxes(title=x_title, row=2)
-    figure.update_yaxes(title=y_title, col=1)
-    return finish(figure, height)
-
-
-def _place(leg: int) -> dict[str, int]:
-    return {"row": 1 + leg // 3, "col": 1 + leg % 3}
-
-
-def residual_spectra(before: Explained, after: Explained, noise_n: Callable[[Array], Array]) -> go.Figure:
+def residual_spectra(before: Explained, after: Explained, noise_n: Callable[[Array], Array]) -> Chart:
     """What the forces show beside the model, by frequency: with the platform file's numbers and with those found."""
     fs_hz = 1.0 / float(np.median(np.diff(after.t_s)))
-    titles = [
-        f"leg {leg + 1}: {_rms(before.slow_residual_n[:, leg]):.1f} N → {_rms(after.slow_residual_n[:, leg]):.1f} N"
-        for leg in range(LEGS)
-    ]
-    figure = _of_legs(titles, 560, "frequency, Hz", "residual, N/√Hz")
+    spectra = []
+    for run, colour, name in ((before, ERROR, "platform file"), (after, ESTIMATE, "commissioned")):
+        segment = min(round(SEGMENT_S * fs_hz), len(run.t_s))
+        hz, density = welch(run.residual_n, fs_hz, nperseg=segment, detrend=False, axis=0)
+        shown = (hz > 0.0) & (hz <= HIGHEST_HZ)
+        spectra.append((hz[shown], np.sqrt(density[shown]), colour, name))
+    hz = spectra[0][0]
+    noise = noise_n(hz)
+    heights = np.concatenate([each[1].ravel() for each in spectra] + [noise.ravel()])
+    y_range = (0.8 * float(heights.min()), 1.25 * float(heights.max()))
+    panels = []
     for leg in range(LEGS):
-        for run, colour, name in ((before, ERROR, "platform file"), (after, ESTIMATE, "commissioned")):
-            hz, density = welch(
-                run.residual_n[:, leg], fs_hz, nperseg=min(round(SEGMENT_S * fs_hz), len(run.t_s)), detrend=False
-            )
-            shown = (hz > 0.0) & (hz <= HIGHEST_HZ)
-            line = _curve(hz[shown], np.sqrt(density[shown]), name, colour, leg == 0)
-            figure.add_trace(line, **_place(leg))
-        floor = _curve(hz[shown], noise_n(hz[shown])[:, leg], "sensor noise", TRUTH, leg == 0)
-        figure.add_trace(floor.update(line={"dash": "dash", "width": 1.2}), **_place(leg))
-    figure.update_xaxes(type="log", tickvals=[0.3, 1, 3, 10, 30])
-    figure.update_yaxes(type="log", exponentformat="none", dtick=1)
-    return figure
+        curves = [Series(at, density[:, leg], colour, name, width=1.6) for at, density, colour, name in spectra]
+        curves.append(Series(hz, noise[:, leg], TRUTH, "sensor noise", dash="5 4", width=1.2))
+        title = (
+            f"leg {leg + 1}: {_rms(before.slow_residual_n[:, leg]):.1f} N → {_rms(after.slow_residual_n[:, leg]):.1f} N"
+        )
+        axes = {"x_title": "frequency, Hz", "y_title": "residual, N/√Hz", "x_log": True, "y_log": True}
+        panels.append(Panel(title, curves, y_range=y_range, **axes))
+    return Chart(panels, columns=3, height=270)
 
 
-def friction_curves(run: Explained, found: Found, fastest_m_s: float) -> go.Figure:
+def friction_curves(run: Explained, found: Found, fastest_m_s: float) -> Chart:
     """What is left of the forces, below ROW_HZ, without friction's part of the model, by speed, and that part."""
-    figure = _of_legs([f"leg {leg + 1}" for leg in range(LEGS)], 600, "leg speed, mm/s", "friction, N")
     measured = run.slow_residual_n / (1.0 + found.value[SLICES["gain"]]) + run.friction_n
     speeds = fastest_m_s * np.linspace(-1.0, 1.0, SPEEDS) ** 3  # close together where friction turns round
     shapes = rig_model.friction_shapes(speeds, rig_model.FrictionLaw(**vars(found.law) | {"presliding_m": 0.0}), 1.0)
+    in_view = np.abs(measured[np.abs(run.speed_m_s) <= fastest_m_s])
+    reach = 1.15 * float(np.quantile(in_view, 0.999)) if in_view.size else 1.0
+    panels = []
     for leg in range(LEGS):
         mean_n = np.full(SPEEDS, np.abs(run.force_n[:, leg]).mean())
         law_n = friction_columns(shapes, mean_n) @ [found.value[SLICES[name]][leg] for name in FRICTION]
         shown = np.flatnonzero(np.abs(run.speed_m_s[:, leg]) <= fastest_m_s)
         speed_mm_s, friction_n = 1e3 * run.speed_m_s[shown, leg], measured[shown, leg]
         every = max(1, len(shown) // DOTS)
-        dots = go.Scatter(
-            x=speed_mm_s[::every].astype(np.float32),
-            y=friction_n[::every].astype(np.float32),
-            mode="markers",
-            marker={"size": 3, "color": REFERENCE, "opacity": 0.55},
-            name="measured",
-            legendgroup="measured",
-            showlegend=leg == 0,
-            hovertemplate="%{y:.1f} N at %{x:.1f} mm/s",
+        series = (
+            Series(speed_mm_s[::every], friction_n[::every], REFERENCE, "measured", kind="dots", size=1.3),
+            _means(speed_mm_s, friction_n),
+            Series(1e3 * speeds, law_n, ERROR, "model", width=1.8),
         )
-        figure.add_trace(dots, **_place(leg))
-        figure.add_trace(_means(speed_mm_s, friction_n, leg == 0), **_place(leg))
-        figure.add_trace(_curve(1e3 * speeds, law_n, "model", ERROR, leg == 0), **_place(leg))
-    in_view = np.abs(measured[np.abs(run.speed_m_s) <= fastest_m_s])
-    reach = 1.15 * float(np.quantile(in_view, 0.999)) if in_view.size else 1.0
-    figure.update_yaxes(range=[-reach, reach], zeroline=True, zerolinecolor=REFERENCE)
-    return figure
+        panels.append(Panel(f"leg {leg + 1}: friction, N", series, "leg speed, mm/s", y_range=(-reach, reach)))
+    return Chart(panels, columns=3, height=280)
 
 
-def _means(speed_mm_s: Array, friction_n: Array, legend: bool) -> go.Scatter:
+def _means(speed_mm_s: Array, friction_n: Array) -> Series:
     """Over equally many rows each."""
     bins = [each for each in np.array_split(np.argsort(speed_mm_s), BINS) if len(each)]
-    return go.Scatter(
-        x=[float(speed_mm_s[each].mean()) for each in bins],
-        y=[float(friction_n[each].mean()) for each in bins],
-        mode="markers",
-        marker={"size": 6, "color": ESTIMATE, "line": {"color": "white", "width": 1}},
-        name=f"means of 1/{BINS} of the rows",
-        legendgroup="mean",
-        showlegend=legend,
-        hovertemplate="%{y:.1f} N at %{x:.1f} mm/s",
-    )
-
-
-def _curve(x: Array, y: Array, name: str, colour: str, legend: bool) -> go.Scatter:
-    return go.Scatter(
-        x=x.astype(np.float32),
-        y=y.astype(np.float32),
-        mode="lines",
-        line={"color": colour, "width": 1.6},
-        name=name,
-        legendgroup=name,
-        showlegend=legend,
-        hovertemplate="%{y:.3g} at %{x:.3g}",
-    )
+    means = (np.array([float(values[each].mean()) for each in bins]) for values in (speed_mm_s, friction_n))
+    return Series(*means, ESTIMATE, f"means of 1/{BINS} of the rows", kind="dots", size=3.0)

@@ -172,11 +172,10 @@ def _true_effects(scenario: dict) -> dict[str, list[float]]:
 
 
 def _figures(estimate: LoadEstimate, result: dict, log: LegLog, truth: Array | None) -> dict:
-    t_s, changes_s = result["t"], estimate.changes_s
-    since = int(np.searchsorted(t_s, changes_s[-1])) if changes_s else 0
-    settled = slice(since + (len(t_s) - since) // 5, None)
+    t_s, marks = result["t"], figures.marks_of(estimate.changes_s)
+    value, sigma = result["value"][:, :TEN], result["sigma"][:, :TEN]
     return {
-        "estimates": figures.load_estimates(t_s, result["value"][:, :TEN], result["sigma"][:, :TEN], truth, settled),
-        "nis": figures.innovation(t_s, result["nis"], estimate.nis),
-        "legs": figures.leg_signals(log),
+        "estimates": figures.load_estimates(t_s, value, sigma, truth, estimate.changes_s, marks),
+        "nis": figures.innovation(t_s, result["nis"], estimate.nis, marks),
+        "legs": figures.leg_signals(log, marks),
     }

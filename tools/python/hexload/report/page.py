@@ -2,22 +2,23 @@
 
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import jinja2
 import numpy as np
-import plotly.graph_objects as go
-import plotly.offline
 
 from hexload import project
 from hexload.estimation import load_summary
+from hexload.estimation.firmware_run import load_platform, native_firmware
 from hexload.io.atomic_file import replaced_when_done
-from hexload.io.log_file import LegLog
 from hexload.io.run_directory import POSE, Run, read_run
-from hexload.report import claims, figures, load_report, table3
+from hexload.report import charts, claims, figures, load_report, motion, table3
 from hexload.report.load_report import LoadEstimate
 from hexload.theory import nis
 from hexload.theory.bound import THETA_NAMES
+from hexload.view.recorded import recording_of, recording_of_replay
 
+OWN = "hexload.report"
 TEMPLATE = "report.html.jinja"
 PAPER_TEMPLATE, LOAD_TEMPLATE = "report_paper.html.jinja", "report_load.html.jinja"
 
@@ -36,6 +37,7 @@ class Section:
     start: claims.StartError
     nis: nis.NisSummary
     figures: dict[str, str]  # name -> HTML
+    motion: str  # HTML
 
     @property
     def title(self) -> str:
@@ -62,6 +64,7 @@ class LoadSection:
     run: Run | None  # of a replayed log there is none
     tracking_errors: list[dict]
     figures: dict[str, str]
+    motion: str
 
 
 def default_page(directories: list[Path]) -> Path:
@@ -77,10 +80,11 @@ def write_report(directories: list[Path], out: Path) -> list[Run]:
     return runs
 
 
-def render_replay(result: dict, samples: LegLog, title: str, description: str, known_mass_kg: float | None) -> str:
-    """The page of a replay of ten parameters. `result`: what hexload_native.replay returns of the samples."""
-    load, drawn = load_report.of_replay(result, samples, known_mass_kg)
-    return render([LoadSection("run-1", title, description, load, None, [], _all_to_html("run-1", drawn))])
+def render_replay(result: dict, platform: Any, title: str, description: str) -> str:
+    """The page of a replay of ten parameters. `result`: what replay_log returns; `platform`: hexload_native.Platform."""
+    load, drawn = load_report.of_replay(result, result["log"], platform.known_mass_kg)
+    moving = motion.to_html(platform, recording_of_replay(title, result), "run-1-motion")
+    return render([LoadSection("run-1", title, description, load, None, [], _all_to_html("run-1", drawn), moving)])
 
 
 def render(sections: list[Section | LoadSection]) -> str:
@@ -88,7 +92,6 @@ def render(sections: list[Section | LoadSection]) -> str:
     environment.filters |= {"moments": load_summary.moments_in_words, "health": load_summary.health_in_words}
     return environment.get_template(TEMPLATE).render(
         sections=sections,
-        plotly_js=plotly.offline.get_plotlyjs(),
         symbols=load_summary.SYMBOLS,
         units=load_summary.UNITS,
         digits=load_summary.DIGITS,
@@ -103,10 +106,10 @@ def render(sections: list[Section | LoadSection]) -> str:
     )
 
 
-def templates(package: str = "hexload.report") -> jinja2.Environment:
-    """A package's templates, with filters for numbers."""
+def templates(package: str = OWN) -> jinja2.Environment:
+    """A package's templates and this one's, which all pages share, with filters for numbers."""
     environment = jinja2.Environment(
-        loader=jinja2.PackageLoader(package, "."),
+        loader=jinja2.ChoiceLoader([jinja2.PackageLoader(name, ".") for name in dict.fromkeys((package, OWN))]),
         autoescape=True,
         trim_blocks=True,
         lstrip_blocks=True,
@@ -131,21 +134,22 @@ def _percent(value: float | None, digits: int = 3) -> str:
 
 
 def _section(anchor: str, run: Run) -> Section | LoadSection:
-    drawn = {
-        "tracking": figures.tracking(run),
-        "coupling": figures.coupling(run.meta["coupling_matrix_home"]),
-    }
+    marks = figures.marks_of(run.meta.get("load_changes_detected_s", ()))
+    drawn = {"tracking": figures.tracking(run, marks)}
+    matrix = figures.coupling(run.meta["coupling_matrix_home"], f"{anchor}-coupling-figure")
+    platform = load_platform(native_firmware(), run.directory / "platform.toml")
+    moving = motion.to_html(platform, recording_of(run), f"{anchor}-motion")
     errors = [_tracking_error(run, name) for name in POSE]
     if not run.is_of_paper:
         load, more = load_report.of_run(run)
-        html = _all_to_html(anchor, drawn | more)
-        return LoadSection(anchor, run.name, run.meta["description"], load, run, errors, html)
+        html = _all_to_html(anchor, drawn | more) | {"coupling": matrix}
+        return LoadSection(anchor, run.name, run.meta["description"], load, run, errors, html, moving)
     t, values = run.estimates["t"], run.estimates["nis"]
     summary = nis.summarise(t, values, nis.PAPER_MEASUREMENTS)
     drawn |= {
-        "legs": figures.leg_signals(run.log),
+        "legs": figures.leg_signals(run.log, marks),
         "estimates": figures.estimates(run),
-        "nis": figures.innovation(t, values, summary),
+        "nis": figures.innovation(t, values, summary, marks),
     }
     return Section(
         anchor=anchor,
@@ -156,12 +160,13 @@ def _section(anchor: str, run: Run) -> Section | LoadSection:
         excitation=claims.excitation(run),
         start=claims.start_error(run),
         nis=summary,
-        figures=_all_to_html(anchor, drawn),
+        figures=_all_to_html(anchor, drawn) | {"coupling": matrix},
+        motion=moving,
     )
 
 
-def _all_to_html(anchor: str, drawn: dict[str, go.Figure]) -> dict[str, str]:
-    return {name: to_html(figure, f"{anchor}-{name}-figure") for name, figure in drawn.items()}
+def _all_to_html(anchor: str, drawn: dict[str, charts.Chart]) -> dict[str, str]:
+    return {name: charts.to_html(chart, f"{anchor}-{name}-figure") for name, chart in drawn.items()}
 
 
 def _tracking_error(run: Run, name: str) -> dict:
@@ -173,14 +178,3 @@ def _tracking_error(run: Run, name: str) -> dict:
         "largest": 1e3 * float(np.abs(error).max()),
         "reach": 1e3 * float(np.abs(run.truth[f"ref_{name}"]).max()),
     }
-
-
-def to_html(figure: go.Figure, identifier: str) -> str:
-    return figure.to_html(
-        full_html=False,
-        include_plotlyjs=False,
-        div_id=identifier,
-        default_width="100%",
-        default_height=f"{figure.layout.height}px",
-        config={"displayModeBar": False, "responsive": True},
-    )

@@ -1,14 +1,11 @@
 """The page of `hexload platform check --report`: pictures of a machine, its reach, and maps of its condition."""
 
 import numpy as np
-import plotly.graph_objects as go
-import plotly.offline
 from numpy.typing import NDArray
-from plotly.subplots import make_subplots
 
 from hexload.estimation.machine_check import Checked, axis_title, map_words, shown
-from hexload.report.figures import LEG_COLOURS, REFERENCE, finish
-from hexload.report.page import templates, to_html
+from hexload.report.charts import LEG_COLOURS, REFERENCE, Cells, Chart, Panel, Series, to_html
+from hexload.report.page import templates
 from hexload.theory.workspace import Machine, Map
 
 Array = NDArray[np.float64]
@@ -25,7 +22,6 @@ def render(checked: Checked) -> str:
         templates()
         .get_template(TEMPLATE)
         .render(
-            plotly_js=plotly.offline.get_plotlyjs(),
             checked=checked,
             lengths_mm=(1e3 * (machine.home_leg_length_m + checked.home_m)).tolist(),
             reaches=[
@@ -33,48 +29,28 @@ def render(checked: Checked) -> str:
                 for low, high in zip(checked.reaches[::2], checked.reaches[1::2])
             ],
             maps=[(float(np.degrees(each.tilt_rad)), map_words(each)) for each in checked.maps],
-            figures={name: to_html(figure, f"{name}-figure") for name, figure in figures.items()},
+            figures={name: to_html(chart, f"{name}-figure") for name, chart in figures.items()},
         )
     )
 
 
-def pictures(machine: Machine) -> go.Figure:
+def pictures(machine: Machine) -> Chart:
     """The machine at home from three sides, with the numbers of the legs at the base."""
     base = 1e3 * machine.platform.base_hinges_m
     upper = 1e3 * (machine.platform.platform_hinges_m + [0.0, 0.0, machine.platform.home_height_m])
-    figure = make_subplots(rows=1, cols=3, subplot_titles=[title for title, _, _ in VIEWS], horizontal_spacing=0.07)
-    for column, (_, across, up) in enumerate(VIEWS, start=1):
-        for points, name, dash in ((base, "base", "dot"), (upper, "platform", "solid")):
+    panels = []
+    for title, across, up in VIEWS:
+        series = []
+        for points, name, dash in ((base, "base", "2 3"), (upper, "platform", "")):
             ring = np.vstack([_around(points), _around(points)[:1]])
-            line = go.Scatter(
-                x=ring[:, across], y=ring[:, up], mode="lines", line={"color": REFERENCE, "dash": dash}, name=name,
-                showlegend=column == 1, hoverinfo="skip",
-            )  # fmt: skip
-            figure.add_trace(line, 1, column)
+            series.append(Series(ring[:, across], ring[:, up], REFERENCE, name, dash=dash, width=2.0))
         for leg, colour in enumerate(LEG_COLOURS):
-            figure.add_trace(_leg(base[leg], upper[leg], (across, up), (leg, colour), column == 1), 1, column)
-        figure.update_xaxes(title=NAMES[across], row=1, col=column)
-        figure.update_yaxes(title=NAMES[up], scaleanchor=f"x{column if column > 1 else ''}", row=1, col=column)
-    return finish(figure, 420)
-
-
-def _leg(low: Array, high: Array, axes: tuple[int, int], which: tuple[int, str], legend: bool) -> go.Scatter:
-    leg, colour = which
-    across, up = axes
-    return go.Scatter(
-        x=[low[across], high[across]],
-        y=[low[up], high[up]],
-        mode="lines+markers+text" if up == 1 else "lines+markers",
-        text=[str(leg + 1), ""],
-        textposition="middle right" if low[0] > 0 else "middle left",
-        textfont={"color": colour},
-        line={"color": colour, "width": 3},
-        marker={"size": [9, 7], "symbol": ["circle", "circle-open"]},
-        name=f"leg {leg + 1}",
-        legendgroup=f"leg {leg + 1}",
-        showlegend=legend,
-        hovertemplate="%{x:.1f}, %{y:.1f} mm",
-    )
+            ends = np.array([base[leg], upper[leg]])
+            labels = (str(leg + 1), "") if up == 1 else ()
+            look = {"kind": "both", "width": 3.0, "size": 3.5, "labels": labels}
+            series.append(Series(ends[:, across], ends[:, up], colour, f"leg {leg + 1}", **look))
+        panels.append(Panel(title, series, x_title=NAMES[across], y_title=NAMES[up], same_scale=True))
+    return Chart(panels, columns=3, height=340)
 
 
 def _around(points: Array) -> Array:
@@ -83,31 +59,14 @@ def _around(points: Array) -> Array:
     return points[np.argsort(np.arctan2(centred[:, 1], centred[:, 0]))]
 
 
-def condition_maps(maps: list[Map]) -> go.Figure:
+def condition_maps(maps: list[Map]) -> Chart:
     """White: out of reach."""
-    titles = [f"tilt {np.degrees(each.tilt_rad):.0f} deg, worst direction" for each in maps]
-    figure = make_subplots(rows=1, cols=len(maps), subplot_titles=titles, horizontal_spacing=0.05, shared_yaxes=True)
     values = np.concatenate([each.condition[np.isfinite(each.condition)] for each in maps])
     low, high = (float(values.min()), float(values.max())) if values.size else (1.0, 2.0)
-    for column, each in enumerate(maps, start=1):
-        heat = go.Heatmap(
-            x=1e3 * each.x_m,
-            y=1e3 * each.y_m,
-            z=[[float(v) if np.isfinite(v) else None for v in row] for row in each.condition],
-            zmin=low,
-            zmax=max(high, low + 0.01),
-            colorscale="Cividis",
-            showscale=column == len(maps),
-            colorbar={"title": {"text": "condition"}, "tickformat": ".2~f"},
-            hovertemplate="x %{x:.0f}, y %{y:.0f} mm: %{z:.3g}<extra></extra>",
-        )
-        figure.add_trace(heat, 1, column)
-        home = go.Scatter(
-            x=[0.0], y=[0.0], mode="markers", marker={"symbol": "cross-thin", "size": 11, "line": {"color": "white", "width": 1.5}},
-            showlegend=False, hoverinfo="skip",
-        )  # fmt: skip
-        figure.add_trace(home, 1, column)
-        figure.update_xaxes(title="x, mm", row=1, col=column)
-        figure.update_yaxes(scaleanchor=f"x{column if column > 1 else ''}", row=1, col=column)
-    figure.update_yaxes(title="y, mm", col=1)
-    return finish(figure, 420).update_layout(margin={"r": 90})
+    panels = []
+    for each in maps:
+        condition = np.where(np.isfinite(each.condition), each.condition, np.nan)
+        cells = Cells(1e3 * each.x_m, 1e3 * each.y_m, condition, low, max(high, low + 0.01), "condition")
+        title = f"tilt {np.degrees(each.tilt_rad):.0f} deg, worst way"
+        panels.append(Panel(title, x_title="x, mm", y_title="y, mm", cells=cells, same_scale=True))
+    return Chart(panels, columns=3, height=330)

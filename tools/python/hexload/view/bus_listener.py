@@ -3,6 +3,7 @@
 import threading
 
 import can
+import cantools
 import numpy as np
 
 from hexload import project
@@ -14,19 +15,6 @@ from hexload.view.live import Live
 
 WAIT_S = 0.05
 PROFILES = ("fd", "classic")
-# Codes of hexload.dbc, which a test compares with these.
-VERDICTS = ("converged", "converging", "not_excited", "misfit", "inconsistent")
-STATES = ("idle", "armed", "estimating", "converged", "fault")
-FAULTS = (
-    "none",
-    "sample timeout",
-    "samples refused",
-    "wrong profile",
-    "second controller",
-    "bus down",
-    "second source",
-)
-RESULTS = ("done", "unknown command", "wrong state", "bad argument", "not available")
 OTHER = "frame of another kind"  # of the codec
 
 
@@ -49,6 +37,20 @@ def open_bus(name: str, profile: str) -> can.BusABC:
         raise ToolFailed(f"{name}: found no such bus ({error})") from None
 
 
+class Words:
+    """What codes of an answer and of an acknowledge mean, by the bus contract."""
+
+    def __init__(self) -> None:
+        contract = cantools.database.load_file(project.bus_contract())
+        health, acknowledge = (contract.get_message_by_name(name) for name in ("HealthFd", "Acknowledge"))
+        self.verdicts = {
+            code: str(word).replace(" ", "_") for code, word in health.get_signal_by_name("verdict").choices.items()
+        }
+        self.states = health.get_signal_by_name("state").choices
+        self.faults = health.get_signal_by_name("fault").choices
+        self.results = acknowledge.get_signal_by_name("result").choices
+
+
 class BusListener:
     """Feeds `live` until `close`. Raises InputError for a name, ToolFailed where there is no such bus or no codec."""
 
@@ -59,7 +61,7 @@ class BusListener:
             raise ToolFailed(
                 "--bus: found no bus codec in this installed package, expected a clone and its tools/hexload"
             )
-        self._live, self._codec, self._profile = live, codec, profile
+        self._live, self._codec, self._words = live, codec, Words()
         self._bus = open_bus(name, profile)
         answers = codec.AnswerAssembly(profile)
         self._tick = 0
@@ -111,16 +113,17 @@ class BusListener:
 
     def _take_answer(self, answer: dict) -> None:
         names = THETA_NAMES if answer["filter"] == 1 else PAPER_PARAMETERS
-        verdicts = tuple(VERDICTS[code] for code in answer["parameter_verdict"])
+        verdicts = tuple(self._words.verdicts[code] for code in answer["parameter_verdict"])
         value, sigma = np.array(answer["value"]), np.array(answer["sigma"])
-        estimate = Estimate(tuple(names), value, sigma, VERDICTS[answer["verdict"]], verdicts)
-        fault = "" if answer["fault"] == 0 else f", fault: {FAULTS[answer['fault']]}"
+        estimate = Estimate(tuple(names), value, sigma, self._words.verdicts[answer["verdict"]], verdicts)
+        fault = "" if answer["fault"] == 0 else f", fault: {self._words.faults[answer['fault']]}"
         self._live.answer(
-            estimate, (f"controller {STATES[answer['state']]}{fault}", f"{answer['refused']} samples refused")
+            estimate,
+            (f"controller {self._words.states[answer['state']]}{fault}", f"{answer['refused']} samples refused"),
         )
 
     def _take_acknowledge(self, fields: dict) -> None:
-        self._live.event(f"controller: {RESULTS[fields['result']]}, {STATES[fields['state']]}")
+        self._live.event(f"controller: {self._words.results[fields['result']]}, {self._words.states[fields['state']]}")
 
     def send(self, kind: int, number: int, argument: float) -> None:
         """A command to the controller."""

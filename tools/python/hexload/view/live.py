@@ -50,6 +50,7 @@ class Live:
         self._truth_theta: np.ndarray | None = None
         self._truth_paper: np.ndarray | None = None
         self._events: deque[Event] = deque(maxlen=EVENTS)
+        self.event_count = 0  # with those that are no longer kept
         self._load_changes_s: list[float] = []
         self._counts: Counter = Counter()
         self._state: tuple[str, ...] = ()
@@ -73,7 +74,7 @@ class Live:
         with self._lock:
             if estimate is not None and self._estimate is not None and estimate.verdict != self._estimate.verdict:
                 words = f"verdict: {estimate.verdict.replace('_', ' ')}"
-                self._events.append(Event(self._tick * TICK_S, words))
+                self._tell(words)
             self._estimate = estimate or self._estimate
             self._state, self._heard_s = state, time.monotonic()
 
@@ -84,11 +85,15 @@ class Live:
     def load_changed(self, tick: int) -> None:
         with self._lock:
             self._load_changes_s.append(tick * TICK_S)
-            self._events.append(Event(tick * TICK_S, "another load detected"))
+            self._tell("another load detected", tick)
 
     def event(self, words: str) -> None:
         with self._lock:
-            self._events.append(Event(self._tick * TICK_S, words))
+            self._tell(words)
+
+    def _tell(self, words: str, tick: int | None = None) -> None:
+        self._events.append(Event((self._tick if tick is None else tick) * TICK_S, words))
+        self.event_count += 1
 
     def count(self, what: str, number: int = 1) -> None:
         self._counts[what] += number
@@ -128,14 +133,20 @@ class Live:
         with self._lock:
             return list(self._events)
 
-    def health(self) -> Health:
+    def rate(self) -> float:
+        """Samples per second; 0 when nothing was heard for a second."""
         with self._lock:
             now = time.monotonic()
-            silent_s = now - self._heard_s
             since, count, rate = self._rate
             if now - since >= RATE_S:
                 rate = (self._counts["samples"] - count) / (now - since)
                 self._rate = (now, self._counts["samples"], rate)
+            return rate if now - self._heard_s < RATE_S else 0.0
+
+    def health(self) -> Health:
+        rate = self.rate()
+        with self._lock:
+            silent_s = time.monotonic() - self._heard_s
             lines = [
                 f"{rate:.0f} samples/s"
                 if silent_s < RATE_S

@@ -17,6 +17,7 @@ from hexload.errors import ToolFailed
 
 BROWSERS = ("chromium", "chromium-browser", "google-chrome")
 SIZE_PX = (1440, 810)
+PAGE_PX = (1200, 1760)
 LIMIT_S = 60.0  # a busy machine draws slowly
 OPTIONS = (
     "--headless=new",
@@ -35,6 +36,7 @@ IS_DRAWN = """(() => {
     const canvases = [...document.querySelectorAll('canvas')];
     return canvases.some(c => c.width > 0) && canvases.every(c => getComputedStyle(c).opacity === '1');
 })()"""
+IS_LOADED = "document.readyState === 'complete'"
 # What tells of the browser's software renderer, over the picture.
 CLOSE_NOTES = "document.querySelectorAll('.mantine-Notification-closeButton').forEach(button => button.click())"
 
@@ -86,8 +88,8 @@ def browser() -> str | None:
 
 
 @contextmanager
-def opened(url: str, size_px: tuple[int, int] = SIZE_PX) -> Iterator[Tab]:
-    """The page in headless Chromium, loaded. Raises ToolFailed when there is no browser, or it does not start."""
+def opened(url: str, size_px: tuple[int, int] = SIZE_PX, is_drawn: str = IS_DRAWN) -> Iterator[Tab]:
+    """The page in headless Chromium, drawn: `is_drawn` is a script that says so. Raises ToolFailed when there is no browser, or it does not start."""
     program = browser()
     if program is None:
         raise ToolFailed("found no chromium, expected it for pictures: apt-get install chromium")
@@ -104,12 +106,22 @@ def opened(url: str, size_px: tuple[int, int] = SIZE_PX) -> Iterator[Tab]:
                     "Emulation.setDeviceMetricsOverride",
                     width=size_px[0], height=size_px[1], deviceScaleFactor=1, mobile=False,
                 )  # fmt: skip
-                tab.wait_for(IS_DRAWN)
+                tab.wait_for(is_drawn)
                 tab.evaluate(CLOSE_NOTES)
                 yield tab
         finally:
             process.terminate()
             process.wait()
+
+
+def write_page_picture(page: Path, picture: Path, size_px: tuple[int, int] = PAGE_PX) -> None:
+    """The upper part of a report as PNG, its animated view at the end of the run. Raises ToolFailed."""
+    with opened(page.absolute().as_uri(), size_px, IS_LOADED) as tab:
+        tab.call("Emulation.setEmulatedMedia", features=[{"name": "prefers-reduced-motion", "value": "reduce"}])
+        tab.call("Page.reload")
+        tab.wait_for(IS_LOADED)
+        tab.wait_for_stillness()
+        picture.write_bytes(tab.picture())
 
 
 def _address_of_tab(log: Path, url: str) -> str:

@@ -87,18 +87,21 @@ def _row_at(t_s: Array, moment_s: float) -> int:
 
 def recording_of_run(directory: Path) -> tuple[Platform, Recording]:
     """Raises InputError when it is no run directory."""
-    run = read_run(directory)
+    return Platform.of(directory / "platform.toml"), recording_of(read_run(directory))
+
+
+def recording_of(run: Run) -> Recording:
     names = PAPER_PARAMETERS if run.is_of_paper else THETA_NAMES
     estimates = run.estimates
     value, sigma = (np.stack([estimates[mark + name] for name in names], axis=1) for mark in ("", "s_"))
-    answers = Answers(names, estimates["t"], value, sigma, _verdicts_of(directory))
+    answers = Answers(names, estimates["t"], value, sigma, _verdicts_of(run.directory))
     recording = Recording(f"{run.name}, seed {run.meta['seed']}", run.log, answers, _truths(run, estimates["t"]))
     recording.load_changes_s = tuple(run.meta.get("load_changes_detected_s", ()))
     recording.input_faults = tuple((fault["t_s"], fault["fault"]) for fault in run.meta.get("input_faults", ()))
     remark = load_summary.health_in_words(run.meta["health_ticks"]) or "no remark"
     lost = f"{run.meta['rows']} samples, {run.meta['missing']} missing, {run.meta['refused']} refused"
     recording.remarks = (lost, f"health of the whole run: {remark}")
-    return Platform.of(directory / "platform.toml"), recording
+    return recording
 
 
 def _truths(run: Run, t_s: Array) -> tuple[Array, Array]:

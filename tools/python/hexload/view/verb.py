@@ -4,7 +4,7 @@ import os
 import time
 import webbrowser
 from collections.abc import Iterator
-from contextlib import ExitStack, closing, contextmanager
+from contextlib import closing, contextmanager
 from pathlib import Path
 
 from hexload import project
@@ -14,7 +14,7 @@ from hexload.io.atomic_file import replaced_when_done
 from hexload.platform import Platform
 from hexload.view.controls import add_controls, add_plant_controls
 from hexload.view.frame import Source
-from hexload.view.live import Live
+from hexload.view.listening import listened_to
 from hexload.view.page import PORT, Page, page_of
 from hexload.view.recorded import Recording, recording_of_replay, recording_of_run
 
@@ -68,19 +68,7 @@ def live_page(
     """A page that listens on a bus, on LCM, or on both: then the samples are the bus', the truth LCM's."""
     project.ensure_built("hexload_native")
     platform = Platform.of(platform_file)
-    live = Live(f"live on {bus or 'LCM'}")
-    with ExitStack() as stack:
-        if bus is not None:
-            from hexload.view.bus_listener import BusListener
-
-            listener = stack.enter_context(closing(BusListener(live, bus, profile or "fd")))
-            live.sender = listener.send
-        if url is not None:
-            from hexload.view.lcm_listener import LcmListener
-
-            lcm = stack.enter_context(closing(LcmListener(live, url, truth_alone=bus is not None)))
-            live.sender, live.plant = live.sender or lcm.send, lcm
-        page = stack.enter_context(closing(page_of(platform, live, port)))
+    with listened_to(bus, profile, url) as live, closing(page_of(platform, live, port)) as page:
         mass_kg = platform.native().known_mass_kg or GUESSED_MASS_KG
         add_controls(page, live, mass_kg)
         if live.plant is not None:

@@ -1,0 +1,26 @@
+"""A machine in operation, heard on a bus, on LCM, or on both: then the samples are the bus', the truth LCM's."""
+
+from collections.abc import Iterator
+from contextlib import ExitStack, closing, contextmanager
+
+from hexload import project
+from hexload.view.live import Live
+
+
+@contextmanager
+def listened_to(bus: str | None, profile: str | None, url: str | None) -> Iterator[Live]:
+    """Raises InputError for a name, ToolFailed where there is no such bus, no codec or no LCM."""
+    project.ensure_built("hexload_native")
+    live = Live(f"live on {bus or 'LCM'}")
+    with ExitStack() as stack:
+        if bus is not None:
+            from hexload.view.bus_listener import BusListener
+
+            listener = stack.enter_context(closing(BusListener(live, bus, profile or "fd")))
+            live.sender = listener.send
+        if url is not None:
+            from hexload.view.lcm_listener import LcmListener
+
+            lcm = stack.enter_context(closing(LcmListener(live, url, truth_alone=bus is not None)))
+            live.sender, live.plant = live.sender or lcm.send, lcm
+        yield live
