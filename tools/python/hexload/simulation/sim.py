@@ -6,7 +6,9 @@ from pathlib import Path
 
 from hexload import project
 from hexload.errors import InputError, ToolFailed
+from hexload.io.run_directory import PAPER_PARAMETERS, read_run
 from hexload.simulation.virtual_controller import running_controller
+from hexload.theory.bound import THETA_NAMES
 
 
 def known_scenarios() -> list[str]:
@@ -73,6 +75,28 @@ def run_simulation(
     if status != 0:
         raise ToolFailed(exit_code=status if status > 0 else 1)
     return directory
+
+
+def figures(directory: Path) -> dict:
+    """A run's end: estimates beside the truth, and what was said of it."""
+    run = read_run(directory)
+    t_s = run.estimates["t"][-1:]
+    names = PAPER_PARAMETERS if run.is_of_paper else THETA_NAMES
+    truth = run.load_parameters(t_s).values() if run.is_of_paper else run.theta(t_s).T
+    rows = {
+        name: {"value": run.estimates[name][-1], "sigma": run.estimates[f"s_{name}"][-1], "truth": true[0]}
+        for name, true in zip(names, truth)
+    }
+    said = ("seed", "duration_s", "rows", "missing", "refused")
+    return {
+        "run": directory,
+        "estimator": run.meta["estimator"]["kind"],
+        "verdict": run.verdict,
+        "parameters": rows,
+        "load_changes_s": run.meta.get("load_changes_detected_s", []),
+        "health_ticks": {name: ticks for name, ticks in run.meta["health_ticks"].items() if ticks},
+        **{key: run.meta[key] for key in said},
+    }
 
 
 def controller_options(
