@@ -13,8 +13,9 @@ from hexload import project
 from hexload.cli.app import app
 from hexload.io.log_columns import COLUMNS
 from hexload.io.log_file import read_log
+from hexload.simulation import sim
 from hexload.theory.bound import THETA_NAMES
-from hexload_dev import build, cli
+from hexload_dev import build, cli, vm
 
 DATA = project.ROOT / "tests" / "data"
 UNKNOWN = DATA / "unknown_load.toml"
@@ -116,3 +117,44 @@ def test_doctor_needs_nothing_set_up(tmp_path):
     text, _, figures = result.stdout.partition("\n{\n")
     assert text.startswith("AF_CAN socket: ") and len(json.loads("{" + figures)["rows"]) > 5
     assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize(
+    "scenario, fits",
+    {
+        "paper": None, "paper_clean": None, "paper_run_in": None, "small_platform": None,
+        "multisine": "momentum", "work": "momentum", "load_change": "momentum", "friction": "momentum_effects",
+        "rig": None,  # its platform file's own is momentum
+    }.items(),
+)  # fmt: skip
+def test_each_scenario_runs_with_an_estimator_that_fits_it(scenario, fits):
+    # GIVEN a scenario of the repository, whose platform file has the paper's estimator
+    # WHEN an estimator is looked for THEN one that knows of its load and its friction is taken, with the reason
+    found = sim.fitting_estimator(sim.resolve_scenario(scenario))
+    assert (found and found[0]) == fits
+    assert fits is None or "paper" in found[1]
+
+
+def test_a_run_that_ends_inconsistent_says_what_mends_it(hexload, tmp_path):
+    # GIVEN a load off the z axis and the paper's filter, as somebody asked for WHEN it runs
+    words = ("sim", "multisine", "--estimator", "paper", "--duration", 3, "--out", tmp_path / "run")
+    lines = hexload(*words).out.splitlines()
+    # THEN the line before the path names the estimator that would do
+    assert "  verdict: inconsistent" in lines
+    assert lines[-2].startswith("  mend: ") and "--estimator momentum" in lines[-2]
+    assert lines[-1] == str(tmp_path / "run")
+
+
+def test_runs_of_the_virtual_machine_come_home(tmp_path):
+    # GIVEN what a guest has left, and an older run of the same name WHEN it is brought home
+    for folder in ("out/runs/paper-1", "home/paper-1", "home/other-1"):
+        (tmp_path / folder).mkdir(parents=True)
+    (tmp_path / "out/runs/paper-1/meta.json").write_text("new")
+    (tmp_path / "home/paper-1/old").touch()
+    brought = vm.bring_home(tmp_path / "out" / "runs", tmp_path / "home")
+    # THEN it is in place of the older one, and the rest stays
+    assert brought == [tmp_path / "home" / "paper-1"]
+    assert [path.name for path in brought[0].iterdir()] == ["meta.json"]
+    assert (tmp_path / "home" / "other-1").is_dir() and not (tmp_path / "out/runs/paper-1").exists()
+    # and the guest is told where to write
+    assert vm.guest_environment({})["HEXLOAD_RUNS"] == "/out/runs"

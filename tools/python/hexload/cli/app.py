@@ -85,7 +85,13 @@ def sim(
     ] = None,
     duration: Annotated[float | None, typer.Option(help="Seconds, instead of the scenario's.")] = None,
     substeps: Annotated[int | None, typer.Option(min=1, help="RK4 steps per tick, instead of the scenario's.")] = None,
-    estimator: Annotated[Estimator | None, typer.Option(help="Instead of the platform file's.")] = None,
+    estimator: Annotated[
+        Estimator | None,
+        typer.Option(
+            help="Instead of the platform file's.",
+            show_default="the platform file's; of paper where the load or the legs are not what it takes them for, one that fits",
+        ),
+    ] = None,
     prior: Annotated[Prior | None, typer.Option(help="Start covariance, instead of the platform file's.")] = None,
     rig: Annotated[Path | None, typer.Option(help="Rig file of hexload commission that the controller has.")] = None,
     bus: Annotated[
@@ -148,6 +154,10 @@ def sim(
         if bus in (None, "inproc") and feed is None:
             feed = "lcm"  # there a page can hear the controller, and command it
         publish = publish or feed or "lcm"
+    if estimator is None and rig is None and (fit := verb.fitting_estimator(verb.resolve_scenario(scenario))):
+        estimator, reason = fit
+        if not (quiet or as_json):
+            print(f"estimator {estimator}: {reason}", flush=True)
     given = {
         "--duration": duration,
         "--substeps": substeps,
@@ -176,6 +186,8 @@ def sim(
     if as_json:
         output.print_json(verb.figures(directory))
     else:
+        if not quiet and (mend := verb.mend_in_words(directory)):
+            print(f"  mend: {mend}")
         print(directory)
     if view:
         _view_run(directory)
@@ -205,7 +217,7 @@ def replay(
     ] = None,
     report: Annotated[
         Path | None,
-        typer.Option(help="Page to write (.html): the ten parameters, the load as a body, verdicts, signals."),
+        typer.Option(help="Page to write (.html): the parameters, the load as a body, verdicts, signals."),
     ] = None,
     columns: Columns = None,
     resample: Resample = None,
