@@ -2,13 +2,17 @@
 
 import io
 import os
+import socket
 import subprocess
 import time
 from contextlib import closing
 
 import numpy as np
 import pytest
+import viser
 from PIL import Image
+from websockets.exceptions import InvalidStatus
+from websockets.sync.client import connect
 
 from hexload import project
 from hexload.io.run_directory import PAPER_PARAMETERS, read_run
@@ -122,6 +126,34 @@ def test_the_box_of_a_load_has_its_mass_and_its_tensor():
     paper = body_of_estimate(native, PAPER_PARAMETERS, np.array([0.3, *moments]), np.full(4, 1e-3), 12.0)
     np.testing.assert_allclose(paper.com_m, [0.0, 0.0, 0.3])
     np.testing.assert_allclose(paper.box_m, edges)
+
+
+@pytest.mark.parametrize(
+    "host, origin, is_let_in",
+    [
+        (None, "http://{host}", True),
+        ("localhost:{port}", "http://localhost:{port}", True),  # and at the end of an ssh tunnel
+        (None, None, True),  # a program, not a page
+        (None, "https://elsewhere.example", False),
+        (None, "http://localhost:1", False),  # another page of this computer
+        (None, "null", False),  # a page from a file, or in a frame without rights
+        ("elsewhere.example:{port}", "http://elsewhere.example:{port}", False),  # a name that points to 127.0.0.1
+    ],
+)
+def test_no_other_page_of_the_browser_reaches_the_buttons(page, host, origin, is_let_in):
+    # GIVEN the live page's server WHEN a page of this origin opens a WebSocket, by this name of the computer
+    port = int(page.url.rpartition(":")[2])
+    name = (host or "127.0.0.1:{port}").format(port=port)
+    origin = origin and origin.format(host=name, port=port)
+    status = 101
+    with socket.create_connection(("127.0.0.1", port)) as connection:
+        options = {"subprotocols": [f"viser-v{viser.__version__}"], "proxy": None}
+        try:
+            connect(f"ws://{name}", sock=connection, origin=origin, **options).close()
+        except InvalidStatus as refused:
+            status = refused.response.status_code
+    # THEN it is let in when it is the page itself, and refused else
+    assert status == (101 if is_let_in else 403)
 
 
 def crop(png, box):

@@ -14,7 +14,9 @@ from hexload.errors import ToolFailed
 
 ROOT = Path(__file__).resolve().parents[3]
 BUILD = ROOT / "build"
-RUNS = BUILD / "runs"
+RUNS = Path(
+    os.environ.get("HEXLOAD_RUNS") or BUILD / "runs"
+)  # in the virtual machine elsewhere: there build/ is not kept
 SCENARIOS = ROOT / "host_sim" / "scenarios"
 DEFAULT_PRESET = "host"
 # CMake targets behind the verbs.

@@ -1,9 +1,11 @@
 """Configures and builds a CMake preset: silent when nothing is to do, one line and a log file otherwise."""
 
+import re
 import shutil
 import subprocess
 import sys
 from pathlib import Path
+from typing import TextIO
 
 from hexload import project
 from hexload.errors import ToolFailed
@@ -65,10 +67,26 @@ def _nothing_to_do(directory: Path, targets: tuple[str, ...]) -> bool:
 
 
 def _stage(title: str, command: list[str], log: Path) -> None:
-    print(f"[hexload] {title} ...", file=sys.stderr, flush=True)
+    """One line; on a terminal with ninja's count of steps, [37/120]."""
     log.parent.mkdir(parents=True, exist_ok=True)
     with log.open("w") as output:
-        status = subprocess.run(command, cwd=project.ROOT, stdout=output, stderr=subprocess.STDOUT).returncode
+        if sys.stderr.isatty():
+            status = _counted(title, command, output)
+        else:
+            print(f"[hexload] {title} ...", file=sys.stderr, flush=True)
+            status = subprocess.run(command, cwd=project.ROOT, stdout=output, stderr=subprocess.STDOUT).returncode
     if status != 0:
         tail = "\n".join(log.read_text(errors="replace").splitlines()[-40:])
         raise ToolFailed(f"{title} failed\n{tail}\n  whole output:  {log}\n  repeat with:   {' '.join(command)}")
+
+
+def _counted(title: str, command: list[str], output: TextIO) -> int:
+    print(f"[hexload] {title} ...", end="", file=sys.stderr, flush=True)
+    options = {"stdout": subprocess.PIPE, "stderr": subprocess.STDOUT, "text": True, "errors": "replace"}
+    with subprocess.Popen(command, cwd=project.ROOT, **options) as process:
+        for line in process.stdout:
+            output.write(line)
+            if step := re.match(r"\[\d+/\d+\]", line):
+                print(f"\r[hexload] {title} ... {step[0]}", end="", file=sys.stderr, flush=True)
+    print(file=sys.stderr, flush=True)
+    return process.returncode

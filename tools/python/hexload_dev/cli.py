@@ -6,7 +6,7 @@ from typing import Annotated
 import typer
 
 from hexload import project
-from hexload.cli.app import app, main
+from hexload.cli.app import AsJson, Quiet, app, main
 from hexload_dev import build
 
 project.build_with(build.ensure_built)
@@ -53,6 +53,8 @@ def soak(
         typer.Option(min=0.017, help="Simulated time; the first minute, in which the filter settles, is not judged."),
     ] = 8.0,
     seed: Annotated[int, typer.Option(min=0, help="Of noise and trajectory.")] = 1,
+    as_json: AsJson = False,
+    quiet: Quiet = False,
 ) -> None:
     """Runs hours of simulated motion through the momentum estimator and looks for drift: covariance, false events, errors.
 
@@ -60,10 +62,15 @@ def soak(
 
     Example:  hexload soak --hours 8
     """
+    from hexload.cli import output
     from hexload.simulation import sim
     from hexload_dev import soak as verb
 
-    raise typer.Exit(verb.run_soak(sim.resolve_scenario(scenario), hours, seed))
+    with output.said(as_json, quiet):
+        figures = verb.run_soak(sim.resolve_scenario(scenario), hours, seed)
+    if as_json:
+        output.print_json(figures)
+    raise typer.Exit(1 if figures["found"] else 0)
 
 
 @app.command()
@@ -80,16 +87,20 @@ def coverage() -> None:
 
 
 @app.command()
-def bench() -> None:
+def bench(as_json: AsJson = False) -> None:
     """Measures the simulator's speed beside MuJoCo's, and the firmware's instructions and memory on a Cortex-M7.
 
     The controller is emulated; its instructions are counted stage by stage, and beside those of other filters.
 
     Example:  hexload bench
     """
+    from hexload.cli import output
     from hexload_dev import bench as verb
 
-    verb.run_bench()
+    with output.said(as_json, False):
+        figures = verb.run_bench()
+    if as_json:
+        output.print_json(figures)
 
 
 @app.command()
@@ -128,7 +139,7 @@ def vm(
 
     For machines without AF_CAN (containers, CI runners, WSL2). COMMAND runs as root, in the current folder, on the
     machine's own files; its output and exit status are passed on, its input is empty. What it writes vanishes, except in
-    /out. HEXLOAD_*, LCM_*, PYTHONPATH, PATH and CI are passed on; HEXLOAD_VM=1 and HEXLOAD_ARTEFACTS=/out are set. The only
+    /out and in build/runs. HEXLOAD_*, LCM_*, PYTHONPATH, PATH and CI are passed on; HEXLOAD_VM=1 and HEXLOAD_ARTEFACTS=/out are set. The only
     network is loopback, with multicast for LCM. The guest's console is in console.log in the folder of --out.
 
     Example:  hexload vm -- sh -c 'candump -n 1 vcan0 & sleep 1; cansend vcan0 123#11'
@@ -140,16 +151,17 @@ def vm(
 
 
 @app.command()
-def doctor() -> None:
+def doctor(as_json: AsJson = False) -> None:
     """Says what this machine can do of what the tests need (CAN, multicast, LCM spy, real time), and how to mend the rest.
 
-    Status 0 when `hexload test` has all that it needs, directly or in the virtual machine; else 1. Changes nothing.
+    Status 0 when `hexload test` has all that it needs, directly or in the virtual machine; else 1. Changes nothing: it installs no
+    package and leaves no file, also in a fresh clone.
 
     Example:  hexload doctor
     """
     from hexload_dev import doctor as verb
 
-    raise typer.Exit(verb.run_doctor())
+    raise typer.Exit(verb.run_doctor(as_json))
 
 
 @app.command(hidden=True)

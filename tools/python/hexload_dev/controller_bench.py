@@ -49,11 +49,19 @@ class Measured:
     bus_and_app: target.Size
 
 
-def print_controller_tables() -> None:
+def print_controller_tables() -> dict[str, list[dict[str, str]]]:
+    """Returns them too: by title, a row as its cells by heading."""
     measured = _measure()
-    console = Console()
-    for table in (_stage_table(measured), _filter_table(measured), _memory_table(measured)):
+    console, tables = Console(), (_stage_table(measured), _filter_table(measured), _memory_table(measured))
+    for table in tables:
         console.print(table)
+    return {str(table.title): _rows(table) for table in tables}
+
+
+def _rows(table: Table) -> list[dict[str, str]]:
+    headings = [str(column.header) for column in table.columns]
+    headings = [name if headings.count(name) == 1 else f"{headings[k - 1]}: {name}" for k, name in enumerate(headings)]
+    return [dict(zip(headings, map(str, cells))) for cells in zip(*(column.cells for column in table.columns))]
 
 
 def _measure() -> dict[str, Measured]:

@@ -3,6 +3,7 @@
 `look` asks the machine; `diagnose` judges what was found and is a pure function of it.
 """
 
+import json
 import os
 import platform
 import re
@@ -11,12 +12,10 @@ import secrets
 import shutil
 import socket
 import struct
+import sys
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
-
-from rich.console import Console
-from rich.table import Table
 
 from hexload_dev import vcan, vm
 
@@ -309,17 +308,17 @@ def _realtime_rows(found: Found) -> list[Row]:
     ]
 
 
-def run_doctor() -> int:
+def run_doctor(as_json: bool = False) -> int:
     found = look()
     rows = diagnose(found)
-    table = Table("capability", "state", "found", "why it matters")
-    for row in rows:
-        table.add_row(row.capability, row.state, row.found, row.reason, style="bold" if row.state == MISSING else None)
-    Console().print(table)
+    fit = fit_for_tests(found)
+    if as_json:
+        print(json.dumps({"is_fit": fit, "rows": [asdict(row) for row in rows]}, indent=2))
+        return 0 if fit else 1
+    _print_table(rows)
     for row in rows:
         if row.command:
             print(f"{row.capability}:\n    {row.command}")
-    fit = fit_for_tests(found)
     place = "on this kernel" if _vcan0_usable(found) else "in the virtual machine"
     print(
         f"hexload test has all that it needs; the CAN tests run {place}"
@@ -327,3 +326,22 @@ def run_doctor() -> int:
         else "hexload test lacks something, see above"
     )
     return 0 if fit else 1
+
+
+def _print_table(rows: list[Row]) -> None:
+    """Plain lines before rich is installed: doctor installs nothing."""
+    try:
+        from rich.console import Console
+        from rich.table import Table
+    except ModuleNotFoundError:
+        for row in rows:
+            print(f"{row.capability}: {row.state}; {row.found}; {row.reason}")
+        return
+    table = Table("capability", "state", "found", "why it matters")
+    for row in rows:
+        table.add_row(row.capability, row.state, row.found, row.reason, style="bold" if row.state == MISSING else None)
+    Console().print(table)
+
+
+if __name__ == "__main__":
+    sys.exit(run_doctor("--json" in sys.argv[1:]))

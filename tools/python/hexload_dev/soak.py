@@ -24,8 +24,8 @@ FAULTS = {
 LARGEST_NEES = 53.0  # beyond is 1e-7 of chi-square with 10 degrees of freedom
 
 
-def run_soak(scenario: Path, hours: float, seed: int) -> int:
-    """Prints a line for each tenth of the time, and a verdict. Returns the exit status: 1 when something was found."""
+def run_soak(scenario: Path, hours: float, seed: int) -> dict:
+    """Prints a line for each tenth of the time, and a verdict. Returns what was found, and the last report."""
     build.ensure_built("hexload_soak")
     table = Table()
     headings = ("simulated h", "sigma of m, kg", "of hz, kg m", "of Ixx, kg m²", "NEES", "smallest pivot", "faults")
@@ -40,7 +40,7 @@ def run_soak(scenario: Path, hours: float, seed: int) -> int:
     Console().print(table)
     found = faults(report)
     print(f"verdict: {'; '.join(found) or 'nothing found'}")
-    return 1 if found else 0
+    return {"found": found, "hours": hours, "last": report}
 
 
 def reports(scenario: Path, duration_s: float, seed: int) -> Iterator[dict]:

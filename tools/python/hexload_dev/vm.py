@@ -34,6 +34,7 @@ TIMED_OUT = 124  # as timeout(1)
 DIED = 125
 
 # Environment that goes along. HEXLOAD_BUILD_DIR tells launcher and verbs in the guest to use that build as it is.
+RUNS = "runs"  # in the guest's /out: run directories of verbs that were not told where
 PASSED_NAMES = ("PATH", "HOME", "PYTHONPATH", "PYTHONDONTWRITEBYTECODE", "CI", "LANG", "TERM", "COLUMNS", "NO_COLOR")
 PASSED_PREFIXES = ("HEXLOAD_", "LC_", "LCM_")
 
@@ -66,7 +67,22 @@ def run_in_guest(command: list[str], machine: Machine = Machine()) -> int:
     _make_out(machine.out)
     with tempfile.TemporaryDirectory(prefix="hexload-vm-") as job:
         _write_job(Path(job), command)
-        return _Guest(command, machine, initramfs, Path(job)).run()
+        status = _Guest(command, machine, initramfs, Path(job)).run()
+    for directory in bring_home(machine.out / RUNS, project.RUNS):
+        print(f"[hexload] brought home: {directory}", file=sys.stderr, flush=True)
+    return status
+
+
+def bring_home(runs: Path, home: Path) -> list[Path]:
+    """What verbs in the guest have written without --out, instead of what lay there under the same name."""
+    brought = []
+    for directory in sorted(runs.iterdir()) if runs.is_dir() else []:
+        target = home / directory.name
+        home.mkdir(parents=True, exist_ok=True)
+        shutil.rmtree(target, ignore_errors=True)
+        shutil.move(directory, target)
+        brought.append(target)
+    return brought
 
 
 def _fill_standard_streams() -> None:
@@ -123,6 +139,7 @@ def _make_out(out: Path) -> None:
 def guest_environment(environment: dict[str, str]) -> dict[str, str]:
     passed = {k: v for k, v in environment.items() if k in PASSED_NAMES or k.startswith(PASSED_PREFIXES)}
     own = {"HEXLOAD_BUILD_DIR": str(project.build_directory()), "HEXLOAD_VM": "1", "HEXLOAD_ARTEFACTS": "/out"}
+    own["HEXLOAD_RUNS"] = f"/out/{RUNS}"
     return passed | own
 
 

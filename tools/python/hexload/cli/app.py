@@ -31,6 +31,8 @@ Columns = Annotated[
         help='Which column is which channel, its unit and sign: a file (.toml), or a line of one, as dl = "Cylinder {leg} [mm]". Repeatable.'
     ),
 ]
+AsJson = Annotated[bool, typer.Option("--json", help="Print the figures as JSON, in SI units, instead of the summary.")]
+Quiet = Annotated[bool, typer.Option("--quiet", help="No progress, no summary.")]
 Resample = Annotated[
     float | None, typer.Option(help="Put the rows on regular ticks of this period, s; between rows on straight lines.")
 ]
@@ -56,14 +58,20 @@ def of_all(
 @app.command()
 def demo(
     view: Annotated[bool, typer.Option("--view", help="Then play the run in the browser: hexload view.")] = False,
+    as_json: AsJson = False,
+    quiet: Quiet = False,
 ) -> None:
     """The main job: simulator and controller in closed loop on the paper's motion, then the report.
 
     Example:  hexload demo --view
     """
     from hexload.cli import demo as verb
+    from hexload.cli import output
 
-    directory = verb.run_demo()
+    with output.said(as_json, quiet):
+        directory, figures = verb.run_demo(as_json or quiet)
+    if as_json:
+        output.print_json(figures)
     if view:
         _view_run(directory)
 
@@ -77,7 +85,13 @@ def sim(
     ] = None,
     duration: Annotated[float | None, typer.Option(help="Seconds, instead of the scenario's.")] = None,
     substeps: Annotated[int | None, typer.Option(min=1, help="RK4 steps per tick, instead of the scenario's.")] = None,
-    estimator: Annotated[Estimator | None, typer.Option(help="Instead of the platform file's.")] = None,
+    estimator: Annotated[
+        Estimator | None,
+        typer.Option(
+            help="Instead of the platform file's.",
+            show_default="the platform file's; of paper where the load or the legs are not what it takes them for, one that fits",
+        ),
+    ] = None,
     prior: Annotated[Prior | None, typer.Option(help="Start covariance, instead of the platform file's.")] = None,
     rig: Annotated[Path | None, typer.Option(help="Rig file of hexload commission that the controller has.")] = None,
     bus: Annotated[
@@ -112,7 +126,8 @@ def sim(
         typer.Option("--external-controller", help="The controller is on the bus already: do not start hexload_ecu."),
     ] = False,
     force: Annotated[bool, typer.Option("--force", help="Overwrite the run directory given by --out.")] = False,
-    quiet: Annotated[bool, typer.Option("--quiet", help="No progress, no summary.")] = False,
+    as_json: AsJson = False,
+    quiet: Quiet = False,
     view: Annotated[
         bool,
         typer.Option(
@@ -132,12 +147,17 @@ def sim(
 
     Example:  hexload vm -- tools/hexload sim paper --bus socketcan:vcan0 --lockstep
     """
+    from hexload.cli import output
     from hexload.simulation import sim as verb
 
     if view and real_time:
         if bus in (None, "inproc") and feed is None:
             feed = "lcm"  # there a page can hear the controller, and command it
         publish = publish or feed or "lcm"
+    if estimator is None and rig is None and (fit := verb.fitting_estimator(verb.resolve_scenario(scenario))):
+        estimator, reason = fit
+        if not (quiet or as_json):
+            print(f"estimator {estimator}: {reason}", flush=True)
     given = {
         "--duration": duration,
         "--substeps": substeps,
@@ -151,7 +171,7 @@ def sim(
         "--answer-timeout": answer_timeout,
     }
     options = [word for name, value in given.items() if value is not None for word in (name, str(value))]
-    flags = {"--force": force, "--quiet": quiet, "--lockstep": lockstep, "--real-time": real_time}
+    flags = {"--force": force, "--quiet": quiet or as_json, "--lockstep": lockstep, "--real-time": real_time}
     options += [name for name, wanted in flags.items() if wanted]
     controller = None
     if (bus not in (None, "inproc") or feed) and not external_controller:
@@ -163,7 +183,12 @@ def sim(
         _view_simulation(verb.platform_file(verb.resolve_scenario(scenario)), bus, profile, publish, run)
         return
     directory = run()
-    print(directory)
+    if as_json:
+        output.print_json(verb.figures(directory))
+    else:
+        if not quiet and (mend := verb.mend_in_words(directory)):
+            print(f"  mend: {mend}")
+        print(directory)
     if view:
         _view_run(directory)
 
@@ -192,7 +217,7 @@ def replay(
     ] = None,
     report: Annotated[
         Path | None,
-        typer.Option(help="Page to write (.html): the ten parameters, the load as a body, verdicts, signals."),
+        typer.Option(help="Page to write (.html): the parameters, the load as a body, verdicts, signals."),
     ] = None,
     columns: Columns = None,
     resample: Resample = None,
@@ -207,6 +232,8 @@ def replay(
         ),
     ] = None,
     view: Annotated[bool, typer.Option("--view", help="Then play it in the browser: hexload view.")] = False,
+    as_json: AsJson = False,
+    quiet: Quiet = False,
 ) -> None:
     """Runs the controller's own C code over a recorded log.
 
@@ -222,12 +249,18 @@ def replay(
 
     Example:  hexload replay tests/data/paper_noisy.csv.gz --platform tests/data/paper_load.toml --out estimates.csv
     """
-    from hexload.cli.replay import is_believed, print_summary
+    from hexload.cli import output
+    from hexload.cli.replay import figures, is_believed, print_summary
     from hexload.estimation.replay import WayIn, replay_log
 
     way_in = WayIn(columns or (), resample, unchecked)
-    result = replay_log(log, platform, estimator, prior, out, tare, bodies, report, trace, rig, way_in)
-    print_summary(result, out, bodies, report, trace)
+    with output.said(as_json, quiet):
+        result = replay_log(log, platform, estimator, prior, out, tare, bodies, report, trace, rig, way_in)
+        print_summary(result, out, bodies, report, trace)
+    if as_json:
+        output.print_json(
+            figures(result) | {"files": {"estimates": out, "bodies": bodies, "page": report, "trace": trace}}
+        )
     if view:
         _view_replay(platform, log, result)
     if not is_believed(result):
@@ -246,6 +279,8 @@ def convert(
     estimates: Annotated[
         Path | None, typer.Option(help="Estimates of hexload replay (.csv) that go beside it into an .mcap log.")
     ] = None,
+    as_json: AsJson = False,
+    quiet: Quiet = False,
 ) -> None:
     """Writes a log of any kind as the CSV that every verb takes, or as MCAP, which Foxglove and PlotJuggler open.
 
@@ -254,11 +289,15 @@ def convert(
     Example:  hexload convert log.csv log.mcap --estimates estimates.csv
     """
     from hexload.cli import convert as verb
+    from hexload.cli import output
 
-    rows, remarks = verb.convert(log, out, columns or (), resample, platform, estimates)
-    for remark in remarks:
-        print(f"log:       {remark}")
-    print(f"written:   {out}, {rows} rows")
+    with output.said(as_json, quiet):
+        rows, remarks = verb.convert(log, out, columns or (), resample, platform, estimates)
+        for remark in remarks:
+            print(f"log:       {remark}")
+        print(f"written:   {out}, {rows} rows")
+    if as_json:
+        output.print_json({"log": out, "rows": rows, "remarks": remarks})
 
 
 @app.command()
@@ -274,6 +313,8 @@ def tare(
             min=0.0, max=0.45, help="More than this share of the platform's own parameters is taken for a load."
         ),
     ] = 0.25,
+    as_json: AsJson = False,
+    quiet: Quiet = False,
 ) -> None:
     """Finds how the empty platform differs from its platform file: leg mass, cables, what the drawing does not tell.
 
@@ -284,10 +325,15 @@ def tare(
 
     Example:  hexload tare empty.csv --platform platform.toml --out tare.toml
     """
-    from hexload.cli.tare import print_summary
+    from hexload.cli import output
+    from hexload.cli.tare import figures, print_summary
     from hexload.estimation.tare import make_tare
 
-    print_summary(make_tare(log, platform, out, largest_offset), out)
+    with output.said(as_json, quiet):
+        found = make_tare(log, platform, out, largest_offset)
+        print_summary(found, out)
+    if as_json:
+        output.print_json(figures(found) | {"file": out})
 
 
 @app.command("commission")
@@ -316,6 +362,8 @@ def commission_verb(
         Path | None,
         typer.Option(help="Page to write (.html): what was found, how well, residual spectra, friction curves."),
     ] = None,
+    as_json: AsJson = False,
+    quiet: Quiet = False,
 ) -> None:
     """Finds what one machine is like beyond its platform file: friction, offsets, gains, delays, tilt, legs, hinges, platform.
 
@@ -325,13 +373,18 @@ def commission_verb(
 
     Example:  hexload commission empty.csv --platform platform.toml --out rig.toml
     """
+    from hexload.cli import output
     from hexload.cli.commission import print_summary
     from hexload.estimation.commission import Wish, commission
 
     wish = Wish(log, platform, out, reference, reference_mass, loaded, largest_offset, report)
-    print_summary(commission(wish), out)
-    if report is not None:
-        print(f"page:      {report}")
+    with output.said(as_json, quiet):
+        found = commission(wish)
+        print_summary(found, out)
+        if report is not None:
+            print(f"page:      {report}")
+    if as_json:
+        output.print_json(found | {"file": out, "page": report})
 
 
 @app.command()
@@ -420,7 +473,8 @@ def excite(
             min=0.0, help="Of that Jacobian to a singular one, 1 / |J^-1|.", show_default="0.3 of that of home"
         ),
     ] = None,
-    as_json: Annotated[bool, typer.Option("--json", help="Print the summary as JSON instead of the tables.")] = False,
+    as_json: AsJson = False,
+    quiet: Quiet = False,
 ) -> None:
     """Finds a motion that identifies a load as well as the machine's stroke, actuators and supply allow in a given time.
 
@@ -435,6 +489,7 @@ def excite(
     # Thousands of products of small matrices: threads of numpy's library would wait for each other at twice the cost.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     from hexload.cli import excite as verb
+    from hexload.cli import output
 
     wish = verb.Wish(
         platform,
@@ -454,11 +509,11 @@ def excite(
         distance_min,
         empty,
     )
-    found = verb.design(wish, out)
+    with output.said(as_json, quiet):
+        found = verb.design(wish, out)
+        verb.print_summary(found, wish, out)
     if as_json:
         print(verb.summary_of(out).read_text(encoding="utf-8"), end="")
-    else:
-        verb.print_summary(found, wish, out)
 
 
 platform_app = typer.Typer(
@@ -515,6 +570,8 @@ def platform_new(
     load: Annotated[str | None, typer.Option(help="Mass of the load, when it is known.")] = None,
     gravity: Annotated[str | None, typer.Option(show_default="9.81")] = None,
     force: Annotated[bool, typer.Option("--force", help="Replace the file.")] = False,
+    as_json: AsJson = False,
+    quiet: Quiet = False,
 ) -> None:
     """Writes the platform file of your machine from radii and angles, or lists of hinges, and the legs at home.
 
@@ -524,12 +581,16 @@ def platform_new(
 
     Example:  hexload platform new --out mine.toml --platform-radius 400mm --platform-angle 15 --base-radius 600mm --base-angle 10 --leg-length 874mm --stroke 300mm --mass 100 --displacement-sigma 20um --velocity-sigma none --force-sigma 5
     """
-    given = {name.replace("_", "-"): text for name, text in locals().items() if name not in ("out", "force")}
-    from hexload.cli import platform_check, platform_new
+    mine = ("out", "force", "as_json", "quiet")
+    given = {name.replace("_", "-"): text for name, text in locals().items() if name not in mine and name != "mine"}
+    from hexload.cli import output, platform_check, platform_new
 
     guesses, checked = platform_new.new(given, out, force)
-    platform_new.print_new(guesses, out)
-    platform_check.print_findings(checked)
+    with output.said(as_json, quiet):
+        platform_new.print_new(guesses, out)
+        platform_check.print_findings(checked)
+    if as_json:
+        output.print_json({"file": out, "guesses": guesses} | platform_check.figures(checked))
     if checked.findings:
         raise typer.Exit(EXIT_IMPLAUSIBLE_INPUT)
 
@@ -541,7 +602,8 @@ def platform_check(
         Path | None,
         typer.Option(help="Page to write (.html): pictures of the machine, its workspace, maps of condition."),
     ] = None,
-    as_json: Annotated[bool, typer.Option("--json", help="Print the figures as JSON, and the maps.")] = False,
+    as_json: AsJson = False,
+    quiet: Quiet = False,
 ) -> None:
     """What a platform file says of a machine: home pose, reach along each axis, condition over x, y and tilt; and what of it cannot be.
 
@@ -551,18 +613,18 @@ def platform_check(
 
     Example:  hexload platform check mine.toml --report mine.html
     """
+    from hexload.cli import output
     from hexload.cli import platform_check as verb
     from hexload.estimation.machine_check import check
 
-    checked = check(platform)
-    if as_json:
-        print(verb.as_json(checked))
-    else:
+    with output.said(as_json, quiet):
+        checked = check(platform)
         verb.print_checked(checked)
-    if report is not None:
-        verb.write_page(checked, report)
-        if not as_json:
+        if report is not None:
+            verb.write_page(checked, report)
             print(f"page:      {report}")
+    if as_json:
+        output.print_json(verb.figures(checked))
     if checked.findings:
         raise typer.Exit(EXIT_IMPLAUSIBLE_INPUT)
 
@@ -760,6 +822,8 @@ def campaign(
         bool, typer.Option("--keep", help="Keep the run directory of each case, on the machine that ran it.")
     ] = False,
     restart: Annotated[bool, typer.Option("--restart", help="Do the cases again that are done.")] = False,
+    as_json: AsJson = False,
+    quiet: Quiet = False,
 ) -> None:
     """Many seeded runs with loads, servos, motions and machines drawn anew: how good are the estimators, and how honest?
 
@@ -772,9 +836,14 @@ def campaign(
     """
     from hexload.campaign import verb
     from hexload.campaign.store import Settings
+    from hexload.cli import output
 
-    settings = Settings(verb.parse_classes(classes), runs, verb.choose_seeds(seed_base), duration)
-    print(verb.run_campaign(settings, out or verb.DEFAULT_OUT, scheduler, keep, restart))
+    folder = out or verb.DEFAULT_OUT
+    with output.said(as_json, quiet):
+        settings = Settings(verb.parse_classes(classes), runs, verb.choose_seeds(seed_base), duration)
+        print(verb.run_campaign(settings, folder, scheduler, keep, restart))
+    if as_json:
+        print((folder / "summary.json").read_text(encoding="utf-8"), end="")
 
 
 @app.command()
@@ -827,6 +896,8 @@ def faults(
         ),
     ] = False,
     list_kinds: Annotated[bool, typer.Option("--list", help="Print the faults and their sizes, run nothing.")] = False,
+    as_json: AsJson = False,
+    quiet: Quiet = False,
 ) -> None:
     """Puts faults into clean runs, one at a time, and tells what each estimator makes of them: does it say so, or is it
     silently wrong?
@@ -842,13 +913,18 @@ def faults(
     Example:  hexload faults --kind friction,tilt --runs 2 --out build/runs/friction
     """
     from hexload.campaign.verb import choose_seeds
+    from hexload.cli import output
     from hexload.faults import verb
 
     if list_kinds:
         verb.print_list()
         return
-    settings = verb.settings_of(kind, motion, estimator, runs, choose_seeds(seed_base), quick, rig, name_causes)
-    print(verb.run_faults(settings, out or verb.DEFAULT_OUT, restart))
+    folder = out or verb.DEFAULT_OUT
+    with output.said(as_json, quiet):
+        settings = verb.settings_of(kind, motion, estimator, runs, choose_seeds(seed_base), quick, rig, name_causes)
+        print(verb.run_faults(settings, folder, restart))
+    if as_json:
+        print((folder / "summary.json").read_text(encoding="utf-8"), end="")
 
 
 @app.command()

@@ -1,6 +1,5 @@
 """`hexload platform check`: a machine's figures on the terminal, as JSON and as a page."""
 
-import json
 from pathlib import Path
 
 import numpy as np
@@ -15,32 +14,21 @@ from hexload.io.atomic_file import replaced_when_done
 Array = NDArray[np.float64]
 
 
-def as_json(checked: Checked) -> str:
-    return json.dumps(
-        {
-            "platform": checked.name,
-            "is_plausible": not checked.findings,
-            "findings": [vars(each) for each in checked.findings],
-            "home": {
-                "height_m": checked.height_m,
-                "leg_length_m": (checked.machine.home_leg_length_m + checked.home_m).tolist(),
-                "displacement_m": checked.home_m.tolist(),
-                "condition": checked.condition,
-                "holding_force_n": checked.holding_n.tolist(),
-            },
-            "reach": [vars(each) for each in checked.reaches],
-            "condition_map": [
-                {
-                    "tilt_rad": each.tilt_rad,
-                    "x_m": each.x_m.tolist(),
-                    "y_m": each.y_m.tolist(),
-                    "condition": np.where(np.isfinite(each.condition), each.condition, None).tolist(),
-                }
-                for each in checked.maps
-            ],
+def figures(checked: Checked) -> dict:
+    return {
+        "platform": checked.name,
+        "is_plausible": not checked.findings,
+        "findings": checked.findings,
+        "home": {
+            "height_m": checked.height_m,
+            "leg_length_m": checked.machine.home_leg_length_m + checked.home_m,
+            "displacement_m": checked.home_m,
+            "condition": checked.condition,
+            "holding_force_n": checked.holding_n,
         },
-        indent=2,
-    )
+        "reach": checked.reaches,
+        "condition_map": checked.maps,
+    }
 
 
 def print_checked(checked: Checked) -> None:

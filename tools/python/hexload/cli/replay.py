@@ -16,13 +16,8 @@ def is_believed(result: dict) -> bool:
     return not result["input_words"] and result["verdict"][-1] != "inconsistent"
 
 
-def print_summary(
-    result: dict, out: Path, bodies: Path | None = None, report: Path | None = None, trace: Path | None = None
-) -> None:
-    """The final estimates on the terminal, and the files that have been written."""
-    table = Table()
-    for heading in ("parameter", "estimate", "sigma", "filter's own", "verdict"):
-        table.add_column(heading, justify="left" if heading in ("parameter", "verdict") else "right")
+def mend_of(result: dict) -> str:
+    """What to do about it; empty: nothing."""
     cause = result["diagnosis"].cause
     mend = load_summary.mend_in_words(
         result["health_counts"],
@@ -31,7 +26,44 @@ def print_summary(
         result["input_words"],
         cause and cause.sentence,
     )
-    mend = mend or inconsistent_in_words(result)
+    return mend or inconsistent_in_words(result)
+
+
+def figures(result: dict) -> dict:
+    """What the summary says, for programs."""
+    keys = ("unit", "value", "sigma", "own_sigma")
+    rows = {row.name: {key: getattr(row, key) for key in keys} for row in load_summary.parameters(result)}
+    for name, verdict in zip(result["names"], result["parameter_verdict"]):
+        rows[name]["verdict"] = verdict
+    body = None
+    if "body" in result:
+        numbers = load_summary.body_numbers(result["body"])
+        body = {"is_consistent": result["body"]["is_consistent"]}
+        body |= {row.name: {"unit": row.unit, "value": row.value, "sigma": row.sigma} for row in numbers}
+    return {
+        "verdict": result["verdict"][-1],
+        "is_believed": is_believed(result),
+        "ticks": result["ticks"],
+        "refused": result["refused"],
+        "parameters": rows,
+        "body": body,
+        "load_changes_s": load_summary.load_changes_s(result),
+        "health_ticks": {name: ticks for name, ticks in result["health_counts"].items() if ticks},
+        "causes": result["diagnosis"].findings,
+        "input_faults": [{"t_s": t_s, "words": words} for t_s, words in result["input_faults"]],
+        "remarks": result["remarks"],
+        "mend": mend_of(result),
+    }
+
+
+def print_summary(
+    result: dict, out: Path, bodies: Path | None = None, report: Path | None = None, trace: Path | None = None
+) -> None:
+    """The final estimates on the terminal, and the files that have been written."""
+    table = Table()
+    for heading in ("parameter", "estimate", "sigma", "filter's own", "verdict"):
+        table.add_column(heading, justify="left" if heading in ("parameter", "verdict") else "right")
+    mend = mend_of(result)
     for row in load_summary.parameters(result):
         numbers = (f"{value:.{row.digits}f}" for value in (row.value, row.sigma, row.own_sigma))
         words = "inconsistent" if mend and row.words.startswith("inconsistent") else row.words  # the last line says why

@@ -8,6 +8,18 @@ from rich.table import Table
 from hexload.theory.bound import THETA_NAMES, unit_of
 
 
+def figures(tare: dict) -> dict:
+    columns = zip(THETA_NAMES, tare["theta"], tare["sigma"])
+    return {
+        "parameters": {
+            name: {"offset": value, "sigma": sigma, "unit": unit_of(name)} for name, value, sigma in columns
+        },
+        "legs_have_mass": bool(tare["legs"]),
+        "verdict": tare["verdict"],
+        "duration_s": tare["duration_s"],
+    }
+
+
 def print_summary(tare: dict, out: Path) -> None:
     """The offsets on the terminal."""
     table = Table()

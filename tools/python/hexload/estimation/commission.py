@@ -90,6 +90,8 @@ def commission(wish: Wish) -> dict:
     if wish.report is not None and wish.report.absolute() == wish.out.absolute():
         raise InputError(f"{wish.report}: found the same file for --out and --report, expected two")
     run = _run(wish.log)
+    if wish.report is not None:
+        import hexload.report.commission_page  # noqa: F401 - a package that is missing is told before the run
     with replaced_when_done(wish.out) as temporary, replaced_or_none(wish.report) as page:
         found = _fit(run, machine, _start(machine))
         _refuse(run, machine, found, wish)

@@ -7,6 +7,7 @@ where it refuses most samples, and what an estimate that contradicts itself may 
 from pathlib import Path
 
 from hexload.errors import InputError
+from hexload.estimation.load_summary import inconsistent_words
 from hexload.estimation.plausibility import Plausibility, machine_of
 from hexload.io.log_file import LegLog
 
@@ -50,15 +51,7 @@ def inconsistent_in_words(result: dict) -> str:
     """What may help where the verdict at the end is `inconsistent`, and neither input nor machine is to blame."""
     if result["verdict"][-1] != "inconsistent":
         return ""
-    if "dz" in result["names"]:
-        return (
-            "the load is no body of the known mass on the z axis, which the estimator paper takes it for: replay with "
-            "--estimator momentum; or check known_mass_kg"
-        )
-    return (
-        "the estimate contradicts log and platform file: check masses and hinges of the platform file, the unit of the "
-        "forces, order and signs of the legs; friction and bias are found by --estimator momentum_effects or hexload commission"
-    )
+    return inconsistent_words("dz" in result["names"])
 
 
 def gaps_in_words(result: dict, sampling_s: float, rows: int) -> tuple[str, ...]:

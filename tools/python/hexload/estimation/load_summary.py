@@ -154,3 +154,16 @@ def mend_in_words(
         "the machine does not fit its platform file: a base that is not level, friction, legs with mass or late sensors "
         "do that; run `hexload commission` on a log of the empty platform, then replay with --rig"
     )
+
+
+def inconsistent_words(is_of_paper: bool) -> str:
+    """What may help against `inconsistent` where neither input nor machine is known to be to blame."""
+    if is_of_paper:
+        return (
+            "the load is no body of the known mass on the z axis, which the estimator paper takes it for: run it again with "
+            "--estimator momentum; or check known_mass_kg"
+        )
+    return (
+        "the estimate contradicts log and platform file: check masses and hinges of the platform file, the unit of the "
+        "forces, order and signs of the legs; friction and bias are found by --estimator momentum_effects or hexload commission"
+    )

@@ -57,11 +57,11 @@ def replay_log(
     more than MOST_ROWS rows only every second, fourth, ... row is in the result's arrays, and on the page.
 
     `estimator` and `prior` override the platform file's [estimator] table. `tare`: file of `hexload tare`, made with
-    the same platform; `rig`: of `hexload commission`, likewise. `bodies`: a CSV for the load as a body, one row per log row. `report`: a page, of all ten
-    parameters. `trace`: a CSV of each tick's measurement update. `way_in`: how the log is read and checked.
+    the same platform; `rig`: of `hexload commission`, likewise. `bodies`: a CSV for the load as a body, one row per log row. `report`: a page. `trace`: a CSV of each tick's measurement update. `way_in`: how the log is read and checked.
     """
     _refuse_same_files({"--out": out, "--bodies": bodies, "--report": report, "--trace": trace})
     way_in = way_in or WayIn()
+    render_replay = _page_writer(report)
     native = native_firmware()
     if rig is not None and tare is not None:
         raise InputError("--rig: found it with --tare, expected one of the two: a rig file says what a tare file says")
@@ -88,7 +88,7 @@ def replay_log(
             tared = "" if tare is None else f" and the tare {tare.name}"
             tared += "" if rig is None else f" and the rig {rig.name}"
             description = f"Replayed with {platform_file.name}{tared}."
-            _write_page(page, result, platform, log.name, description)
+            page.write_text(render_replay(result, platform, log.name, description), encoding="utf-8")
     return result
 
 
@@ -182,9 +182,11 @@ def _refuse_same_files(files: dict[str, Path | None]) -> None:
             raise InputError(f"{path}: found the same file for {other} and {option}, expected two")
 
 
-def _write_page(page: Path, result: dict, platform, title: str, description: str) -> None:
-    if "body" not in result:
-        raise InputError("--report: found the estimator paper, expected momentum or momentum_effects")
-    from hexload.report.page import render_replay  # draws; a replay without a page needs none of it
+def _page_writer(report: Path | None):
+    """What draws the page; imported before the run, as a package that is missing is told then. A replay without a page
+    needs none of it."""
+    if report is None:
+        return None
+    from hexload.report.page import render_replay
 
-    page.write_text(render_replay(result, platform, title, description), encoding="utf-8")
+    return render_replay

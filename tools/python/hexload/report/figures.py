@@ -93,6 +93,16 @@ def estimates(run: Run) -> Chart:
     return Chart(panels, columns=2, height=250)
 
 
+def paper_estimates(t: Array, value: Array, sigma: Array) -> Chart:
+    """The paper's four parameters, (n, 4), of a replay, which knows of no truth."""
+    settled = _settled(t, ())
+    panels = [
+        _estimate_panel((SYMBOLS[name], UNITS[name]), (t, value[:, k], sigma[:, k], None), settled, (), 2 * THIRD)
+        for k, name in enumerate(PAPER_PARAMETERS)
+    ]
+    return Chart(panels, columns=2, height=250)
+
+
 def load_estimates(
     t: Array, value: Array, sigma: Array, truth: Array | None, load_changes_s: Sequence[float], marks: Marks = ()
 ) -> Chart:

@@ -16,6 +16,7 @@ from hexload.diagnosis.diagnose import Diagnosis
 from hexload.errors import InputError
 from hexload.estimation import load_summary
 from hexload.estimation.firmware_run import load_platform, native_firmware, run_firmware
+from hexload.estimation.input_check import inconsistent_in_words
 from hexload.estimation.load_summary import EFFECT_UNITS, EFFECT_WORDS, BodyNumber, Parameter
 from hexload.io.log_file import LegLog
 from hexload.io.run_directory import Run
@@ -54,11 +55,12 @@ class EffectRow:
 class LoadEstimate:
     parameters: list[ParameterRow]
     effects: list[EffectRow]
-    body: list[BodyNumber]
+    body: list[BodyNumber]  # none of the paper's filter, which finds no whole body
     true_body: list[float] | None
     is_consistent: bool
     consistent: str  # whether a body can have the estimate, in words
     known_mass_kg: float | None  # what the filter was given
+    is_of_paper: bool
     given_wrong: list[dict]  # of the run's loads in meta.json, those that weigh something else
     changes_s: list[float]  # when it has detected another load
     verdict: str
@@ -106,14 +108,17 @@ def _estimate(result: dict, known_mass_kg: float | None, run: Run | None) -> Loa
     diagnosis = result.get("diagnosis")
     cause = None if diagnosis is None or diagnosis.cause is None else diagnosis.cause.sentence
     load = None if run is None else run.final_load
+    body, is_of_paper = result.get("body"), "body" not in result
+    measurements = nis.PAPER_MEASUREMENTS if is_of_paper else nis.LOAD_MEASUREMENTS
     return LoadEstimate(
         parameters=_parameter_rows(numbers[:TEN], None if load is None else np.array(load["theta"])),
         effects=_effect_rows(numbers[TEN:], run),
-        body=load_summary.body_numbers(result["body"]),
+        body=[] if body is None else load_summary.body_numbers(body),
         true_body=None if load is None else [load["mass_kg"], *load["com_m"], *load["inertia_com_kg_m2"]],
-        is_consistent=result["body"]["is_consistent"],
-        consistent=load_summary.consistent_in_words(result["body"]),
+        is_consistent=body is None or body["is_consistent"],
+        consistent="" if body is None else load_summary.consistent_in_words(body),
         known_mass_kg=known_mass_kg,
+        is_of_paper=is_of_paper,
         given_wrong=[] if run is None or known_mass_kg is None else _given_wrong(run, known_mass_kg),
         changes_s=load_summary.load_changes_s(result),
         verdict=result["verdict"][-1],
@@ -123,9 +128,10 @@ def _estimate(result: dict, known_mass_kg: float | None, run: Run | None) -> Loa
             result.get("has_rig", False),
             result.get("input_words", result["input_fault"]),
             cause,
-        ),
+        )
+        or inconsistent_in_words(result),
         diagnosis=diagnosis,
-        nis=nis.summarise(result["t"], result["nis"], nis.LOAD_MEASUREMENTS),
+        nis=nis.summarise(result["t"], result["nis"], measurements),
         health_ticks=result["health_counts"],
         samples=len(result["t"]),
         duration_s=float(result["t"][-1] - result["t"][0]),
@@ -174,8 +180,12 @@ def _true_effects(scenario: dict) -> dict[str, list[float]]:
 def _figures(estimate: LoadEstimate, result: dict, log: LegLog, truth: Array | None) -> dict:
     t_s, marks = result["t"], figures.marks_of(estimate.changes_s)
     value, sigma = result["value"][:, :TEN], result["sigma"][:, :TEN]
+    if estimate.is_of_paper:
+        drawn = figures.paper_estimates(t_s, value, sigma)
+    else:
+        drawn = figures.load_estimates(t_s, value, sigma, truth, estimate.changes_s, marks)
     return {
-        "estimates": figures.load_estimates(t_s, value, sigma, truth, estimate.changes_s, marks),
+        "estimates": drawn,
         "nis": figures.innovation(t_s, result["nis"], estimate.nis, marks),
         "legs": figures.leg_signals(log, marks),
     }

@@ -81,7 +81,7 @@ def write_report(directories: list[Path], out: Path) -> list[Run]:
 
 
 def render_replay(result: dict, platform: Any, title: str, description: str) -> str:
-    """The page of a replay of ten parameters. `result`: what replay_log returns; `platform`: hexload_native.Platform."""
+    """The page of a replay. `result`: what replay_log returns; `platform`: hexload_native.Platform."""
     load, drawn = load_report.of_replay(result, result["log"], platform.known_mass_kg)
     moving = motion.to_html(platform, recording_of_replay(title, result), "run-1-motion")
     return render([LoadSection("run-1", title, description, load, None, [], _all_to_html("run-1", drawn), moving)])

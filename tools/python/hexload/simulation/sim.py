@@ -4,9 +4,16 @@ import subprocess
 import tomllib
 from pathlib import Path
 
+import numpy as np
+
 from hexload import project
 from hexload.errors import InputError, ToolFailed
+from hexload.estimation.load_summary import inconsistent_words
+from hexload.io.run_directory import PAPER_PARAMETERS, read_run
 from hexload.simulation.virtual_controller import running_controller
+from hexload.theory.bound import THETA_NAMES
+
+FRICTION = ("coulomb_friction_n", "viscous_friction_n_s_m", "static_friction_n")  # of a scenario's hydraulics
 
 
 def known_scenarios() -> list[str]:
@@ -73,6 +80,73 @@ def run_simulation(
     if status != 0:
         raise ToolFailed(exit_code=status if status > 0 else 1)
     return directory
+
+
+def fitting_estimator(scenario: Path) -> tuple[str, str] | None:
+    """The estimator that fits where the platform file's is the paper's and the scenario is not of its kind, and why; None:
+    the platform file's."""
+    try:
+        world = tomllib.loads(scenario.read_text(encoding="utf-8"))
+        machine = tomllib.loads((scenario.parent / world["platform"]).read_text(encoding="utf-8"))
+        kind, known_kg = machine["estimator"]["kind"], machine["load"]["known_mass_kg"]
+        loads = [
+            load
+            for load in world.get("load", [])
+            if load["at_s"] <= world.get("simulation", {}).get("duration_s", 10.0)
+        ]
+        reason = _no_load_of_the_paper(loads, known_kg)
+        has_friction = any(np.any(world.get("hydraulics", {}).get(key, 0.0)) for key in FRICTION)
+        has_bias = bool(np.any(world.get("sensors", {}).get("force_bias_n", 0.0)))
+    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError, KeyError, TypeError, AttributeError, ValueError):
+        return None  # the simulator refuses such files, and says why
+    if kind != "paper" or not (reason or has_friction or has_bias):
+        return None
+    if has_friction or has_bias:
+        return "momentum_effects", "legs have friction or bias, which the platform file's estimator paper does not know"
+    return "momentum", f"{reason}, which the platform file's estimator paper takes for granted"
+
+
+def _no_load_of_the_paper(loads: list[dict], known_kg: float) -> str:
+    """Why; empty: it is one."""
+    if len(loads) > 1:
+        return "the load does not stay the same"
+    for load in loads:
+        if load["mass_kg"] != known_kg:
+            return "the load is not of the known mass"
+        if np.any(load.get("com_m", [0.0, 0.0, 0.0])[:2]) or np.any(load.get("inertia_com_kg_m2", [0.0] * 6)[3:]):
+            return "the load is not symmetric about the z axis"
+    return ""
+
+
+def mend_in_words(directory: Path) -> str:
+    """What to do about a run that ends inconsistent; empty: nothing, or the simulator has said it."""
+    run = read_run(directory)
+    has_said = run.meta["health_ticks"].get("model misfit") and not run.is_of_paper
+    if run.verdict != "inconsistent" or has_said or run.meta.get("input_faults"):
+        return ""
+    return inconsistent_words(run.is_of_paper)
+
+
+def figures(directory: Path) -> dict:
+    """A run's end: estimates beside the truth, and what was said of it."""
+    run = read_run(directory)
+    t_s = run.estimates["t"][-1:]
+    names = PAPER_PARAMETERS if run.is_of_paper else THETA_NAMES
+    truth = run.load_parameters(t_s).values() if run.is_of_paper else run.theta(t_s).T
+    rows = {
+        name: {"value": run.estimates[name][-1], "sigma": run.estimates[f"s_{name}"][-1], "truth": true[0]}
+        for name, true in zip(names, truth)
+    }
+    said = ("seed", "duration_s", "rows", "missing", "refused")
+    return {
+        "run": directory,
+        "estimator": run.meta["estimator"]["kind"],
+        "verdict": run.verdict,
+        "parameters": rows,
+        "load_changes_s": run.meta.get("load_changes_detected_s", []),
+        "health_ticks": {name: ticks for name, ticks in run.meta["health_ticks"].items() if ticks},
+        **{key: run.meta[key] for key in said},
+    }
 
 
 def controller_options(

@@ -15,6 +15,7 @@ from hexload.view import words
 from hexload.view.curves import CurvePanel
 from hexload.view.frame import Source
 from hexload.view.recorded import Recording
+from hexload.view.same_origin import same_origin_only
 from hexload.view.scene import Scene
 
 HOST = "127.0.0.1"  # nobody else may press the buttons
@@ -29,7 +30,7 @@ class Page:
 
     def __init__(self, platform: Platform, source: Source, port: int = PORT):
         logging.getLogger("websockets").setLevel(logging.CRITICAL)  # a browser that hangs up is no news
-        with contextlib.redirect_stdout(io.StringIO()):  # its banner
+        with contextlib.redirect_stdout(io.StringIO()), same_origin_only():  # without its banner
             self.server = viser.ViserServer(HOST, port, label="hexload", verbose=False)
         self.url = f"http://{HOST}:{self.server.get_port()}"
         self.source = source

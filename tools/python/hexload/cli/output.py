@@ -1,0 +1,46 @@
+"""What a verb prints: its summary, with --json its figures for programs, with --quiet nothing. Errors are always told."""
+
+import io
+import json
+import math
+import sys
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager, redirect_stderr, redirect_stdout
+from dataclasses import fields, is_dataclass
+from pathlib import Path
+
+import numpy as np
+
+
+@contextmanager
+def said(as_json: bool, quiet: bool) -> Iterator[None]:
+    """While a verb works: what it prints goes to stderr with --json, nowhere with --quiet."""
+    if quiet:
+        with redirect_stdout(io.StringIO()), redirect_stderr(io.StringIO()):
+            yield
+    elif as_json:
+        with redirect_stdout(sys.stderr):
+            yield
+    else:
+        yield
+
+
+def print_json(figures: object) -> None:
+    """One object, indented; SI units; null for what is no number."""
+    print(json.dumps(plain(figures), indent=2, ensure_ascii=False))
+
+
+def plain(value: object) -> object:
+    if isinstance(value, Mapping):
+        return {str(key): plain(entry) for key, entry in value.items()}
+    if isinstance(value, (np.ndarray, np.generic)):
+        return plain(value.tolist())
+    if isinstance(value, (list, tuple)):
+        return [plain(entry) for entry in value]
+    if is_dataclass(value):
+        return {field.name: plain(getattr(value, field.name)) for field in fields(value)}
+    if isinstance(value, Path):
+        return str(value)
+    if isinstance(value, float) and not math.isfinite(value):
+        return None
+    return value
