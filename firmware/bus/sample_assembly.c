@@ -104,6 +104,9 @@ static hexload_bus_status_t add_classic(hexload_sample_assembly_t* self, const h
     if (status != HEXLOAD_BUS_OK) {
         return status;
     }
+    if (self->has_tick && !self->is_forgiven && tick == self->sample.tick) {
+        return HEXLOAD_BUS_ERR_TICK;
+    }
     begin_tick(self, tick);
     self->has_tick = true;
     return HEXLOAD_BUS_PARTIAL;

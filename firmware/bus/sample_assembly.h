@@ -4,10 +4,11 @@
 /// A leg or sample that comes again with other numbers has another source, and shows that one of the two is
 /// false. FD: each frame is a whole sample; hexload_tick() refuses late and doubled ones. Classic: six leg
 /// frames with the tick's low four bits, in any order. The frame with the whole tick that comes before them
-/// at multiples of HEXLOAD_BUS_TICK_PERIOD sets the upper bits and begins that tick anew, so that a source
-/// may restart at any tick. Before the first such frame, and after hexload_sample_assembly_lose_tick(), leg
-/// frames are not used. Leg frames up to eight ticks ahead begin a new tick and end the one before: if legs
-/// were missing there, that sample is lost and missing_legs says which. The others are late.
+/// at multiples of HEXLOAD_BUS_TICK_PERIOD sets the upper bits and begins that tick, so that a source may
+/// restart at any other tick, and after hexload_sample_assembly_forgive() at the same one; doubled, it is
+/// refused. Before the first such frame, and after hexload_sample_assembly_lose_tick(), leg frames are not
+/// used. Leg frames up to eight ticks ahead begin a new tick and end the one before: if legs were missing
+/// there, that sample is lost and missing_legs says which. The others are late.
 #ifndef HEXLOAD_BUS_SAMPLE_ASSEMBLY_H
 #define HEXLOAD_BUS_SAMPLE_ASSEMBLY_H
 

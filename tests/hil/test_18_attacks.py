@@ -1,5 +1,6 @@
 """Frames from somebody else on the bus: what one of them, or a few, may do to a run. Over UDP multicast, on this kernel."""
 
+import itertools
 import socket
 import struct
 import time
@@ -21,11 +22,12 @@ NO_FAULT, SAMPLES_REFUSED, WRONG_PROFILE, SECOND_CONTROLLER, SECOND_SOURCE = 0, 
 LEG_FORCE_N = 600 * 9.81 / 6 * 0.8741 / 0.798276  # what holds platform and load at home
 TICKS_BEFORE = 50
 STOP = COMMANDS["stop"]
+SESSION = 1234  # of the source
 
 
 def sample(tick: int, share: float = 1.0) -> Frame:
     legs = {f"force_{leg}": share * (LEG_FORCE_N + leg * tick % 8) for leg in range(1, 7)}
-    return encode("LegSampleFd", tick=tick, version=1, **legs)
+    return encode("LegSampleFd", tick=tick, version=2, **legs)
 
 
 def damaged(frame: Frame) -> Frame:
@@ -66,6 +68,7 @@ class Source:
 
     def __init__(self, bus: can.BusABC):
         self._bus = bus
+        self._counter = itertools.count()
 
     def send(self, frames: list[Frame]) -> None:
         for frame in frames:
@@ -85,7 +88,7 @@ class Source:
     def command(self, name: str, argument: float = 0.0) -> dict:
         until = time.monotonic() + PATIENCE_S
         while time.monotonic() < until:  # it listens before it answers
-            self.send([encode_command(name, 1, argument)])
+            self.send([encode_command(name, next(self._counter), argument, SESSION)])
             if (acknowledge := self.receive("Acknowledge", 0.1)) is not None:
                 return acknowledge
         pytest.fail(f"{name} is not acknowledged")
