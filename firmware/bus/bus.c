@@ -1,9 +1,11 @@
 #include "bus/bus.h"
 
+#include "bus/crc.h"
 #include "bus/frame.h"
 
 #include <hexload_dbc.h>
 
+#include <stddef.h>
 #include <string.h>
 
 // Codes of the DBC are those of the header. The application checks its own.
@@ -364,7 +366,7 @@ const char* hexload_bus_status_name(hexload_bus_status_t status) {
     case HEXLOAD_BUS_ERR_PROFILE:
         return "frame of the other profile";
     case HEXLOAD_BUS_ERR_CONTRADICTION:
-        return "same leg and tick with other numbers";
+        return "contradicts what came before";
     default:
         return "unknown status";
     }

@@ -53,10 +53,11 @@ typedef enum hexload_bus_status {
     HEXLOAD_BUS_PARTIAL = 2,     ///< taken; more frames are needed
     HEXLOAD_BUS_ERR_LENGTH = -1, ///< length or format is not the DBC's
     HEXLOAD_BUS_ERR_CRC = -2,
-    HEXLOAD_BUS_ERR_VALUE = -3,         ///< a number is not finite, or a code the DBC does not know
-    HEXLOAD_BUS_ERR_TICK = -4,          ///< a late or doubled frame: belongs to a tick that is over
-    HEXLOAD_BUS_ERR_PROFILE = -5,       ///< a leg sample or an answer of the other profile
-    HEXLOAD_BUS_ERR_CONTRADICTION = -6, ///< the same leg and tick once more, with other numbers: two sources
+    HEXLOAD_BUS_ERR_VALUE = -3,   ///< a number is not finite, or a code the DBC does not know
+    HEXLOAD_BUS_ERR_TICK = -4,    ///< a late or doubled frame: belongs to a tick that is over
+    HEXLOAD_BUS_ERR_PROFILE = -5, ///< a leg sample or an answer of the other profile
+    HEXLOAD_BUS_ERR_CONTRADICTION =
+        -6, ///< the same once more with other numbers, or the tick goes back: two sources
 } hexload_bus_status_t;
 
 /// Commands to the controller. Values are those of the DBC (checked when compiling).

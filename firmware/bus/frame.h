@@ -16,22 +16,14 @@
 #define HEXLOAD_BUS_FRAME_H
 
 #include "bus/bus.h"
-#include "bus/crc.h"
 
-#include <stddef.h>
-
-enum {
-    HEXLOAD_FRAME_CRC32_BYTES = 4,
-    HEXLOAD_FRAME_COUNTS = 16, ///< of the counter of Profile 22
-};
+enum { HEXLOAD_FRAME_COUNTS = 16 }; ///< of the counter of Profile 22
 
 /// What the DBC says of one frame.
 typedef struct hexload_frame_layout {
     uint32_t id;
     uint8_t length;
 } hexload_frame_layout_t;
-
-// Inline, as most callers know the layout when they are compiled.
 
 static inline bool hexload_frame_is_fd(const hexload_frame_layout_t* layout) {
     return layout->length > 8;
@@ -42,25 +34,6 @@ static inline uint8_t hexload_frame_counter(uint32_t number) {
     return (uint8_t)(number % (uint32_t)HEXLOAD_FRAME_COUNTS);
 }
 
-/// Profile 22. An identifier's Data ID is (id xor id / 16) modulo 256.
-static inline uint8_t hexload_frame_crc8(const uint8_t* data, const hexload_frame_layout_t* layout) {
-    const uint8_t data_id = (uint8_t)((layout->id ^ layout->id >> 4) & 0xFFu);
-    return hexload_crc8(hexload_crc8(0, &data[1], (size_t)layout->length - 1), &data_id, 1);
-}
-
-/// The Data ID is 0x484C0000 + identifier, least significant byte first.
-static inline uint32_t hexload_frame_crc32(const uint8_t* data, const hexload_frame_layout_t* layout) {
-    const uint8_t data_id[4] = {(uint8_t)(layout->id & 0xFFu), (uint8_t)(layout->id >> 8), 0x4C, 0x48};
-    const size_t count = (size_t)layout->length - HEXLOAD_FRAME_CRC32_BYTES;
-    return hexload_crc32(hexload_crc32(0, data, count), data_id, sizeof data_id);
-}
-
-/// The checksum that stands in an FD frame.
-static inline uint32_t hexload_frame_found_crc32(const uint8_t* data, const hexload_frame_layout_t* layout) {
-    const uint8_t* bytes = &data[layout->length - HEXLOAD_FRAME_CRC32_BYTES];
-    return (uint32_t)bytes[0] | (uint32_t)bytes[1] << 8 | (uint32_t)bytes[2] << 16 | (uint32_t)bytes[3] << 24;
-}
-
 /// Sets identifier, format and length. The codec writes the bytes, all of them.
 static inline void hexload_frame_begin(hexload_bus_frame_t* frame, const hexload_frame_layout_t* layout) {
     frame->id = layout->id;
@@ -69,17 +42,11 @@ static inline void hexload_frame_begin(hexload_bus_frame_t* frame, const hexload
 }
 
 /// Writes the checksum.
-static inline void hexload_frame_seal(hexload_bus_frame_t* frame, const hexload_frame_layout_t* layout) {
-    if (!hexload_frame_is_fd(layout)) {
-        frame->data[0] = hexload_frame_crc8(frame->data, layout);
-        return;
-    }
-    const uint32_t crc = hexload_frame_crc32(frame->data, layout);
-    uint8_t* bytes = &frame->data[layout->length - HEXLOAD_FRAME_CRC32_BYTES];
-    for (unsigned n = 0; n < HEXLOAD_FRAME_CRC32_BYTES; n++) {
-        bytes[n] = (uint8_t)(crc >> (8 * n) & 0xFFu);
-    }
-}
+void hexload_frame_seal(hexload_bus_frame_t* frame, const hexload_frame_layout_t* layout);
+
+/// @return HEXLOAD_BUS_OK, _OTHER, _ERR_LENGTH or _ERR_CRC.
+HEXLOAD_MUST_USE hexload_bus_status_t hexload_frame_check(const hexload_bus_frame_t* frame,
+                                                          const hexload_frame_layout_t* layout);
 
 /// Code of the input fault's leg: 1..6, or 0 for none in particular.
 static inline uint8_t hexload_frame_leg_code(const hexload_input_fault_t* input) {
@@ -94,28 +61,6 @@ static inline hexload_input_cause_t hexload_frame_input_cause(uint8_t code) {
 /// Its leg from its code.
 static inline uint32_t hexload_frame_input_leg(uint8_t code) {
     return code > 0 && code <= HEXLOAD_LEGS ? (uint32_t)code - 1 : (uint32_t)HEXLOAD_LEGS;
-}
-
-/// Whether length and format are those of the layout.
-static inline bool hexload_frame_fits(const hexload_bus_frame_t* frame,
-                                      const hexload_frame_layout_t* layout) {
-    return frame->length == layout->length && frame->is_fd == hexload_frame_is_fd(layout);
-}
-
-/// @return HEXLOAD_BUS_OK, _OTHER, _ERR_LENGTH or _ERR_CRC.
-HEXLOAD_MUST_USE static inline hexload_bus_status_t
-hexload_frame_check(const hexload_bus_frame_t* frame, const hexload_frame_layout_t* layout) {
-    if (frame->id != layout->id) {
-        return HEXLOAD_BUS_OTHER;
-    }
-    if (!hexload_frame_fits(frame, layout)) {
-        return HEXLOAD_BUS_ERR_LENGTH;
-    }
-    const bool is_right =
-        hexload_frame_is_fd(layout)
-            ? hexload_frame_found_crc32(frame->data, layout) == hexload_frame_crc32(frame->data, layout)
-            : frame->data[0] == hexload_frame_crc8(frame->data, layout);
-    return is_right ? HEXLOAD_BUS_OK : HEXLOAD_BUS_ERR_CRC;
 }
 
 #endif

@@ -680,6 +680,76 @@ static void test_a_forged_tick_under_a_repeated_whole_tick_is_a_fault(void) {
     }
 }
 
+enum { ATTACKS = 300, ATTACKED_TICKS = 140 };
+
+/// A number of 0 .. limit - 1.
+static uint32_t draw(uint32_t limit, uint64_t* seed) {
+    return (uint32_t)((uniform(seed) + 1.0) / 2.0 * 0.999999 * (double)limit);
+}
+
+/// What a forger who keeps the contract may send around this tick: whole samples or single legs of it, of
+/// later and of earlier ones, with other forces, or the whole tick of another time.
+static void forge(uint32_t tick, uint64_t* seed) {
+    const uint32_t shift = draw(24, seed);
+    hexload_leg_sample_t sample = sample_at(tick + shift - 12);
+    hexload_bus_frame_t frames[HEXLOAD_BUS_SAMPLE_FRAMES];
+    const double share = 1.0 + 0.5 * uniform(seed);
+    if (draw(4, seed) == 0) {
+        sample.tick = 16 * draw(tick / 16 + (draw(2, seed) == 0 ? 8 : 1u << 24), seed);
+        encode_sample(HEXLOAD_BUS_CLASSIC, &sample, frames);
+        hexload_node_receive(&node, &frames[0]);
+        return;
+    }
+    for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
+        sample.force_n[leg] *= (hexload_real_t)share;
+    }
+    const int count = encode_sample(HEXLOAD_BUS_CLASSIC, &sample, frames);
+    const int only = draw(2, seed) == 0 ? (int)draw((uint32_t)count, seed) : -1;
+    for (int n = 0; n < count; n++) {
+        if (only < 0 || n == only) {
+            hexload_node_receive(&node, &frames[n]);
+        }
+    }
+}
+
+/// A classic run that is attacked now and then from its fiftieth to its hundredth tick; `attacks`: at so many
+/// of a hundred ticks.
+static void run_attacked(uint32_t attacks, uint64_t* seed) {
+    begin_run(HEXLOAD_BUS_CLASSIC, HEXLOAD_PACING_LOCKSTEP);
+    for (uint32_t tick = 0; tick < ATTACKED_TICKS; tick++) {
+        const bool is_attacked = tick >= 50 && tick < 100 && attacks > 0 && draw(100, seed) < attacks;
+        const bool is_first = draw(2, seed) == 0;
+        if (is_attacked && is_first) {
+            forge(tick, seed);
+        }
+        give(HEXLOAD_BUS_CLASSIC, tick);
+        if (is_attacked && !is_first) {
+            forge(tick, seed);
+        }
+        machine.count = 0;
+    }
+}
+
+static void test_forged_classic_samples_move_no_estimate_by_a_sigma_without_a_fault(void) {
+    // GIVEN the estimate of an undisturbed run
+    uint64_t seed = 16;
+    run_attacked(0, &seed);
+    const hexload_estimate_t undisturbed = node.app.estimate;
+    int faults = 0;
+    for (int n = 0; n < ATTACKS; n++) {
+        // WHEN somebody forges frames in runs like it, once or again and again
+        run_attacked(n % 3 == 0 ? 2 : n % 3 == 1 ? 10 : 50, &seed);
+        faults += node.app.fault != HEXLOAD_FAULT_NONE;
+        // THEN there is a fault, or the estimate is that of the undisturbed run within a sigma
+        for (int k = 0; k < HEXLOAD_PAPER_DIM && node.app.fault == HEXLOAD_FAULT_NONE; k++) {
+            TEST_ASSERT_DOUBLE_WITHIN((double)undisturbed.sigma[k], (double)undisturbed.value[k],
+                                      (double)node.app.estimate.value[k]);
+        }
+    }
+    TEST_ASSERT_GREATER_THAN_INT(ATTACKS / 2, faults);
+    TEST_ASSERT_LESS_THAN_INT(ATTACKS, faults);
+}
+
 static void test_one_false_tick_does_not_stop_the_run(void) {
     for (int profile = 0; profile < 2; profile++) {
         // GIVEN a run WHEN one sample, or one SampleTick, comes that is far ahead
@@ -976,6 +1046,7 @@ int main(void) {
     RUN_TEST(test_a_strangers_frame_or_two_are_counted_and_stop_nothing);
     RUN_TEST(test_forged_samples_beside_the_sources_own_are_a_fault);
     RUN_TEST(test_a_forged_tick_under_a_repeated_whole_tick_is_a_fault);
+    RUN_TEST(test_forged_classic_samples_move_no_estimate_by_a_sigma_without_a_fault);
     RUN_TEST(test_one_false_tick_does_not_stop_the_run);
     RUN_TEST(test_a_source_that_goes_on_far_ahead_is_followed);
     RUN_TEST(test_many_refused_frames_are_a_health_bit_for_a_second_or_two);

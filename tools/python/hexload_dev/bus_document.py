@@ -306,6 +306,9 @@ What the reader does:
   in a second set the health bit *frames refused*.
 - A leg sample, or one of its frames, that comes twice: refused. With other content: two sources, the fault *second source*. Late
   ones are refused; 60 of them in a second are that fault too. One more than 1000 ticks ahead counts when 20 have followed it there.
+- In the classic profile the legs' four bits count the tick. SampleTick sets the rest when a run begins or the tick was lost; from then on
+  it confirms what the legs count. Another one is refused until the next one follows it: then it is believed, and when it goes back,
+  legs of another source have driven the count ahead, the fault *second source*.
 - A command with the counter of its session's last one: refused, and not acknowledged; with other content the fault *second source*.
   START is refused (*other configuration*) when the source works with another configuration than the controller.
 - A controller's frame, or a sample of the other profile: a fault when three whole ones come within a second.
