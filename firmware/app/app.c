@@ -63,7 +63,7 @@ uint32_t hexload_app_configuration(const hexload_config_t* config) {
     const uint8_t* bytes = (const uint8_t*)config;
     const size_t begin = offsetof(hexload_config_t, tick_s);
     const size_t directions = sizeof config->rig.direction[0] * config->rig.direction_count;
-    return hexload_crc32(&bytes[begin], offsetof(hexload_config_t, rig.direction) + directions - begin);
+    return hexload_crc32(0, &bytes[begin], offsetof(hexload_config_t, rig.direction) + directions - begin);
 }
 
 /// A fresh estimator and counters that start from 0.
@@ -97,18 +97,27 @@ hexload_status_t hexload_app_init(hexload_app_t* self, const hexload_config_t* c
     self->config = *config;
     self->configured_paper = config->paper;
     self->configured_momentum = config->momentum;
+    self->configuration = hexload_app_configuration(&self->config);
     self->settings = *settings;
     self->state = HEXLOAD_APP_IDLE;
     self->pacing = HEXLOAD_PACING_REAL_TIME;
     return begin_anew(self);
 }
 
-static hexload_bus_result_t start(hexload_app_t* self, float argument) {
+/// Whether a source works with the configuration in force, or does not say.
+static bool has_same_configuration(const hexload_app_t* self, uint32_t told) {
+    return told == 0 || (told ^ self->configuration) % (HEXLOAD_BUS_CONFIGURATION_MASK + 1) == 0;
+}
+
+static hexload_bus_result_t start(hexload_app_t* self, float argument, uint32_t configuration) {
     if (self->state != HEXLOAD_APP_IDLE) {
         return HEXLOAD_RESULT_WRONG_STATE;
     }
     if (argument != (float)HEXLOAD_PACING_REAL_TIME && argument != (float)HEXLOAD_PACING_LOCKSTEP) {
         return HEXLOAD_RESULT_BAD_ARGUMENT;
+    }
+    if (!has_same_configuration(self, configuration)) {
+        return HEXLOAD_RESULT_OTHER_CONFIGURATION;
     }
     if (begin_anew(self) != HEXLOAD_OK) {
         return HEXLOAD_RESULT_NOT_AVAILABLE; // not reached: every configuration was checked when it came
@@ -130,6 +139,7 @@ static hexload_bus_result_t stop(hexload_app_t* self) {
 static hexload_bus_result_t reset(hexload_app_t* self) {
     self->config.paper = self->configured_paper;
     self->config.momentum = self->configured_momentum;
+    self->configuration = hexload_app_configuration(&self->config);
     if (begin_anew(self) != HEXLOAD_OK) {
         return HEXLOAD_RESULT_NOT_AVAILABLE; // not reached, as in start()
     }
@@ -182,13 +192,14 @@ static hexload_bus_result_t set_known_mass(hexload_app_t* self, float mass_kg) {
         self->config.momentum = momentum;
         return HEXLOAD_RESULT_BAD_ARGUMENT;
     }
+    self->configuration = hexload_app_configuration(&self->config);
     return HEXLOAD_RESULT_DONE;
 }
 
 static hexload_bus_result_t carry_out(hexload_app_t* self, const hexload_bus_command_t* command) {
     switch (command->kind) {
     case HEXLOAD_COMMAND_START:
-        return start(self, command->argument);
+        return start(self, command->argument, command->configuration);
     case HEXLOAD_COMMAND_STOP:
         return stop(self);
     case HEXLOAD_COMMAND_RESET:
@@ -205,6 +216,8 @@ static hexload_bus_result_t carry_out(hexload_app_t* self, const hexload_bus_com
 void hexload_app_command(hexload_app_t* self, const hexload_bus_command_t* command,
                          hexload_bus_acknowledge_t* acknowledge) {
     acknowledge->kind = command->kind;
+    acknowledge->source = command->source;
+    acknowledge->session = command->session;
     acknowledge->sequence = command->sequence;
     acknowledge->result = (uint8_t)carry_out(self, command);
     acknowledge->state = (uint8_t)self->state;

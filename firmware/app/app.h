@@ -53,6 +53,7 @@ typedef struct hexload_app {
     hexload_config_t config;                       ///< a copy: commands change it
     hexload_paper_config_t configured_paper;       ///< as configured: RESET restores the known mass
     hexload_momentum_config_t configured_momentum; ///< likewise
+    uint32_t configuration;                        ///< hexload_app_configuration() of config
     hexload_app_settings_t settings;
     hexload_t estimator;
     hexload_estimate_t estimate; ///< last
@@ -77,14 +78,14 @@ void hexload_app_settings_default(hexload_app_settings_t* settings);
 HEXLOAD_MUST_USE hexload_status_t hexload_app_init(hexload_app_t* self, const hexload_config_t* config,
                                                    const hexload_app_settings_t* settings);
 
-/// Carries out a command. START: from IDLE only; begins with a fresh estimator. STOP: to IDLE from anywhere
-/// but FAULT; the last estimate stays readable. RESET: to IDLE from anywhere, fresh estimator, and the known
-/// mass and the priors are those of the configuration again. SELECT_FILTER,
-/// SET_KNOWN_MASS: in IDLE only. Another filter is a fresh one, and the last estimate is forgotten; the one
-/// that is selected already goes on as it is. The mass is set for every estimator
-/// (hexload_config_set_known_mass()), for the momentum estimators until they detect a load change; one that
-/// hexload_config_check() refuses changes nothing. The safe prior goes with a new mass; a prior of the
-/// paper's filter that was configured otherwise stays.
+/// Carries out a command. START: from IDLE only, and only of a source that works with the same configuration
+/// or does not say; begins with a fresh estimator. STOP: to IDLE from anywhere but FAULT; the last estimate
+/// stays readable. RESET: to IDLE from anywhere, fresh estimator, and the known mass and the priors are those
+/// of the configuration again. SELECT_FILTER, SET_KNOWN_MASS: in IDLE only. Another filter is a fresh one,
+/// and the last estimate is forgotten; the one that is selected already goes on as it is. The mass is set for
+/// every estimator (hexload_config_set_known_mass()), for the momentum estimators until they detect a load
+/// change; one that hexload_config_check() refuses changes nothing. The safe prior goes with a new mass; a
+/// prior of the paper's filter that was configured otherwise stays.
 /// @param[out] acknowledge all but profile, which node.h knows.
 void hexload_app_command(hexload_app_t* self, const hexload_bus_command_t* command,
                          hexload_bus_acknowledge_t* acknowledge);

@@ -17,11 +17,6 @@ _Static_assert(sizeof(hexload_node_t) <= (size_t)30 * 1024 * sizeof(hexload_real
 #define APART
 #endif
 
-/// After each change of it.
-static void note_configuration(hexload_node_t* self) {
-    self->status.configuration = hexload_app_configuration(&self->app.config);
-}
-
 hexload_status_t hexload_node_init(hexload_node_t* self, const hexload_config_t* config,
                                    const hexload_app_settings_t* settings, hexload_bus_profile_t profile,
                                    const hexload_port_t* port) {
@@ -35,7 +30,6 @@ hexload_status_t hexload_node_init(hexload_node_t* self, const hexload_config_t*
     self->status = (hexload_bus_controller_status_t){
         .version = {HEXLOAD_VERSION_MAJOR, HEXLOAD_VERSION_MINOR, HEXLOAD_VERSION_PATCH},
         .profile = (uint8_t)profile};
-    note_configuration(self);
     self->age_ms = 0;
     self->clock_ms = 0;
     self->leg_silence_ms = 0;
@@ -45,6 +39,8 @@ hexload_status_t hexload_node_init(hexload_node_t* self, const hexload_config_t*
     self->answer_page = 0;
     self->status_page = 0;
     self->heard_controller = false;
+    self->acknowledges = 0;
+    self->command = (hexload_bus_command_t){0};
     self->strangers = (hexload_node_events_t){0};
     self->foreign = (hexload_node_events_t){0};
     self->late = (hexload_node_events_t){0};
@@ -79,16 +75,14 @@ static bool send(hexload_node_t* self, const hexload_bus_frame_t* frame) {
 }
 
 static APART void carry_out(hexload_node_t* self, const hexload_bus_command_t* command) {
-    hexload_bus_acknowledge_t acknowledge = {.profile = self->status.profile};
+    hexload_bus_acknowledge_t acknowledge = {.profile = self->status.profile,
+                                             .counter = self->acknowledges++};
     hexload_bus_frame_t frame;
     hexload_app_command(&self->app, command, &acknowledge);
     if (acknowledge.result == HEXLOAD_RESULT_DONE &&
         (command->kind == HEXLOAD_COMMAND_START || command->kind == HEXLOAD_COMMAND_RESET)) {
         hexload_sample_assembly_forgive(&self->assembly);
         self->health_seen = 0;
-    }
-    if (command->kind == HEXLOAD_COMMAND_RESET || command->kind == HEXLOAD_COMMAND_SET_KNOWN_MASS) {
-        note_configuration(self);
     }
     self->answer_page = 0; // each run's answers begin with page 0, whatever was before it
     hexload_bus_encode_acknowledge(&acknowledge, &frame);
@@ -224,14 +218,38 @@ static hexload_bus_status_t hear_controller(hexload_node_t* self, const hexload_
     return status;
 }
 
-void hexload_node_receive(hexload_node_t* self, const hexload_bus_frame_t* frame) {
+/// Whether a command has a new counter, or comes from another session than the last one.
+static hexload_bus_status_t check_counter(const hexload_bus_command_t* last,
+                                          const hexload_bus_command_t* command) {
+    if (last->kind == 0 || command->source != last->source || command->session != last->session ||
+        command->sequence != last->sequence) {
+        return HEXLOAD_BUS_OK;
+    }
+    const bool is_echo = command->kind == last->kind && command->argument == last->argument &&
+                         command->configuration == last->configuration;
+    return is_echo ? HEXLOAD_BUS_ERR_TICK : HEXLOAD_BUS_ERR_CONTRADICTION;
+}
+
+static hexload_bus_status_t take_command(hexload_node_t* self, const hexload_bus_frame_t* frame) {
     hexload_bus_command_t command;
+    hexload_bus_status_t status = hexload_bus_decode_command(frame, &command);
+    if (status != HEXLOAD_BUS_OK || !hexload_node_is_active(self)) {
+        return status;
+    }
+    status = check_counter(&self->command, &command);
+    if (status == HEXLOAD_BUS_OK) {
+        self->command = command;
+        carry_out(self, &command);
+    } else if (status == HEXLOAD_BUS_ERR_CONTRADICTION && hexload_app_is_running(&self->app)) {
+        hexload_app_set_fault(&self->app, HEXLOAD_FAULT_SECOND_SOURCE);
+    }
+    return status;
+}
+
+void hexload_node_receive(hexload_node_t* self, const hexload_bus_frame_t* frame) {
     hexload_bus_status_t status = hear_controller(self, frame);
     if (status == HEXLOAD_BUS_OTHER) {
-        status = hexload_bus_decode_command(frame, &command);
-        if (status == HEXLOAD_BUS_OK && hexload_node_is_active(self)) {
-            carry_out(self, &command);
-        }
+        status = take_command(self, frame);
     }
     if (status == HEXLOAD_BUS_OTHER) {
         status = take_sample_frame(self, frame);
@@ -253,11 +271,13 @@ static void send_status(hexload_node_t* self) {
     status->samples_refused = hexload_app_health(&self->app)->refused;
     status->load_changes = load_changes(self);
     status->input = hexload_app_health(&self->app)->input;
+    status->configuration = self->app.configuration;
     status->known_mass_kg = (float)hexload_app_known_mass_kg(&self->app);
     if (self->port.stack_margin_bytes != NULL) {
         status->stack_margin_bytes = self->port.stack_margin_bytes(self->port.context);
     }
     hexload_bus_encode_status(status, page, &frame);
+    status->counter++;
     if (send(self, &frame) && page == HEXLOAD_BUS_TIME_MARGIN_PAGE) {
         status->time_margin_us = 0;
     }
@@ -291,7 +311,6 @@ void hexload_node_bus_state(hexload_node_t* self, bool is_up) {
         const hexload_bus_command_t reset = {.kind = HEXLOAD_COMMAND_RESET};
         hexload_bus_acknowledge_t unused;
         hexload_app_command(&self->app, &reset, &unused);
-        note_configuration(self);
         hexload_sample_assembly_forgive(&self->assembly);
     }
 }

@@ -6,6 +6,9 @@
 /// for the next period. A change of the load is sent as an event, before the answer to the sample at which it
 /// was detected, and stays in the status. Frames that the node sent itself must not come back.
 ///
+/// A command is carried out when its counter is not that of the same session's last one: a doubled frame is
+/// refused, and one that says something else has another source.
+///
 /// A node that hears another controller while it listens stays silent until it is started anew: it neither
 /// answers nor carries out commands. One that is active and hears another goes on answering and sending its
 /// status, with the fault.
@@ -40,6 +43,7 @@ typedef struct hexload_node {
     hexload_sample_assembly_t assembly;
     hexload_bus_answer_t answer; ///< classic: the one whose pages are being sent
     hexload_bus_controller_status_t status;
+    hexload_bus_command_t command;   ///< the last one; kind 0: none so far
     uint32_t age_ms;                 ///< since the start, saturating
     uint32_t clock_ms;               ///< the same, wrapping
     uint32_t leg_silence_ms;         ///< since the last frame of a sample, saturating
@@ -52,6 +56,7 @@ typedef struct hexload_node {
     hexload_node_events_t refused;   ///< frames, for whatever reason
     uint8_t answer_page;             ///< next one
     uint8_t status_page;             ///< next one
+    uint8_t acknowledges;            ///< sent, wrapping
     bool heard_controller;           ///< while listening
 } hexload_node_t;
 

@@ -66,10 +66,10 @@ static hexload_bus_status_t add_fd(hexload_answer_assembly_t* self, const hexloa
     return is_whole ? HEXLOAD_BUS_OK : HEXLOAD_BUS_PARTIAL;
 }
 
-/// The tick with these low 16 bits that is nearest to near_tick.
+/// The tick with these low 14 bits that is nearest to near_tick.
 static uint32_t whole_tick(uint16_t tick_low, uint32_t near_tick) {
-    const uint32_t half = UINT32_C(1) << 15;
-    const uint32_t ahead = (tick_low - near_tick + half) & 0xFFFFu; // 0 .. 2^16 - 1: the distance plus half
+    const uint32_t half = HEXLOAD_ANSWER_TICKS / 2;
+    const uint32_t ahead = (tick_low - near_tick + half) % HEXLOAD_ANSWER_TICKS; // the distance plus half
     return near_tick + ahead - half;
 }
 

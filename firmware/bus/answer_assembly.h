@@ -24,7 +24,7 @@ typedef struct hexload_answer_assembly {
 void hexload_answer_assembly_init(hexload_answer_assembly_t* self, hexload_bus_profile_t profile);
 
 /// Takes one frame.
-/// @param near_tick the tick of the newest sample: completes the 16 tick bits of a classic page.
+/// @param near_tick the tick of the newest sample: completes the 14 tick bits of a classic page.
 /// @param[out] answered_tick tick of the sample that the controller had just processed when it sent this
 ///             frame; written with HEXLOAD_BUS_OK and HEXLOAD_BUS_PARTIAL, also for a frame of an answer
 ///             whose beginning was lost. For lockstep: FD answers each sample with the health frame, classic

@@ -73,17 +73,16 @@ _Static_assert(HEXLOAD_LOAD_M == 0 && HEXLOAD_LOAD_HZ == 3 && HEXLOAD_LOAD_IZZ =
                "order of the entries");
 
 static const hexload_frame_layout_t estimate_layout = {HEXLOAD_DBC_ESTIMATE_FD_FRAME_ID,
-                                                       HEXLOAD_DBC_ESTIMATE_FD_LENGTH, HEXLOAD_FRAME_CRC32};
+                                                       HEXLOAD_DBC_ESTIMATE_FD_LENGTH};
 static const hexload_frame_layout_t sigma_layout = {HEXLOAD_DBC_SIGMA_FD_FRAME_ID,
-                                                    HEXLOAD_DBC_SIGMA_FD_LENGTH, HEXLOAD_FRAME_CRC32};
-static const hexload_frame_layout_t load_layout = {HEXLOAD_DBC_LOAD_FD_FRAME_ID, HEXLOAD_DBC_LOAD_FD_LENGTH,
-                                                   HEXLOAD_FRAME_CRC32};
-static const hexload_frame_layout_t load_sigma_layout = {
-    HEXLOAD_DBC_LOAD_SIGMA_FD_FRAME_ID, HEXLOAD_DBC_LOAD_SIGMA_FD_LENGTH, HEXLOAD_FRAME_CRC32};
+                                                    HEXLOAD_DBC_SIGMA_FD_LENGTH};
+static const hexload_frame_layout_t load_layout = {HEXLOAD_DBC_LOAD_FD_FRAME_ID, HEXLOAD_DBC_LOAD_FD_LENGTH};
+static const hexload_frame_layout_t load_sigma_layout = {HEXLOAD_DBC_LOAD_SIGMA_FD_FRAME_ID,
+                                                         HEXLOAD_DBC_LOAD_SIGMA_FD_LENGTH};
 static const hexload_frame_layout_t health_layout = {HEXLOAD_DBC_HEALTH_FD_FRAME_ID,
-                                                     HEXLOAD_DBC_HEALTH_FD_LENGTH, HEXLOAD_FRAME_CRC32};
+                                                     HEXLOAD_DBC_HEALTH_FD_LENGTH};
 static const hexload_frame_layout_t page_layout = {HEXLOAD_DBC_ANSWER_PAGE_FRAME_ID,
-                                                   HEXLOAD_DBC_ANSWER_PAGE_LENGTH, HEXLOAD_FRAME_CRC8};
+                                                   HEXLOAD_DBC_ANSWER_PAGE_LENGTH};
 
 // Codes of a classic answer's pages. Values and sigmas of a filter follow one another.
 enum {
@@ -230,13 +229,19 @@ static void encode_health(const hexload_bus_answer_t* answer, hexload_bus_frame_
 }
 
 static uint16_t tick_low(const hexload_bus_answer_t* answer) {
-    return (uint16_t)(answer->tick & 0xFFFFu);
+    return (uint16_t)(answer->tick % HEXLOAD_ANSWER_TICKS);
+}
+
+/// Goes up by one from page to page.
+static uint8_t page_counter(uint32_t tick) {
+    return hexload_frame_counter(tick / HEXLOAD_BUS_ANSWER_PERIOD);
 }
 
 // The codec writes the signals of the page alone.
 
 static void pack_health_page(const hexload_bus_answer_t* answer, uint8_t* data) {
     const struct hexload_dbc_answer_page_t message = {.page = PAGE_HEALTH,
+                                                      .counter = page_counter(answer->tick),
                                                       .tick_low = tick_low(answer),
                                                       .health = answer->health,
                                                       .state = answer->state,
@@ -249,6 +254,7 @@ static void pack_health_page(const hexload_bus_answer_t* answer, uint8_t* data) 
 static void pack_verdict_page(const hexload_bus_answer_t* answer, uint8_t* data) {
     const hexload_verdict_t* verdict = answer->estimate.parameter_verdict;
     const struct hexload_dbc_answer_page_t message = {.page = PAGE_VERDICTS,
+                                                      .counter = page_counter(answer->tick),
                                                       .tick_low = tick_low(answer),
                                                       .verdict_dz = (uint8_t)verdict[HEXLOAD_PAPER_DZ],
                                                       .verdict_ixx = (uint8_t)verdict[HEXLOAD_PAPER_IXX],
@@ -261,24 +267,30 @@ static void pack_verdict_page(const hexload_bus_answer_t* answer, uint8_t* data)
 
 static void pack_load_verdict_page(const hexload_bus_answer_t* answer, uint8_t* data) {
     const hexload_verdict_t* verdict = answer->estimate.parameter_verdict;
-    const struct hexload_dbc_answer_page_t message = {
-        .page = PAGE_LOAD_VERDICTS, .tick_low = tick_low(answer), LOAD_FIELDS(verdict_, uint8_t, verdict)};
+    const struct hexload_dbc_answer_page_t message = {.page = PAGE_LOAD_VERDICTS,
+                                                      .counter = page_counter(answer->tick),
+                                                      .tick_low = tick_low(answer),
+                                                      LOAD_FIELDS(verdict_, uint8_t, verdict)};
     (void)hexload_dbc_answer_page_pack(data, &message, HEXLOAD_DBC_ANSWER_PAGE_LENGTH);
 }
 
 static void pack_refused_page(const hexload_bus_answer_t* answer, uint8_t* data) {
-    const struct hexload_dbc_answer_page_t message = {
-        .page = PAGE_REFUSED, .tick_low = tick_low(answer), .refused = answer->refused};
+    const struct hexload_dbc_answer_page_t message = {.page = PAGE_REFUSED,
+                                                      .counter = page_counter(answer->tick),
+                                                      .tick_low = tick_low(answer),
+                                                      .refused = answer->refused};
     (void)hexload_dbc_answer_page_pack(data, &message, HEXLOAD_DBC_ANSWER_PAGE_LENGTH);
 }
 
 /// All pages with a number have it in the same place: it is packed as that of one, with the code of another.
 static void pack_number_page(const hexload_bus_answer_t* answer, int code, hexload_real_t number,
                              uint8_t* data) {
-    const struct hexload_dbc_answer_page_t message = {
-        .page = PAGE_NIS, .tick_low = tick_low(answer), .nis = (float)number};
+    const struct hexload_dbc_answer_page_t message = {.page = PAGE_NIS,
+                                                      .counter = page_counter(answer->tick),
+                                                      .tick_low = tick_low(answer),
+                                                      .nis = (float)number};
     (void)hexload_dbc_answer_page_pack(data, &message, HEXLOAD_DBC_ANSWER_PAGE_LENGTH);
-    data[0] = (uint8_t)code;
+    data[3] = (uint8_t)((data[3] & 0x03u) | (unsigned)code << 2); // the upper six bits, as the DBC says
 }
 
 /// The number of a page that has one.
@@ -605,6 +617,9 @@ hexload_bus_status_t hexload_answer_decode_page(const hexload_bus_frame_t* frame
     }
     struct hexload_dbc_answer_page_t message = {0};
     (void)hexload_dbc_answer_page_unpack(&message, frame->data, sizeof frame->data);
+    if (message.counter != page_counter(message.tick_low)) {
+        return HEXLOAD_BUS_ERR_VALUE;
+    }
     status = take_page(&message, answer);
     if (status == HEXLOAD_BUS_OK) {
         *page = page_place(answer->filter, message.page);
@@ -627,5 +642,6 @@ hexload_bus_status_t hexload_answer_check_profile(const hexload_bus_frame_t* fra
     if (other == NULL) {
         return HEXLOAD_BUS_OTHER;
     }
-    return hexload_frame_fits(frame, other) ? HEXLOAD_BUS_ERR_PROFILE : HEXLOAD_BUS_ERR_LENGTH;
+    const hexload_bus_status_t status = hexload_frame_check(frame, other);
+    return status == HEXLOAD_BUS_OK ? HEXLOAD_BUS_ERR_PROFILE : status;
 }

@@ -14,6 +14,9 @@ enum {
     HEXLOAD_ANSWER_HEALTH = 2,
 };
 
+/// Of which a classic page tells one.
+enum { HEXLOAD_ANSWER_TICKS = 1 << 14 };
+
 /// Puts one FD frame into answer, its tick and filter too; the other fields stay.
 /// @param[out] part which one it was.
 /// @return HEXLOAD_BUS_OK, _OTHER, _ERR_LENGTH, _ERR_CRC, _ERR_VALUE; the outputs change with OK only.
@@ -23,7 +26,7 @@ HEXLOAD_MUST_USE hexload_bus_status_t hexload_answer_decode_fd(const hexload_bus
 
 /// Puts one classic page into answer, but not its tick. Page 0 names the filter.
 /// @param[out] page its place in a round of answer->filter; -1: such rounds have no such page.
-/// @param[out] tick_low low 16 bits of the tick of the sample that the controller had just processed.
+/// @param[out] tick_low low 14 bits of the tick of the sample that the controller had just processed.
 HEXLOAD_MUST_USE hexload_bus_status_t hexload_answer_decode_page(const hexload_bus_frame_t* frame, int* page,
                                                                  uint16_t* tick_low,
                                                                  hexload_bus_answer_t* answer);

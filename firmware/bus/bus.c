@@ -1,9 +1,11 @@
 #include "bus/bus.h"
 
+#include "bus/crc.h"
 #include "bus/frame.h"
 
 #include <hexload_dbc.h>
 
+#include <stddef.h>
 #include <string.h>
 
 // Codes of the DBC are those of the header. The application checks its own.
@@ -18,8 +20,15 @@ _Static_assert((int)HEXLOAD_DBC_ACKNOWLEDGE_RESULT_DONE_CHOICE == HEXLOAD_RESULT
                        HEXLOAD_RESULT_UNKNOWN_COMMAND &&
                    (int)HEXLOAD_DBC_ACKNOWLEDGE_RESULT_WRONG_STATE_CHOICE == HEXLOAD_RESULT_WRONG_STATE &&
                    (int)HEXLOAD_DBC_ACKNOWLEDGE_RESULT_BAD_ARGUMENT_CHOICE == HEXLOAD_RESULT_BAD_ARGUMENT &&
-                   (int)HEXLOAD_DBC_ACKNOWLEDGE_RESULT_NOT_AVAILABLE_CHOICE == HEXLOAD_RESULT_NOT_AVAILABLE,
+                   (int)HEXLOAD_DBC_ACKNOWLEDGE_RESULT_NOT_AVAILABLE_CHOICE == HEXLOAD_RESULT_NOT_AVAILABLE &&
+                   (int)HEXLOAD_DBC_ACKNOWLEDGE_RESULT_OTHER_CONFIGURATION_CHOICE ==
+                       HEXLOAD_RESULT_OTHER_CONFIGURATION,
                "results of the DBC");
+_Static_assert((int)HEXLOAD_DBC_COMMAND_SOURCE_UNKNOWN_CHOICE == HEXLOAD_SOURCE_UNKNOWN &&
+                   (int)HEXLOAD_DBC_COMMAND_SOURCE_SIMULATOR_CHOICE == HEXLOAD_SOURCE_SIMULATOR &&
+                   (int)HEXLOAD_DBC_COMMAND_SOURCE_MONITOR_CHOICE == HEXLOAD_SOURCE_MONITOR &&
+                   (int)HEXLOAD_DBC_COMMAND_SOURCE_OPERATOR_CHOICE == HEXLOAD_SOURCE_OPERATOR,
+               "sources of the DBC");
 _Static_assert((int)HEXLOAD_DBC_ACKNOWLEDGE_PROFILE_FD_CHOICE == HEXLOAD_BUS_FD &&
                    (int)HEXLOAD_DBC_ACKNOWLEDGE_PROFILE_CLASSIC_CHOICE == HEXLOAD_BUS_CLASSIC,
                "profiles of the DBC");
@@ -28,13 +37,13 @@ _Static_assert((int)HEXLOAD_DBC_CONTROLLER_STATUS_PROFILE_FD_CHOICE == HEXLOAD_B
                "profiles of the DBC");
 
 static const hexload_frame_layout_t command_layout = {HEXLOAD_DBC_COMMAND_FRAME_ID,
-                                                      HEXLOAD_DBC_COMMAND_LENGTH, HEXLOAD_FRAME_CRC16};
-static const hexload_frame_layout_t acknowledge_layout = {
-    HEXLOAD_DBC_ACKNOWLEDGE_FRAME_ID, HEXLOAD_DBC_ACKNOWLEDGE_LENGTH, HEXLOAD_FRAME_CRC16};
-static const hexload_frame_layout_t status_layout = {
-    HEXLOAD_DBC_CONTROLLER_STATUS_FRAME_ID, HEXLOAD_DBC_CONTROLLER_STATUS_LENGTH, HEXLOAD_FRAME_CRC8};
-static const hexload_frame_layout_t load_change_layout = {
-    HEXLOAD_DBC_LOAD_CHANGE_FRAME_ID, HEXLOAD_DBC_LOAD_CHANGE_LENGTH, HEXLOAD_FRAME_CRC16};
+                                                      HEXLOAD_DBC_COMMAND_LENGTH};
+static const hexload_frame_layout_t acknowledge_layout = {HEXLOAD_DBC_ACKNOWLEDGE_FRAME_ID,
+                                                          HEXLOAD_DBC_ACKNOWLEDGE_LENGTH};
+static const hexload_frame_layout_t status_layout = {HEXLOAD_DBC_CONTROLLER_STATUS_FRAME_ID,
+                                                     HEXLOAD_DBC_CONTROLLER_STATUS_LENGTH};
+static const hexload_frame_layout_t load_change_layout = {HEXLOAD_DBC_LOAD_CHANGE_FRAME_ID,
+                                                          HEXLOAD_DBC_LOAD_CHANGE_LENGTH};
 
 enum {
     PAGE_VERSION = HEXLOAD_DBC_CONTROLLER_STATUS_PAGE_VERSION_CHOICE,
@@ -54,17 +63,47 @@ _Static_assert((int)PAGE_EXCESS_FORCE == HEXLOAD_BUS_STATUS_PAGES - 1 &&
                    (int)PAGE_TIME_MARGIN == HEXLOAD_BUS_TIME_MARGIN_PAGE,
                "pages of the DBC");
 
+/// An argument that the bus carries as a code.
+static bool is_code(float argument) {
+    return argument >= 0.0f && argument <= (float)UINT8_MAX && argument == (float)(uint8_t)argument;
+}
+
 hexload_bus_status_t hexload_bus_encode_command(const hexload_bus_command_t* command,
                                                 hexload_bus_frame_t* frame) {
-    if (!isfinite(command->argument)) {
+    const bool has_code =
+        command->kind == HEXLOAD_COMMAND_START || command->kind == HEXLOAD_COMMAND_SELECT_FILTER;
+    if (!isfinite(command->argument) || (has_code && !is_code(command->argument))) {
         return HEXLOAD_BUS_ERR_VALUE;
     }
+    const uint8_t code = has_code ? (uint8_t)command->argument : 0;
     const struct hexload_dbc_command_t message = {
-        .command = command->kind, .sequence = command->sequence, .argument = command->argument};
+        .counter = hexload_frame_counter(command->sequence),
+        .command = command->kind,
+        .source = command->source,
+        .session = command->session,
+        .pacing = code,
+        .configuration = command->configuration & HEXLOAD_BUS_CONFIGURATION_MASK,
+        .estimator = code,
+        .known_mass = command->argument,
+    };
     hexload_frame_begin(frame, &command_layout);
     (void)hexload_dbc_command_pack(frame->data, &message, sizeof frame->data);
     hexload_frame_seal(frame, &command_layout);
     return HEXLOAD_BUS_OK;
+}
+
+/// 0 of a command that has none.
+static float argument_of(const struct hexload_dbc_command_t* message) {
+    switch (message->command) {
+    case HEXLOAD_COMMAND_START:
+        return (float)message->pacing;
+    case HEXLOAD_COMMAND_SELECT_FILTER:
+        return (float)message->estimator;
+    case HEXLOAD_COMMAND_SET_KNOWN_MASS:
+        return message->known_mass;
+    default:
+        return 0.0f;
+    }
 }
 
 hexload_bus_status_t hexload_bus_decode_command(const hexload_bus_frame_t* frame,
@@ -73,20 +112,29 @@ hexload_bus_status_t hexload_bus_decode_command(const hexload_bus_frame_t* frame
     if (status != HEXLOAD_BUS_OK) {
         return status;
     }
-    struct hexload_dbc_command_t message;
+    struct hexload_dbc_command_t message = {0};
     (void)hexload_dbc_command_unpack(&message, frame->data, sizeof frame->data);
-    if (!isfinite(message.argument) || !hexload_dbc_command_argument_is_in_range(message.argument)) {
+    if (!isfinite(message.known_mass) || !hexload_dbc_command_known_mass_is_in_range(message.known_mass)) {
         return HEXLOAD_BUS_ERR_VALUE;
     }
     *command = (hexload_bus_command_t){
-        .kind = message.command, .sequence = message.sequence, .argument = message.argument};
+        .kind = message.command,
+        .source = message.source,
+        .session = message.session,
+        .sequence = message.counter,
+        .argument = argument_of(&message),
+        .configuration = message.configuration,
+    };
     return HEXLOAD_BUS_OK;
 }
 
 void hexload_bus_encode_acknowledge(const hexload_bus_acknowledge_t* acknowledge,
                                     hexload_bus_frame_t* frame) {
     const struct hexload_dbc_acknowledge_t message = {
+        .counter = hexload_frame_counter(acknowledge->counter),
         .command = acknowledge->kind,
+        .source = acknowledge->source,
+        .session = acknowledge->session,
         .sequence = acknowledge->sequence,
         .result = acknowledge->result,
         .state = acknowledge->state,
@@ -115,7 +163,10 @@ hexload_bus_status_t hexload_bus_decode_acknowledge(const hexload_bus_frame_t* f
     }
     *acknowledge = (hexload_bus_acknowledge_t){
         .kind = message.command,
+        .source = message.source,
+        .session = message.session,
         .sequence = message.sequence,
+        .counter = message.counter,
         .result = message.result,
         .state = message.state,
         .fault = message.fault,
@@ -129,6 +180,7 @@ hexload_bus_status_t hexload_bus_decode_acknowledge(const hexload_bus_frame_t* f
 void hexload_bus_encode_status(const hexload_bus_controller_status_t* status, int page,
                                hexload_bus_frame_t* frame) {
     const struct hexload_dbc_controller_status_t message = {
+        .counter = hexload_frame_counter(status->counter),
         .page = (uint8_t)page,
         .state = status->state,
         .fault = status->fault,
@@ -218,6 +270,7 @@ hexload_bus_status_t hexload_bus_decode_status(const hexload_bus_frame_t* frame,
         !isfinite(message.excess_force)) {
         return HEXLOAD_BUS_ERR_VALUE;
     }
+    status->counter = message.counter;
     status->state = message.state;
     status->fault = message.fault;
     take_status_page(&message, status);
@@ -225,7 +278,8 @@ hexload_bus_status_t hexload_bus_decode_status(const hexload_bus_frame_t* frame,
 }
 
 void hexload_bus_encode_load_change(const hexload_bus_load_change_t* change, hexload_bus_frame_t* frame) {
-    const struct hexload_dbc_load_change_t message = {.tick = change->tick,
+    const struct hexload_dbc_load_change_t message = {.counter = hexload_frame_counter(change->load_changes),
+                                                      .tick = change->tick,
                                                       .load_changes = change->load_changes};
     hexload_frame_begin(frame, &load_change_layout);
     (void)hexload_dbc_load_change_pack(frame->data, &message, sizeof frame->data);
@@ -240,6 +294,9 @@ hexload_bus_status_t hexload_bus_decode_load_change(const hexload_bus_frame_t* f
     }
     struct hexload_dbc_load_change_t message;
     (void)hexload_dbc_load_change_unpack(&message, frame->data, sizeof frame->data);
+    if (message.counter != hexload_frame_counter(message.load_changes)) {
+        return HEXLOAD_BUS_ERR_VALUE;
+    }
     *change = (hexload_bus_load_change_t){.tick = message.tick, .load_changes = message.load_changes};
     return HEXLOAD_BUS_OK;
 }
@@ -247,19 +304,17 @@ hexload_bus_status_t hexload_bus_decode_load_change(const hexload_bus_frame_t* f
 uint8_t hexload_bus_known_mass_crc(float known_mass_kg) {
     uint8_t bytes[sizeof known_mass_kg];
     memcpy(bytes, &known_mass_kg, sizeof bytes);
-    return known_mass_kg > 0.0f ? hexload_crc8(bytes, sizeof bytes) : 0;
+    return known_mass_kg > 0.0f ? hexload_crc8(0, bytes, sizeof bytes) : 0;
 }
 
-#define LAYOUT(message, crc)                                                                                 \
-    { HEXLOAD_DBC_##message##_FRAME_ID, HEXLOAD_DBC_##message##_LENGTH, (crc) }
+#define LAYOUT(message)                                                                                      \
+    { HEXLOAD_DBC_##message##_FRAME_ID, HEXLOAD_DBC_##message##_LENGTH }
 
 /// All that a controller sends.
 static const hexload_frame_layout_t controller_layouts[] = {
-    LAYOUT(LOAD_CHANGE, HEXLOAD_FRAME_CRC16),      LAYOUT(ESTIMATE_FD, HEXLOAD_FRAME_CRC32),
-    LAYOUT(SIGMA_FD, HEXLOAD_FRAME_CRC32),         LAYOUT(HEALTH_FD, HEXLOAD_FRAME_CRC32),
-    LAYOUT(ANSWER_PAGE, HEXLOAD_FRAME_CRC8),       LAYOUT(LOAD_FD, HEXLOAD_FRAME_CRC32),
-    LAYOUT(LOAD_SIGMA_FD, HEXLOAD_FRAME_CRC32),    LAYOUT(ACKNOWLEDGE, HEXLOAD_FRAME_CRC16),
-    LAYOUT(CONTROLLER_STATUS, HEXLOAD_FRAME_CRC8),
+    LAYOUT(LOAD_CHANGE),   LAYOUT(ESTIMATE_FD), LAYOUT(SIGMA_FD),
+    LAYOUT(HEALTH_FD),     LAYOUT(ANSWER_PAGE), LAYOUT(LOAD_FD),
+    LAYOUT(LOAD_SIGMA_FD), LAYOUT(ACKNOWLEDGE), LAYOUT(CONTROLLER_STATUS),
 };
 
 static const hexload_frame_layout_t* controller_layout(uint32_t id) {
@@ -311,7 +366,7 @@ const char* hexload_bus_status_name(hexload_bus_status_t status) {
     case HEXLOAD_BUS_ERR_PROFILE:
         return "frame of the other profile";
     case HEXLOAD_BUS_ERR_CONTRADICTION:
-        return "same leg and tick with other numbers";
+        return "contradicts what came before";
     default:
         return "unknown status";
     }
@@ -329,6 +384,8 @@ const char* hexload_bus_result_name(hexload_bus_result_t result) {
         return "bad argument";
     case HEXLOAD_RESULT_NOT_AVAILABLE:
         return "not available";
+    case HEXLOAD_RESULT_OTHER_CONFIGURATION:
+        return "other configuration";
     default:
         return "unknown result";
     }

@@ -27,7 +27,11 @@ enum {
     HEXLOAD_BUS_TICK_PERIOD = 16,       ///< classic: the whole tick precedes the legs at multiples of this
     HEXLOAD_BUS_STATUS_PAGES = 12,
     HEXLOAD_BUS_TIME_MARGIN_PAGE = 4, ///< the status page with time_margin_us
+    HEXLOAD_BUS_SESSIONS = 4096,      ///< of one source
 };
+
+/// What a command tells of a configuration's checksum.
+#define HEXLOAD_BUS_CONFIGURATION_MASK UINT32_C(0xFFFFFF)
 
 typedef enum hexload_bus_profile {
     HEXLOAD_BUS_FD = 0,
@@ -49,10 +53,11 @@ typedef enum hexload_bus_status {
     HEXLOAD_BUS_PARTIAL = 2,     ///< taken; more frames are needed
     HEXLOAD_BUS_ERR_LENGTH = -1, ///< length or format is not the DBC's
     HEXLOAD_BUS_ERR_CRC = -2,
-    HEXLOAD_BUS_ERR_VALUE = -3,         ///< a number is not finite, or a code the DBC does not know
-    HEXLOAD_BUS_ERR_TICK = -4,          ///< a late or doubled frame: belongs to a tick that is over
-    HEXLOAD_BUS_ERR_PROFILE = -5,       ///< a leg sample or an answer of the other profile
-    HEXLOAD_BUS_ERR_CONTRADICTION = -6, ///< the same leg and tick once more, with other numbers: two sources
+    HEXLOAD_BUS_ERR_VALUE = -3,   ///< a number is not finite, or a code the DBC does not know
+    HEXLOAD_BUS_ERR_TICK = -4,    ///< a late or doubled frame: belongs to a tick that is over
+    HEXLOAD_BUS_ERR_PROFILE = -5, ///< a leg sample or an answer of the other profile
+    HEXLOAD_BUS_ERR_CONTRADICTION =
+        -6, ///< the same once more with other numbers, or the tick goes back: two sources
 } hexload_bus_status_t;
 
 /// Commands to the controller. Values are those of the DBC (checked when compiling).
@@ -83,20 +88,36 @@ static inline hexload_bus_filter_t hexload_bus_filter_of(hexload_kind_t kind) {
 typedef enum hexload_bus_result {
     HEXLOAD_RESULT_DONE = 0,
     HEXLOAD_RESULT_UNKNOWN_COMMAND = 1,
-    HEXLOAD_RESULT_WRONG_STATE = 2,   ///< e.g. START in FAULT: RESET first
-    HEXLOAD_RESULT_BAD_ARGUMENT = 3,  ///< out of range
-    HEXLOAD_RESULT_NOT_AVAILABLE = 4, ///< this controller cannot do it
+    HEXLOAD_RESULT_WRONG_STATE = 2,         ///< e.g. START in FAULT: RESET first
+    HEXLOAD_RESULT_BAD_ARGUMENT = 3,        ///< out of range
+    HEXLOAD_RESULT_NOT_AVAILABLE = 4,       ///< this controller cannot do it
+    HEXLOAD_RESULT_OTHER_CONFIGURATION = 5, ///< START by a source that works with another one
 } hexload_bus_result_t;
 
+/// What kind of program commands.
+typedef enum hexload_bus_source {
+    HEXLOAD_SOURCE_UNKNOWN = 0,
+    HEXLOAD_SOURCE_SIMULATOR = 1,
+    HEXLOAD_SOURCE_MONITOR = 2,  ///< the live page
+    HEXLOAD_SOURCE_OPERATOR = 3, ///< anybody else
+} hexload_bus_source_t;
+
 typedef struct hexload_bus_command {
-    uint8_t kind;     ///< hexload_bus_command_kind_t; an unknown one is acknowledged as such
-    uint8_t sequence; ///< chosen by the sender, returned in the acknowledge
-    float argument;   ///< finite
+    uint8_t kind;     ///< hexload_bus_command_kind_t, 0..15; an unknown one is acknowledged as such
+    uint8_t source;   ///< hexload_bus_source_t, 0..15
+    uint16_t session; ///< below HEXLOAD_BUS_SESSIONS, drawn when the program started
+    uint8_t sequence; ///< one more than the command before; its low four bits return in the acknowledge
+    float argument;   ///< finite; START, SELECT_FILTER: a whole number of 0..255
+    uint32_t
+        configuration; ///< START: hexload_app_configuration() that the source works with, 24 bits; 0: any
 } hexload_bus_command_t;
 
 typedef struct hexload_bus_acknowledge {
     uint8_t kind;
+    uint8_t source; ///< of the command, and the next two
+    uint16_t session;
     uint8_t sequence;
+    uint8_t counter;        ///< of acknowledges; its low four bits go over the bus
     uint8_t result;         ///< hexload_bus_result_t
     uint8_t state;          ///< hexload_app_state_t after the command
     uint8_t fault;          ///< hexload_app_fault_t
@@ -127,6 +148,7 @@ typedef struct hexload_bus_load_change {
 /// Slow status of the controller: one page per frame, 20 frames/s. Counters saturate.
 typedef struct hexload_bus_controller_status {
     uint8_t version[3]; ///< of the firmware: major, minor, patch
+    uint8_t counter;    ///< of pages; its low four bits go over the bus
     uint8_t profile;
     uint8_t state;
     uint8_t fault;
@@ -167,7 +189,7 @@ HEXLOAD_MUST_USE int hexload_bus_encode_answer(hexload_bus_profile_t profile,
                                                const hexload_bus_answer_t* answer, int page,
                                                hexload_bus_frame_t frames[HEXLOAD_BUS_ANSWER_FRAMES]);
 
-/// @return HEXLOAD_BUS_OK, or HEXLOAD_BUS_ERR_VALUE when the argument is not finite.
+/// @return HEXLOAD_BUS_OK, or HEXLOAD_BUS_ERR_VALUE when the argument is not what its kind allows.
 HEXLOAD_MUST_USE hexload_bus_status_t hexload_bus_encode_command(const hexload_bus_command_t* command,
                                                                  hexload_bus_frame_t* frame);
 /// @return HEXLOAD_BUS_OK, _OTHER, _ERR_LENGTH, _ERR_CRC, _ERR_VALUE; the output changes with OK only.

@@ -89,6 +89,27 @@ static hexload_bus_status_t add_leg(hexload_sample_assembly_t* self, const hexlo
     return HEXLOAD_BUS_OK;
 }
 
+/// The whole tick is believed when nothing is known yet, or a run begins; then it only confirms what the
+/// legs' four bits count, and another one is believed when the one that follows it comes too. If that is
+/// behind, others have driven the count ahead of the source.
+static hexload_bus_status_t add_whole_tick(hexload_sample_assembly_t* self, uint32_t tick) {
+    const uint32_t ahead = tick - self->sample.tick;
+    const bool is_known = self->has_tick && !self->is_forgiven;
+    if (is_known && ahead > 0 && ahead <= HEXLOAD_BUS_TICK_PERIOD) {
+        self->has_claim = false;
+        return HEXLOAD_BUS_PARTIAL;
+    }
+    if (is_known && (!self->has_claim || tick - self->claim != HEXLOAD_BUS_TICK_PERIOD)) {
+        self->has_claim = self->has_claim || ahead != 0;
+        self->claim = ahead != 0 ? tick : self->claim;
+        return HEXLOAD_BUS_ERR_TICK;
+    }
+    self->has_claim = false;
+    begin_tick(self, tick);
+    self->has_tick = true;
+    return is_known && ahead > UINT32_MAX / 2 ? HEXLOAD_BUS_ERR_CONTRADICTION : HEXLOAD_BUS_PARTIAL;
+}
+
 static hexload_bus_status_t add_classic(hexload_sample_assembly_t* self, const hexload_bus_frame_t* frame,
                                         hexload_leg_sample_t* sample) {
     hexload_leg_frame_t leg;
@@ -104,9 +125,7 @@ static hexload_bus_status_t add_classic(hexload_sample_assembly_t* self, const h
     if (status != HEXLOAD_BUS_OK) {
         return status;
     }
-    begin_tick(self, tick);
-    self->has_tick = true;
-    return HEXLOAD_BUS_PARTIAL;
+    return add_whole_tick(self, tick);
 }
 
 /// The checksum of a frame tells whether a tick that comes twice has the same numbers.

@@ -5,9 +5,9 @@
 #include <hexload_dbc.h>
 
 static const hexload_frame_layout_t fd_layout = {HEXLOAD_DBC_LEG_SAMPLE_FD_FRAME_ID,
-                                                 HEXLOAD_DBC_LEG_SAMPLE_FD_LENGTH, HEXLOAD_FRAME_CRC32};
+                                                 HEXLOAD_DBC_LEG_SAMPLE_FD_LENGTH};
 static const hexload_frame_layout_t tick_layout = {HEXLOAD_DBC_SAMPLE_TICK_FRAME_ID,
-                                                   HEXLOAD_DBC_SAMPLE_TICK_LENGTH, HEXLOAD_FRAME_NO_CRC};
+                                                   HEXLOAD_DBC_SAMPLE_TICK_LENGTH};
 
 // The six leg frames differ in the identifier only: the codec of leg 1 serves all.
 _Static_assert(HEXLOAD_DBC_LEG_SAMPLE6_FRAME_ID - HEXLOAD_DBC_LEG_SAMPLE1_FRAME_ID == HEXLOAD_LEGS - 1,
@@ -17,7 +17,7 @@ _Static_assert((int)HEXLOAD_DBC_LEG_SAMPLE_FD_LENGTH == (int)HEXLOAD_BUS_FRAME_B
 
 static hexload_frame_layout_t leg_layout(int leg) {
     const hexload_frame_layout_t layout = {HEXLOAD_DBC_LEG_SAMPLE1_FRAME_ID + (uint32_t)leg,
-                                           HEXLOAD_DBC_LEG_SAMPLE1_LENGTH, HEXLOAD_FRAME_NO_CRC};
+                                           HEXLOAD_DBC_LEG_SAMPLE1_LENGTH};
     return layout;
 }
 
@@ -27,7 +27,9 @@ typedef struct scale {
     hexload_real_t displacement_m;
     hexload_real_t velocity_m_s;
     hexload_real_t force_n;
-    int32_t largest; ///< steps
+    int32_t largest_displacement; ///< steps
+    int32_t largest_velocity;
+    int32_t largest_force;
 } scale_t;
 
 typedef struct raw_legs {
@@ -41,7 +43,9 @@ static scale_t fd_scale(void) {
                                (hexload_real_t)hexload_dbc_leg_sample_fd_displacement_1_decode(1),
                            .velocity_m_s = (hexload_real_t)hexload_dbc_leg_sample_fd_velocity_1_decode(1),
                            .force_n = (hexload_real_t)hexload_dbc_leg_sample_fd_force_1_decode(1),
-                           .largest = (INT32_C(1) << 23) - 1};
+                           .largest_displacement = (INT32_C(1) << 23) - 1,
+                           .largest_velocity = (INT32_C(1) << 23) - 1,
+                           .largest_force = (INT32_C(1) << 23) - 1};
     return scale;
 }
 
@@ -49,7 +53,9 @@ static scale_t classic_scale(void) {
     const scale_t scale = {.displacement_m = (hexload_real_t)hexload_dbc_leg_sample1_displacement_decode(1),
                            .velocity_m_s = (hexload_real_t)hexload_dbc_leg_sample1_velocity_decode(1),
                            .force_n = (hexload_real_t)hexload_dbc_leg_sample1_force_decode(1),
-                           .largest = (INT32_C(1) << 19) - 1};
+                           .largest_displacement = (INT32_C(1) << 18) - 1,
+                           .largest_velocity = (INT32_C(1) << 14) - 1,
+                           .largest_force = (INT32_C(1) << 17) - 1};
     return scale;
 }
 
@@ -66,18 +72,18 @@ static int32_t quantise(hexload_real_t value, hexload_real_t step, int32_t large
 
 /// NaN, of a leg without sensor, is the one number of steps beyond the range.
 static int32_t quantise_velocity(hexload_real_t value, const scale_t* scale, uint32_t* saturated) {
-    return !isnan(value) ? quantise(value, scale->velocity_m_s, scale->largest, saturated)
-                         : -scale->largest - 1;
+    return !isnan(value) ? quantise(value, scale->velocity_m_s, scale->largest_velocity, saturated)
+                         : -scale->largest_velocity - 1;
 }
 
 static raw_legs_t quantise_legs(const hexload_leg_sample_t* sample, const scale_t* scale,
                                 uint32_t* saturated) {
     raw_legs_t raw;
     for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
-        raw.displacement[leg] =
-            quantise(sample->displacement_m[leg], scale->displacement_m, scale->largest, saturated);
+        raw.displacement[leg] = quantise(sample->displacement_m[leg], scale->displacement_m,
+                                         scale->largest_displacement, saturated);
         raw.velocity[leg] = quantise_velocity(sample->velocity_m_s[leg], scale, saturated);
-        raw.force[leg] = quantise(sample->force_n[leg], scale->force_n, scale->largest, saturated);
+        raw.force[leg] = quantise(sample->force_n[leg], scale->force_n, scale->largest_force, saturated);
     }
     return raw;
 }
@@ -115,7 +121,7 @@ static int encode_fd(const hexload_leg_sample_t* sample, hexload_bus_frame_t* fr
         .force_4 = raw.force[3],
         .force_5 = raw.force[4],
         .force_6 = raw.force[5],
-        .version = HEXLOAD_DBC_LEG_SAMPLE_FD_VERSION_V1_CHOICE,
+        .version = HEXLOAD_DBC_LEG_SAMPLE_FD_VERSION_V2_CHOICE,
     };
     hexload_frame_begin(frame, &fd_layout);
     (void)hexload_dbc_leg_sample_fd_pack(frame->data, &message, sizeof frame->data);
@@ -123,10 +129,17 @@ static int encode_fd(const hexload_leg_sample_t* sample, hexload_bus_frame_t* fr
     return 1;
 }
 
+/// The counter of the frames with the whole tick.
+static uint8_t tick_counter(uint32_t tick) {
+    return hexload_frame_counter(tick / HEXLOAD_BUS_TICK_PERIOD);
+}
+
 static void encode_tick(uint32_t tick, hexload_bus_frame_t* frame) {
-    const struct hexload_dbc_sample_tick_t message = {.tick = tick};
+    const struct hexload_dbc_sample_tick_t message = {
+        .counter = tick_counter(tick), .version = HEXLOAD_DBC_SAMPLE_TICK_VERSION_V2_CHOICE, .tick = tick};
     hexload_frame_begin(frame, &tick_layout);
     (void)hexload_dbc_sample_tick_pack(frame->data, &message, sizeof frame->data);
+    hexload_frame_seal(frame, &tick_layout);
 }
 
 static int encode_classic(const hexload_leg_sample_t* sample, hexload_bus_frame_t* frames,
@@ -140,13 +153,14 @@ static int encode_classic(const hexload_leg_sample_t* sample, hexload_bus_frame_
     for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
         const struct hexload_dbc_leg_sample1_t message = {
             .displacement = raw.displacement[leg],
-            .velocity = raw.velocity[leg],
+            .velocity = (int16_t)raw.velocity[leg],
             .force = raw.force[leg],
             .tick_low = (uint8_t)(sample->tick % HEXLOAD_BUS_TICK_PERIOD),
         };
         const hexload_frame_layout_t layout = leg_layout(leg);
         hexload_frame_begin(&frames[count], &layout);
         (void)hexload_dbc_leg_sample1_pack(frames[count].data, &message, sizeof frames[count].data);
+        hexload_frame_seal(&frames[count], &layout);
         count++;
     }
     return count;
@@ -209,7 +223,8 @@ hexload_bus_status_t hexload_sample_decode_tick(const hexload_bus_frame_t* frame
     }
     struct hexload_dbc_sample_tick_t message;
     (void)hexload_dbc_sample_tick_unpack(&message, frame->data, sizeof frame->data);
-    if (message.tick % HEXLOAD_BUS_TICK_PERIOD != 0) {
+    if (message.tick % HEXLOAD_BUS_TICK_PERIOD != 0 || message.counter != tick_counter(message.tick) ||
+        !hexload_dbc_sample_tick_version_is_in_range(message.version)) {
         return HEXLOAD_BUS_ERR_VALUE;
     }
     *tick = message.tick;

@@ -93,6 +93,10 @@ bool fits_byte(std::int64_t value) {
     return value >= 0 && value <= std::numeric_limits<std::uint8_t>::max();
 }
 
+bool is_session(std::int64_t source, std::int64_t session) {
+    return source >= 0 && session >= 0 && session < HEXLOAD_BUS_SESSIONS;
+}
+
 // False: other parameters than the filter's, or an unknown verdict.
 bool read_estimate(const estimate_t& message, hexload_bus_filter_t filter, hexload_estimate_t& estimate) {
     const auto worst = verdict_of(message.verdict);
@@ -225,6 +229,8 @@ acknowledge_t acknowledge_message(const hexload_bus_acknowledge_t& acknowledge, 
     message.tick = tick;
     message.kind = static_cast<std::int8_t>(acknowledge.kind);
     message.id = acknowledge.sequence;
+    message.source = static_cast<std::int8_t>(acknowledge.source);
+    message.session = static_cast<std::int16_t>(acknowledge.session);
     message.done = acknowledge.result == HEXLOAD_RESULT_DONE ? 1 : 0;
     message.result = hexload_bus_result_name(static_cast<hexload_bus_result_t>(acknowledge.result));
     message.state = hexload_app_state_name(static_cast<hexload_app_state_t>(acknowledge.state));
@@ -233,16 +239,19 @@ acknowledge_t acknowledge_message(const hexload_bus_acknowledge_t& acknowledge, 
 }
 
 std::optional<hexload_bus_acknowledge_t> acknowledge_of(const acknowledge_t& message) {
-    const auto result =
-        code_of(message.result, HEXLOAD_RESULT_DONE, HEXLOAD_RESULT_NOT_AVAILABLE, hexload_bus_result_name);
+    const auto result = code_of(message.result, HEXLOAD_RESULT_DONE, HEXLOAD_RESULT_OTHER_CONFIGURATION,
+                                hexload_bus_result_name);
     const auto state = state_of(message.state);
     const auto fault = fault_of(message.fault);
-    if (!result || !state || !fault || !fits_byte(message.kind) || !fits_byte(message.id)) {
+    if (!result || !state || !fault || !fits_byte(message.kind) || !fits_byte(message.id) ||
+        !is_session(message.source, message.session)) {
         return std::nullopt;
     }
     hexload_bus_acknowledge_t acknowledge{};
     acknowledge.kind = static_cast<std::uint8_t>(message.kind);
     acknowledge.sequence = static_cast<std::uint8_t>(message.id);
+    acknowledge.source = static_cast<std::uint8_t>(message.source);
+    acknowledge.session = static_cast<std::uint16_t>(message.session);
     acknowledge.result = static_cast<std::uint8_t>(*result);
     acknowledge.state = static_cast<std::uint8_t>(*state);
     acknowledge.fault = static_cast<std::uint8_t>(*fault);
@@ -254,16 +263,24 @@ command_t command_message(const hexload_bus_command_t& command, std::uint32_t ti
     message.tick = tick;
     message.kind = static_cast<std::int8_t>(command.kind);
     message.id = command.sequence;
+    message.source = static_cast<std::int8_t>(command.source);
+    message.session = static_cast<std::int16_t>(command.session);
+    message.configuration = command.configuration & HEXLOAD_BUS_CONFIGURATION_MASK;
     message.argument = command.argument;
     return message;
 }
 
 std::optional<hexload_bus_command_t> command_of(const command_t& message) {
-    if (!fits_byte(message.kind) || !fits_byte(message.id)) {
+    if (!fits_byte(message.kind) || !fits_byte(message.id) || !is_session(message.source, message.session) ||
+        message.configuration < 0 || message.configuration > HEXLOAD_BUS_CONFIGURATION_MASK) {
         return std::nullopt;
     }
-    return hexload_bus_command_t{static_cast<std::uint8_t>(message.kind),
-                                 static_cast<std::uint8_t>(message.id), message.argument};
+    return hexload_bus_command_t{.kind = static_cast<std::uint8_t>(message.kind),
+                                 .source = static_cast<std::uint8_t>(message.source),
+                                 .session = static_cast<std::uint16_t>(message.session),
+                                 .sequence = static_cast<std::uint8_t>(message.id),
+                                 .argument = message.argument,
+                                 .configuration = static_cast<std::uint32_t>(message.configuration)};
 }
 
 } // namespace hexload::transport

@@ -13,7 +13,14 @@
 
 namespace hexload::sim {
 
+// A number of the bus contract that tells one run of a program from another.
+std::uint16_t draw_session();
+
 struct LinkSettings {
+    // Whose commands these are.
+    std::uint16_t session = draw_session();
+    // hexload_app_configuration() that the controller must have to start; 0: any.
+    std::uint32_t configuration = 0;
     // Which one the controller is to run.
     EstimatorKind estimator = EstimatorKind::paper;
     // What its acknowledge of START must say of the load's known mass, unless it does not tell; nothing: any.

@@ -8,6 +8,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <random>
 
 namespace hexload::sim {
 
@@ -41,16 +42,35 @@ LinkFailure failure_of(hexload_app_fault_t fault) {
     }
 }
 
+const char* name_of(hexload_bus_source_t source) {
+    switch (source) {
+    case HEXLOAD_SOURCE_SIMULATOR:
+        return "another simulator";
+    case HEXLOAD_SOURCE_MONITOR:
+        return "a live page";
+    default:
+        return "another program";
+    }
+}
+
 bool ends_with_new_start(hexload_app_fault_t fault) {
     return fault == HEXLOAD_FAULT_NONE || fault == HEXLOAD_FAULT_SAMPLE_TIMEOUT ||
            fault == HEXLOAD_FAULT_BUS_DOWN;
 }
+
+constexpr int sequences = 16; // of commands, on a CAN bus
 
 bool has_input_implausible(std::uint32_t health_bits) {
     return (health_bits >> HEXLOAD_HEALTH_INPUT_IMPLAUSIBLE & 1U) != 0;
 }
 
 } // namespace
+
+std::uint16_t draw_session() {
+    std::random_device source;
+    return static_cast<std::uint16_t>(
+        std::uniform_int_distribution<unsigned>(0, HEXLOAD_BUS_SESSIONS - 1)(source));
+}
 
 ControllerSession::ControllerSession(std::unique_ptr<ControllerWire> wire, const LinkSettings& settings)
     : wire_(std::move(wire)), settings_(settings) {}
@@ -64,9 +84,14 @@ void ControllerSession::report(const std::string& message) const {
 }
 
 void ControllerSession::send_command(hexload_bus_command_kind_t kind, float argument) {
-    ++sequence_;
+    sequence_ = static_cast<std::uint8_t>((sequence_ + 1) % sequences);
     acknowledged_.reset(sequence_);
-    wire_->send(hexload_bus_command_t{static_cast<std::uint8_t>(kind), sequence_, argument});
+    wire_->send(hexload_bus_command_t{.kind = static_cast<std::uint8_t>(kind),
+                                      .source = HEXLOAD_SOURCE_SIMULATOR,
+                                      .session = settings_.session,
+                                      .sequence = sequence_,
+                                      .argument = argument,
+                                      .configuration = settings_.configuration});
 }
 
 void ControllerSession::command(hexload_bus_command_kind_t kind, float argument,
@@ -85,11 +110,7 @@ void ControllerSession::command(hexload_bus_command_kind_t kind, float argument,
             continue;
         }
         if (acknowledge->result != HEXLOAD_RESULT_DONE) {
-            refuse_fault(acknowledge->fault, true);
-            fail(
-                LinkFailure::controller_fault,
-                fmt::format("the controller refuses {}: {}", name_of(kind),
-                            hexload_bus_result_name(static_cast<hexload_bus_result_t>(acknowledge->result))));
+            fail_refused(*acknowledge);
         }
         return;
     }
@@ -100,6 +121,20 @@ void ControllerSession::command(hexload_bus_command_kind_t kind, float argument,
          fmt::format(
              "no controller acknowledges {} within {} ms: is hexload_ecu, or the controller, running there?",
              name_of(kind), timeout.count()));
+}
+
+void ControllerSession::fail_refused(const hexload_bus_acknowledge_t& acknowledge) const {
+    refuse_fault(acknowledge.fault, true);
+    const auto result = static_cast<hexload_bus_result_t>(acknowledge.result);
+    const char* remedy =
+        result == HEXLOAD_RESULT_OTHER_CONFIGURATION
+            ? ": its machine, tuning or known mass is not this simulator's; give both the same "
+              "platform and rig files and options"
+            : "";
+    fail(LinkFailure::controller_fault,
+         fmt::format("the controller refuses {}: {}{}",
+                     name_of(static_cast<hexload_bus_command_kind_t>(acknowledge.kind)),
+                     hexload_bus_result_name(result), remedy));
 }
 
 bool ControllerSession::send(const LegSample& sample, std::chrono::microseconds deadline) {
@@ -113,6 +148,10 @@ std::optional<BusNews> ControllerSession::read(std::chrono::microseconds timeout
         if (const auto* part = std::get_if<AnswerPart>(&*news)) {
             note_answered(*part);
         } else if (const auto* acknowledge = std::get_if<hexload_bus_acknowledge_t>(&*news)) {
+            if (!is_own(*acknowledge)) {
+                note_other(*acknowledge);
+                return UnrelatedFrame{};
+            }
             check_acknowledge(*acknowledge);
         } else if (const auto* change = std::get_if<hexload_bus_load_change_t>(&*news)) {
             note_load_change(*change);
@@ -146,6 +185,20 @@ void ControllerSession::note_answered(const AnswerPart& part) {
     }
     if (part.ends_tick) {
         last_answered_ = part.answered_tick;
+    }
+}
+
+bool ControllerSession::is_own(const hexload_bus_acknowledge_t& acknowledge) const {
+    return acknowledge.source == HEXLOAD_SOURCE_SIMULATOR && acknowledge.session == settings_.session;
+}
+
+void ControllerSession::note_other(const hexload_bus_acknowledge_t& acknowledge) {
+    const std::string other =
+        fmt::format("{} (session {})", name_of(static_cast<hexload_bus_source_t>(acknowledge.source)),
+                    acknowledge.session);
+    if (other != other_) {
+        other_ = other;
+        report(fmt::format("{} commands the controller too, since tick {}", other_, newest_tick_));
     }
 }
 

@@ -70,11 +70,19 @@ class ControllerSession {
         return load_changes_s_;
     }
 
+    // Who else commands the controller, in words; empty: nobody was heard.
+    const std::string& other_commander() const {
+        return other_;
+    }
+
     // The bus's own counters and those of the events, the others zero.
     BusCounts counts() const;
 
   private:
+    bool is_own(const hexload_bus_acknowledge_t& acknowledge) const;
+    void note_other(const hexload_bus_acknowledge_t& acknowledge);
     void check_acknowledge(const hexload_bus_acknowledge_t& acknowledge);
+    [[noreturn]] void fail_refused(const hexload_bus_acknowledge_t& acknowledge) const;
     void note_answered(const AnswerPart& part);
     void note_load_change(const hexload_bus_load_change_t& change);
 
@@ -84,6 +92,7 @@ class ControllerSession {
     std::optional<std::uint32_t> last_answered_;
     std::uint8_t sequence_ = 0;
     std::bitset<256> acknowledged_; // by sequence number of the command
+    std::string other_;             // who else commands the controller; empty: nobody so far
     std::vector<double> load_changes_s_;
     std::uint32_t changes_counted_ = 0; // by the controller since its start
     std::uint64_t events_missing_ = 0;

@@ -139,11 +139,11 @@ bool LockstepLink::is_answered_by(const BusNews& news, std::uint32_t tick) {
 void LockstepLink::check_state(std::uint8_t state, std::uint8_t fault, std::uint32_t tick) const {
     session_.refuse_fault(fault, true);
     if (state == HEXLOAD_APP_IDLE) {
-        session_.fail(
-            LinkFailure::controller_fault,
-            fmt::format("the controller has stopped at tick {}: it was restarted, or another program "
-                        "commands it",
-                        tick));
+        const std::string& other = session_.other_commander();
+        const std::string reason = other.empty() ? "it was restarted, or another program commands it"
+                                                 : other + " commands it: end one of the two";
+        session_.fail(LinkFailure::controller_fault,
+                      fmt::format("the controller has stopped at tick {}: {}", tick, reason));
     }
 }
 

@@ -1,17 +1,17 @@
-"""The firmware's CAN codec against cantools: two readers of one DBC, and checksums by zlib and bit by bit.
+"""The firmware's CAN codec against cantools: two readers of one DBC, and checksums bit by bit.
 
 C encodes and cantools decodes, then the other way round; random bytes go into every decoder.
 """
 
 import math
 import struct
-import zlib
 
 import cantools
 import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
+from hexload.io import end_to_end
 from hexload.project import native_module
 from hexload_dev.bus_document import DBC, profile
 
@@ -42,15 +42,38 @@ def crc_bitwise(data, polynomial, start, final, bits):
     return crc ^ final
 
 
-def checksum(data, bits):
-    if bits == 32:
-        return zlib.crc32(data)
-    polynomial, start, final = {8: (0x1D, 0xFF, 0xFF), 16: (0x1021, 0xFFFF, 0)}[bits]
-    return crc_bitwise(data, polynomial, start, final, bits)
+def reflected(number, bits):
+    return int(f"{number:0{bits}b}"[::-1], 2)
 
 
-def checksum_bits(message):
-    return next((signal.length for signal in message.signals if signal.name.startswith("crc")), 0)
+def crc32p4(data):
+    """Of bytes and result reflected, as the standard prints it."""
+    crc = crc_bitwise(bytes(reflected(byte, 8) for byte in data), 0xF4ACFB13, 0xFFFFFFFF, 0xFFFFFFFF, 32)
+    return reflected(crc, 32)
+
+
+def crc8h2f(data):
+    return crc_bitwise(data, 0x2F, 0xFF, 0xFF, 8)
+
+
+def sealed(identifier, data):
+    """With the checksum of contract and standard: Profile 22 in byte 0, or Profile 4's in the last four."""
+    if len(data) > 8:
+        data_id = (0x484C0000 + identifier).to_bytes(4, "little")
+        return data[:-4] + crc32p4(data[:-4] + data_id).to_bytes(4, "little")
+    return bytes([crc8h2f(data[1:] + bytes([(identifier ^ identifier >> 4) & 0xFF]))]) + data[1:]
+
+
+def test_checksums_have_the_check_values_of_the_standard():
+    # AUTOSAR, Specification of CRC Routines: CRC8H2F and CRC32P4 of the nine digits
+    assert (crc8h2f(b"123456789"), crc32p4(b"123456789")) == (0xDF, 0x1697D06A)
+
+
+def test_the_readers_of_logs_have_the_same_checksums():
+    for length in (2, 6, 8, 32, 64):
+        data = bytes(range(length))
+        for identifier in (0x010, 0x081, 0x103, 0x120):
+            assert end_to_end.protected(identifier, data) == sealed(identifier, data)
 
 
 def decode(frame):
@@ -59,21 +82,17 @@ def decode(frame):
     message = contract.get_message_by_frame_id(identifier)
     assert (is_fd, len(data)) == (message.is_fd, message.length)
     signals = message.decode(data, decode_choices=False)
-    bits = checksum_bits(message)
-    if bits:
-        assert signals[f"crc{bits}"] == checksum(data[: -bits // 8], bits)
+    assert data == sealed(identifier, data)
+    for checksum in ("crc8", "crc32"):
+        signals.pop(checksum, None)
     return message.name, signals
 
 
 def encode(name, signals):
     """By cantools, with the checksum."""
     message = contract.get_message_by_name(name)
-    bits = checksum_bits(message)
-    values = {**signals, f"crc{bits}": 0} if bits else signals
-    data = message.encode(values, strict=True)
-    if bits:
-        data = data[: -bits // 8] + checksum(data[: -bits // 8], bits).to_bytes(bits // 8, "little")
-    return message.frame_id, message.is_fd, bytes(data)
+    data = bytes(message.encode({"crc32" if message.is_fd else "crc8": 0, **signals}, strict=True))
+    return message.frame_id, message.is_fd, sealed(message.frame_id, data)
 
 
 def channel_signal(name, kind, leg):
@@ -97,15 +116,19 @@ def samples(draw, name, beyond=1.0):
     return sample
 
 
+def whole_tick(tick):
+    return {"counter": tick // 16 % 16, "version": 2, "tick": tick}
+
+
 def sample_signals(name, sample, frames):
     """What cantools finds in the frames of a sample: {kind: six values}."""
     decoded = [decode(frame) for frame in frames]
     if name == "fd":
         [(_, signals)] = decoded
-        assert (signals["tick"], signals["version"]) == (sample["tick"], 1)
+        assert (signals["tick"], signals["version"]) == (sample["tick"], 2)
         return {kind: [signals[f"{kind}_{leg}"] for leg in range(1, 7)] for kind in KINDS.values()}
     if sample["tick"] % 16 == 0:
-        assert decoded.pop(0) == ("SampleTick", {"tick": sample["tick"]})
+        assert decoded.pop(0) == ("SampleTick", whole_tick(sample["tick"]))
     assert [message for message, _ in decoded] == [f"LegSample{leg}" for leg in range(1, 7)]
     assert all(signals["tick_low"] == sample["tick"] % 16 for _, signals in decoded)
     return {kind: [signals[kind] for _, signals in decoded] for kind in KINDS.values()}
@@ -166,7 +189,7 @@ def sample_frames(name, sample):
     """By cantools, on the steps; a classic sample begins with its whole tick."""
     if name == "fd":
         signals = {f"{kind}_{leg + 1}": sample[field][leg] for field, kind in KINDS.items() for leg in range(6)}
-        return [encode("LegSampleFd", {"tick": sample["tick"], "version": 1, **signals})]
+        return [encode("LegSampleFd", {"tick": sample["tick"], "version": 2, **signals})]
     legs = [
         encode(
             f"LegSample{leg + 1}",
@@ -174,7 +197,7 @@ def sample_frames(name, sample):
         )
         for leg in range(6)
     ]
-    return [encode("SampleTick", {"tick": sample["tick"]}), *legs]
+    return [encode("SampleTick", whole_tick(sample["tick"])), *legs]
 
 
 @pytest.mark.parametrize("name", PROFILES)
@@ -264,7 +287,8 @@ def test_cantools_finds_the_answer_that_the_firmware_sent_in_classic_pages(answe
     merged = {}
     for place, page in enumerate(PAGES[answer["filter"]]):
         [(name, signals)] = map(decode, bus.encode_answer("classic", answer, place))
-        assert (name, signals["page"], signals["tick_low"]) == ("AnswerPage", page, answer["tick"] % 2**16)
+        assert (name, signals["page"], signals["tick_low"]) == ("AnswerPage", page, answer["tick"] % 2**14)
+        assert signals["counter"] == answer["tick"] // 2 % 16
         merged |= signals
     assert answer_of(merged) == without_tick(without_input_fault(answer))
 
@@ -344,7 +368,7 @@ def test_the_firmware_finds_the_answer_that_cantools_sent_in_classic_pages(answe
     pages = PAGES[answer["filter"]]
     for place, page in enumerate(pages):
         tick = (answer["tick"] + 2 * place) % 2**32
-        signals = {**signals_of(answer), "page": page, "tick_low": tick % 2**16}
+        signals = {**signals_of(answer), "page": page, "tick_low": tick % 2**14, "counter": tick // 2 % 16}
         status, found = assembly.add(encode("AnswerPage", chosen(message, signals, page)), tick)
         assert status == ("ok" if page == pages[-1] else "more frames needed")
     assert found == without_input_fault(answer)
@@ -356,35 +380,66 @@ def test_load_changes_are_the_same_in_both_directions(tick, load_changes):
     frame = bus.encode_load_change(tick, load_changes)
     name, signals = decode(frame)
     assert (name, signals["tick"], signals["load_changes"]) == ("LoadChange", tick, load_changes)
-    again = encode("LoadChange", {"tick": tick, "load_changes": load_changes})
+    again = encode("LoadChange", {"counter": load_changes % 16, "tick": tick, "load_changes": load_changes})
     assert again == frame
     assert bus.decode_load_change(again) == ("ok", {"tick": tick, "load_changes": load_changes})
 
 
-@tuned
-@given(st.integers(1, 5), uint[8], st.floats(-(2.0**19), 2.0**19, width=32))
-def test_commands_are_the_same_in_both_directions(kind, sequence, argument):
-    frame = bus.encode_command(kind, sequence, argument)
-    name, signals = decode(frame)
-    assert name == "Command"
-    assert (signals["command"], signals["sequence"], signals["argument"]) == (kind, sequence, argument)
-    again = encode("Command", {"command": kind, "sequence": sequence, "argument": argument})
-    assert again == frame
-    assert bus.decode_command(again) == ("ok", {"kind": kind, "sequence": sequence, "argument": argument})
+def command_signals(kind, argument, configuration):
+    """Those of the command's page."""
+    pages = {
+        1: {"pacing": int(argument), "configuration": configuration},
+        4: {"estimator": int(argument)},
+        5: {"known_mass": argument},
+    }
+    return pages.get(kind, {})
+
+
+mass = st.floats(-(2.0**19), 2.0**19, width=32)
+commands = st.one_of(
+    st.tuples(st.just(1), st.integers(0, 1).map(float), st.integers(0, 2**24 - 1)),
+    st.tuples(st.sampled_from((2, 3)), st.just(0.0), st.just(0)),
+    st.tuples(st.just(4), st.integers(0, 2).map(float), st.just(0)),
+    st.tuples(st.just(5), mass, st.just(0)),
+)
+numbers = {bits: st.integers(0, 2**bits - 1) for bits in (4, 12)}
 
 
 @tuned
-@given(st.integers(1, 5), uint[8], st.integers(0, 4), st.integers(0, 4), st.integers(0, 6), st.integers(0, 1), uint[8])
-def test_acknowledges_are_the_same_in_both_directions(kind, sequence, result, state, fault, profile_code, mass_crc):
-    fields = {"sequence": sequence, "result": result, "state": state, "fault": fault, "profile": profile_code}
-    fields["known_mass_crc"] = mass_crc
-    frame = bus.encode_acknowledge({"kind": kind, **fields})
+@given(commands, numbers[4], numbers[4], numbers[12])
+def test_commands_are_the_same_in_both_directions(command, counter, source, session):
+    kind, argument, configuration = command
+    frame = bus.encode_command(kind, counter, argument, source, session, configuration)
     name, signals = decode(frame)
-    assert name == "Acknowledge"
-    assert {n: signals[n] for n in fields} == fields and signals["command"] == kind
-    again = encode("Acknowledge", {"command": kind, **fields})
+    head = {"counter": counter, "command": kind, "source": source, "session": session}
+    assert (name, signals) == ("Command", {**head, **command_signals(kind, argument, configuration)})
+    again = encode("Command", signals)
     assert again == frame
-    assert bus.decode_acknowledge(again) == ("ok", {"kind": kind, **fields})
+    fields = {"kind": kind, "source": source, "session": session, "sequence": counter}
+    assert bus.decode_command(again) == ("ok", {**fields, "argument": argument, "configuration": configuration})
+
+
+@st.composite
+def acknowledges(draw):
+    names = {"kind": (1, 5), "result": (0, 5), "state": (0, 4), "fault": (0, 6), "profile": (0, 1)}
+    numbered = {"source": 15, "session": 4095, "sequence": 15, "counter": 15, "known_mass_crc": 255}
+    return {
+        **{name: draw(st.integers(*ends)) for name, ends in names.items()},
+        **{name: draw(st.integers(0, largest)) for name, largest in numbered.items()},
+    }
+
+
+@tuned
+@given(acknowledges())
+def test_acknowledges_are_the_same_in_both_directions(fields):
+    frame = bus.encode_acknowledge(fields)
+    name, signals = decode(frame)
+    expected = dict(fields)
+    expected["command"] = expected.pop("kind")
+    assert (name, signals) == ("Acknowledge", expected)
+    again = encode("Acknowledge", expected)
+    assert again == frame
+    assert bus.decode_acknowledge(again) == ("ok", fields)
 
 
 STATUS_PAGES = [  # page -> {signal: field}
@@ -408,6 +463,7 @@ def statuses(draw):
     counters = ("tick", "overruns", "stack_margin_bytes", "samples_missing", "frames_refused", "samples_refused")
     return {
         "version": [draw(uint[8]) for _ in range(3)],
+        "counter": draw(numbers[4]),
         "profile": draw(st.integers(0, 1)),
         "state": draw(st.integers(0, 4)),
         "fault": draw(st.integers(0, 6)),
@@ -428,10 +484,9 @@ def test_status_pages_are_the_same_in_both_directions(status):
     versions = dict(zip(("version_major", "version_minor", "version_patch"), status["version"]))
     for page, fields in enumerate(STATUS_PAGES):
         expected = {signal: versions[signal] if field is None else status[field] for signal, field in fields.items()}
-        head = {"page": page, "state": status["state"], "fault": status["fault"]}
+        head = {"counter": status["counter"], "page": page, "state": status["state"], "fault": status["fault"]}
         frame = bus.encode_status(status, page)
         name, signals = decode(frame)
-        signals.pop("crc8")
         assert (name, signals) == ("ControllerStatus", {**head, **expected})
         again = encode("ControllerStatus", {**head, **expected})
         assert again == frame
@@ -463,31 +518,30 @@ identifiers = st.one_of(st.integers(0, 2**11 - 1), st.sampled_from([m.frame_id f
 
 @settings(max_examples=3000, deadline=None)
 @given(identifiers, st.booleans(), st.binary(max_size=64), st.booleans())
-def test_random_bytes_are_refused_or_are_what_cantools_reads(identifier, is_fd, data, sealed):
+def test_random_bytes_are_refused_or_are_what_cantools_reads(identifier, is_fd, data, is_sealed):
     message = next((m for m in contract.messages if m.frame_id == identifier), None)
-    bits = checksum_bits(message) if message else 0
-    if sealed and bits and len(data) >= bits // 8:
-        data = data[: -bits // 8] + checksum(data[: -bits // 8], bits).to_bytes(bits // 8, "little")
+    if is_sealed and len(data) > 1:
+        data = sealed(identifier, data)
     frame = (identifier, is_fd, data)
     statuses_found = [decoder(frame)[0] for decoder in decoders()]
     if message is None:
         assert set(statuses_found) == {"frame of another kind"}
     elif (is_fd, len(data)) != (message.is_fd, message.length):
         assert set(statuses_found) == {"frame of another kind", "wrong length or format"}
-    elif bits and data != data[: -bits // 8] + checksum(data[: -bits // 8], bits).to_bytes(bits // 8, "little"):
-        allowed = {"frame of another kind", "wrong checksum", "frame of the other profile"}
-        assert "wrong checksum" in statuses_found and set(statuses_found) <= allowed
+    elif data != sealed(identifier, data):
+        assert set(statuses_found) == {"frame of another kind", "wrong checksum"}
+    elif message.name == "Command" and data[1] >> 4 not in range(1, 6):
+        assert "ok" in statuses_found  # to be acknowledged as unknown
     elif "ok" in statuses_found:
         decode(frame)
-    if message and profile(message) != "both" and (is_fd, len(data)) == (message.is_fd, message.length):
+    elif profile(message) != "both":
         assert "frame of the other profile" in statuses_found
 
 
 def test_the_number_that_a_range_leaves_unused_is_refused():
-    # GIVEN the most negative 24-bit and 20-bit numbers, sealed
-    data = bytes(4) + bytes([0, 0, 0x80]) + bytes(51) + bytes([1, 0])
-    fd = (0x080, True, data + zlib.crc32(data).to_bytes(4, "little"))
-    classic = (0x081, False, struct.pack("<Q", 1 << 19))
+    # GIVEN the most negative 24-bit and 19-bit numbers, sealed
+    fd = (0x080, True, sealed(0x080, bytes(4) + bytes([0, 0, 0x80]) + bytes(51) + bytes([2, 0]) + bytes(4)))
+    classic = (0x081, False, sealed(0x081, struct.pack("<Q", 1 << (12 + 18))))
     # WHEN they come THEN they are no numbers
     assert bus.SampleAssembly("fd").add(fd) == ("value not usable", None)
     assert bus.SampleAssembly("classic").add(classic) == ("value not usable", None)

@@ -1,9 +1,7 @@
-"""Frames of firmware/bus/hexload.dbc as Python reads and writes them: cantools for the signals, the checksums anew."""
+"""Frames of firmware/bus/hexload.dbc as Python reads and writes them: cantools for the signals, the checksums in Python."""
 
-import functools
 import random
 import struct
-import zlib
 from collections.abc import Iterator
 from pathlib import Path
 from typing import NamedTuple
@@ -12,10 +10,12 @@ import can
 import cantools
 
 from hexload import project
+from hexload.io.end_to_end import checksum, found_checksum, protected
 
 DBC = cantools.database.load_file(project.ROOT / "firmware" / "bus" / "hexload.dbc")
 BY_ID = {message.frame_id: message for message in DBC.messages}
 COMMANDS = {"start": 1, "stop": 2, "reset": 3, "select filter": 4, "set known mass": 5}
+ARGUMENTS = {1: "pacing", 4: "estimator", 5: "known_mass"}  # by command
 REAL_TIME, LOCKSTEP = 0.0, 1.0  # arguments of start
 PROFILES = ("fd", "classic")  # in the order of their codes
 PARAMETERS = ("dz", "Ixx", "Iyy", "Izz")
@@ -57,56 +57,24 @@ class Signals(NamedTuple):
     values: dict[str, float]
 
 
-def checksum(name: str, data: bytes) -> bytes:
-    """What stands in the last bytes of a frame whose bytes are `data`, by the checksums' published parameters."""
-    field = checksum_field(name)
-    if field == "crc32":
-        return zlib.crc32(data[:-4]).to_bytes(4, "little")
-    if field == "crc16":  # CRC-16/IBM-3740
-        return crc(data[:-2], 16, 0x1021, 0xFFFF, 0).to_bytes(2, "little")
-    if field == "crc8":  # CRC-8/SAE-J1850
-        return crc(data[:-1], 8, 0x1D, 0xFF, 0xFF).to_bytes(1, "little")
-    return b""
-
-
-@functools.cache
-def checksum_field(name: str) -> str | None:
-    """The signal of a message that is its checksum."""
-    names = (signal.name for signal in DBC.get_message_by_name(name).signals)
-    return next((name for name in names if name in ("crc32", "crc16", "crc8")), None)
-
-
-def crc(data: bytes, width: int, polynomial: int, start: int, final_xor: int) -> int:
-    """The most significant bit first, nothing reflected."""
-    register, mask, table = start, (1 << width) - 1, crc_table(width, polynomial)
-    for byte in data:
-        register = (register << 8 & mask) ^ table[register >> (width - 8) ^ byte]
-    return register ^ final_xor
-
-
-@functools.cache
-def crc_table(width: int, polynomial: int) -> list[int]:
-    """What a byte in the register's highest place has become after eight shifts, bit by bit."""
-    top, mask = 1 << (width - 1), (1 << width) - 1
-    table = []
-    for register in (byte << (width - 8) for byte in range(256)):
-        for _ in range(8):
-            register = ((register << 1) ^ (polynomial if register & top else 0)) & mask
-        table.append(register)
-    return table
-
-
 def encode(name: str, **values: float) -> Frame:
     """A frame with its checksum; signals that are not given are 0. Values may be beyond the contract's range."""
     message = DBC.get_message_by_name(name)
     signals = {signal.name: 0 for signal in message.signals} | values
-    data = message.encode(signals, strict=False)
-    end = checksum(name, data)
-    return Frame(message.frame_id, message.is_fd, message.is_fd, data[: len(data) - len(end)] + end)
+    data = protected(message.frame_id, bytes(message.encode(signals, strict=False)))
+    return Frame(message.frame_id, message.is_fd, message.is_fd, data)
 
 
-def encode_command(command: str | int, sequence: int, argument: float = 0.0) -> Frame:
-    return encode("Command", command=COMMANDS.get(command, command), sequence=sequence, argument=argument)
+def encode_command(command: str | int, counter: int, argument: float = 0.0, session: int = 0, **others: int) -> Frame:
+    """`counter`: of the session's commands, its low four bits."""
+    code = COMMANDS.get(command, command)
+    if code in ARGUMENTS:
+        others[ARGUMENTS[code]] = argument if ARGUMENTS[code] == "known_mass" else int(argument)
+    if code not in COMMANDS.values():  # the codec knows no page of such a command: that of one without argument
+        stop = encode("Command", command=COMMANDS["stop"], counter=counter % 16, session=session)
+        data = bytes([stop.data[0], stop.data[1] & 0x0F | code << 4]) + stop.data[2:]
+        return stop._replace(data=protected(stop.id, data))
+    return encode("Command", command=code, counter=counter % 16, session=session, **others)
 
 
 def decode(frame: Frame, scaled: bool = True) -> Signals:
@@ -121,7 +89,7 @@ def assert_fits_contract(frame: Frame) -> None:
     assert message is not None, f"found identifier {frame.id:#05x}, expected one of the DBC"
     assert (frame.is_fd, frame.bit_rate_switch) == (message.is_fd, message.is_fd), message.name
     assert len(frame.data) == message.length, message.name
-    assert frame.data.endswith(checksum(message.name, frame.data)), f"{message.name}: {frame.data.hex()}"
+    assert found_checksum(frame.data) == checksum(frame.id, frame.data), f"{message.name}: {frame.data.hex()}"
 
 
 def to_message(frame: Frame) -> can.Message:

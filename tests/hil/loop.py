@@ -153,7 +153,7 @@ class Peer:
 
     def __init__(self, interface: str):
         self.can = can.Bus(interface="socketcan", channel=interface, fd=True)
-        self._sequence = itertools.count(1)
+        self._counter = itertools.count(1)
 
     def send(self, frames: Frame | Iterable[Frame]) -> None:
         for frame in [frames] if isinstance(frames, Frame) else frames:
@@ -180,9 +180,9 @@ class Peer:
 
     def command(self, command: str | int, argument: float = 0.0) -> dict[str, float]:
         """Sends a command and returns the signals of its acknowledge."""
-        sequence = next(self._sequence)
-        self.send(encode_command(command, sequence, argument))
-        return self.signals("Acknowledge", where=lambda signals: signals.values["sequence"] == sequence)
+        counter = next(self._counter) % 16
+        self.send(encode_command(command, counter, argument))
+        return self.signals("Acknowledge", where=lambda signals: signals.values["sequence"] == counter)
 
     def status(self, signal: str) -> float:
         """A signal of the controller's status, from a page that was written after this call."""

@@ -129,12 +129,16 @@ def test_commands_and_acknowledges_of_a_run_in_lockstep(short_run, profile):
     # GIVEN the commands of a run, each taken once: they are repeated when the acknowledge is late
     recording = short_run(profile)
     commands = decoded(recording, "Command")
-    order = list(dict.fromkeys((command["command"], command["argument"]) for command in commands))
+    order = list(dict.fromkeys((command["command"], command.get("pacing")) for command in commands))
     # WHEN they are read THEN they are reset, select the paper's filter, start in lockstep, stop
-    assert order == [(3, 0.0), (4, 0.0), (1, LOCKSTEP), (2, 0.0)]
+    assert order == [(3, None), (4, None), (1, LOCKSTEP), (2, None)]
+    assert {command.get("estimator", 0) for command in commands} == {0}
     # and each is acknowledged, once, by a controller of this profile
     acknowledges = decoded(recording, "Acknowledge")
-    assert [(a["command"], a["sequence"]) for a in acknowledges] == [(c["command"], c["sequence"]) for c in commands]
+    names = ("command", "source", "session")
+    asked = [(command["counter"], *(command[name] for name in names)) for command in commands]
+    assert [(a["sequence"], *(a[name] for name in names)) for a in acknowledges] == asked
+    assert len({(command["source"], command["session"]) for command in commands}) == 1
     assert {PROFILES[acknowledge["profile"]] for acknowledge in acknowledges} == {profile}
     done = {acknowledge["command"]: acknowledge["state"] for acknowledge in acknowledges if acknowledge["result"] == 0}
     assert done == {3: 0, 4: 0, 1: 1, 2: 0}

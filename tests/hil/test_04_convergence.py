@@ -9,6 +9,7 @@ from bus_frames import DBC, PROFILES
 from hexload import project
 from hexload.io.log_file import read_log
 from hexload.io.run_directory import PAPER_PARAMETERS, read_run
+from hexload_dev.bus_document import MOST_QUANTISATION
 from loop import PAPER_S, PLATFORM, SCENARIO, estimates
 
 pytestmark = pytest.mark.vcan
@@ -70,7 +71,7 @@ def test_the_bus_moves_an_estimate_by_a_small_part_of_its_sigma(over_bus, in_pro
     # sensor's sigma; what it adds to an estimate is then that share of the estimate's own sigma.
     sensors = in_process.platform["sensors"]
     share = max(step_of(profile, channel) / np.sqrt(12) / sensors[NOISE[channel]] for channel in CHANNELS)
-    assert share < 0.03
+    assert share < MOST_QUANTISATION
     row = int(np.searchsorted(in_process.estimates["t"], run.estimates["t"][-1]))
     for name in PAPER_PARAMETERS:
         moved = run.estimates[name][-1] - in_process.estimates[name][row]

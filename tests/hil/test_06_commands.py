@@ -32,15 +32,15 @@ CONVERSATION = [
     ("select filter", 1, DONE, IDLE),
     ("select filter", 2, DONE, IDLE),
     ("select filter", 3, BAD_ARGUMENT, IDLE),
-    ("select filter", 0.5, BAD_ARGUMENT, IDLE),
+    ("select filter", 255, BAD_ARGUMENT, IDLE),
     ("select filter", 1, DONE, IDLE),
     ("set known mass", 450, DONE, IDLE),
     ("set known mass", -1, BAD_ARGUMENT, IDLE),
     (0, 0, UNKNOWN_COMMAND, IDLE),
     (6, 0, UNKNOWN_COMMAND, IDLE),
-    (255, 1, UNKNOWN_COMMAND, IDLE),
+    (15, 1, UNKNOWN_COMMAND, IDLE),
     ("start", 2, BAD_ARGUMENT, IDLE),
-    ("start", -1, BAD_ARGUMENT, IDLE),
+    ("start", 255, BAD_ARGUMENT, IDLE),
     ("start", REAL_TIME, DONE, ARMED),
     ("start", REAL_TIME, WRONG_STATE, ARMED),
     ("select filter", 0, WRONG_STATE, ARMED),
@@ -167,8 +167,8 @@ def test_stop_keeps_the_estimate_and_start_and_reset_forget_it(loop, peer, sampl
 def test_a_command_with_an_argument_that_is_no_number_of_the_contract_is_refused_and_counted(loop, peer):
     # GIVEN a controller WHEN a command comes with NaN, with infinity, or beyond the contract's range
     loop.controller()
-    for argument in (float("nan"), float("inf"), 1e30):
-        peer.send(encode("Command", command=5, sequence=77, argument=argument))
+    for counter, argument in enumerate((float("nan"), float("inf"), 1e30)):
+        peer.send(encode_command("set known mass", counter, argument))
     # THEN none is acknowledged, all are counted, and the next command is carried out
     assert peer.receive("Acknowledge", patience_s=NOTHING_COMES_S) is None
     assert peer.status("frames_refused") == 3

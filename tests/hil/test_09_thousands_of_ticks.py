@@ -33,7 +33,7 @@ def test_each_classic_tick_has_six_legs_and_each_even_one_a_page_in_order(paper_
     assert [frame.name for frame in samples] == [
         name for tick in ticks for name in ["SampleTick"] * (tick % 16 == 0) + legs
     ]
-    lows = [frame.data[7] >> 4 for frame in samples if frame.name != "SampleTick"]
+    lows = [frame.data[1] & 15 for frame in samples if frame.name != "SampleTick"]
     assert lows == [tick % 16 for tick in ticks for _ in legs]
     # and the controller one page for each even tick
     pages = sent_with_the_ticks(frames, "CONTROLLER")

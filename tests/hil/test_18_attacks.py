@@ -21,11 +21,12 @@ NO_FAULT, SAMPLES_REFUSED, WRONG_PROFILE, SECOND_CONTROLLER, SECOND_SOURCE = 0, 
 LEG_FORCE_N = 600 * 9.81 / 6 * 0.8741 / 0.798276  # what holds platform and load at home
 TICKS_BEFORE = 50
 STOP = COMMANDS["stop"]
+SESSION = 1234  # of the source
 
 
 def sample(tick: int, share: float = 1.0) -> Frame:
     legs = {f"force_{leg}": share * (LEG_FORCE_N + leg * tick % 8) for leg in range(1, 7)}
-    return encode("LegSampleFd", tick=tick, version=1, **legs)
+    return encode("LegSampleFd", tick=tick, version=2, **legs)
 
 
 def damaged(frame: Frame) -> Frame:
@@ -39,25 +40,46 @@ def shortened(frame: Frame) -> Frame:
 STATUS = encode("ControllerStatus", state=2)
 
 
+ACKNOWLEDGE = encode("Acknowledge", command=STOP, source=1, session=77)
+
+
+def start_command(counter: int) -> Frame:
+    return encode_command("start", counter, LOCKSTEP, SESSION)
+
+
 class Attack(NamedTuple):
     name: str
-    frames: Callable[[int], list[Frame]]  # at the source's next tick
+    frames: Callable[[int, int], list[Frame]]  # at the source's next tick, with the counter of its START
     fault: int  # after it
 
 
 ATTACKS = [
-    Attack("one status of another controller", lambda tick: [STATUS], NO_FAULT),
-    Attack("a hundred with a wrong checksum", lambda tick: [damaged(STATUS)] * 100, NO_FAULT),
-    Attack("a hundred short ones", lambda tick: [shortened(STATUS)] * 100, NO_FAULT),
-    Attack("three whole ones", lambda tick: [STATUS] * 3, SECOND_CONTROLLER),
-    Attack("two samples of the other profile", lambda tick: [encode("LegSample1")] * 2, NO_FAULT),
-    Attack("three of them", lambda tick: [encode("LegSample1")] * 3, WRONG_PROFILE),
-    Attack("a command with a wrong checksum", lambda tick: [damaged(encode_command(STOP, 7))] * 100, NO_FAULT),
-    Attack("the last sample again", lambda tick: [sample(tick - 1)], NO_FAULT),
-    Attack("the last one with larger forces", lambda tick: [sample(tick - 1, 1.1)], SECOND_SOURCE),
-    Attack("the next one before the source", lambda tick: [sample(tick, 1.1)], SECOND_SOURCE),
-    Attack("old samples", lambda tick: [sample(tick - n) for n in range(2, 22)], NO_FAULT),
-    Attack("one far ahead", lambda tick: [sample(tick + 2**30)], NO_FAULT),
+    Attack("one status of another controller", lambda tick, counter: [STATUS], NO_FAULT),
+    Attack("a hundred with a wrong checksum", lambda tick, counter: [damaged(STATUS)] * 100, NO_FAULT),
+    Attack("a hundred short ones", lambda tick, counter: [shortened(STATUS)] * 100, NO_FAULT),
+    Attack("three whole ones", lambda tick, counter: [STATUS] * 3, SECOND_CONTROLLER),
+    Attack("two samples of the other profile", lambda tick, counter: [encode("LegSample1")] * 2, NO_FAULT),
+    Attack("three of them", lambda tick, counter: [encode("LegSample1")] * 3, WRONG_PROFILE),
+    Attack("a command with a wrong checksum", lambda tick, counter: [damaged(encode_command(STOP, 7))] * 100, NO_FAULT),
+    Attack("the last sample again", lambda tick, counter: [sample(tick - 1)], NO_FAULT),
+    Attack("the last one with larger forces", lambda tick, counter: [sample(tick - 1, 1.1)], SECOND_SOURCE),
+    Attack("the next one before the source", lambda tick, counter: [sample(tick, 1.1)], SECOND_SOURCE),
+    Attack("old samples", lambda tick, counter: [sample(tick - n) for n in range(2, 22)], NO_FAULT),
+    Attack("the next two in the wrong order", lambda tick, counter: [sample(tick + 1), sample(tick)], NO_FAULT),
+    Attack(
+        "a sample under a sigma's identifier",
+        lambda tick, counter: [sample(tick, 1.1)._replace(id=0x106)] * 100,
+        NO_FAULT,
+    ),
+    Attack("a hundred damaged samples", lambda tick, counter: [damaged(sample(tick, 1.1))] * 100, NO_FAULT),
+    Attack("the source's START once more", lambda tick, counter: [start_command(counter)] * 5, NO_FAULT),
+    Attack(
+        "another command with its counter",
+        lambda tick, counter: [encode_command(STOP, counter, 0.0, SESSION)],
+        SECOND_SOURCE,
+    ),
+    Attack("an acknowledge of somebody else's command", lambda tick, counter: [ACKNOWLEDGE], NO_FAULT),
+    Attack("one far ahead", lambda tick, counter: [sample(tick + 2**30)], NO_FAULT),
 ]
 
 
@@ -66,6 +88,7 @@ class Source:
 
     def __init__(self, bus: can.BusABC):
         self._bus = bus
+        self.counter = 0  # of its last command
 
     def send(self, frames: list[Frame]) -> None:
         for frame in frames:
@@ -85,7 +108,8 @@ class Source:
     def command(self, name: str, argument: float = 0.0) -> dict:
         until = time.monotonic() + PATIENCE_S
         while time.monotonic() < until:  # it listens before it answers
-            self.send([encode_command(name, 1, argument)])
+            self.counter += 1
+            self.send([encode_command(name, self.counter, argument, SESSION)])
             if (acknowledge := self.receive("Acknowledge", 0.1)) is not None:
                 return acknowledge
         pytest.fail(f"{name} is not acknowledged")
@@ -119,7 +143,7 @@ def test_what_somebody_else_sends_ends_a_run_with_its_name_or_does_nothing(sourc
     for attack in ATTACKS:
         # GIVEN a run under way WHEN somebody else sends this beside the source
         tick = begin_run(source)
-        source.send(attack.frames(tick))
+        source.send(attack.frames(tick, source.counter))
         health = [source.ask(tick + n) for n in range(20)][-1]
         # THEN the controller goes on, or is in fault and says which
         assert health["fault"] == attack.fault, attack.name

@@ -25,9 +25,11 @@ struct Controller {
     std::uint8_t fault = HEXLOAD_FAULT_NONE;
     std::uint8_t filter = HEXLOAD_FILTER_PAPER;
     float known_mass_kg = 0.0F;
-    std::set<std::uint32_t> changes; // ticks at which it detects a load change
-    int lost_events = 0;             // that it counts and that do not arrive
-    int deaf_to = 0;                 // commands that it does not hear
+    std::uint32_t configuration = 0;               // 0: starts with any
+    std::vector<hexload_bus_acknowledge_t> others; // of other programs' commands; go out with the next answer
+    std::set<std::uint32_t> changes;               // ticks at which it detects a load change
+    int lost_events = 0;                           // that it counts and that do not arrive
+    int deaf_to = 0;                               // commands that it does not hear
     bool doubles_acknowledges = false;
     bool doubles_answers = false;
     std::uint32_t silent_from = UINT32_MAX;         // tick
@@ -88,13 +90,20 @@ class ScriptedChannel final : public hexload::transport::CanChannel {
             controller_.state = HEXLOAD_APP_ESTIMATING;
             load_changes_ = 0;
         }
-        const hexload_bus_acknowledge_t acknowledge{command.kind,
-                                                    command.sequence,
-                                                    HEXLOAD_RESULT_DONE,
-                                                    controller_.state,
-                                                    controller_.fault,
-                                                    static_cast<std::uint8_t>(controller_.profile),
-                                                    hexload_bus_known_mass_crc(controller_.known_mass_kg)};
+        const bool is_refused = command.kind == HEXLOAD_COMMAND_START && controller_.configuration != 0 &&
+                                command.configuration != controller_.configuration;
+        const hexload_bus_acknowledge_t acknowledge{
+            .kind = command.kind,
+            .source = command.source,
+            .session = command.session,
+            .sequence = command.sequence,
+            .counter = counter_++,
+            .result = static_cast<std::uint8_t>(is_refused ? HEXLOAD_RESULT_OTHER_CONFIGURATION
+                                                           : HEXLOAD_RESULT_DONE),
+            .state = controller_.state,
+            .fault = controller_.fault,
+            .profile = static_cast<std::uint8_t>(controller_.profile),
+            .known_mass_crc = hexload_bus_known_mass_crc(controller_.known_mass_kg)};
         hexload_bus_frame_t frame;
         hexload_bus_encode_acknowledge(&acknowledge, &frame);
         coming_.insert(coming_.end(), controller_.doubles_acknowledges ? 2 : 1, frame);
@@ -104,6 +113,12 @@ class ScriptedChannel final : public hexload::transport::CanChannel {
         if (tick >= controller_.silent_from) {
             return;
         }
+        for (const hexload_bus_acknowledge_t& other : controller_.others) {
+            hexload_bus_frame_t frame;
+            hexload_bus_encode_acknowledge(&other, &frame);
+            coming_.push_back(frame);
+        }
+        controller_.others.clear();
         if (controller_.changes.contains(tick)) {
             send_load_change(tick);
         }
@@ -159,6 +174,7 @@ class ScriptedChannel final : public hexload::transport::CanChannel {
     bool& is_up_;
     hexload_sample_assembly_t assembly_{};
     int page_ = 0;
+    std::uint8_t counter_ = 0;
     std::uint16_t load_changes_ = 0;
     hexload_bus_answer_t paged_{};
     std::deque<hexload_bus_frame_t> coming_;
@@ -210,6 +226,13 @@ class Bench {
     void know(float mass_kg) {
         settings_.known_mass_crc = hexload_bus_known_mass_crc(mass_kg);
     }
+    // The settings, for one that works with a configuration.
+    void work_with(std::uint32_t configuration) {
+        settings_.configuration = configuration;
+    }
+    std::uint16_t session() const {
+        return settings_.session;
+    }
     // The settings, for a simulator of another profile than the controller's.
     void speak(hexload_bus_profile_t profile) {
         settings_.profile = profile;
@@ -243,6 +266,20 @@ template <typename Action> std::string failure_of(Action action) {
 
 bool contains(const std::string& text, const std::string& part) {
     return text.find(part) != std::string::npos;
+}
+
+// Acknowledges of another simulator's commands, one for each number twice and more; whose they are, in words.
+std::string hear_another(Bench& bench) {
+    const auto session = static_cast<std::uint16_t>((bench.session() + 1) % HEXLOAD_BUS_SESSIONS);
+    for (std::uint8_t sequence = 0; sequence < 40; ++sequence) {
+        hexload_bus_acknowledge_t acknowledge{};
+        acknowledge.kind = HEXLOAD_COMMAND_RESET;
+        acknowledge.source = HEXLOAD_SOURCE_SIMULATOR;
+        acknowledge.session = session;
+        acknowledge.sequence = sequence;
+        bench.controller.others.push_back(acknowledge);
+    }
+    return "another simulator (session " + std::to_string(session) + ")";
 }
 
 } // namespace
@@ -442,6 +479,65 @@ SCENARIO("a controller that was told another mass of the load is diagnosed at th
                     bench.controller.known_mass_kg = told_kg;
                     CHECK(failure_of([&] { bench.link().start(); }) == "no failure");
                 }
+            }
+        }
+    }
+}
+
+SCENARIO("a controller with another configuration does not start, and says so") {
+    GIVEN("a controller that has one, and simulators in either pacing") {
+        for (const bool real_time : {false, true}) {
+            CAPTURE(real_time);
+            Bench bench(real_time);
+            bench.controller.configuration = 0xABCDEF;
+            WHEN("the simulator works with another one") {
+                bench.work_with(0xABCDEE);
+                const std::string failure = failure_of([&] { bench.link().start(); });
+                THEN("the run does not begin, and what to do is named") {
+                    CHECK(contains(
+                        failure, "controller: scripted: the controller refuses START: other configuration"));
+                    CHECK(contains(failure, "give both the same platform and rig files and options"));
+                }
+            }
+            WHEN("it works with the same, of which the bus carries 24 bits") {
+                bench.work_with(0x12ABCDEF);
+                CHECK(failure_of([&] { bench.link().start(); }) == "no failure");
+            }
+        }
+    }
+}
+
+SCENARIO("what a controller acknowledges to others is not taken for a second controller") {
+    GIVEN("runs in either profile and pacing, and another simulator that commands the same controller") {
+        for (const bool real_time : {false, true}) {
+            for (const auto profile : {HEXLOAD_BUS_FD, HEXLOAD_BUS_CLASSIC}) {
+                CAPTURE(real_time);
+                CAPTURE(hexload_bus_profile_name(profile));
+                Bench bench(real_time, profile);
+                bench.link().start();
+                bench.steps(0, 9);
+                WHEN("its acknowledges come") {
+                    const std::string other = hear_another(bench);
+                    const std::string failure = failure_of([&] { bench.steps(10, 59); });
+                    THEN("the run goes on, and it has been said once who it is") {
+                        CHECK(failure == "no failure");
+                        REQUIRE(bench.reported.size() == 1);
+                        CHECK(contains(bench.reported[0], other + " commands the controller too"));
+                    }
+                }
+            }
+        }
+    }
+    GIVEN("a run in lockstep that another simulator stops") {
+        Bench bench(false);
+        bench.link().start();
+        bench.steps(0, 9);
+        const std::string other = hear_another(bench);
+        bench.controller.state = HEXLOAD_APP_IDLE;
+        WHEN("the controller answers that it has stopped") {
+            const std::string failure = failure_of([&] { bench.steps(10, 99); });
+            THEN("the reason names the other one") {
+                CHECK(contains(failure, other + " commands it: end one of the two"));
             }
         }
     }

@@ -4,6 +4,7 @@
 
 #include <doctest/doctest.h>
 
+#include <functional>
 #include <vector>
 
 using namespace hexload;
@@ -222,15 +223,30 @@ TEST_CASE(
     told.tick = -1;
     CHECK_FALSE(transport::leg_sample_of(told));
 
-    command_t command = transport::command_message({HEXLOAD_COMMAND_SET_KNOWN_MASS, 255, 512.5F}, 9);
+    command_t command = transport::command_message({.kind = HEXLOAD_COMMAND_SET_KNOWN_MASS,
+                                                    .source = HEXLOAD_SOURCE_MONITOR,
+                                                    .session = 4095,
+                                                    .sequence = 255,
+                                                    .argument = 512.5F,
+                                                    .configuration = 0x12345678},
+                                                   9);
     CHECK(command.tick == 9);
     const auto command_again = transport::command_of(command);
     REQUIRE(command_again);
     CHECK(command_again->kind == HEXLOAD_COMMAND_SET_KNOWN_MASS);
     CHECK(command_again->sequence == 255);
     CHECK(command_again->argument == 512.5F);
-    command.id = 256;
-    CHECK_FALSE(transport::command_of(command));
+    CHECK(command_again->source == HEXLOAD_SOURCE_MONITOR);
+    CHECK(command_again->session == 4095);
+    CHECK(command_again->configuration == 0x345678);
+    for (const auto& spoil : {std::function<void(command_t&)>([](command_t& c) { c.id = 256; }),
+                              std::function<void(command_t&)>([](command_t& c) { c.source = -1; }),
+                              std::function<void(command_t&)>([](command_t& c) { c.session = 4096; }),
+                              std::function<void(command_t&)>([](command_t& c) { c.configuration = -1; })}) {
+        command_t other = command;
+        spoil(other);
+        CHECK_FALSE(transport::command_of(other));
+    }
 
     load_change_t change = transport::load_change_message({4'294'967'295U, 65'535});
     CHECK(change.tick == 4'294'967'295);
@@ -244,15 +260,24 @@ TEST_CASE(
     change.tick = -1;
     CHECK_FALSE(transport::load_change_of(change));
 
-    const hexload_bus_acknowledge_t acknowledge{
-        HEXLOAD_COMMAND_START, 8, HEXLOAD_RESULT_WRONG_STATE, HEXLOAD_APP_FAULT, HEXLOAD_FAULT_SAMPLE_TIMEOUT,
-        HEXLOAD_BUS_FD,        0};
+    const hexload_bus_acknowledge_t acknowledge{.kind = HEXLOAD_COMMAND_START,
+                                                .source = HEXLOAD_SOURCE_SIMULATOR,
+                                                .session = 77,
+                                                .sequence = 8,
+                                                .counter = 0,
+                                                .result = HEXLOAD_RESULT_WRONG_STATE,
+                                                .state = HEXLOAD_APP_FAULT,
+                                                .fault = HEXLOAD_FAULT_SAMPLE_TIMEOUT,
+                                                .profile = HEXLOAD_BUS_FD,
+                                                .known_mass_crc = 0};
     acknowledge_t reply = transport::acknowledge_message(acknowledge, 5);
     CHECK(reply.done == 0);
     const auto reply_again = transport::acknowledge_of(reply);
     REQUIRE(reply_again);
     CHECK(reply_again->kind == acknowledge.kind);
     CHECK(reply_again->sequence == acknowledge.sequence);
+    CHECK(reply_again->source == acknowledge.source);
+    CHECK(reply_again->session == acknowledge.session);
     CHECK(reply_again->result == acknowledge.result);
     CHECK(reply_again->state == acknowledge.state);
     CHECK(reply_again->fault == acknowledge.fault);

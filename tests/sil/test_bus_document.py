@@ -2,6 +2,7 @@
 
 import pytest
 
+from hexload.io.end_to_end import checksum
 from hexload_dev import bus_document as verb
 
 
@@ -45,16 +46,41 @@ def test_every_range_fits_into_its_bits(contract):
         assert most >= round(float(signal.maximum) / float(signal.scale)), f"{message.name}.{signal.name}"
 
 
-def test_every_checksum_ends_its_frame(contract):
-    # GIVEN frames whose checksum the C code writes into the last bytes
+def test_every_frame_has_its_checksum_and_counter_where_the_profile_has_them(contract):
+    # GIVEN that the C code writes and reads them there
     for message in contract.messages:
-        checksums = [signal for signal in message.signals if signal.name.startswith("crc")]
-        for checksum in checksums:
-            assert checksum.name == f"crc{checksum.length}"
-            assert checksum.start + checksum.length == 8 * message.length, message.name
-        # THEN only the frames without room for one have none
-        has_room = message.is_fd or not message.name.startswith(("SampleTick", "LegSample"))
-        assert len(checksums) == has_room, message.name
+        signals = {signal.name: (signal.start, signal.length) for signal in message.signals}
+        if message.is_fd:
+            assert signals["crc32"] == (8 * message.length - 32, 32), message.name
+            assert signals["tick"] == (0, 32), message.name
+        else:
+            assert signals["crc8"] == (0, 8), message.name
+            counter = "tick_low" if message.name.startswith("LegSample") else "counter"
+            assert signals[counter] == (8, 4), message.name
+
+
+def test_no_two_frames_have_the_same_data_id(contract):
+    for is_fd in (False, True):
+        # GIVEN frames of one format, of one content WHEN they are sealed THEN their checksums differ
+        identifiers = [message.frame_id for message in contract.messages if message.is_fd == is_fd]
+        checksums = {checksum(identifier, bytes(64 if is_fd else 8)) for identifier in identifiers}
+        assert len(checksums) == len(identifiers)
+
+
+def test_no_two_counters_have_the_same_checksum_and_fewer_than_four_flipped_bits_are_found(contract):
+    # GIVEN a leg frame WHEN any one, two or three of its bits are flipped, checksum and counter among them
+    data = bytes(8)
+    flips = [1 << bit for bit in range(64)]
+    # the checksum is linear: what each bit changes in it, and in the byte where it stands
+    syndromes = {}
+    sound = checksum(0x081, data)
+    for flip in flips:
+        flipped = flip.to_bytes(8, "little")
+        syndromes[flip] = checksum(0x081, flipped) ^ sound ^ flipped[0]
+    # THEN the checksum is wrong: no sum of up to three such changes is 0
+    found = list(syndromes.values())
+    pairs = {a ^ b for n, a in enumerate(found) for b in found[:n]}
+    assert 0 not in found and 0 not in pairs and not pairs & set(found)
 
 
 def test_longest_frames_are_those_of_the_standards(contract):

@@ -4,7 +4,6 @@ import gzip
 import os
 import subprocess
 import sys
-import zlib
 from pathlib import Path
 
 import can
@@ -15,6 +14,7 @@ import pytest
 
 from hexload import project
 from hexload.errors import InputError
+from hexload.io.end_to_end import checksum, found_checksum, protected
 from hexload.io.log_file import COLUMNS, LegLog, read_log
 from hexload.io.log_formats import read_any_log
 
@@ -61,25 +61,28 @@ def frame(name, signals, data=None):
         is_extended_id=False,
         is_fd=message.is_fd,
         bitrate_switch=message.is_fd,
-        data=message.encode(signals) if data is None else data,
+        data=protected(message.frame_id, bytes(message.encode(signals))) if data is None else data,
         channel="vcan0",
     )
 
 
 def fd_frame(tick, displacement, velocity, force):
-    signals = {"tick": tick, "version": 1, "crc32": 0}
+    signals = {"tick": tick, "version": 2, "crc32": 0}
     for leg in LEGS:
         signals |= {
             f"displacement_{leg}": displacement[leg - 1],
             f"velocity_{leg}": velocity[leg - 1],
             f"force_{leg}": force[leg - 1],
         }
-    data = CONTRACT.encode_message("LegSampleFd", signals)[:-4]
-    return frame("LegSampleFd", None, data + zlib.crc32(data).to_bytes(4, "little"))
+    return frame("LegSampleFd", signals)
+
+
+def tick_frame(tick):
+    return frame("SampleTick", {"crc8": 0, "counter": tick // 16 % 16, "version": 2, "tick": tick})
 
 
 def leg_frame(leg, tick, displacement=0.0, velocity=0.0, force=0.0):
-    signals = {"displacement": displacement, "velocity": velocity, "force": force, "tick_low": tick % 16}
+    signals = {"displacement": displacement, "velocity": velocity, "force": force, "tick_low": tick % 16, "crc8": 0}
     return frame(f"LegSample{leg}", signals)
 
 
@@ -91,7 +94,7 @@ def frames_of(log, profile):
             yield fd_frame(tick, *values)
             continue
         if tick % 16 == 0:
-            yield frame("SampleTick", {"tick": tick})
+            yield tick_frame(tick)
         for leg in LEGS:
             yield leg_frame(leg, tick, *(channel[leg - 1] for channel in values))
 
@@ -230,7 +233,7 @@ def test_candump_with_directions_and_foreign_frames_is_read(tmp_path, direction)
 def classic_ticks(*ticks, without=()):
     for tick in ticks:
         if tick % 16 == 0:
-            yield frame("SampleTick", {"tick": tick})
+            yield tick_frame(tick)
         yield from (leg_frame(leg, tick) for leg in LEGS if (tick, leg) not in without)
 
 
@@ -298,8 +301,8 @@ def test_a_wrong_checksum_is_refused_with_its_place(tmp_path, suffix, place):
     data = bytes(changed(frames[2], 10, 1).data)
     path = write_frames(tmp_path / f"log{suffix}", frames)
     # WHEN it is read THEN file, place and both checksums are named
-    found, expected = int.from_bytes(data[-4:], "little"), zlib.crc32(data[:-4])
-    assert refusal(path) == f"{path}: {place}: LegSampleFd: found checksum {found:#010x}, expected {expected:#010x}"
+    found, expected = found_checksum(data), checksum(0x080, data)
+    assert refusal(path) == f"{path}: {place}: LegSampleFd: found checksum {found:#x}, expected {expected:#x}"
 
 
 @pytest.mark.parametrize("suffix", [".log", ".blf"])
@@ -355,8 +358,8 @@ def test_a_wrong_length_is_refused(tmp_path):
 
 
 def test_a_value_that_the_contract_does_not_use_is_refused(tmp_path):
-    # GIVEN a displacement of -2^19 steps, one beyond the range
-    beyond = frame("LegSample1", None, (0x1 << 60 | 0x80000).to_bytes(8, "little"))
+    # GIVEN a displacement of -2^18 steps, one beyond the range
+    beyond = frame("LegSample1", None, protected(0x081, (1 << 8 | 1 << (12 + 18)).to_bytes(8, "little")))
     path = write_frames(tmp_path / "log.log", [*classic_ticks(0), beyond])
     assert refusal(path) == (f"{path}: line 8: LegSample1: displacement: found -1.04858, expected -1.04857 .. 1.04857")
 
@@ -365,9 +368,9 @@ def test_the_ends_of_the_range_are_accepted(tmp_path):
     # GIVEN the largest values that the contract has, of either sign, in every leg
     signal = CONTRACT.get_message_by_name("LegSample1").signals
     for end in ("minimum", "maximum"):
-        values = {item.name: getattr(item, end) for item in signal if item.name != "tick_low"}
+        values = {item.name: getattr(item, end) for item in signal if item.name not in ("tick_low", "crc8")}
         frames = [
-            frame("SampleTick", {"tick": 0}),
+            tick_frame(0),
             *(leg_frame(leg, tick, **values) for tick in (0, 1) for leg in LEGS),
         ]
         log = read_any_log(write_frames(tmp_path / "log.log", frames))

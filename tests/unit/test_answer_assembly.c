@@ -147,7 +147,7 @@ static void test_fd_answers_begin_anew_when_the_source_of_samples_restarts(void)
 
 static void test_a_round_of_pages_makes_an_answer_of_the_tick_of_the_first(void) {
     bench_t bench = started(HEXLOAD_BUS_CLASSIC);
-    // over the end of 16 and of 32 bits
+    // over the end of 14 and of 32 bits
     const uint32_t ticks = round_ticks();
     for (uint32_t first_tick = UINT32_MAX - ticks * 3000 + 1; first_tick != ticks * 10; first_tick += ticks) {
         TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_OK, add_pages(&bench, first_tick, 0, pages() - 1));
@@ -156,11 +156,11 @@ static void test_a_round_of_pages_makes_an_answer_of_the_tick_of_the_first(void)
     TEST_ASSERT_EQUAL_UINT32(0, bench.assembly.incomplete);
 }
 
-static void test_the_sixteen_bits_of_a_page_are_completed_with_the_nearest_tick(void) {
+static void test_the_fourteen_bits_of_a_page_are_completed_with_the_nearest_tick(void) {
     const struct {
         uint32_t near, sent;
-    } cases[] = {{0x0001FFFE, 0x00020002}, {0x00020002, 0x0001FFFE}, {0x00017FFE, 0x00010000},
-                 {0x00010000, 0x00017FFE}, {0x00000002, 0xFFFFFFFE}, {0xFFFFFFFE, 0x00000002}};
+    } cases[] = {{0x0001FFFE, 0x00020002}, {0x00020002, 0x0001FFFE}, {0x00011FFE, 0x00010000},
+                 {0x00010000, 0x00011FFE}, {0x00000002, 0xFFFFFFFE}, {0xFFFFFFFE, 0x00000002}};
     for (int n = 0; n < 6; n++) {
         bench_t bench = started(HEXLOAD_BUS_CLASSIC);
         const hexload_bus_frame_t frame = page_frame(cases[n].sent, 0);
@@ -270,26 +270,27 @@ static void test_unknown_codes_and_numbers_that_are_not_finite_are_refused(void)
     }
     const uint32_t minus_one_bits = 0xBF800000u; // a sigma below the DBC's range
     assert_refused(&fd, frames.part[SIGMA], 8, 4, minus_one_bits);
-    assert_refused(&classic, page_frame(0, parameters + 1), 3, 4, minus_one_bits);
+    assert_refused(&classic, page_frame(0, parameters + 1), 4, 4, minus_one_bits);
     const uint32_t beyond[4] = {1, 5, 7, 5}; // status, state, fault, verdict
     for (int code = 0; code < 4 + parameters; code++) {
         assert_refused(&fd, frames.part[HEALTH], 4 + code, 1, code < 4 ? beyond[code] : 5);
     }
-    assert_refused(&fd, frames.part[HEALTH], 19, 1, 2);      // filter
-    assert_refused(&classic, page_frame(0, 0), 0, 1, 34);    // page
-    assert_refused(&classic, page_frame(0, 0), 5, 1, 0x05);  // state
-    assert_refused(&classic, page_frame(0, 0), 5, 1, 0x50);  // verdict
-    assert_refused(&classic, page_frame(0, 0), 6, 1, 0x07);  // fault
-    assert_refused(&classic, page_frame(0, 0), 6, 1, 0x20);  // filter
-    for (int page = 1; page <= 2 * parameters + 2; page++) { // values, sigmas, NIS and its mean
-        assert_refused(&classic, page_frame(0, page), 3, 4, nan_bits);
+    assert_refused(&fd, frames.part[HEALTH], 19, 1, 2);        // filter
+    assert_refused(&classic, page_frame(0, 0), 3, 1, 34 << 2); // page
+    assert_refused(&classic, page_frame(0, 0), 1, 1, 0x01);    // counter
+    assert_refused(&classic, page_frame(0, 0), 6, 1, 0x05);    // state
+    assert_refused(&classic, page_frame(0, 0), 6, 1, 0x50);    // verdict
+    assert_refused(&classic, page_frame(0, 0), 7, 1, 0x07);    // fault
+    assert_refused(&classic, page_frame(0, 0), 7, 1, 0x20);    // filter
+    for (int page = 1; page <= 2 * parameters + 2; page++) {   // values, sigmas, NIS and its mean
+        assert_refused(&classic, page_frame(0, page), 4, 4, nan_bits);
     }
     const int verdicts = filter == HEXLOAD_FILTER_MOMENTUM ? 25 : 11;
     const int bits = filter == HEXLOAD_FILTER_MOMENTUM ? 3 : 4; // of each
     for (int n = 0; n < parameters; n++) {
-        assert_refused(&classic, page_frame(0, verdicts), 3, 4, UINT32_C(5) << (bits * n));
+        assert_refused(&classic, page_frame(0, verdicts), 4, 4, UINT32_C(5) << (bits * n));
     }
-    assert_refused(&classic, page_frame(0, 2 * parameters + 3), 5, 1, 0xFA); // status -6
+    assert_refused(&classic, page_frame(0, 2 * parameters + 3), 6, 1, 0xFA); // status -6
     TEST_ASSERT_EQUAL_HEX32(0, fd.assembly.parts | classic.assembly.parts);
 }
 
@@ -303,6 +304,8 @@ static void test_answers_of_the_other_profile_are_distinguished_from_strange_fra
     TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_ERR_LENGTH, add(&classic, &page));
     for (int part = ESTIMATE; part <= HEALTH; part++) {
         TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_ERR_PROFILE, add(&classic, &frames.part[part]));
+        frames.part[part].data[9] ^= 1; // a damaged one is nobody's
+        TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_ERR_CRC, add(&classic, &frames.part[part]));
         frames.part[part].length = 24; // none of the answer's frames has that
         TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_ERR_LENGTH, add(&classic, &frames.part[part]));
         TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_ERR_LENGTH, add(&fd, &frames.part[part]));
@@ -400,7 +403,7 @@ int main(void) {
         RUN_TEST(test_late_and_doubled_fd_frames_are_refused);
         RUN_TEST(test_fd_answers_begin_anew_when_the_source_of_samples_restarts);
         RUN_TEST(test_a_round_of_pages_makes_an_answer_of_the_tick_of_the_first);
-        RUN_TEST(test_the_sixteen_bits_of_a_page_are_completed_with_the_nearest_tick);
+        RUN_TEST(test_the_fourteen_bits_of_a_page_are_completed_with_the_nearest_tick);
         RUN_TEST(test_pages_before_the_first_page_0_answer_samples_but_make_no_answer);
         RUN_TEST(test_a_lost_page_costs_its_answer_only);
         RUN_TEST(test_a_whole_lost_round_does_not_join_two_answers);

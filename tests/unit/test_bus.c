@@ -12,12 +12,12 @@ void tearDown(void) {}
 typedef struct promise {
     hexload_bus_profile_t profile;
     double step[3]; ///< displacement m, velocity m/s, force N
-    int32_t largest;
+    int32_t largest[3];
 } promise_t;
 
 static const promise_t promises[2] = {
-    {HEXLOAD_BUS_FD, {0.5e-6, 2e-6, 0.125}, 8388607},
-    {HEXLOAD_BUS_CLASSIC, {2e-6, 20e-6, 0.5}, 524287},
+    {HEXLOAD_BUS_FD, {0.5e-6, 2e-6, 0.125}, {8388607, 8388607, 8388607}},
+    {HEXLOAD_BUS_CLASSIC, {4e-6, 300e-6, 1.0}, {262143, 16383, 131071}},
 };
 
 static hexload_real_t* channel(hexload_leg_sample_t* sample, int quantity) {
@@ -49,28 +49,11 @@ static double largest_error(const promise_t* promise, int quantity, double value
 
 static void test_checksums_have_the_check_values_of_the_catalogue(void) {
     const uint8_t digits[9] = {'1', '2', '3', '4', '5', '6', '7', '8', '9'};
-    TEST_ASSERT_EQUAL_HEX8(0x4B, hexload_crc8(digits, sizeof digits));
-    TEST_ASSERT_EQUAL_HEX16(0x29B1, hexload_crc16(digits, sizeof digits));
-    TEST_ASSERT_EQUAL_HEX32(0xCBF43926, hexload_crc32(digits, sizeof digits));
-}
-
-/// What the checksums' tables stand for: one bit after the other.
-static uint32_t crc32_by_bits(const uint8_t* bytes, size_t count) {
-    uint32_t crc = 0xFFFFFFFFu;
-    for (size_t bit = 0; bit < 8 * count; bit++) {
-        const uint32_t leaves = (crc ^ ((uint32_t)bytes[bit / 8] >> (bit % 8))) & 1u;
-        crc = (crc >> 1) ^ (leaves != 0 ? 0xEDB88320u : 0);
-    }
-    return ~crc;
-}
-
-static uint8_t crc8_by_bits(const uint8_t* bytes, size_t count) {
-    unsigned crc = 0xFFu;
-    for (size_t bit = 0; bit < 8 * count; bit++) {
-        const unsigned leaves = ((crc >> 7) ^ ((unsigned)bytes[bit / 8] >> (7 - bit % 8))) & 1u;
-        crc = ((crc << 1) & 0xFFu) ^ (leaves != 0 ? 0x1Du : 0);
-    }
-    return (uint8_t)~crc;
+    TEST_ASSERT_EQUAL_HEX8(0xDF, hexload_crc8(0, digits, sizeof digits));
+    TEST_ASSERT_EQUAL_HEX32(0x1697D06A, hexload_crc32(0, digits, sizeof digits));
+    // and go on from those of the bytes before
+    TEST_ASSERT_EQUAL_HEX8(0xDF, hexload_crc8(hexload_crc8(0, digits, 4), &digits[4], 5));
+    TEST_ASSERT_EQUAL_HEX32(0x1697D06A, hexload_crc32(hexload_crc32(0, digits, 4), &digits[4], 5));
 }
 
 static void test_checksums_by_tables_are_those_by_bits(void) {
@@ -82,8 +65,8 @@ static void test_checksums_by_tables_are_those_by_bits(void) {
     for (size_t first = 0; first < 1024; first++) {
         // WHEN their checksums are computed THEN the tables have left out or mistaken no entry
         const size_t count = first % 68;
-        TEST_ASSERT_EQUAL_HEX32(crc32_by_bits(&bytes[first], count), hexload_crc32(&bytes[first], count));
-        TEST_ASSERT_EQUAL_HEX8(crc8_by_bits(&bytes[first], count), hexload_crc8(&bytes[first], count));
+        TEST_ASSERT_EQUAL_HEX32(crc32p4(&bytes[first], count), hexload_crc32(0, &bytes[first], count));
+        TEST_ASSERT_EQUAL_HEX8(crc8h2f(&bytes[first], count), hexload_crc8(0, &bytes[first], count));
     }
 }
 
@@ -97,7 +80,8 @@ static void test_a_sample_comes_back_within_half_a_step(void) {
             for (int k = 0; k < 3 * HEXLOAD_LEGS; k++) {
                 const double part = n == 0 ? 1.0 : n == 1 ? -1.0 : uniform(&seed);
                 channel(&sample, k / HEXLOAD_LEGS)[k % HEXLOAD_LEGS] =
-                    (hexload_real_t)(part * promise->largest * promise->step[k / HEXLOAD_LEGS]);
+                    (hexload_real_t)(part * promise->largest[k / HEXLOAD_LEGS] *
+                                     promise->step[k / HEXLOAD_LEGS]);
             }
             // WHEN they go over the bus
             uint32_t saturated = 0;
@@ -138,7 +122,7 @@ static void test_a_channel_beyond_the_range_arrives_as_its_end_and_is_counted(vo
     for (int p = 0; p < 2; p++) {
         for (int k = 0; k < 3 * HEXLOAD_LEGS; k++) {
             const int quantity = k / HEXLOAD_LEGS, leg = k % HEXLOAD_LEGS;
-            const double end = promises[p].largest * promises[p].step[quantity];
+            const double end = promises[p].largest[quantity] * promises[p].step[quantity];
             for (int n = 0; n < 8; n++) {
                 const double sign = n < 4 ? 1.0 : -1.0;
                 hexload_leg_sample_t sample = {0};
@@ -195,7 +179,7 @@ static void test_frames_have_identifier_format_and_length_of_the_contract(void) 
     // Classic: the whole tick first, then the legs
     TEST_ASSERT_EQUAL_INT(7, encode_sample(HEXLOAD_BUS_CLASSIC, &sample, frames));
     TEST_ASSERT_EQUAL_HEX32(ID_SAMPLE_TICK, frames[0].id);
-    TEST_ASSERT_EQUAL_UINT8(4, frames[0].length);
+    TEST_ASSERT_EQUAL_UINT8(6, frames[0].length);
     for (uint32_t leg = 0; leg < HEXLOAD_LEGS; leg++) {
         TEST_ASSERT_EQUAL_HEX32(ID_LEG_SAMPLE_1 + leg, frames[1 + leg].id);
         TEST_ASSERT_EQUAL_UINT8(8, frames[1 + leg].length);
@@ -213,7 +197,8 @@ static void test_frames_have_identifier_format_and_length_of_the_contract(void) 
             TEST_ASSERT_EQUAL_HEX32(ID_ANSWER_PAGE, frames[0].id);
             TEST_ASSERT_EQUAL_UINT8(8, frames[0].length);
             TEST_ASSERT_FALSE(frames[0].is_fd);
-            TEST_ASSERT_EQUAL_UINT8(codes[filter][page], frames[0].data[0]);
+            TEST_ASSERT_EQUAL_UINT8(codes[filter][page], frames[0].data[3] >> 2);
+            TEST_ASSERT_EQUAL_UINT8(0, frames[0].data[1] & 0x0F); // tick 32: sixteen pages after tick 0
         }
     }
 }
@@ -240,7 +225,7 @@ static void test_a_velocity_without_sensor_arrives_as_no_number(void) {
             TEST_ASSERT_EQUAL(leg != 2, isnan(found.velocity_m_s[leg]));
             TEST_ASSERT_TRUE(found.displacement_m[leg] == HEXLOAD_REAL(0.0));
         }
-        TEST_ASSERT_DOUBLE_WITHIN(2e-5, 0.5, (double)found.velocity_m_s[2]);
+        TEST_ASSERT_DOUBLE_WITHIN(3e-4, 0.5, (double)found.velocity_m_s[2]);
     }
 }
 
@@ -265,21 +250,30 @@ static void test_an_answer_that_is_not_finite_is_not_sent(void) {
 }
 
 static hexload_bus_frame_t command_frame(uint8_t kind, float argument) {
-    const hexload_bus_command_t command = {.kind = kind, .sequence = 17, .argument = argument};
+    const hexload_bus_command_t command = {.kind = kind,
+                                           .source = HEXLOAD_SOURCE_OPERATOR,
+                                           .session = 4095,
+                                           .sequence = 17,
+                                           .argument = argument,
+                                           .configuration = 0x12345678};
     hexload_bus_frame_t frame;
     TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_OK, hexload_bus_encode_command(&command, &frame));
     return frame;
 }
 
 static void test_a_command_comes_back_also_an_unknown_one(void) {
-    for (int kind = 0; kind < 256; kind++) {
-        const hexload_bus_frame_t frame = command_frame((uint8_t)kind, -3.25f);
+    const float argument[16] = {0, 1, 0, 0, 2, -3.25f}; // by kind
+    for (int kind = 0; kind < 16; kind++) {
+        const hexload_bus_frame_t frame = command_frame((uint8_t)kind, argument[kind]);
         hexload_bus_command_t found = {0};
         TEST_ASSERT_EQUAL_HEX32(ID_COMMAND, frame.id);
         TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_OK, hexload_bus_decode_command(&frame, &found));
         TEST_ASSERT_EQUAL_UINT8(kind, found.kind);
-        TEST_ASSERT_EQUAL_UINT8(17, found.sequence);
-        TEST_ASSERT_TRUE(found.argument == -3.25f);
+        TEST_ASSERT_EQUAL_UINT8(HEXLOAD_SOURCE_OPERATOR, found.source);
+        TEST_ASSERT_EQUAL_UINT16(4095, found.session);
+        TEST_ASSERT_EQUAL_UINT8(17 % 16, found.sequence);
+        TEST_ASSERT_TRUE(found.argument == argument[kind]);
+        TEST_ASSERT_EQUAL_HEX32(kind == HEXLOAD_COMMAND_START ? 0x345678 : 0, found.configuration);
     }
 }
 
@@ -288,18 +282,32 @@ static void test_a_command_argument_that_the_contract_has_not_is_refused(void) {
     hexload_bus_frame_t frame;
     hexload_bus_command_t found = {.kind = 99};
     TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_ERR_VALUE, hexload_bus_encode_command(&command, &frame));
+    const hexload_bus_command_t codes[3] = {{.kind = HEXLOAD_COMMAND_START, .argument = 0.5f},
+                                            {.kind = HEXLOAD_COMMAND_SELECT_FILTER, .argument = -1.0f},
+                                            {.kind = HEXLOAD_COMMAND_SELECT_FILTER, .argument = 256.0f}};
+    for (int n = 0; n < 3; n++) {
+        TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_ERR_VALUE, hexload_bus_encode_command(&codes[n], &frame));
+    }
     const float wrong[] = {-INFINITY, 1.000001e6f, -1.000001e6f}; // the DBC's range is +-1e6
     for (int n = 0; n < 3; n++) {
         frame = command_frame(HEXLOAD_COMMAND_SET_KNOWN_MASS, 500.0f);
-        memcpy(&frame.data[2], &wrong[n], sizeof wrong[n]);
+        memcpy(&frame.data[4], &wrong[n], sizeof wrong[n]);
         seal(&frame);
         TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_ERR_VALUE, hexload_bus_decode_command(&frame, &found));
         TEST_ASSERT_EQUAL_UINT8(99, found.kind);
     }
 }
 
-static const hexload_bus_acknowledge_t some_acknowledge = {
-    .kind = 200, .sequence = 3, .result = 4, .state = 4, .fault = 5, .profile = 1};
+static const hexload_bus_acknowledge_t some_acknowledge = {.kind = 14,
+                                                           .source = 3,
+                                                           .session = 4000,
+                                                           .sequence = 3,
+                                                           .counter = 9,
+                                                           .result = 4,
+                                                           .state = 4,
+                                                           .fault = 5,
+                                                           .profile = 1,
+                                                           .known_mass_crc = 77};
 
 static void test_an_acknowledge_comes_back(void) {
     hexload_bus_frame_t frame;
@@ -312,7 +320,7 @@ static void test_an_acknowledge_comes_back(void) {
 
 static void test_an_acknowledge_with_an_unknown_code_is_refused(void) {
     const hexload_bus_acknowledge_t unknown[4] = {
-        {.result = 5}, {.state = 5, .kind = 1}, {.fault = 7}, {.profile = 2}};
+        {.result = 6}, {.state = 5, .kind = 1}, {.fault = 7}, {.profile = 2}};
     for (int n = 0; n < 4; n++) {
         hexload_bus_frame_t frame;
         hexload_bus_acknowledge_t found = some_acknowledge;
@@ -324,6 +332,7 @@ static void test_an_acknowledge_with_an_unknown_code_is_refused(void) {
 
 static const hexload_bus_controller_status_t some_status = {
     .version = {1, 2, 3},
+    .counter = 11,
     .profile = 1,
     .state = 4,
     .fault = 5,
@@ -343,6 +352,7 @@ static const hexload_bus_controller_status_t some_status = {
 static void assert_same_status(const hexload_bus_controller_status_t* expected,
                                const hexload_bus_controller_status_t* found) {
     TEST_ASSERT_EQUAL_UINT8_ARRAY(expected->version, found->version, 3);
+    TEST_ASSERT_EQUAL_UINT8(expected->counter, found->counter);
     TEST_ASSERT_EQUAL_UINT8(expected->profile, found->profile);
     TEST_ASSERT_EQUAL_UINT8(expected->state, found->state);
     TEST_ASSERT_EQUAL_UINT8(expected->fault, found->fault);
@@ -388,6 +398,7 @@ static void test_a_status_page_changes_its_own_fields_only(void) {
             hexload_bus_encode_status(other == page ? &some_status : &found, other, &frame);
             TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_OK, hexload_bus_decode_status(&frame, &rest));
         }
+        rest.counter = some_status.counter; // with state and fault in each page
         rest.state = some_status.state;
         rest.fault = some_status.fault;
         assert_same_status(&some_status, &rest);
@@ -406,7 +417,7 @@ static void test_a_status_with_an_unknown_code_is_refused(void) {
     }
 }
 
-static const hexload_bus_load_change_t some_change = {.tick = 0xFFFFFFF1u, .load_changes = 65535};
+static const hexload_bus_load_change_t some_change = {.tick = 0xFFFFFFF1u, .load_changes = 65531};
 
 static void test_a_load_change_comes_back(void) {
     hexload_bus_frame_t frame;
@@ -436,6 +447,15 @@ static hexload_bus_status_t decode(const hexload_bus_frame_t* frame) {
     }
 }
 
+static void test_a_load_change_with_another_counter_than_its_count_is_refused(void) {
+    hexload_bus_frame_t frame;
+    hexload_bus_load_change_t found = {0};
+    hexload_bus_encode_load_change(&some_change, &frame);
+    frame.data[1] ^= 1;
+    seal(&frame);
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_ERR_VALUE, hexload_bus_decode_load_change(&frame, &found));
+}
+
 enum { SLOW_FRAMES = 4 };
 
 static void sealed_frames(hexload_bus_frame_t frames[SLOW_FRAMES]) {
@@ -454,6 +474,32 @@ static void test_each_flipped_bit_is_detected(void) {
             frames[n].data[bit / 8] ^= (uint8_t)(1u << (bit % 8));
             TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_ERR_CRC, decode(&frames[n]));
             frames[n].data[bit / 8] ^= (uint8_t)(1u << (bit % 8));
+        }
+    }
+}
+
+static void test_a_frame_under_another_ones_identifier_has_a_wrong_checksum(void) {
+    // GIVEN a frame of each kind, whole WHEN it comes under the identifier of another of its length
+    hexload_bus_frame_t frames[SLOW_FRAMES + 2 * HEXLOAD_BUS_ANSWER_FRAMES + HEXLOAD_LEGS];
+    const hexload_bus_answer_t answer = numbered_answer(HEXLOAD_FILTER_PAPER, 16);
+    const hexload_bus_answer_t load = numbered_answer(HEXLOAD_FILTER_MOMENTUM, 16);
+    const hexload_leg_sample_t sample = numbered_sample(17);
+    sealed_frames(frames);
+    int count = SLOW_FRAMES;
+    count += encode_answer(HEXLOAD_BUS_FD, &answer, 0, &frames[count]);
+    count += encode_answer(HEXLOAD_BUS_FD, &load, 0, &frames[count]);
+    count += encode_sample(HEXLOAD_BUS_CLASSIC, &sample, &frames[count]);
+    for (int n = 0; n < count; n++) {
+        for (int other = 0; other < count; other++) {
+            if (frames[other].length != frames[n].length) {
+                continue;
+            }
+            hexload_bus_frame_t frame = frames[n];
+            frame.id = frames[other].id;
+            seal(&frame);
+            const bool is_same = memcmp(frame.data, frames[n].data, frame.length) == 0;
+            // THEN its checksum is not that one's: the Data ID is counted in
+            TEST_ASSERT_EQUAL(frame.id == frames[n].id, is_same);
         }
     }
 }
@@ -507,7 +553,7 @@ static void test_every_code_has_a_name_of_its_own(void) {
     const char* names[4][8] = {{0}};
     for (int n = 0; n < 8; n++) {
         names[0][n] = hexload_bus_status_name((hexload_bus_status_t)(n - 5));
-        names[1][n] = n < 5 ? hexload_bus_result_name((hexload_bus_result_t)n) : NULL;
+        names[1][n] = n < 6 ? hexload_bus_result_name((hexload_bus_result_t)n) : NULL;
         names[2][n] = n < 2 ? hexload_bus_profile_name((hexload_bus_profile_t)n) : NULL;
         names[3][n] = n < 2 ? hexload_bus_filter_name((hexload_bus_filter_t)n) : NULL;
     }
@@ -541,7 +587,9 @@ int main(void) {
     RUN_TEST(test_a_status_page_changes_its_own_fields_only);
     RUN_TEST(test_a_status_with_an_unknown_code_is_refused);
     RUN_TEST(test_a_load_change_comes_back);
+    RUN_TEST(test_a_load_change_with_another_counter_than_its_count_is_refused);
     RUN_TEST(test_each_flipped_bit_is_detected);
+    RUN_TEST(test_a_frame_under_another_ones_identifier_has_a_wrong_checksum);
     RUN_TEST(test_another_length_or_format_is_refused);
     RUN_TEST(test_decoders_pass_over_every_other_identifier);
     RUN_TEST(test_only_a_controllers_identifiers_are_a_controllers);

@@ -24,7 +24,8 @@ typedef struct machine {
 
 static machine_t machine;
 static hexload_node_t node;
-static bool is_heavy; ///< the samples are those of another load
+static bool is_heavy;    ///< the samples are those of another load
+static uint8_t sequence; ///< of the last command
 
 static bool log_frame(void* context, const hexload_bus_frame_t* frame) {
     machine_t* self = (machine_t*)context;
@@ -70,11 +71,19 @@ static void begin_active(hexload_bus_profile_t profile) {
     machine.count = 0;
 }
 
-static void command(uint8_t kind, float argument) {
-    const hexload_bus_command_t order = {.kind = kind, .sequence = 42, .argument = argument};
+static void give_command(const hexload_bus_command_t* order) {
     hexload_bus_frame_t frame;
-    TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_OK, hexload_bus_encode_command(&order, &frame));
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_OK, hexload_bus_encode_command(order, &frame));
     hexload_node_receive(&node, &frame);
+}
+
+static void command(uint8_t kind, float argument) {
+    const hexload_bus_command_t order = {.kind = kind,
+                                         .source = HEXLOAD_SOURCE_OPERATOR,
+                                         .session = 1234,
+                                         .sequence = ++sequence,
+                                         .argument = argument};
+    give_command(&order);
 }
 
 static void begin_run(hexload_bus_profile_t profile, hexload_pacing_t pacing) {
@@ -243,12 +252,16 @@ static void test_a_command_is_acknowledged_with_state_and_profile(void) {
         hexload_bus_acknowledge_t acknowledge = last_acknowledge();
         TEST_ASSERT_EQUAL_INT(1, machine.count);
         TEST_ASSERT_EQUAL_UINT8(HEXLOAD_COMMAND_START, acknowledge.kind);
-        TEST_ASSERT_EQUAL_UINT8(42, acknowledge.sequence);
+        TEST_ASSERT_EQUAL_UINT8(HEXLOAD_SOURCE_OPERATOR, acknowledge.source);
+        TEST_ASSERT_EQUAL_UINT16(1234, acknowledge.session);
+        TEST_ASSERT_EQUAL_UINT8(sequence % 16, acknowledge.sequence);
+        TEST_ASSERT_EQUAL_UINT8(0, acknowledge.counter);
         TEST_ASSERT_EQUAL_UINT8(HEXLOAD_RESULT_DONE, acknowledge.result);
         TEST_ASSERT_EQUAL_UINT8(HEXLOAD_APP_ARMED, acknowledge.state);
         TEST_ASSERT_EQUAL_UINT8(profile, acknowledge.profile);
-        command(200, 0.0f);
+        command(15, 0.0f);
         acknowledge = last_acknowledge();
+        TEST_ASSERT_EQUAL_UINT8(1, acknowledge.counter);
         TEST_ASSERT_EQUAL_UINT8(HEXLOAD_RESULT_UNKNOWN_COMMAND, acknowledge.result);
         TEST_ASSERT_EQUAL_UINT32(0, node.status.frames_refused);
     }
@@ -264,6 +277,67 @@ static void test_a_damaged_command_is_counted_and_neither_carried_out_nor_acknow
     TEST_ASSERT_EQUAL_INT(0, machine.count);
     TEST_ASSERT_EQUAL_INT(HEXLOAD_APP_IDLE, node.app.state);
     TEST_ASSERT_EQUAL_UINT32(1, read_status().frames_refused);
+}
+
+static void test_a_command_that_comes_twice_is_carried_out_once(void) {
+    // GIVEN a command that has been carried out WHEN its frame comes again, also after one of another session
+    const hexload_bus_command_t start = {.kind = HEXLOAD_COMMAND_START, .session = 7, .sequence = 3};
+    begin_active(HEXLOAD_BUS_FD);
+    give_command(&start);
+    give_command(&start);
+    // THEN it is refused and counted, and no second acknowledge says that the state is wrong
+    TEST_ASSERT_EQUAL_INT(1, machine.count);
+    TEST_ASSERT_EQUAL_UINT32(1, node.status.frames_refused);
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_APP_ARMED, node.app.state);
+    // AND the same counter with another session is another command
+    hexload_bus_command_t other = start;
+    other.session = 8;
+    give_command(&other);
+    TEST_ASSERT_EQUAL_UINT8(HEXLOAD_RESULT_WRONG_STATE, last_acknowledge().result);
+    TEST_ASSERT_EQUAL_UINT16(8, last_acknowledge().session);
+    // AND with another content it has another source: a fault of a run
+    other.kind = HEXLOAD_COMMAND_STOP;
+    give_command(&other);
+    TEST_ASSERT_EQUAL_INT(2, machine.count);
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_FAULT_SECOND_SOURCE, node.app.fault);
+    // while the next one is carried out
+    other.kind = HEXLOAD_COMMAND_RESET;
+    other.sequence++;
+    give_command(&other);
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_APP_IDLE, node.app.state);
+    // and in another state it only counts
+    other.kind = HEXLOAD_COMMAND_STOP;
+    give_command(&other);
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_FAULT_NONE, node.app.fault);
+    TEST_ASSERT_EQUAL_UINT32(3, node.status.frames_refused);
+}
+
+static void test_a_source_with_another_configuration_cannot_start(void) {
+    begin_active(HEXLOAD_BUS_CLASSIC);
+    const uint32_t own = read_status().configuration;
+    for (uint32_t n = 0; n < 4; n++) {
+        // GIVEN sources that work with the low bits of another configuration, the same, the same but for what
+        // the bus does not tell, and with one that they do not tell
+        const uint32_t told[4] = {own ^ 1u, own, own ^ 0xFF000000u, 0};
+        const hexload_bus_command_t start = {.kind = HEXLOAD_COMMAND_START,
+                                             .session = 7,
+                                             .sequence = (uint8_t)(n + 1),
+                                             .configuration = told[n]};
+        // WHEN they start the controller THEN only the first is refused
+        command(HEXLOAD_COMMAND_RESET, 0.0f);
+        machine.count = 0;
+        give_command(&start);
+        TEST_ASSERT_EQUAL_UINT8(n == 0 ? HEXLOAD_RESULT_OTHER_CONFIGURATION : HEXLOAD_RESULT_DONE,
+                                last_acknowledge().result);
+        TEST_ASSERT_EQUAL_INT(n == 0 ? HEXLOAD_APP_IDLE : HEXLOAD_APP_ARMED, node.app.state);
+    }
+    // AND a mass that was told makes it another one, until RESET
+    const hexload_bus_command_t start = {
+        .kind = HEXLOAD_COMMAND_START, .session = 7, .sequence = 5, .configuration = own};
+    command(HEXLOAD_COMMAND_RESET, 0.0f);
+    command(HEXLOAD_COMMAND_SET_KNOWN_MASS, 499.0f);
+    give_command(&start);
+    TEST_ASSERT_EQUAL_UINT8(HEXLOAD_RESULT_OTHER_CONFIGURATION, last_acknowledge().result);
 }
 
 static void test_each_fd_sample_is_answered_at_once(void) {
@@ -510,8 +584,8 @@ static void test_a_change_of_fault_does_not_wait_for_the_round_of_pages_to_end(v
     machine.count = 0;
     give(HEXLOAD_BUS_CLASSIC, 10);
     TEST_ASSERT_EQUAL_INT(1, machine.count);
-    TEST_ASSERT_EQUAL_UINT8(0, machine.sent[0].data[0]); // page 0
-    TEST_ASSERT_EQUAL_UINT8(HEXLOAD_FAULT_SAMPLES_REFUSED, machine.sent[0].data[6] & 0x0F);
+    TEST_ASSERT_EQUAL_UINT8(0, machine.sent[0].data[3] >> 2); // page 0
+    TEST_ASSERT_EQUAL_UINT8(HEXLOAD_FAULT_SAMPLES_REFUSED, machine.sent[0].data[7] & 0x0F);
 }
 
 static void test_a_strangers_frame_or_two_are_counted_and_stop_nothing(void) {
@@ -537,7 +611,7 @@ static void test_a_strangers_frame_or_two_are_counted_and_stop_nothing(void) {
         TEST_ASSERT_EQUAL_UINT32(200, node.status.frames_refused);
     }
     for (int profile = 0; profile < 2; profile++) {
-        // and so does a run with two frames of the other profile, whose legs have no checksum
+        // and so does a run with two frames of the other profile
         begin_run((hexload_bus_profile_t)profile, HEXLOAD_PACING_LOCKSTEP);
         const hexload_leg_sample_t sample = sample_at(3);
         hexload_bus_frame_t others[HEXLOAD_BUS_SAMPLE_FRAMES];
@@ -579,6 +653,101 @@ static void test_forged_samples_beside_the_sources_own_are_a_fault(void) {
             TEST_ASSERT_TRUE(early > 0 || tick == 51);
         }
     }
+}
+
+static void test_a_forged_tick_under_a_repeated_whole_tick_is_a_fault(void) {
+    for (int is_early = 0; is_early < 2; is_early++) {
+        // GIVEN a classic run WHEN somebody sends SampleTick and six legs of his own before the source's, or
+        // after
+        begin_run(HEXLOAD_BUS_CLASSIC, HEXLOAD_PACING_LOCKSTEP);
+        uint32_t tick = 0;
+        for (; tick < 48; tick++) {
+            give(HEXLOAD_BUS_CLASSIC, tick);
+        }
+        const hexload_leg_sample_t sample = sample_at(tick);
+        hexload_bus_frame_t own[HEXLOAD_BUS_SAMPLE_FRAMES];
+        encode_sample(HEXLOAD_BUS_CLASSIC, &sample, own);
+        if (is_early == 0) {
+            give(HEXLOAD_BUS_CLASSIC, tick);
+        }
+        hexload_node_receive(&node, &own[0]);
+        give_forged(HEXLOAD_BUS_CLASSIC, tick);
+        if (is_early != 0) {
+            give(HEXLOAD_BUS_CLASSIC, tick);
+        }
+        // THEN the whole tick does not begin anew what has come, and the second leg shows two sources
+        TEST_ASSERT_EQUAL_INT(HEXLOAD_FAULT_SECOND_SOURCE, node.app.fault);
+    }
+}
+
+enum { ATTACKS = 300, ATTACKED_TICKS = 140 };
+
+/// A number of 0 .. limit - 1.
+static uint32_t draw(uint32_t limit, uint64_t* seed) {
+    return (uint32_t)((uniform(seed) + 1.0) / 2.0 * 0.999999 * (double)limit);
+}
+
+/// What a forger who keeps the contract may send around this tick: whole samples or single legs of it, of
+/// later and of earlier ones, with other forces, or the whole tick of another time.
+static void forge(uint32_t tick, uint64_t* seed) {
+    const uint32_t shift = draw(24, seed);
+    hexload_leg_sample_t sample = sample_at(tick + shift - 12);
+    hexload_bus_frame_t frames[HEXLOAD_BUS_SAMPLE_FRAMES];
+    const double share = 1.0 + 0.5 * uniform(seed);
+    if (draw(4, seed) == 0) {
+        sample.tick = 16 * draw(tick / 16 + (draw(2, seed) == 0 ? 8 : 1u << 24), seed);
+        encode_sample(HEXLOAD_BUS_CLASSIC, &sample, frames);
+        hexload_node_receive(&node, &frames[0]);
+        return;
+    }
+    for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
+        sample.force_n[leg] *= (hexload_real_t)share;
+    }
+    const int count = encode_sample(HEXLOAD_BUS_CLASSIC, &sample, frames);
+    const int only = draw(2, seed) == 0 ? (int)draw((uint32_t)count, seed) : -1;
+    for (int n = 0; n < count; n++) {
+        if (only < 0 || n == only) {
+            hexload_node_receive(&node, &frames[n]);
+        }
+    }
+}
+
+/// A classic run that is attacked now and then from its fiftieth to its hundredth tick; `attacks`: at so many
+/// of a hundred ticks.
+static void run_attacked(uint32_t attacks, uint64_t* seed) {
+    begin_run(HEXLOAD_BUS_CLASSIC, HEXLOAD_PACING_LOCKSTEP);
+    for (uint32_t tick = 0; tick < ATTACKED_TICKS; tick++) {
+        const bool is_attacked = tick >= 50 && tick < 100 && attacks > 0 && draw(100, seed) < attacks;
+        const bool is_first = draw(2, seed) == 0;
+        if (is_attacked && is_first) {
+            forge(tick, seed);
+        }
+        give(HEXLOAD_BUS_CLASSIC, tick);
+        if (is_attacked && !is_first) {
+            forge(tick, seed);
+        }
+        machine.count = 0;
+    }
+}
+
+static void test_forged_classic_samples_move_no_estimate_by_a_sigma_without_a_fault(void) {
+    // GIVEN the estimate of an undisturbed run
+    uint64_t seed = 16;
+    run_attacked(0, &seed);
+    const hexload_estimate_t undisturbed = node.app.estimate;
+    int faults = 0;
+    for (int n = 0; n < ATTACKS; n++) {
+        // WHEN somebody forges frames in runs like it, once or again and again
+        run_attacked(n % 3 == 0 ? 2 : n % 3 == 1 ? 10 : 50, &seed);
+        faults += node.app.fault != HEXLOAD_FAULT_NONE;
+        // THEN there is a fault, or the estimate is that of the undisturbed run within a sigma
+        for (int k = 0; k < HEXLOAD_PAPER_DIM && node.app.fault == HEXLOAD_FAULT_NONE; k++) {
+            TEST_ASSERT_DOUBLE_WITHIN((double)undisturbed.sigma[k], (double)undisturbed.value[k],
+                                      (double)node.app.estimate.value[k]);
+        }
+    }
+    TEST_ASSERT_GREATER_THAN_INT(ATTACKS / 2, faults);
+    TEST_ASSERT_LESS_THAN_INT(ATTACKS, faults);
 }
 
 static void test_one_false_tick_does_not_stop_the_run(void) {
@@ -653,8 +822,9 @@ static void test_status_pages_go_out_one_by_one_every_fifty_milliseconds(void) {
         pass(1);
         TEST_ASSERT_EQUAL_INT(n + 1, machine.count);
         TEST_ASSERT_EQUAL_HEX32(ID_CONTROLLER_STATUS, machine.sent[n].id);
-        TEST_ASSERT_EQUAL_UINT8((n + machine.sent[0].data[0]) % HEXLOAD_BUS_STATUS_PAGES,
-                                machine.sent[n].data[0]);
+        TEST_ASSERT_EQUAL_UINT8((n + (machine.sent[0].data[1] >> 4)) % HEXLOAD_BUS_STATUS_PAGES,
+                                machine.sent[n].data[1] >> 4);
+        TEST_ASSERT_EQUAL_UINT8((n + machine.sent[0].data[1]) & 0x0F, machine.sent[n].data[1] & 0x0F);
     }
 }
 
@@ -859,6 +1029,8 @@ int main(void) {
     RUN_TEST(test_an_active_node_that_hears_another_controller_says_so);
     RUN_TEST(test_a_command_is_acknowledged_with_state_and_profile);
     RUN_TEST(test_a_damaged_command_is_counted_and_neither_carried_out_nor_acknowledged);
+    RUN_TEST(test_a_command_that_comes_twice_is_carried_out_once);
+    RUN_TEST(test_a_source_with_another_configuration_cannot_start);
     RUN_TEST(test_each_fd_sample_is_answered_at_once);
     RUN_TEST(test_classic_samples_are_answered_with_one_page_at_every_second_tick);
     RUN_TEST(test_each_run_begins_its_classic_answers_with_page_zero);
@@ -873,6 +1045,8 @@ int main(void) {
     RUN_TEST(test_a_change_of_fault_does_not_wait_for_the_round_of_pages_to_end);
     RUN_TEST(test_a_strangers_frame_or_two_are_counted_and_stop_nothing);
     RUN_TEST(test_forged_samples_beside_the_sources_own_are_a_fault);
+    RUN_TEST(test_a_forged_tick_under_a_repeated_whole_tick_is_a_fault);
+    RUN_TEST(test_forged_classic_samples_move_no_estimate_by_a_sigma_without_a_fault);
     RUN_TEST(test_one_false_tick_does_not_stop_the_run);
     RUN_TEST(test_a_source_that_goes_on_far_ahead_is_followed);
     RUN_TEST(test_many_refused_frames_are_a_health_bit_for_a_second_or_two);

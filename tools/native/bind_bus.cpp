@@ -170,8 +170,14 @@ nb::dict as_dict(const hexload_bus_answer_t& answer) {
     return fields;
 }
 
-nb::tuple encode_command(std::uint8_t kind, std::uint8_t sequence, float argument) {
-    const hexload_bus_command_t command{.kind = kind, .sequence = sequence, .argument = argument};
+nb::tuple encode_command(std::uint8_t kind, std::uint8_t sequence, float argument, std::uint8_t source,
+                         std::uint16_t session, std::uint32_t configuration) {
+    const hexload_bus_command_t command{.kind = kind,
+                                        .source = source,
+                                        .session = session,
+                                        .sequence = sequence,
+                                        .argument = argument,
+                                        .configuration = configuration};
     hexload_bus_frame_t frame;
     const hexload_bus_status_t status = hexload_bus_encode_command(&command, &frame);
     if (status != HEXLOAD_BUS_OK) {
@@ -192,15 +198,21 @@ nb::tuple decode_command(const nb::tuple& bytes) {
     const hexload_bus_status_t status = hexload_bus_decode_command(&frame, &command);
     nb::dict fields;
     fields["kind"] = command.kind;
+    fields["source"] = command.source;
+    fields["session"] = command.session;
     fields["sequence"] = command.sequence;
     fields["argument"] = static_cast<double>(command.argument);
+    fields["configuration"] = command.configuration;
     return found(status, fields);
 }
 
 nb::tuple encode_acknowledge(const nb::dict& fields) {
     const hexload_bus_acknowledge_t acknowledge{
         .kind = field<std::uint8_t>(fields, "kind"),
+        .source = field<std::uint8_t>(fields, "source"),
+        .session = field<std::uint16_t>(fields, "session"),
         .sequence = field<std::uint8_t>(fields, "sequence"),
+        .counter = field<std::uint8_t>(fields, "counter"),
         .result = field<std::uint8_t>(fields, "result"),
         .state = field<std::uint8_t>(fields, "state"),
         .fault = field<std::uint8_t>(fields, "fault"),
@@ -218,7 +230,10 @@ nb::tuple decode_acknowledge(const nb::tuple& bytes) {
     const hexload_bus_status_t status = hexload_bus_decode_acknowledge(&frame, &acknowledge);
     nb::dict fields;
     fields["kind"] = acknowledge.kind;
+    fields["source"] = acknowledge.source;
+    fields["session"] = acknowledge.session;
     fields["sequence"] = acknowledge.sequence;
+    fields["counter"] = acknowledge.counter;
     fields["result"] = acknowledge.result;
     fields["state"] = acknowledge.state;
     fields["fault"] = acknowledge.fault;
@@ -230,6 +245,7 @@ nb::tuple decode_acknowledge(const nb::tuple& bytes) {
 nb::tuple encode_status(const nb::dict& fields, int page) {
     hexload_bus_controller_status_t status{};
     std::ranges::copy(field<std::array<std::uint8_t, 3>>(fields, "version"), status.version);
+    status.counter = field<std::uint8_t>(fields, "counter");
     status.profile = field<std::uint8_t>(fields, "profile");
     status.state = field<std::uint8_t>(fields, "state");
     status.fault = field<std::uint8_t>(fields, "fault");
@@ -257,6 +273,7 @@ nb::tuple decode_status(const nb::tuple& bytes) {
     const hexload_bus_status_t result = hexload_bus_decode_status(&frame, &status);
     nb::dict fields;
     fields["version"] = std::array<unsigned, 3>{status.version[0], status.version[1], status.version[2]};
+    fields["counter"] = status.counter;
     fields["profile"] = status.profile;
     fields["state"] = status.state;
     fields["fault"] = status.fault;
@@ -344,7 +361,9 @@ void bind_bus(nb::module_& module) {
             "(frames, number of saturated channels). ValueError: a channel is not finite.");
     bus.def("encode_answer", &encode_answer, nb::arg("profile"), nb::arg("answer"), nb::arg("page"),
             "Frames of an answer: all (fd) or one page (classic). ValueError: a number is not finite.");
-    bus.def("encode_command", &encode_command, nb::arg("kind"), nb::arg("sequence"), nb::arg("argument"));
+    bus.def("encode_command", &encode_command, nb::arg("kind"), nb::arg("sequence"), nb::arg("argument"),
+            nb::arg("source") = static_cast<unsigned>(HEXLOAD_SOURCE_UNKNOWN), nb::arg("session") = 0,
+            nb::arg("configuration") = 0);
     bus.def("decode_command", &decode_command, nb::arg("frame"));
     bus.def("encode_acknowledge", &encode_acknowledge, nb::arg("acknowledge"));
     bus.def("decode_acknowledge", &decode_acknowledge, nb::arg("frame"));

@@ -69,6 +69,8 @@ void LcmFeed::take(const command_t& message) {
         hexload_app_command(&app_, &*command, &acknowledge);
     } else {
         acknowledge.kind = command->kind;
+        acknowledge.source = command->source;
+        acknowledge.session = command->session;
         acknowledge.sequence = command->sequence;
         acknowledge.result = HEXLOAD_RESULT_BAD_ARGUMENT;
         acknowledge.state = static_cast<std::uint8_t>(app_.state);

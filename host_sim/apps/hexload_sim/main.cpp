@@ -8,6 +8,7 @@
 #include "links/lcm_link.hpp"
 #include "links/lcm_plant_commands.hpp"
 #include "links/lcm_publisher.hpp"
+#include "app/app.h"
 #include "platform_file/firmware_config.hpp"
 #include "platform_file/input_error.hpp"
 #include "platform_file/rig_file.hpp"
@@ -94,6 +95,7 @@ std::unique_ptr<sim::EstimatorLink> make_link(const Options& options,
     settings.estimator = platform.estimator.kind;
     settings.known_mass_crc = hexload_bus_known_mass_crc(static_cast<float>(
         config.kind == HEXLOAD_KIND_PAPER ? config.paper.load_mass_kg : config.momentum.prior_mass_kg));
+    settings.configuration = hexload_app_configuration(&config);
     settings.answer_timeout =
         std::chrono::ceil<std::chrono::milliseconds>(std::chrono::duration<double>(timeout_s));
     settings.report = [](const std::string& line) { fmt::print(stderr, "hexload_sim: {}\n", line); };

@@ -1,16 +1,14 @@
 #include "frames.h"
 
-#include "bus/crc.h"
-
 #include <string.h>
 
 hexload_leg_sample_t numbered_sample(uint32_t tick) {
     hexload_leg_sample_t sample = {.tick = tick};
-    for (int leg = 0; leg < HEXLOAD_LEGS; leg++) { // 4096 ticks of 2e-6 m and 2e-5 m/s are within the range
-        const double number = (double)(tick % 4096) * 8 + leg;
-        sample.displacement_m[leg] = (hexload_real_t)(2e-6 * number);
-        sample.velocity_m_s[leg] = (hexload_real_t)(-2e-5 * number);
-        sample.force_n[leg] = (hexload_real_t)(0.5 * number);
+    for (int leg = 0; leg < HEXLOAD_LEGS; leg++) { // 2048 ticks of 4e-6 m and 3e-4 m/s are within the range
+        const double number = (double)(tick % 2048) * 8 + leg;
+        sample.displacement_m[leg] = (hexload_real_t)(4e-6 * number);
+        sample.velocity_m_s[leg] = (hexload_real_t)(-3e-4 * number);
+        sample.force_n[leg] = (hexload_real_t)(1.0 * number);
     }
     return sample;
 }
@@ -19,8 +17,8 @@ hexload_leg_sample_t random_sample(uint32_t tick, uint64_t* seed) {
     hexload_leg_sample_t sample = {.tick = tick};
     for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
         sample.displacement_m[leg] = (hexload_real_t)(1.048 * uniform(seed));
-        sample.velocity_m_s[leg] = (hexload_real_t)(10.48 * uniform(seed));
-        sample.force_n[leg] = (hexload_real_t)(262143.0 * uniform(seed));
+        sample.velocity_m_s[leg] = (hexload_real_t)(4.914 * uniform(seed));
+        sample.force_n[leg] = (hexload_real_t)(131070.0 * uniform(seed));
     }
     return sample;
 }
@@ -86,38 +84,43 @@ int encode_answer(hexload_bus_profile_t profile, const hexload_bus_answer_t* ans
     return count;
 }
 
-static int checksum_bytes(uint32_t id) {
-    switch (id) {
-    case ID_COMMAND:
-    case ID_ACKNOWLEDGE:
-    case ID_LOAD_CHANGE:
-        return 2;
-    case ID_ANSWER_PAGE:
-    case ID_CONTROLLER_STATUS:
-        return 1;
-    case ID_LEG_SAMPLE_FD:
-    case ID_ESTIMATE_FD:
-    case ID_SIGMA_FD:
-    case ID_HEALTH_FD:
-    case ID_LOAD_FD:
-    case ID_LOAD_SIGMA_FD:
-        return 4;
-    default:
-        return 0;
+/// A checksum bit by bit, from the standard's parameters.
+static uint32_t crc32_by_bits(uint32_t crc, const uint8_t* bytes, size_t count) {
+    for (size_t bit = 0; bit < 8 * count; bit++) {
+        const uint32_t leaves = (crc ^ ((uint32_t)bytes[bit / 8] >> (bit % 8))) & 1u;
+        crc = (crc >> 1) ^ (leaves != 0 ? 0xC8DF352Fu : 0); // 0xF4ACFB13, its bits reflected
     }
+    return crc;
+}
+
+uint32_t crc32p4(const uint8_t* bytes, size_t count) {
+    return ~crc32_by_bits(0xFFFFFFFFu, bytes, count);
+}
+
+static unsigned crc8_by_bits(unsigned crc, const uint8_t* bytes, size_t count) {
+    for (size_t bit = 0; bit < 8 * count; bit++) {
+        const unsigned leaves = ((crc >> 7) ^ ((unsigned)bytes[bit / 8] >> (7 - bit % 8))) & 1u;
+        crc = ((crc << 1) & 0xFFu) ^ (leaves != 0 ? 0x2Fu : 0);
+    }
+    return crc;
+}
+
+uint8_t crc8h2f(const uint8_t* bytes, size_t count) {
+    return (uint8_t)~crc8_by_bits(0xFFu, bytes, count);
 }
 
 void seal(hexload_bus_frame_t* frame) {
-    const int bytes = checksum_bytes(frame->id);
-    if (frame->length < bytes) {
-        return;
-    }
-    const size_t count = (size_t)(frame->length - bytes);
-    uint32_t crc = bytes == 4   ? hexload_crc32(frame->data, count)
-                   : bytes == 2 ? hexload_crc16(frame->data, count)
-                                : hexload_crc8(frame->data, count);
-    for (int n = 0; n < bytes; n++) {
-        frame->data[count + (size_t)n] = (uint8_t)(crc >> (8 * n));
+    const uint8_t id[4] = {(uint8_t)frame->id, (uint8_t)(frame->id >> 8), 0x4C, 0x48};
+    if (frame->length > 8) {
+        const size_t count = (size_t)frame->length - 4;
+        const uint32_t crc = ~crc32_by_bits(crc32_by_bits(0xFFFFFFFFu, frame->data, count), id, 4);
+        for (unsigned n = 0; n < 4; n++) {
+            frame->data[count + n] = (uint8_t)(crc >> (8 * n));
+        }
+    } else if (frame->length > 1) {
+        const uint8_t listed = (uint8_t)(frame->id ^ frame->id / 16);
+        const unsigned data = crc8_by_bits(0xFFu, &frame->data[1], (size_t)frame->length - 1);
+        frame->data[0] = (uint8_t)~crc8_by_bits(data, &listed, 1);
     }
 }
 
@@ -154,7 +157,7 @@ hexload_bus_frame_t random_frame(uint64_t* seed) {
         const bool is_long =
             frame.id == ID_LEG_SAMPLE_FD || frame.id == ID_LOAD_FD || frame.id == ID_LOAD_SIGMA_FD;
         frame.length = is_long                                                  ? 64
-                       : frame.id == ID_SAMPLE_TICK                             ? 4
+                       : frame.id == ID_SAMPLE_TICK                             ? 6
                        : frame.id >= ID_ESTIMATE_FD && frame.id <= ID_HEALTH_FD ? 32
                                                                                 : 8;
     }

@@ -45,7 +45,11 @@ int encode_sample(hexload_bus_profile_t profile, const hexload_leg_sample_t* sam
 int encode_answer(hexload_bus_profile_t profile, const hexload_bus_answer_t* answer, int page,
                   hexload_bus_frame_t frames[HEXLOAD_BUS_ANSWER_FRAMES]);
 
-/// Writes the checksum anew after a change; its size by identifier, as in the contract.
+/// Checksums bit by bit, from the parameters that the standard prints.
+uint32_t crc32p4(const uint8_t* bytes, size_t count);
+uint8_t crc8h2f(const uint8_t* bytes, size_t count);
+
+/// Writes the checksum anew after a change: a long frame's into its end, a short one's into its first byte.
 void seal(hexload_bus_frame_t* frame);
 
 /// A random frame; often with an identifier and a length of the contract.

@@ -97,6 +97,16 @@ def bus_load(contract: Database, name: str, filter_name: str, data_mbit_s: float
     return sum(load(message, data_mbit_s) for message in messages_of(contract, name, filter_name))
 
 
+UNPROTECTED_TICK_BYTES = 4  # of SampleTick in version 1 of the contract, which had no checksum there and in the legs
+
+
+def protection_load(contract: Database) -> float:
+    """By which the end-to-end protection makes the classic bus busier."""
+    message = contract.get_message_by_name("SampleTick")
+    more_bits = classic_bits(message.length) - classic_bits(UNPROTECTED_TICK_BYTES)
+    return more_bits * NOMINAL_BIT_S / (message.cycle_time * 1e-3)
+
+
 # Quantisation
 
 
@@ -272,12 +282,40 @@ LoadFd, LoadSigmaFd and HealthFd, or 26 pages. A round of pages describes one ti
 {paper_age} ticks (paper) or {momentum_age} ticks (momentum) old when its last page comes. A load change is reported at once: by LoadChange, before the answer to the sample at which it was
 detected; by the health bit in that answer, or in the next page 0; and by a count that stays in ControllerStatus.
 
-A checksum stands in the last bytes of its frame and goes over all bytes before it. Channels beyond a signal's range arrive as
-its end, and are counted; the most negative number of a channel is not used. Numbers that are not finite are not sent, and are
+Each frame is protected end to end, see below. Channels beyond a signal's range arrive as its end, and are counted; the most negative number of a channel is not used. Numbers that are not finite are not sent, and are
 refused when they come. C code: [bus.h](bus.h) for single frames, [sample_assembly.h](sample_assembly.h) and
 [answer_assembly.h](answer_assembly.h) for whole samples and answers.
 
 ## Frames
+"""
+
+PROTECTION_TEXT = """\
+## End-to-end protection
+
+In the manner of AUTOSAR's "E2E Protocol Specification", since version 2 of this contract. A Data ID that is not sent is counted
+into each checksum, so that a frame under another one's identifier has a wrong one.
+
+| frames | profile | checksum | counter | Data ID |
+| --- | --- | --- | --- | --- |
+| classic, up to 8 bytes | 22 | CRC-8H2F in byte 0, over the bytes after it and the Data ID | low half of byte 1 | (id xor id / 16) modulo 256, the same for each counter, which leaves the CRC its Hamming distance of 4 |
+| FD | as 4, without its header | CRC-32P4 in the last four bytes, over the bytes before it and the Data ID, least significant byte first | the tick, 32 bits, in the first four | 0x484C0000 + id |
+
+What the reader does:
+
+- A wrong length, format, checksum, or a counter that contradicts the frame's own tick or count: the frame is refused and counted; ten
+  in a second set the health bit *frames refused*.
+- A leg sample, or one of its frames, that comes twice: refused. With other content: two sources, the fault *second source*. Late
+  ones are refused; 60 of them in a second are that fault too. One more than 1000 ticks ahead counts when 20 have followed it there.
+- In the classic profile the legs' four bits count the tick. SampleTick sets the rest when a run begins or the tick was lost; from then on
+  it confirms what the legs count. Another one is refused until the next one follows it: then it is believed, and when it goes back,
+  legs of another source have driven the count ahead, the fault *second source*.
+- A command with the counter of its session's last one: refused, and not acknowledged; with other content the fault *second source*.
+  START is refused (*other configuration*) when the source works with another configuration than the controller.
+- A controller's frame, or a sample of the other profile: a fault when three whole ones come within a second.
+- An acknowledge is its reader's own when source and session are.
+
+Protection keeps accidents out: lost, doubled, late, damaged and misdirected frames, a second simulator, a wrong file. It has no
+key: who forges frames on purpose and knows this page is not kept out by it.
 """
 
 LOAD_TEXT = """\
@@ -290,6 +328,9 @@ Longest frames, with worst-case bit stuffing and the interframe space of 3 bits;
   among them, and 13 from the CRC delimiter to the end of the interframe space. At the data rate: 5 bits (ESI, DLC), 8n, the rest
   of the floor((22 + 8n - 1) / 4) stuff bits up to the end of the data, 4 of the stuff count, a CRC of 17 bits with 6 fixed stuff
   bits (n <= 16) or of 21 bits with 7. BRS and CRC delimiter, in which the rate changes, are counted at the nominal rate.
+
+Protection adds {added:.2f} % to the classic load: the two bytes by which SampleTick has grown; the legs gave up room for theirs, see
+Quantisation. It adds nothing to FD frames.
 
 Commands, acknowledges and LoadChange come on demand, {command_us:.0f} us each at 1 Mbit/s, and are not in the sums.
 """
@@ -309,7 +350,7 @@ def document() -> str:
     for message in contract.messages:
         lines += [f"### `0x{message.frame_id:03X}` {message.name}", "", message.comment, "", *signals_table(message)]
     command_us = classic_bits(8) * NOMINAL_BIT_S * 1e6
-    lines += [LOAD_TEXT.format(command_us=command_us)]
+    lines += [PROTECTION_TEXT, LOAD_TEXT.format(command_us=command_us, added=100 * protection_load(contract))]
     lines += ["### Classic at 1 Mbit/s, either filter", "", *load_table(contract, "classic", "momentum")]
     for filter_name, title in FILTER_TITLES.items():
         lines += [f"### FD at 1 Mbit/s, data at {DATA_MBIT_S} Mbit/s, {title}", ""]

@@ -197,12 +197,12 @@ class Report:
     def take(self, identifier: int, data: bytes) -> str | None:
         """A line to say, if any."""
         if identifier == ACKNOWLEDGE:
-            state, fault, page = data[3] & 15, data[3] >> 4, None
+            state, fault, page = data[5] & 15, data[5] >> 4, None
         else:
-            state, fault, page = data[1] & 15, data[1] >> 4, data[0]
+            state, fault, page = data[2] & 15, data[2] >> 4, data[1] >> 4
         if (state, fault) == self._said or state >= len(STATES):
             return None
-        tick = int.from_bytes(data[2:6], "little") if page == TICK_PAGE else None
+        tick = int.from_bytes(data[3:7], "little") if page == TICK_PAGE else None
         if "{" in FAULTS.get(fault, "") and tick is None:
             return None  # soon told
         was_fault = self._said[1]

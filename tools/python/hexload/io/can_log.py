@@ -21,6 +21,7 @@ import numpy as np
 
 from hexload import project
 from hexload.errors import InputError
+from hexload.io.end_to_end import checksum, found_checksum
 from hexload.io.log_file import LEGS, LegLog
 
 TICK_S = 1e-3  # what the contract's tick counts
@@ -126,10 +127,9 @@ class _Contract:
                 f"expected {message.length} of {kinds[message.is_fd]}"
             )
         signals = message.decode(bytes(frame.data), decode_choices=False)
-        if "crc32" in signals:
-            expected = zlib.crc32(frame.data[:-4])
-            if signals["crc32"] != expected:
-                raise ValueError(f"found checksum {signals['crc32']:#010x}, expected {expected:#010x}")
+        found, expected = found_checksum(frame.data), checksum(frame.arbitration_id, bytes(frame.data))
+        if found != expected:
+            raise ValueError(f"found checksum {found:#x}, expected {expected:#x}")
         for signal in message.signals:
             half_step = signal.scale / 2
             beyond = signal.minimum - signals[signal.name]

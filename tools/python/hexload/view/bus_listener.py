@@ -1,5 +1,6 @@
 """Listens on a CAN bus through python-can, with the firmware's own codec, and sends commands there."""
 
+import random
 import threading
 
 import can
@@ -11,7 +12,7 @@ from hexload.errors import InputError, ToolFailed
 from hexload.io.run_directory import PAPER_PARAMETERS
 from hexload.theory.bound import THETA_NAMES
 from hexload.view.frame import Estimate
-from hexload.view.live import Live
+from hexload.view.live import MONITOR, SESSIONS, Live
 
 WAIT_S = 0.05
 PROFILES = ("fd", "classic")
@@ -61,6 +62,7 @@ class BusListener:
             raise ToolFailed(
                 "--bus: found no bus codec in this installed package, expected a clone and its tools/hexload"
             )
+        self._session = random.randrange(SESSIONS)
         self._live, self._codec, self._words = live, codec, Words()
         self._bus = open_bus(name, profile)
         answers = codec.AnswerAssembly(profile)
@@ -127,7 +129,7 @@ class BusListener:
 
     def send(self, kind: int, number: int, argument: float) -> None:
         """A command to the controller."""
-        identifier, is_fd, data = self._codec.encode_command(kind, number, argument)
+        identifier, is_fd, data = self._codec.encode_command(kind, number, argument, MONITOR, self._session)
         self._bus.send(
             can.Message(arbitration_id=identifier, is_extended_id=False, is_fd=is_fd, data=data), timeout=WAIT_S
         )

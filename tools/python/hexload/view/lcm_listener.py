@@ -1,5 +1,6 @@
 """Listens to LCM's channels of lcm_types, and sends commands there."""
 
+import random
 import threading
 
 import lcm
@@ -8,7 +9,7 @@ import numpy as np
 from hexload import project
 from hexload.theory.bound import THETA_NAMES
 from hexload.view.frame import Estimate
-from hexload.view.live import Live, Triple, paper_truth, theta_of_load
+from hexload.view.live import MONITOR, SESSIONS, Live, Triple, paper_truth, theta_of_load
 
 DEFAULT_URL = "udpm://239.255.76.67:7667?ttl=0"
 LOAD = len(THETA_NAMES)  # parameters at most; what follows is of the machine
@@ -28,6 +29,7 @@ class LcmListener:
         self._sender = lcm.LCM(url)  # of another thread
         self._newest: dict[str, bytes] = {}
         self._last_sample: int | None = None
+        self._session = random.randrange(SESSIONS)
         self._commands = self._plant_commands = 0
         self._estimate: Estimate | None = None
         self._types = {}
@@ -123,6 +125,7 @@ class LcmListener:
         """A command to the controller."""
         message = self._command_type()
         message.sequence, message.kind, message.id, message.argument = self._commands, kind, number, argument
+        message.source, message.session = MONITOR, self._session
         self._commands += 1
         self._sender.publish("HEXLOAD_COMMAND", message.encode())
 

@@ -20,8 +20,8 @@ TICK_S = 1e-3
 EVENTS = 200
 RATE_S = 1.0  # over which samples per second are counted
 NOTE_S = 0.05  # between the points of a curve
-# Simulator and virtual controller take two acknowledges of one number for a second controller: ours are far from theirs.
-FIRST_COMMAND, COMMANDS = 128, 128
+COMMAND_NUMBERS = 256
+MONITOR, SESSIONS = 2, 4096  # the bus contract's kind of source that a page is; each has one of so many numbers
 KINDS = {"start": 1, "stop": 2, "reset": 3, "select filter": 4, "set known mass": 5}
 
 
@@ -57,7 +57,7 @@ class Live:
         self._remarks: tuple[str, ...] = ()
         self._history = History()
         self._noted_s = 0.0
-        self._numbers = itertools.cycle(range(FIRST_COMMAND, FIRST_COMMAND + COMMANDS))
+        self._numbers = itertools.cycle(range(COMMAND_NUMBERS))
         self._rate = (time.monotonic(), 0, 0.0)
         self._heard_s = 0.0
 
