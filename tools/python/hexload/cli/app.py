@@ -207,6 +207,12 @@ def replay(
         ),
     ] = None,
     view: Annotated[bool, typer.Option("--view", help="Then play it in the browser: hexload view.")] = False,
+    commanded: Annotated[
+        Path | None,
+        typer.Option(
+            help="Motion that was commanded (.csv: t,x,y,z,roll,pitch,yaw, as of hexload excite): is each leg the one that it is taken for?"
+        ),
+    ] = None,
 ) -> None:
     """Runs the controller's own C code over a recorded log.
 
@@ -215,6 +221,8 @@ def replay(
 
     All ten parameters (--estimator momentum) are shown as a body too: mass, centre of mass and tensor about it, whether any body
     can have them, and if none can, the nearest one that a body can have.
+
+    --commanded tells what no log can: legs renumbered or mirrored in all channels of a symmetric machine.
 
     Exit status: 0; 2 for a file or an option that is refused, also as its units, signs, order or time cannot be; 3 when the estimates
     are written but not to be believed, as channels of the log contradict each other at its end, most samples are refused or the
@@ -226,7 +234,7 @@ def replay(
     from hexload.estimation.replay import WayIn, replay_log
 
     way_in = WayIn(columns or (), resample, unchecked)
-    result = replay_log(log, platform, estimator, prior, out, tare, bodies, report, trace, rig, way_in)
+    result = replay_log(log, platform, estimator, prior, out, tare, bodies, report, trace, rig, way_in, commanded)
     print_summary(result, out, bodies, report, trace)
     if view:
         _view_replay(platform, log, result)
