@@ -25,6 +25,7 @@ OUTCOME_WORDS = {
     "said": "said",
     "weak": "weak",
     "silent": "silent",
+    "untold": "no log can show it",
     "refused": "refused",
     "false_alarm": "false alarm",
 }
@@ -33,10 +34,11 @@ COLOURS = {
     "said": "#1d5fa6",
     "weak": "#d97706",
     "silent": "#b91c1c",
+    "untold": "#78716c",
     "refused": "#475569",
     "false_alarm": "#c4b5fd",
 }
-HEADINGS = ("runs", "right", "said", "weak", "silent", "refused", "false", "false changes")
+HEADINGS = ("runs", "right", "said", "weak", "silent", "untold", "refused", "false", "false changes")
 ROW_PX = 26
 
 
