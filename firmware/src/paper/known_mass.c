@@ -96,5 +96,5 @@ void hexload_known_mass_judge(const hexload_known_mass_t* self, hexload_estimate
     }
     fault->cause = HEXLOAD_INPUT_KNOWN_MASS;
     fault->excess_n = self->excess_n;
-    hexload_input_fault_judge(HEXLOAD_VERDICT_INCONSISTENT, HEXLOAD_PAPER_DIM, estimate, health);
+    hexload_input_fault_judge(HEXLOAD_VERDICT_MISFIT, HEXLOAD_PAPER_DIM, estimate, health);
 }
