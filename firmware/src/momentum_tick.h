@@ -93,9 +93,10 @@ static inline void watch_load(hexload_momentum_t* self, const hexload_config_t* 
         hexload_actuator_effects_clean(&effects->filter, &self->filter, config, HEXLOAD_LOAD_MONITOR_MEMORY_S,
                                        now->motion, &without_effects, &seen.sensors);
     }
-    const bool is_alarm =
-        hexload_load_monitor_step(&self->monitor, config, &self->filter, fit_of(self, config), &seen);
-    if (is_alarm && hexload_frozen_channels_are_there(&self->frozen, config)) {
+    const hexload_fit_t fit = fit_of(self, config);
+    const bool is_alarm = hexload_load_monitor_step(&self->monitor, config, &self->filter, fit, &seen);
+    const bool is_mismatch = fit == HEXLOAD_FIT_UNPROVEN && hexload_load_monitor_is_late(&self->monitor);
+    if (is_alarm && (is_mismatch || hexload_frozen_channels_are_there(&self->frozen))) {
         hexload_momentum_supervisor_doubt(&self->supervisor);
     } else if (is_alarm && !self->is_changing) {
         self->is_changing = true;

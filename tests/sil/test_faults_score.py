@@ -73,6 +73,15 @@ def test_wrong_and_converged_without_a_word_is_silent():
     assert wrong == WrongParameter("m", pytest.approx(30.0), pytest.approx(3.0), "converged")
 
 
+def test_what_no_log_can_show_is_told_apart_only_when_the_twin_is_right():
+    # GIVEN a trusted wrong mass in a log that is as well that of a load of 103 kg THEN it is no silent one
+    twin = Truth(value=np.array([103.0, 10.0]), scale=TRUTH.scale)
+    assert score.score(WRONG, TRUTH, twin).outcome == "untold"
+    # AND where that load is not what is found either, it is; and what is right stays right
+    assert score.score(replace(WRONG, value=np.array([106.0, 10.0])), TRUTH, twin).outcome == "silent"
+    assert score.score(RIGHT, TRUTH, twin).outcome == "right"
+
+
 def test_what_was_said_more_than_3_s_before_the_end_is_forgotten():
     # GIVEN a wrong mass WHEN a bit is set 3.1 s before the last sample THEN it is silent; 2.9 s before, weak
     end_s = T_S[-1]

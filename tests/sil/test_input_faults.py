@@ -11,6 +11,8 @@ import numpy as np
 import pytest
 
 import hexload
+from hexload.diagnosis import wiring
+from hexload.diagnosis.machine import machine_of
 from hexload.io.log_file import LegLog, read_log
 
 DATA = Path(__file__).parents[1] / "data"
@@ -100,14 +102,37 @@ def test_a_clean_log_has_none(name, kind):
     assert result["health_counts"]["input implausible"] == 0
 
 
-def test_legs_renumbered_on_a_symmetric_machine_are_not_seen():
-    # GIVEN all channels of legs 1, 2 at legs 3, 4 and so on WHEN the log is replayed
-    log = recorded("multisine_eccentric", 6000)
-    turned = [np.roll(part, 2, axis=1) for part in (log.displacement_m, log.velocity_m_s, log.force_n)]
-    result = replay("multisine_eccentric", "momentum", LegLog(log.t_s, *turned))
-    # THEN the machine is the same, turned by 120 degrees: nothing can tell
-    assert result["input_faults"] == []
-    assert result["verdict"][-1] == "converged"
+@pytest.mark.parametrize("change", [of_leg(2, 2, lambda f: 1.02 * f), lambda legs: (*legs[:2], late(2)(legs[2]))])
+def test_a_machine_that_begins_to_move_with_a_mismatch_is_unfit_and_no_other_load(change):
+    # GIVEN a force that is 2 % large, or all of them 2 ms late WHEN the machine begins to move
+    log = recorded("multisine_eccentric", 4000)
+    result = replay(
+        "multisine_eccentric", "momentum", LegLog(log.t_s, *change((log.displacement_m, log.velocity_m_s, log.force_n)))
+    )
+    # THEN the innovations grow with the motion, which no change of the load does: none is reported, nothing is converged
+    assert result["health_counts"]["load changed"] == 0
+    assert result["verdict"][-1] == "misfit"
+
+
+@pytest.mark.parametrize("order", [(4, 5, 0, 1, 2, 3), (2, 3, 4, 5, 0, 1), (5, 4, 3, 2, 1, 0)])
+def test_legs_renumbered_or_mirrored_on_a_symmetric_machine_are_another_load_to_the_last_digit(order):
+    # GIVEN all channels of legs 1, 2 at legs 3, 4 and so on, or counted the other way round
+    log, platform = recorded("multisine_eccentric", 4000), hexload_native.load_platform(DATA / "unknown_load.toml")
+    machine = machine_of(platform)
+    assert order in wiring.untold(machine.geometry)
+    counted = [part[:, list(order)] for part in (log.displacement_m, log.velocity_m_s, log.force_n)]
+    # WHEN both logs are replayed
+    own, other = (
+        replay("multisine_eccentric", "momentum", LegLog(log.t_s, *parts))
+        for parts in ((log.displacement_m, log.velocity_m_s, log.force_n), counted)
+    )
+    # THEN the innovations are the same within rounding, and the load is turned or mirrored with the machine: no residual
+    # of any kind can tell, as each is a function of these
+    turn = wiring.turned(machine.geometry, order)
+    expected = wiring.turned_body(turn, own["value"][-1] + machine.own_theta) - machine.own_theta
+    assert (np.abs(other["value"][-1] - expected) < 0.05 * other["own_sigma"][-1]).all()
+    assert np.median(np.abs(other["nis"] - own["nis"])) < 0.01
+    assert other["input_faults"] == [] and other["verdict"][-1] == own["verdict"][-1]
 
 
 def test_the_terminal_ends_with_the_mend_and_status_3(tmp_path):

@@ -9,13 +9,13 @@ void tearDown(void) {}
 enum { DISPLACEMENT, VELOCITY, FORCE, ALL };
 
 /// Legs that move at 0.1 m/s and shake, with noise, for 100 ticks, then for some more with a channel of leg 3
-/// that has stopped. @return whether it was found at the last tick.
-static bool show(int stopped, int more_ticks, double step_m) {
+/// that has stopped, then with all again. @return whether it was found at the last tick.
+static bool show_again(int stopped, int more_ticks, double step_m, int again_ticks) {
     hexload_config_t config = paper_machine();
     hexload_frozen_channels_t frozen = {.missed_m = {HEXLOAD_REAL(0.0)}};
     hexload_leg_sample_t last = {.tick = 0};
     uint64_t seed = 3;
-    for (int tick = 0; tick < 100 + more_ticks; tick++) {
+    for (int tick = 0; tick < 100 + more_ticks + again_ticks; tick++) {
         hexload_leg_sample_t sample = {.tick = (uint32_t)tick};
         for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
             const double noisy_m = 1e-4 * (double)tick + 2e-5 * normal(&seed);
@@ -24,7 +24,7 @@ static bool show(int stopped, int more_ticks, double step_m) {
             sample.velocity_m_s[leg] = (hexload_real_t)(0.1 + 1e-3 * normal(&seed));
             sample.force_n[leg] = (hexload_real_t)(1000.0 + 10.0 * normal(&seed));
         }
-        if (tick >= 100) {
+        if (tick >= 100 && tick < 100 + more_ticks) {
             sample.displacement_m[3] =
                 stopped == DISPLACEMENT ? last.displacement_m[3] : sample.displacement_m[3];
             sample.velocity_m_s[3] = stopped == VELOCITY ? last.velocity_m_s[3] : sample.velocity_m_s[3];
@@ -33,7 +33,11 @@ static bool show(int stopped, int more_ticks, double step_m) {
         hexload_frozen_channels_step(&frozen, &config, &sample);
         last = sample;
     }
-    return hexload_frozen_channels_are_there(&frozen, &config);
+    return hexload_frozen_channels_are_there(&frozen);
+}
+
+static bool show(int stopped, int more_ticks, double step_m) {
+    return show_again(stopped, more_ticks, step_m, 0);
 }
 
 static void test_a_sensor_that_stops_is_found_at_once(void) {
@@ -68,8 +72,44 @@ static void test_sensors_that_stand_still_together_say_that_the_machine_does(voi
         }
         // WHEN they are asked THEN one has stopped if three or more change while it does not
         TEST_ASSERT_EQUAL(moving >= 3 && moving < HEXLOAD_LEGS,
-                          hexload_frozen_channels_are_there(&frozen, &config));
+                          hexload_frozen_channels_are_there(&frozen));
     }
+}
+
+static void test_a_sensor_that_goes_on_again_counts_until_its_jump_is_forgotten(void) {
+    // GIVEN a sensor that has stood still for 20 ticks WHEN it goes on THEN it counts for 0.2 s, and no
+    // longer
+    for (int stopped = DISPLACEMENT; stopped < ALL; stopped++) {
+        TEST_ASSERT_TRUE(show_again(stopped, 20, 0.0, 1));
+        TEST_ASSERT_TRUE(show_again(stopped, 20, 0.0, 190));
+        TEST_ASSERT_FALSE(show_again(stopped, 20, 0.0, 210));
+    }
+    // AND one that has repeated its value twice, as chance does, does not count any more
+    TEST_ASSERT_FALSE(show_again(VELOCITY, 2, 0.0, 1));
+    TEST_ASSERT_FALSE(show_again(FORCE, 2, 0.0, 1));
+}
+
+static void test_a_displacement_that_jumps_has_stopped(void) {
+    // GIVEN legs at rest, with three times the stated noise WHEN one jumps by 2 mm, 100 sigma of 20 um
+    const hexload_config_t config = paper_machine();
+    hexload_frozen_channels_t frozen = {.missed_m = {HEXLOAD_REAL(0.0)}};
+    hexload_leg_sample_t sample = {.tick = 0};
+    uint64_t seed = 5;
+    for (uint32_t tick = 0; tick < 1000; tick++) {
+        sample.tick = tick;
+        for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
+            sample.displacement_m[leg] = (hexload_real_t)(6e-5 * normal(&seed));
+            sample.velocity_m_s[leg] = (hexload_real_t)(1e-3 * normal(&seed));
+            sample.force_n[leg] = (hexload_real_t)(5.0 * normal(&seed));
+        }
+        hexload_frozen_channels_step(&frozen, &config, &sample);
+        TEST_ASSERT_FALSE(hexload_frozen_channels_are_there(&frozen));
+    }
+    sample.tick++;
+    sample.displacement_m[2] += HEXLOAD_REAL(2e-3);
+    hexload_frozen_channels_step(&frozen, &config, &sample);
+    // THEN it is found at once
+    TEST_ASSERT_TRUE(hexload_frozen_channels_are_there(&frozen));
 }
 
 int main(void) {
@@ -77,5 +117,7 @@ int main(void) {
     RUN_TEST(test_a_sensor_that_stops_is_found_at_once);
     RUN_TEST(test_sensors_in_order_have_not_stopped);
     RUN_TEST(test_sensors_that_stand_still_together_say_that_the_machine_does);
+    RUN_TEST(test_a_sensor_that_goes_on_again_counts_until_its_jump_is_forgotten);
+    RUN_TEST(test_a_displacement_that_jumps_has_stopped);
     return UNITY_END();
 }

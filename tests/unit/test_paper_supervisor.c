@@ -89,9 +89,11 @@ static void test_sigma_near_the_prior_is_not_excited(void) {
     TEST_ASSERT_EQUAL_UINT32(1u << HEXLOAD_HEALTH_NOT_EXCITED, health);
 }
 
-static void test_innovations_that_stay_large_are_inconsistent(void) {
-    // GIVEN innovations of which next to none is within the gate WHEN three time constants have passed
-    const hexload_config_t config = paper_machine();
+static void test_innovations_beyond_what_sigma_covers_are_inconsistent(void) {
+    // GIVEN innovations of which next to none is within the gate, and a limit on the factor that sigma may
+    // have of sqrt(100 / 3) WHEN three time constants have passed
+    hexload_config_t config = paper_machine();
+    config.paper.inconsistent_nis = HEXLOAD_REAL(100.0);
     hexload_paper_filter_t filter = good_filter(&config);
     uint32_t health = 0;
     filter.nis = HEXLOAD_REAL(400.0);
@@ -116,14 +118,21 @@ static void test_innovations_that_are_too_large_widen_sigma_at_once(void) {
     TEST_ASSERT_EQUAL_UINT32(1u << HEXLOAD_HEALTH_MODEL_MISFIT, health);
 }
 
-static void test_a_place_that_the_prior_rules_out_is_inconsistent(void) {
+static void test_a_place_that_the_prior_rules_out_widens_sigma_until_no_sigma_covers_it(void) {
     // GIVEN a centre of mass 5 m above the platform, as that of a load beside the axis may show, WHEN judged
     const hexload_config_t config = paper_machine();
     hexload_paper_filter_t filter = good_filter(&config);
     uint32_t health = 0;
     filter.param[HEXLOAD_PAPER_DZ] = HEXLOAD_REAL(5.0);
-    const hexload_estimate_t estimate = judge(&config, &filter, 1, &health);
-    // THEN it is not believed
+    hexload_estimate_t estimate = judge(&config, &filter, 1, &health);
+    // THEN it is not believed: sigma reaches to ten prior sigmas, or 300 of them do not
+    const double needed = (5.0 - 10.0 * (double)config.paper.prior_dz_sigma_m);
+    const bool is_covered = needed <= 300.0 * (double)estimate.own_sigma[HEXLOAD_PAPER_DZ];
+    TEST_ASSERT_EQUAL_INT(is_covered ? HEXLOAD_VERDICT_MISFIT : HEXLOAD_VERDICT_INCONSISTENT,
+                          estimate.verdict);
+    // AND one far enough is inconsistent
+    filter.param[HEXLOAD_PAPER_DZ] = HEXLOAD_REAL(5e3);
+    estimate = judge(&config, &filter, 1, &health);
     TEST_ASSERT_EQUAL_INT(HEXLOAD_VERDICT_INCONSISTENT, estimate.verdict);
 }
 
@@ -136,17 +145,25 @@ static void test_one_spike_does_not_turn_the_verdict(void) {
     TEST_ASSERT_EQUAL_INT(HEXLOAD_VERDICT_CONVERGED, estimate.verdict);
 }
 
-static void test_inertias_that_no_body_has_are_inconsistent(void) {
+static void test_inertias_that_no_body_has_widen_sigma_until_some_body_has_them(void) {
     // GIVEN Izz larger than Ixx + Iyy by far more than three sigma
     const hexload_config_t config = paper_machine();
     hexload_paper_filter_t filter = good_filter(&config);
     uint32_t health = 0;
     filter.param[HEXLOAD_PAPER_IZZ] = HEXLOAD_REAL(80.0);
-    const hexload_estimate_t estimate = judge(&config, &filter, 1, &health);
-    // THEN no parameter of it is believed
+    hexload_estimate_t estimate = judge(&config, &filter, 1, &health);
+    // THEN three sigmas of all of them reach to a body, and none counts as converged
+    const hexload_real_t* I = &estimate.value[HEXLOAD_PAPER_IXX];
+    const hexload_real_t* sigma = &estimate.sigma[HEXLOAD_PAPER_IXX];
+    const double missing = (double)(I[2] - I[0] - I[1]);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-5 * missing, missing, 3.0 * (double)(sigma[0] + sigma[1] + sigma[2]));
     for (int k = 0; k < HEXLOAD_PAPER_DIM; k++) {
-        TEST_ASSERT_EQUAL_INT(HEXLOAD_VERDICT_INCONSISTENT, estimate.parameter_verdict[k]);
+        TEST_ASSERT_EQUAL_INT(HEXLOAD_VERDICT_MISFIT, estimate.parameter_verdict[k]);
     }
+    // AND where a factor of 300 does not, no parameter of it is believed
+    filter.param[HEXLOAD_PAPER_IZZ] = HEXLOAD_REAL(8e4);
+    estimate = judge(&config, &filter, 1, &health);
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_VERDICT_INCONSISTENT, estimate.verdict);
 }
 
 static void test_a_mismatch_that_lasts_widens_sigma_and_nothing_counts_as_converged(void) {
@@ -187,11 +204,11 @@ int main(void) {
     RUN_TEST(test_supervisor_passes_on_values_sigmas_and_nis);
     RUN_TEST(test_one_parameter_that_is_not_known_yet_decides_the_verdict);
     RUN_TEST(test_sigma_near_the_prior_is_not_excited);
-    RUN_TEST(test_innovations_that_stay_large_are_inconsistent);
+    RUN_TEST(test_innovations_beyond_what_sigma_covers_are_inconsistent);
     RUN_TEST(test_innovations_that_are_too_large_widen_sigma_at_once);
-    RUN_TEST(test_a_place_that_the_prior_rules_out_is_inconsistent);
+    RUN_TEST(test_a_place_that_the_prior_rules_out_widens_sigma_until_no_sigma_covers_it);
     RUN_TEST(test_one_spike_does_not_turn_the_verdict);
-    RUN_TEST(test_inertias_that_no_body_has_are_inconsistent);
+    RUN_TEST(test_inertias_that_no_body_has_widen_sigma_until_some_body_has_them);
     RUN_TEST(test_a_mismatch_that_lasts_widens_sigma_and_nothing_counts_as_converged);
     RUN_TEST(test_every_verdict_and_status_has_a_name_of_its_own);
     return UNITY_END();

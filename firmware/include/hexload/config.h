@@ -98,8 +98,10 @@ typedef struct hexload_paper_config {
     hexload_real_t prior_dz_sigma_m; ///< of the height of the load's centre of mass; 0..1e3, not 0
     /// Of Ixx, Iyy, Izz; 0..1e6, not 0. Too small for the load: slow and biased.
     hexload_real_t prior_inertia_sigma_kg_m2[3];
-    hexload_real_t gate_nis;         ///< innovations beyond are not used; 3..1e6. Larger: trusts spikes more
-    hexload_real_t inconsistent_nis; ///< verdict "inconsistent" above this mean NIS; 3..1e6 (ideal: 3)
+    hexload_real_t gate_nis; ///< innovations beyond are not used; 3..1e6. Larger: trusts spikes more
+    /// Verdict "inconsistent" above this mean NIS, and where sigma needs more than the factor sqrt(NIS / 3)
+    /// for the estimate to be possible; 3..1e6 (ideal: 3).
+    hexload_real_t inconsistent_nis;
     hexload_real_t nis_time_constant_s;      ///< of that mean; tick_s..1e3
     hexload_real_t converged_relative_sigma; ///< "converged" below this part of value or prior sigma; 0..1
     uint32_t

@@ -409,6 +409,7 @@ typedef struct hexload_load_monitor {
     hexload_real_t unknown[6][6]; ///< covariance of the wrench that theta's errors make of it, leaky mean
     hexload_real_t nis;           ///< of the last sample, bounded; 6 when there was none
     hexload_real_t nis_mean;      ///< leaky; ideal 6
+    hexload_real_t risen_s;       ///< for which that has been above what noise makes it
     hexload_real_t drift[6];      ///< leaky mean of the last 5 ms' innovations in sigmas, by direction
     uint32_t ticks;               ///< since the start, up to those that it takes to settle
     hexload_wrench_monitor_t wrench;
@@ -418,9 +419,10 @@ typedef struct hexload_load_monitor {
 /// Sensors that may have stopped.
 typedef struct hexload_frozen_channels {
     hexload_leg_sample_t last;
-    hexload_real_t missed_m[HEXLOAD_LEGS];      ///< way by velocity while the displacement stands still
+    hexload_real_t missed_m[HEXLOAD_LEGS];      ///< way by velocity that the displacement lacks
     uint8_t still_velocity_ticks[HEXLOAD_LEGS]; ///< for which it has, or many
     uint8_t still_force_ticks[HEXLOAD_LEGS];    ///< likewise
+    hexload_real_t left_s;                      ///< for which one that goes on again still counts
 } hexload_frozen_channels_t;
 
 typedef struct hexload_momentum_supervisor {

@@ -45,7 +45,7 @@ static const paper_machine_t paper_machine = {
                    .platform_inertia = HEXLOAD_REAL(0.03)},
     .paper = {.load_mass_kg = HEXLOAD_REAL(500.0),
               .gate_nis = HEXLOAD_REAL(40.0), // chi-square, 3 degrees of freedom: 1e-8 of good innovations
-              .inconsistent_nis = HEXLOAD_REAL(100.0), // the gate leaves next to none; below, sigma has it
+              .inconsistent_nis = HEXLOAD_REAL(270000.0), // a factor of 300 on sigma, as the other filters'
               .nis_time_constant_s = HEXLOAD_REAL(0.5),
               .converged_relative_sigma = HEXLOAD_REAL(0.1),
               .longest_gap_ticks = 3, // at 3 Hz the trapezoid's error is then (2 pi 3 Hz 3 ms)^2 / 12 = 3e-4

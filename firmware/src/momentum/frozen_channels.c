@@ -10,6 +10,12 @@ enum {
     FRESH_LEGS = 3, ///< whose channels have changed at the same tick
 };
 
+/// Of a way in one tick: more noise than stated and the steps of a converter are no jumps.
+#define JUMP_SHARE HEXLOAD_REAL(0.125)
+
+/// A sensor that goes on again jumps, and that is in the load monitor's mean for four of its time constants.
+#define FADING_S HEXLOAD_REAL(0.2)
+
 /// Of the difference of two displacements.
 #define SLIP_SIGMAS HEXLOAD_REAL(7.0)
 
@@ -25,35 +31,49 @@ static void count_still(const hexload_real_t now[HEXLOAD_LEGS], const hexload_re
 }
 
 /// Whether one stands still while others change.
-static bool is_one_still(const uint8_t ticks[HEXLOAD_LEGS]) {
+static bool is_one_still(const uint8_t ticks[HEXLOAD_LEGS], uint8_t least_ticks) {
     bool is_still = false;
     int fresh = 0;
     for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
-        is_still = is_still || ticks[leg] >= STILL_TICKS;
+        is_still = is_still || ticks[leg] >= least_ticks;
         fresh += ticks[leg] == 0 ? 1 : 0;
     }
     return is_still && fresh >= FRESH_LEGS;
 }
 
+static bool is_any_off(const hexload_frozen_channels_t* self, const hexload_config_t* config) {
+    const hexload_real_t most_m = SLIP_SIGMAS * config->sensors.displacement_sigma_m;
+    bool is_off = false;
+    for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
+        is_off = is_off || hexload_abs(self->missed_m[leg]) > most_m;
+    }
+    return is_off;
+}
+
+/// Chance, or steps of a converter, repeat a value two times, but not MANY_TICKS times.
+static bool has_stopped_for_certain(const hexload_frozen_channels_t* self, const hexload_config_t* config) {
+    return is_one_still(self->still_velocity_ticks, MANY_TICKS) ||
+           is_one_still(self->still_force_ticks, MANY_TICKS) || is_any_off(self, config);
+}
+
 void hexload_frozen_channels_step(hexload_frozen_channels_t* self, const hexload_config_t* config,
                                   const hexload_leg_sample_t* sample) {
+    const hexload_real_t elapsed_s = config->tick_s * (hexload_real_t)(sample->tick - self->last.tick);
     for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
-        const bool is_still = sample->displacement_m[leg] == self->last.displacement_m[leg];
+        const hexload_real_t moved_m = sample->displacement_m[leg] - self->last.displacement_m[leg];
+        const hexload_real_t way_m = elapsed_s * sample->velocity_m_s[leg];
         self->missed_m[leg] =
-            is_still ? hexload_fma(config->tick_s, sample->velocity_m_s[leg], self->missed_m[leg])
-                     : HEXLOAD_REAL(0.0);
+            moved_m == HEXLOAD_REAL(0.0) ? self->missed_m[leg] + way_m : JUMP_SHARE * (way_m - moved_m);
     }
     count_still(sample->velocity_m_s, self->last.velocity_m_s, self->still_velocity_ticks);
     count_still(sample->force_n, self->last.force_n, self->still_force_ticks);
+    self->left_s = has_stopped_for_certain(self, config)
+                       ? FADING_S
+                       : hexload_max(HEXLOAD_REAL(0.0), self->left_s - config->tick_s);
     self->last = *sample;
 }
 
-bool hexload_frozen_channels_are_there(const hexload_frozen_channels_t* self,
-                                       const hexload_config_t* config) {
-    const hexload_real_t most_m = SLIP_SIGMAS * config->sensors.displacement_sigma_m;
-    bool is_any = is_one_still(self->still_velocity_ticks) || is_one_still(self->still_force_ticks);
-    for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
-        is_any = is_any || hexload_abs(self->missed_m[leg]) > most_m;
-    }
-    return is_any;
+bool hexload_frozen_channels_are_there(const hexload_frozen_channels_t* self) {
+    return self->left_s > HEXLOAD_REAL(0.0) || is_one_still(self->still_velocity_ticks, STILL_TICKS) ||
+           is_one_still(self->still_force_ticks, STILL_TICKS);
 }

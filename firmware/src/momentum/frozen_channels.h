@@ -3,7 +3,8 @@
 /// plausibility.h has a name for it half a second later. Internal.
 ///
 /// A displacement that repeats its last value has stopped when by the velocity the leg has gone on, by more
-/// than noise: encoders repeat theirs, too. A velocity or a force has when those of other legs change.
+/// than noise: encoders repeat theirs, too; or when it has jumped. A velocity or a force has when those of
+/// other legs change.
 #ifndef HEXLOAD_FROZEN_CHANNELS_H
 #define HEXLOAD_FROZEN_CHANNELS_H
 
@@ -14,8 +15,8 @@
 void hexload_frozen_channels_step(hexload_frozen_channels_t* self, const hexload_config_t* config,
                                   const hexload_leg_sample_t* sample);
 
-/// Of the sample taken last.
-HEXLOAD_MUST_USE bool hexload_frozen_channels_are_there(const hexload_frozen_channels_t* self,
-                                                        const hexload_config_t* config);
+/// Of the sample taken last, and for 0.2 s more where a sensor goes on that had certainly stopped, which is a
+/// jump.
+HEXLOAD_MUST_USE bool hexload_frozen_channels_are_there(const hexload_frozen_channels_t* self);
 
 #endif

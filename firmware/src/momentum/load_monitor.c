@@ -11,6 +11,13 @@
 /// Twice the ideal: the leaky mean of 100 NIS has a sigma of 0.35, so noise alone does not reach it.
 #define ALARM_NIS HEXLOAD_REAL(12.0)
 
+/// Noise alone does not raise the mean so far, nine of its sigmas above the ideal.
+#define CALM_NIS HEXLOAD_REAL(9.0)
+
+/// From there to three times the ideal a jump takes that long at most; what takes longer grows with the
+/// motion.
+#define LONGEST_RISE_S HEXLOAD_REAL(0.03)
+
 /// Of a load that is too new for the machine to have shown that it is its model: what its errors do not
 /// reach.
 #define UNPROVEN_NIS HEXLOAD_REAL(18.0)
@@ -252,6 +259,10 @@ static bool is_wrong_wrench(hexload_load_monitor_t* self, const hexload_config_t
     return hexload_wrench_monitor_step(&self->wrench, config, filter, fit, &seen);
 }
 
+bool hexload_load_monitor_is_late(const hexload_load_monitor_t* self) {
+    return self->risen_s > LONGEST_RISE_S;
+}
+
 bool hexload_load_monitor_step(hexload_load_monitor_t* self, const hexload_config_t* config,
                                const hexload_momentum_filter_t* filter, hexload_fit_t fit,
                                const hexload_present_tick_t* now) {
@@ -271,6 +282,7 @@ bool hexload_load_monitor_step(hexload_load_monitor_t* self, const hexload_confi
         self->nis = correct(self, body, now, push.momentum, drift_share);
         self->nis_mean += config->tick_s / HEXLOAD_LOAD_MONITOR_MEMORY_S * (self->nis - self->nis_mean);
     }
+    self->risen_s = self->nis_mean > CALM_NIS ? self->risen_s + config->tick_s : HEXLOAD_REAL(0.0);
     const bool is_wrong = is_wrong_wrench(self, config, filter, fit, now, &push);
     follow_acceleration(self, config, now->motion->twist);
     remember(self, &push);

@@ -34,4 +34,8 @@ HEXLOAD_MUST_USE bool hexload_load_monitor_step(hexload_load_monitor_t* self, co
                                                 const hexload_momentum_filter_t* filter, hexload_fit_t fit,
                                                 const hexload_present_tick_t* now);
 
+/// Of an alarm: whether the mean NIS has taken longer to it than another load's takes. A machine that is not
+/// its model shows so when it begins to move.
+HEXLOAD_MUST_USE bool hexload_load_monitor_is_late(const hexload_load_monitor_t* self);
+
 #endif

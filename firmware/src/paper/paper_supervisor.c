@@ -72,23 +72,36 @@ static hexload_real_t prior_sigma(const hexload_paper_config_t* paper, int param
                                          : paper->prior_inertia_sigma_kg_m2[parameter - HEXLOAD_PAPER_IXX];
 }
 
-/// No principal inertia of a body exceeds the sum of the others; three sigma are granted.
-static bool is_body(const hexload_estimate_t* estimate) {
+/// The factor that sigmas need for some body to have the parameters, no principal inertia of which exceeds
+/// the sum of the others, within three sigma; and for them to be, within one, where the configuration says
+/// that they may be, which begins at zero.
+static hexload_real_t needed_factor(const hexload_paper_config_t* paper, const hexload_estimate_t* estimate) {
     const hexload_real_t* I = &estimate->value[HEXLOAD_PAPER_IXX];
     const hexload_real_t* sigma = &estimate->sigma[HEXLOAD_PAPER_IXX];
     const hexload_real_t largest = hexload_max(I[0], hexload_max(I[1], I[2]));
-    const hexload_real_t spread = sigma[0] + sigma[1] + sigma[2];
-    return I[0] + I[1] + I[2] - HEXLOAD_REAL(2.0) * largest + HEXLOAD_REAL(3.0) * spread > HEXLOAD_REAL(0.0);
+    const hexload_real_t excess = HEXLOAD_REAL(2.0) * largest - (I[0] + I[1] + I[2]);
+    hexload_real_t factor = excess / (HEXLOAD_REAL(3.0) * (sigma[0] + sigma[1] + sigma[2]));
+    for (int k = 0; k < HEXLOAD_PAPER_DIM; k++) {
+        const hexload_real_t beyond =
+            hexload_abs(estimate->value[k]) - FARTHEST_SIGMAS * prior_sigma(paper, k);
+        factor = hexload_max(factor, beyond / estimate->sigma[k]);
+    }
+    return factor;
 }
 
-/// Whether the parameters are where the configuration says that they may be, which begins at zero.
-static bool is_near_prior(const hexload_paper_config_t* paper, const hexload_estimate_t* estimate) {
-    bool is_near = true;
-    for (int k = 0; k < HEXLOAD_PAPER_DIM; k++) {
-        const hexload_real_t farthest = FARTHEST_SIGMAS * prior_sigma(paper, k) + estimate->sigma[k];
-        is_near = is_near && hexload_abs(estimate->value[k]) <= farthest;
+/// Where they need a larger factor sigmas have it. @return whether the largest one is enough.
+static bool make_possible(hexload_paper_supervisor_t* self, const hexload_paper_config_t* paper,
+                          hexload_estimate_t* estimate) {
+    const hexload_real_t needed = needed_factor(paper, estimate);
+    const hexload_real_t most = hexload_sqrt(paper->inconsistent_nis / IDEAL_NIS);
+    if (!(needed <= HEXLOAD_REAL(1.0))) {
+        const hexload_real_t factor = hexload_min(needed, most);
+        self->factor *= factor;
+        for (int k = 0; k < HEXLOAD_PAPER_DIM; k++) {
+            estimate->sigma[k] *= factor;
+        }
     }
-    return is_near;
+    return needed <= most;
 }
 
 /// Whether the motion has shown a parameter is a matter of the filter's own sigma: what widens it no motion
@@ -126,8 +139,7 @@ void hexload_paper_supervisor_judge(hexload_paper_supervisor_t* self, const hexl
     estimate->nis = filter->nis;
     estimate->nis_mean = self->nis_mean;
     estimate->verdict = HEXLOAD_VERDICT_CONVERGED;
-    const bool fits_model =
-        self->nis_mean <= paper->inconsistent_nis && is_body(estimate) && is_near_prior(paper, estimate);
+    const bool fits_model = make_possible(self, paper, estimate) && self->nis_mean <= paper->inconsistent_nis;
     const bool is_misfit = self->factor > HEXLOAD_REAL(1.0);
     for (int parameter = 0; parameter < HEXLOAD_PAPER_DIM; parameter++) {
         const hexload_verdict_t verdict = fits_model ? judge_parameter(paper, estimate, parameter, is_misfit)

@@ -232,6 +232,12 @@ def replay(
         ),
     ] = None,
     view: Annotated[bool, typer.Option("--view", help="Then play it in the browser: hexload view.")] = False,
+    commanded: Annotated[
+        Path | None,
+        typer.Option(
+            help="Motion that was commanded (.csv: t,x,y,z,roll,pitch,yaw, as of hexload excite): is each leg the one that it is taken for?"
+        ),
+    ] = None,
     as_json: AsJson = False,
     quiet: Quiet = False,
 ) -> None:
@@ -242,6 +248,8 @@ def replay(
 
     All ten parameters (--estimator momentum) are shown as a body too: mass, centre of mass and tensor about it, whether any body
     can have them, and if none can, the nearest one that a body can have.
+
+    --commanded tells what no log can: legs renumbered or mirrored in all channels of a symmetric machine.
 
     Exit status: 0; 2 for a file or an option that is refused, also as its units, signs, order or time cannot be; 3 when the estimates
     are written but not to be believed, as channels of the log contradict each other at its end, most samples are refused or the
@@ -255,7 +263,9 @@ def replay(
 
     way_in = WayIn(columns or (), resample, unchecked)
     with output.said(as_json, quiet):
-        result = replay_log(log, platform, estimator, prior, out, tare, bodies, report, trace, rig, way_in)
+        result = replay_log(
+            log, platform, estimator, prior, out, tare, bodies, report, trace, rig, way_in, commanded
+        )
         print_summary(result, out, bodies, report, trace)
     if as_json:
         output.print_json(

@@ -74,6 +74,8 @@ def print_summary(
         print(f"body:      {load_summary.consistent_in_words(result['body'])}")
     print(f"verdict:   {result['verdict'][-1]} after {result['ticks']} ticks")
     print(f"health:    {load_summary.health_in_words(result['health_counts']) or 'no remark'}")
+    if "followed" in result:
+        print(f"legs:      {result['followed'].words}")
     for finding in result["diagnosis"].findings:
         print(f"cause:     {finding.words}{_how_much(finding)}")
     for t_s, words in result["input_faults"]:

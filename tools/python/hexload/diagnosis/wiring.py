@@ -113,6 +113,30 @@ def untold(geometry: Geometry) -> list[Order]:
     ]
 
 
+def turned(geometry: Geometry, order: Order) -> Array:
+    """(3, 3): Q, a turn about the vertical or a mirror, that puts the hinges of legs `order` nearest those of legs 1 to 6.
+
+    Where the machine is congruent to itself in that order, its log with the channels of legs `order` is that of the motion
+    p' = Q p, R' = Q R Q^T and of a body h' = Q h, I' = Q I Q^T: Newton's and Euler's equations know no such Q, and
+    gravity is along its axis.
+    """
+    places = list(order)
+    sides = (geometry.base_hinges_m[:, :2], geometry.platform_hinges_m[:, :2])
+    u, _, v = np.linalg.svd(sum(side.T @ side[places] for side in sides))
+    q = np.eye(3)
+    q[:2, :2] = u @ v
+    return q
+
+
+def turned_body(q: Array, theta: Array) -> Array:
+    """(10,): m, Q h, Q I Q^T."""
+    xx, yy, zz, xy, xz, yz = theta[4:]
+    inertia = q @ np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]) @ q.T
+    return np.concatenate(
+        [theta[:1], q @ theta[1:4], inertia[np.array([0, 1, 2, 0, 0, 1]), np.array([0, 1, 2, 1, 2, 2])]]
+    )
+
+
 def _lengths(geometry: Geometry, order: Order) -> Array:
     """All distances and heights between hinges of a side, and the legs' home lengths: what a turn or mirror keeps."""
     places = list(order)

@@ -12,6 +12,7 @@ from hexload.diagnosis.machine import in_time, machine_of, with_rig
 from hexload.diagnosis.record import LONGEST_S
 from hexload.errors import InputError
 from hexload.estimation import load_summary
+from hexload.estimation.commanded import follow
 from hexload.estimation.firmware_run import FirmwareReplay, load_platform, native_firmware
 from hexload.estimation.input_check import REFUSED, InputCheck, gaps_in_words, input_in_words
 from hexload.estimation.rig_file import platform_with_rig
@@ -51,13 +52,16 @@ def replay_log(
     trace: Path | None = None,
     rig: Path | None = None,
     way_in: WayIn | None = None,
+    commanded: Path | None = None,
 ) -> dict:
     """Writes the estimates CSV to `out`, one row per log row, and returns what hexload_native.replay returns, with
     `has_rig`, `diagnosis`, `input_words`, what is wrong with the log's channels, `rows` of the log and the reader's remarks. Of a log of
     more than MOST_ROWS rows only every second, fourth, ... row is in the result's arrays, and on the page.
 
     `estimator` and `prior` override the platform file's [estimator] table. `tare`: file of `hexload tare`, made with
-    the same platform; `rig`: of `hexload commission`, likewise. `bodies`: a CSV for the load as a body, one row per log row. `report`: a page. `trace`: a CSV of each tick's measurement update. `way_in`: how the log is read and checked.
+    the same platform; `rig`: of `hexload commission`, likewise. `bodies`: a CSV for the load as a body, one row per log row.
+    `report`: a page. `trace`: a CSV of each tick's measurement update. `way_in`: how the log is read and checked.
+    `commanded`: the motion that was commanded; the result then has `followed`, which leg is which.
     """
     _refuse_same_files({"--out": out, "--bodies": bodies, "--report": report, "--trace": trace})
     way_in = way_in or WayIn()
@@ -84,6 +88,9 @@ def replay_log(
         result["has_rig"] = rig is not None
         result["diagnosis"] = _diagnosis(result, joined(run.recent), platform, rig)
         result["input_words"] = result["input_words"] or result["diagnosis"].input_words
+        if commanded is not None:
+            followed = result["followed"] = follow(result["log"], platform, commanded)
+            result["input_words"] = followed.contradiction or result["input_words"]
         if page is not None:
             tared = "" if tare is None else f" and the tare {tare.name}"
             tared += "" if rig is None else f" and the rig {rig.name}"

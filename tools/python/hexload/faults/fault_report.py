@@ -22,6 +22,7 @@ OUTCOME_WORDS = {
     "said": "said",
     "weak": "weak",
     "silent": "silent",
+    "untold": "no log can show it",
     "refused": "refused",
     "false_alarm": "false alarm",
 }
@@ -30,10 +31,11 @@ COLOURS = {  # Okabe and Ito's
     "said": "#56b4e9",
     "weak": "#e69f00",
     "silent": "#d55e00",
+    "untold": "#999999",
     "refused": "#6b7280",
     "false_alarm": "#cc79a7",
 }
-HEADINGS = ("runs", "right", "said", "weak", "silent", "refused", "false", "false changes")
+HEADINGS = ("runs", "right", "said", "weak", "silent", "untold", "refused", "false", "false changes")
 
 
 def counts(tally: Tally) -> list[int]:

@@ -15,6 +15,7 @@ import numpy as np
 from hexload import project
 from hexload.campaign import cases, one_case, statistics
 from hexload.campaign.store import plain
+from hexload.diagnosis import wiring
 from hexload.errors import InputError
 from hexload.estimation import commission, firmware_run, rig_file, rig_model, rig_regression
 from hexload.faults import kinds, load_faults, machine_faults, naming, recording, score, sensor_faults, timing_faults
@@ -93,7 +94,7 @@ def score_of(faulty: Recording, estimator: str, rig: Callable[[], Path] | None =
         answer = firmware_run.run_firmware(native, machine, log, Path(os.devnull))
     except (InputError, ValueError) as refused:
         return score.refusal(str(refused))
-    return score.score(told_by(answer, log.t_s), truth_of(faulty, estimator))
+    return score.score(told_by(answer, log.t_s), truth_of(faulty, estimator), twin_of(faulty, estimator))
 
 
 def told_by(answer: dict, sample_t_s: np.ndarray) -> Told:
@@ -127,6 +128,16 @@ def truth_of(faulty: Recording, estimator: str) -> Truth:
     steiner = np.array([hy**2 + hz**2, hx**2 + hz**2, hx**2 + hy**2]) / mass
     value = np.array([hz / mass, *(theta[4:7] - steiner)])
     return Truth(value, np.maximum(np.abs(value), bound.paper_prior_sigma("safe", mass)), faulty.changes_s)
+
+
+def twin_of(faulty: Recording, estimator: str) -> Truth | None:
+    """Of the load whose log this is as well: legs counted so that the machine, as it is told, is congruent to itself."""
+    geometry = naming.machine_of(Platform.of(faulty.platform).native()).geometry
+    if faulty.order not in wiring.untold(geometry):
+        return None
+    turned = wiring.turned_body(wiring.turned(geometry, faulty.order), faulty.theta + faulty.own_theta)
+    load = replace(faulty.loads[-1], theta=turned - faulty.own_theta)
+    return truth_of(replace(faulty, loads=(*faulty.loads[:-1], load)), estimator)
 
 
 def clean_recording(motion: str, seed: int, duration_s: float, estimator: str, logs: str) -> Recording:

@@ -41,6 +41,7 @@ class Recording:
     gravity_m_s2: Array  # (3,), true, base axes
     platform: Table  # what the estimator is told of the machine
     changes_s: tuple[tuple[float, float], ...]  # from when to when the load changes
+    order: tuple[int, ...] = tuple(range(LEGS))  # whose channels the log has at legs 1 to 6, from 0
 
     @property
     def t_s(self) -> Array:
@@ -72,6 +73,13 @@ def with_channel(recording: Recording, channel: str, values: Array) -> Recording
 def with_log(recording: Recording, t_s: Array, channels: Sequence[Array]) -> Recording:
     """All that the estimator is given, anew: displacement, velocity, force."""
     return replace(recording, log=LegLog(t_s, *channels))
+
+
+def with_order(recording: Recording, order: Sequence[int]) -> Recording:
+    """All channels of other legs: of leg order[i] at leg i."""
+    channels = [part[:, list(order)] for part in channels_of(recording.log)]
+    counted = tuple(recording.order[leg] for leg in order)
+    return replace(with_log(recording, recording.log.t_s, channels), order=counted)
 
 
 def channels_of(log: LegLog) -> tuple[Array, Array, Array]:

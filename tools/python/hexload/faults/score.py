@@ -7,6 +7,8 @@ sigma). What is said counts when it is said in the last 3 s. Outcomes, the first
 
     refused      the log is refused as a whole, or more than half of the run's samples, or of those of the last 3 s, are
     silent       a parameter is wrong, its own verdict is `converged`, and no health bit, event or refusal in the last 3 s
+    untold       as silent or weak, but nothing in the log can show it: with the same machine it is to the last digit the log
+                 of another motion and another load, and for that load no parameter is wrong
     weak         a parameter is wrong, its own verdict is `converged`, but a bit, event or refusal is there
     said         parameters are wrong, and none of them has the verdict `converged`
     false_alarm  no parameter is wrong, but a change of the load was reported where there was none, or the verdict
@@ -26,7 +28,7 @@ from hexload.campaign.statistics import ALARM_DUE_S
 
 Array = NDArray[np.float64]
 
-OUTCOMES = ("right", "said", "weak", "silent", "refused", "false_alarm")
+OUTCOMES = ("right", "said", "weak", "silent", "untold", "refused", "false_alarm")
 WRONG_SIGMAS = 5.0
 WRONG_SHARE = 0.02
 LAST_S = 3.0
@@ -78,8 +80,8 @@ class Score:
     is_called_inconsistent: bool  # where no change of the load explains it
 
 
-def score(told: Told, truth: Truth) -> Score:
-    """The outcome of a run that was not refused as a whole; see the rules above."""
+def score(told: Told, truth: Truth, twin: Truth | None = None) -> Score:
+    """The outcome of a run that was not refused as a whole; see the rules above. `twin`: of the other load whose log it is."""
     end_s = float(told.sample_t_s[-1])
     is_late = told.t_s >= end_s - LAST_S
     late_refused = _refused_share(told, told.sample_t_s >= end_s - LAST_S, is_late)
@@ -92,6 +94,8 @@ def score(told: Told, truth: Truth) -> Score:
     is_trusted = any(parameter.verdict == CONVERGED for parameter in wrong)
     if max(run_refused, late_refused) > MOST:
         outcome = "refused"
+    elif is_trusted and twin is not None and not _wrong(told, twin)[0]:
+        outcome = "untold"
     elif is_trusted:
         outcome = "weak" if bits_late else "silent"
     elif wrong:

@@ -14,11 +14,10 @@ from hexload.faults.recording import (
     LEGS,
     TICK_S,
     Recording,
-    channels_of,
     in_channel,
     noise_of,
     with_channel,
-    with_log,
+    with_order,
 )
 
 Array = NDArray[np.float64]
@@ -91,14 +90,12 @@ def swapped(recording: Recording, size: float, random: Random, channel: str) -> 
 
 def renumbered(recording: Recording, size: float, _: Random) -> Recording:
     """In all channels the legs are counted from another one, `size` further."""
-    return with_log(
-        recording, recording.log.t_s, [np.roll(part, int(size), axis=1) for part in channels_of(recording.log)]
-    )
+    return with_order(recording, np.roll(np.arange(LEGS), int(size)).tolist())
 
 
 def mirrored(recording: Recording, _size: float, _random: Random) -> Recording:
     """In all channels the legs are counted the other way round."""
-    return with_log(recording, recording.log.t_s, [part[:, MIRRORED] for part in channels_of(recording.log)])
+    return with_order(recording, MIRRORED)
 
 
 def exchanged_legs(recording: Recording, size: float, random: Random) -> Recording:
@@ -107,7 +104,7 @@ def exchanged_legs(recording: Recording, size: float, random: Random) -> Recordi
     pair = [leg, (leg + int(size)) % LEGS]
     order = np.arange(LEGS)
     order[pair] = pair[::-1]
-    return with_log(recording, recording.log.t_s, [part[:, order] for part in channels_of(recording.log)])
+    return with_order(recording, order.tolist())
 
 
 def bias_one(recording: Recording, size: float, random: Random, channel: str) -> Recording:
