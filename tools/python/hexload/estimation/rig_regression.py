@@ -98,7 +98,7 @@ class Found:
     residual_n: float  # standard deviation where legs move
     residuals_n: Array  # (rows, 6)
     t_s: Array  # (rows,)
-    hinge_columns: Array | None  # of the rigid part's forces, for a regression that goes on from here
+    hinge_columns: tuple[Array | None, Array | None]  # of the rigid part's forces, without and with more noise
 
 
 @dataclass(frozen=True)
@@ -145,7 +145,7 @@ def fit(
     record = _prepare(log_t_s, displacement_m, force_n)
     if near is None:
         value = np.where(np.isfinite(start.value), start.value, 0.0)
-        law, hinge_columns = FIRST_LAW, None  # hinges are of no weight before there is a theta
+        law, hinge_columns = FIRST_LAW, (None, None)  # hinges are of no weight before there is a theta
     else:
         value = np.where(start.sigma > 0, near.value, start.value)
         law, hinge_columns = near.law, near.hinge_columns
@@ -153,13 +153,13 @@ def fit(
     noisy = _with_noise(record, _prepare(log_t_s, _noise_like(displacement_m), force_n))
     for number in range(PASSES if near is None else MORE_PASSES):
         if number == 1 and near is None:
-            hinge_columns = _hinge_columns(record, geometry, gravity, value, start)
+            hinge_columns = tuple(_hinge_columns(seen, geometry, gravity, value, start) for seen in (record, noisy))
         if number in SCANNING_PASSES and near is None:
             law = _scan(record, geometry, gravity, value, start, LAWS if number == 1 else (law,))
             shapes = _friction_rows(record, law)
-        rows = _linearise(record, geometry, gravity, value, shapes, hinge_columns)
+        rows = _linearise(record, geometry, gravity, value, shapes, hinge_columns[0])
         known = near is not None or number >= SCANNING_PASSES[-1]
-        of_noise = _linearise(noisy, geometry, gravity, value, shapes, hinge_columns) if known else rows
+        of_noise = _linearise(noisy, geometry, gravity, value, shapes, hinge_columns[1]) if known else rows
         value, left = _solve(record, *rows, value, start, (rows[0] - of_noise[0], of_noise[1] - rows[1]))
     covariances = _sandwich(record, left, start)
     return Found(value, *covariances, law, left.noise_n, left.residual, record.t_s, hinge_columns)
