@@ -383,7 +383,9 @@ def _refuse_mass(found: Found, machine: Machine, run: Run, mass_kg: float) -> No
     """Another mass than that, or one that comes or goes."""
     sigma = np.zeros(UNKNOWNS)
     sigma[SLICES["theta"]] = np.inf
-    loaded = _regress(run, machine, Start(found.value, sigma), replace(found, hinge_columns=(None, None)))  # all else is held
+    loaded = _regress(
+        run, machine, Start(found.value, sigma), replace(found, hinge_columns=(None, None))
+    )  # all else is held
     _refuse_residual(run, loaded)
     weighed_kg = loaded.value[0] - found.value[0]
     tolerance = max(machine.tolerances["gain"], machine.common_gain or 0.0)
