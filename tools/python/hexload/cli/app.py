@@ -355,7 +355,10 @@ def commission_verb(
     out: Annotated[Path, typer.Option(help="Rig file to write (.toml), for hexload replay --rig.")],
     reference: Annotated[
         Path | None,
-        typer.Option(help="Leg log with a known mass on the platform: tells the force sensors' common gain."),
+        typer.Option(
+            help="Leg log with a known mass on the platform, moving: tells the force sensors' common gain and how friction "
+            "grows with force."
+        ),
     ] = None,
     reference_mass: Annotated[float | None, typer.Option(min=1.0, help="That mass, kg.")] = None,
     loaded: Annotated[

@@ -4,6 +4,7 @@ The regression is in rig_regression.py; here stand what is known beforehand, wha
 """
 
 import tomllib
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -34,6 +35,8 @@ DOUBT = 1e-3  # of that
 TOLD_SHARE = 1e-6
 SHORTEST_S = 4.0
 LONGEST_GAP_S = 0.02
+LARGEST_END_SHARE = 0.02  # of rows at the largest or smallest force
+STUCK_S, STUCK_WAY_M = 0.25, 1e-3
 LEAST_SPEED_M_S = 0.01
 UNSURE_SHARE = 0.05  # of the platform's own scale: beyond, the motion tells too little
 UNEXPLAINED_SHARE = 0.2  # of the forces' own changes
@@ -93,13 +96,14 @@ def commission(wish: Wish) -> dict:
     if wish.report is not None:
         import hexload.report.commission_page  # noqa: F401 - a package that is missing is told before the run
     with replaced_when_done(wish.out) as temporary, replaced_or_none(wish.report) as page:
-        found = _fit(run, machine, _start(machine))
+        found, whole = _fit(run, machine, _start(machine))
         _refuse(run, machine, found, wish)
-        words = _identifiability(found, _start(machine))
         if machine.common_gain is not None:
-            found = replace(found, covariance=with_common_gain(found.covariance, machine.common_gain))
+            covariance = with_common_gain(found.covariance, machine.common_gain)
+            found, whole = replace(found, covariance=covariance), replace(whole, covariance=covariance)
         if wish.reference is not None:
-            found = _with_reference(found, machine, _run(wish.reference), wish.reference_mass_kg)
+            found = _with_reference(whole, machine, _run(wish.reference), wish.reference_mass_kg)
+        words = _identifiability(found, _start(machine))
         delay_s = _velocity_delay(run, machine)
         rig, sigma = _tables(found, machine, delay_s, wish.loaded)
         source = {
@@ -189,10 +193,33 @@ def _run(path: Path) -> Run:
             f"{LONGEST_GAP_S:g} s at most"
         )
     t_s = log.t_s[0] + dt_s * np.arange(round(duration_s / dt_s) + 1)
+    _refuse_stuck(path, log)
     parts = (log.displacement_m, log.velocity_m_s, log.force_n)
     return Run(
         str(path), LegLog(t_s, *(np.stack([np.interp(t_s, log.t_s, leg) for leg in p.T], axis=1) for p in parts))
     )
+
+
+def _refuse_stuck(path: Path, log: LegLog) -> None:
+    """Load cells that reach the end of their range, or stop."""
+    for leg in range(LEGS):
+        force_n, way_m = log.force_n[:, leg], log.displacement_m[:, leg]
+        for end_n in (force_n.min(), force_n.max()):
+            share = np.mean(force_n == end_n)
+            if share > LARGEST_END_SHARE:
+                raise InputError(
+                    f"{path}: found leg {leg + 1}'s force at {end_n:.5g} N in {100.0 * share:.0f} % of all rows and never "
+                    "beyond, expected forces within the load cell's range"
+                )
+        changes = np.flatnonzero(np.diff(force_n)) + 1
+        starts, ends = np.append(0, changes), np.append(changes, len(force_n)) - 1
+        long = log.t_s[ends] - log.t_s[starts] > STUCK_S
+        for first, last in zip(starts[long], ends[long], strict=True):
+            if np.ptp(way_m[first : last + 1]) > STUCK_WAY_M:
+                raise InputError(
+                    f"{path}: found leg {leg + 1}'s force at {force_n[first]:.5g} N from {log.t_s[first]:.3f} to "
+                    f"{log.t_s[last]:.3f} s while the leg moves, expected a load cell that does not stop"
+                )
 
 
 def _start(machine: Machine) -> Start:
@@ -203,13 +230,13 @@ def _start(machine: Machine) -> Start:
     return Start(value, sigma)
 
 
-def _fit(run: Run, machine: Machine, start: Start) -> Found:
+def _fit(run: Run, machine: Machine, start: Start) -> tuple[Found, Found]:
     """With all groups; without those of a mechanism that does not stand out of the noise; then with those that are as
-    declared held there. Their tolerances count on in the covariance."""
-    found = _regress(run, machine, start)
-    found, start = _without(run, machine, found, start, MIXED)
-    fewer, _ = _without(run, machine, found, start, DECLARED)
-    return replace(fewer, covariance=found.covariance, noise_covariance=found.noise_covariance)
+    declared held there. Their tolerances count on in the covariance. The other is the fit in which none is held."""
+    whole = _regress(run, machine, start)
+    whole, start = _without(run, machine, whole, start, MIXED)
+    fewer, _ = _without(run, machine, whole, start, DECLARED)
+    return replace(fewer, covariance=whole.covariance, noise_covariance=whole.noise_covariance), whole
 
 
 def _without(run: Run, machine: Machine, found: Found, start: Start, names: tuple[str, ...]) -> tuple[Found, Start]:
@@ -227,10 +254,19 @@ def _without(run: Run, machine: Machine, found: Found, start: Start, names: tupl
 
 def _regress(run: Run, machine: Machine, start: Start, near: Found | None = None) -> Found:
     log = run.log
-    try:
-        return rig_regression.fit(
+    return _said_of(
+        run,
+        machine,
+        lambda: rig_regression.fit(
             log.t_s, log.displacement_m, log.force_n, machine.geometry, machine.gravity_m_s2, start, near
-        )
+        ),
+    )
+
+
+def _said_of(run: Run, machine: Machine, regression: Callable[[], Found]) -> Found:
+    """Of a regression that finds a fault of its run: whose it is."""
+    try:
+        return regression()
     except (ValueError, np.linalg.LinAlgError) as error:
         raise InputError(
             f"{run.name} with {machine.platform_file}: found {error}, expected a run of this machine"
@@ -297,7 +333,7 @@ def _refuse_residual(run: Run, found: Found) -> None:
         worst = found.t_s[int(np.argmax(np.abs(found.residuals_n).max(axis=1)))]
         leg = int(np.argmax(np.mean(found.residuals_n**2, axis=0)))
         raise InputError(
-            f"{run.name}: found {left_n:.3g} N (rms) of the legs' {spread_n:.3g} N that no empty platform on these legs "
+            f"{run.name}: found {left_n:.3g} N (rms) of the legs' {spread_n:.3g} N that no platform on these legs "
             f"takes, most in leg {leg + 1}, largest at {worst:.3f} s; expected {UNEXPLAINED_SHARE * spread_n:.3g} N at most: "
             "a load that comes or goes, something that touches the platform, or legs that are not those of the platform file"
         )
@@ -332,25 +368,35 @@ def with_common_gain(covariance: Array, tolerance: float) -> Array:
 
 
 def _with_reference(found: Found, machine: Machine, run: Run, mass_kg: float) -> Found:
-    """The common gain, which an empty run leaves to the declared tolerance: a known mass weighs r times itself."""
+    """What an empty run leaves to the declared tolerances: the common gain, as a known mass weighs 1 + g times itself, and
+    friction's growth, as legs that carry more rub more."""
+    _refuse_mass(found, machine, run, mass_kg)
+    log = run.log
+    return _said_of(
+        run,
+        machine,
+        lambda: rig_regression.fit_loaded(
+            log.t_s, log.displacement_m, log.force_n, machine.geometry, machine.gravity_m_s2, found, mass_kg
+        ),
+    )
+
+
+def _refuse_mass(found: Found, machine: Machine, run: Run, mass_kg: float) -> None:
+    """Another mass than that, or one that comes or goes."""
     sigma = np.zeros(UNKNOWNS)
     sigma[SLICES["theta"]] = np.inf
-    value = found.value.copy()
-    loaded = _regress(run, machine, Start(value, sigma), replace(found, hinge_columns=None))  # hinges are held
+    loaded = _regress(
+        run, machine, Start(found.value, sigma), replace(found, hinge_columns=(None, None))
+    )  # all else is held
+    _refuse_residual(run, loaded)
     weighed_kg = loaded.value[0] - found.value[0]
-    ratio, of_ratio = weighed_kg / mass_kg, np.sqrt(loaded.covariance[0, 0]) / mass_kg
     tolerance = max(machine.tolerances["gain"], machine.common_gain or 0.0)
-    if abs(ratio - 1.0) > 5.0 * np.hypot(tolerance, of_ratio):
+    of_ratio = np.sqrt(loaded.covariance[0, 0]) / mass_kg
+    if abs(weighed_kg / mass_kg - 1.0) > 5.0 * np.hypot(tolerance, of_ratio):
         raise InputError(
             f"{run.name}: found a load of {weighed_kg:.4g} kg, expected --reference-mass {mass_kg:g} kg within five times the "
             f"force gains' tolerance of {tolerance:g}"
         )
-    mean = np.zeros(UNKNOWNS)
-    mean[SLICES["gain"]] = 1.0 / LEGS
-    known = (1.0 + mean @ found.value) * ratio - 1.0
-    gain = found.covariance @ mean / (mean @ found.covariance @ mean + of_ratio**2)
-    covariance = found.covariance - np.outer(gain, mean @ found.covariance)
-    return replace(found, value=found.value + gain * (known - mean @ found.value), covariance=covariance)
 
 
 def _velocity_delay(run: Run, machine: Machine) -> float:

@@ -35,7 +35,11 @@ EDGE_S = 0.3  # there the filters still feel the ends of the record
 BLOCK_S = 1.0
 PASSES = 4
 SCANNING_PASSES = (1, 2)  # before the first nothing is known of the machine, before the second nothing of its hinges
+LOADED_PASSES = 4
+OPEN_RADII = 10.0  # of the platform: where the centre of a load may be
 MORE_PASSES = 2  # from a solution that differs by what is held
+NOISE_SEED = 1
+MOST_NOISE = 0.9  # share of what a run seems to say that may be taken off as noise
 SLOW_M_S = 0.005
 UNKNOWN_FRICTION_SHARE = 0.3
 HINGE_STEP_M = 1e-4
@@ -48,6 +52,8 @@ LAWS = tuple(  # the scan begins at the best: friction may turn by the speed or 
     for stribeck in (0.005, 0.014, 0.03)
     for turn in ((0.001, 0.0), (0.004, 0.0), (0.001, 4e-5), (0.001, 1.6e-4))
 )
+FINER = (1.19, 1.09)  # factors between the steps of the scans: Stribeck's part is off by as much as its speed
+FINER_GAIN = 0.005  # less of the residual's square is chance: some 1e4 rows of which a quarter are independent
 SCANS = 2  # of each number of the law, the others held
 GROUPS = {
     "theta": 10,
@@ -78,7 +84,7 @@ WORST_CONDITION = 1e-13
 
 @dataclass(frozen=True)
 class Start:
-    """Prior of the unknowns, (94,) each; a sigma of inf: nothing known, of 0: fixed."""
+    """Prior of the unknowns, (88,) each; a sigma of inf: nothing known, of 0: fixed."""
 
     value: Array
     sigma: Array
@@ -86,14 +92,14 @@ class Start:
 
 @dataclass(frozen=True)
 class Found:
-    value: Array  # (94,), as in SLICES; hinges as [base_hinges_m, platform_hinges_m] less those of the platform file
-    covariance: Array  # (94, 94)
-    noise_covariance: Array  # (94, 94), without the part that the priors leave: of unknowns that are as the prior says
+    value: Array  # (88,), as in SLICES; hinges as [base_hinges_m, platform_hinges_m] less those of the platform file
+    covariance: Array  # (88, 88)
+    noise_covariance: Array  # (88, 88), without the part that the priors leave: of unknowns that are as the prior says
     law: FrictionLaw
     residual_n: float  # standard deviation where legs move
     residuals_n: Array  # (rows, 6)
     t_s: Array  # (rows,)
-    hinge_columns: Array | None  # of the rigid part's forces, for a regression that goes on from here
+    hinge_columns: tuple[Array | None, Array | None]  # of the rigid part's forces, without and with more noise
 
 
 @dataclass(frozen=True)
@@ -120,9 +126,10 @@ class _Left:
     """What a solution leaves."""
 
     residual: Array  # (rows, 6)
-    matrix: Array  # (rows, 6, 94)
+    matrix: Array  # (rows, 6, 88)
     weight: Array  # (rows, 6), 1 / standard deviation
     noise_n: float
+    false: Array  # (88, 88), of the weighted rows' information what the displacements' noise alone makes
 
 
 def fit(
@@ -139,19 +146,22 @@ def fit(
     record = _prepare(log_t_s, displacement_m, force_n)
     if near is None:
         value = np.where(np.isfinite(start.value), start.value, 0.0)
-        law, hinge_columns = FIRST_LAW, None  # hinges are of no weight before there is a theta
+        law, hinge_columns = FIRST_LAW, (None, None)  # hinges are of no weight before there is a theta
     else:
         value = np.where(start.sigma > 0, near.value, start.value)
         law, hinge_columns = near.law, near.hinge_columns
     shapes = _friction_rows(record, law)
+    noisy = _with_noise(record, _prepare(log_t_s, _noise_like(displacement_m), force_n))
     for number in range(PASSES if near is None else MORE_PASSES):
         if number == 1 and near is None:
-            hinge_columns = _hinge_columns(record, geometry, gravity, value, start)
+            hinge_columns = tuple(_hinge_columns(seen, geometry, gravity, value, start) for seen in (record, noisy))
         if number in SCANNING_PASSES and near is None:
             law = _scan(record, geometry, gravity, value, start, LAWS if number == 1 else (law,))
             shapes = _friction_rows(record, law)
-        rows = _linearise(record, geometry, gravity, value, shapes, hinge_columns)
-        value, left = _solve(record, *rows, value, start)
+        rows = _linearise(record, geometry, gravity, value, shapes, hinge_columns[0])
+        known = near is not None or number >= SCANNING_PASSES[-1]
+        of_noise = _linearise(noisy, geometry, gravity, value, shapes, hinge_columns[1]) if known else rows
+        value, left = _solve(record, *rows, value, start, (rows[0] - of_noise[0], of_noise[1] - rows[1]))
     covariances = _sandwich(record, left, start)
     return Found(value, *covariances, law, left.noise_n, left.residual, record.t_s, hinge_columns)
 
@@ -185,6 +195,22 @@ def _prepare(t_s: Array, displacement_m: Array, force_n: Array) -> _Record:
         motion_filter,
         friction_speed[::step][rows],
         t_s[::step][rows],
+    )
+
+
+def _noise_like(displacement_m: Array) -> Array:
+    """White noise as large as the displacements', which third differences show: a motion does not pass them."""
+    sigma_m = np.sqrt(np.mean(np.diff(displacement_m, 3, axis=0) ** 2, axis=0) / 20.0)
+    return sigma_m * np.random.default_rng(NOISE_SEED).standard_normal(displacement_m.shape)
+
+
+def _with_noise(record: _Record, noise: _Record) -> _Record:
+    """As if the displacements had as much noise again."""
+    return replace(
+        record,
+        displacement=record.displacement + noise.displacement,
+        speed=record.speed + noise.speed,
+        acceleration=record.acceleration + noise.acceleration,
     )
 
 
@@ -254,7 +280,7 @@ def _inertial_hinge_columns(record: _Record, geometry: Geometry, value: Array) -
 def _linearise(
     record: _Record, geometry: Geometry, gravity: float, value: Array, shapes: Array, hinge_columns: Array | None
 ) -> tuple[Array, Array]:
-    """Residual (rows, 6) and matrix (rows, 6, 94) at `value`."""
+    """Residual (rows, 6) and matrix (rows, 6, 88) at `value`."""
     model, matrix = _columns(record, geometry, gravity, value, shapes, hinge_columns)
     matrix = _as_rows(record, matrix)
     matrix[:, :, SLICES["delay"].start] = -record.force_rate
@@ -264,7 +290,7 @@ def _linearise(
 def _columns(
     record: _Record, geometry: Geometry, gravity: float, value: Array, shapes: Array, hinge_columns: Array | None
 ) -> tuple[Array, Array]:
-    """What the load cells show, (n, 6), and its derivatives, (n, 6, 94), the delay's left out."""
+    """What the load cells show, (n, 6), and its derivatives, (n, 6, 88), the delay's left out."""
     tilt = value[SLICES["tilt"]]
     g = rig_model.gravity_vector(gravity, tilt)
     here = moved(geometry, value)
@@ -299,7 +325,11 @@ def _weights(record: _Record, value: Array, noise_n: float) -> Array:
     return 1.0 / np.sqrt(1.0 + unknown**2 * slow)
 
 
-def _solve(record: _Record, residual: Array, matrix: Array, value: Array, start: Start) -> tuple[Array, _Left]:
+def _solve(
+    record: _Record, residual: Array, matrix: Array, value: Array, start: Start, doubles: tuple[Array, Array]
+) -> tuple[Array, _Left]:
+    """`doubles`: what noise like the displacements' changes of the model and of the matrix. The noise that is in both counts
+    as information that no motion has given, and draws the unknowns towards zero: it is taken out of the normal equations."""
     noise_n = _noise(record, residual, value)
     weight = _weights(record, value, noise_n) / noise_n
     free = start.sigma > 0
@@ -308,11 +338,27 @@ def _solve(record: _Record, residual: Array, matrix: Array, value: Array, start:
     scale = np.sqrt(np.sum(A**2, axis=0) + prior) + TINY
     normal = (A / scale).T @ (A / scale) + np.diag(prior / scale**2)
     right = (A / scale).T @ (weight * residual).ravel() + prior / scale * (start.value - value)[free]
+    false = (weight[:, :, None] * doubles[1]).reshape(-1, UNKNOWNS)[:, free] / scale
+    of_noise = _less_than(false.T @ false, normal)
+    normal -= of_noise
+    right += false.T @ (weight * doubles[0]).ravel()
     change = np.zeros(UNKNOWNS)
     change[free] = np.linalg.lstsq(normal, right, rcond=WORST_CONDITION)[0] / scale
     left = residual - matrix @ change
     noise_n = _noise(record, left, value + change)
-    return value + change, _Left(left, matrix, _weights(record, value + change, noise_n) / noise_n, noise_n)
+    weight = _weights(record, value + change, noise_n) / noise_n
+    false = (weight[:, :, None] * doubles[1]).reshape(-1, UNKNOWNS)
+    return value + change, _Left(left, matrix, weight, noise_n, false.T @ false)
+
+
+def _less_than(of_noise: Array, normal: Array) -> Array:
+    """`of_noise`, where it is more than MOST_NOISE of `normal` no more than that."""
+    values, vectors = np.linalg.eigh(normal)
+    root = vectors * np.sqrt(np.maximum(values, WORST_CONDITION * values.max()))
+    inverse = vectors / np.sqrt(np.maximum(values, WORST_CONDITION * values.max()))
+    share, ways = np.linalg.eigh(inverse.T @ of_noise @ inverse)
+    ways = root @ ways
+    return (ways * np.clip(share, 0.0, MOST_NOISE)) @ ways.T
 
 
 def _prior_information(start: Start) -> Array:
@@ -361,6 +407,11 @@ def _scan(
             ("reversal_speed_m_s", REVERSAL_SPEEDS_M_S),
         ):
             law = min((replace(law, **{name: number}) for number in numbers), key=cost)
+    for factor in FINER if len(laws) == 1 else ():
+        for name in ("stribeck_speed_m_s", "reversal_speed_m_s", "presliding_m"):
+            number = getattr(law, name)
+            finer = min((replace(law, **{name: number * k}) for k in (factor, 1.0 / factor)), key=cost)
+            law = finer if cost(finer) < (1.0 - FINER_GAIN) * cost(law) else law
     return law
 
 
@@ -380,20 +431,89 @@ def _sandwich(record: _Record, left: _Left, start: Start) -> tuple[Array, Array]
     A = (left.weight[:, :, None] * left.matrix)[:, :, free]
     scale = np.sqrt(np.sum(A**2, axis=(0, 1)) + prior) + TINY
     A = A / scale
-    information = np.tensordot(A, A, ((0, 1), (0, 1)))
+    information, of_noise = _scores(record, A, left.weight * left.residual)
     normal = information + np.diag(prior / scale**2)
-    blocks = np.floor((record.t_s - record.t_s[0]) / BLOCK_S).astype(int)
-    terms = np.einsum("nlj,nl->nj", A, left.weight * left.residual)
-    scores = np.array([terms[blocks == k].sum(axis=0) for k in range(blocks.max() + 1)])
-    scores -= scores.mean(axis=0)
-    of_noise = scores.T @ scores * len(scores) / (len(scores) - 1)
+    normal -= _less_than(left.false[np.ix_(free, free)] / np.outer(scale, scale), normal)
     of_priors = np.diag(prior / scale**2)
     inverse = np.linalg.pinv(normal, rcond=WORST_CONDITION, hermitian=True)
     covariances = np.zeros((2, UNKNOWNS, UNKNOWNS))
-    even = information * np.trace(of_noise) / np.trace(information)
+    even = _dispersion(information, of_noise) * information
     for covariance, meat in zip(covariances, (of_noise + even + of_priors, even), strict=True):
         covariance[np.ix_(free, free)] = (inverse @ meat @ inverse) / np.outer(scale, scale)
     return covariances[0], covariances[1]
+
+
+def _scores(record: _Record, A: Array, left: Array) -> tuple[Array, Array]:
+    """Information of weighted rows A (rows, 6, k), and the covariance of their scores from block to block; both (k, k)."""
+    blocks = np.floor((record.t_s - record.t_s[0]) / BLOCK_S).astype(int)
+    terms = np.einsum("nlj,nl->nj", A, left)
+    scores = np.array([terms[blocks == k].sum(axis=0) for k in range(blocks.max() + 1)])
+    scores -= scores.mean(axis=0)
+    return np.tensordot(A, A, ((0, 1), (0, 1))), scores.T @ scores * len(scores) / (len(scores) - 1)
+
+
+def _dispersion(information: Array, of_noise: Array) -> float:
+    return float(np.trace(of_noise) / np.trace(information))
+
+
+def fit_loaded(
+    log_t_s: Array,
+    displacement_m: Array,
+    force_n: Array,
+    geometry: Geometry,
+    gravity: float,
+    found: Found,
+    mass_kg: float,
+) -> Found:
+    """What a run with a known mass on the platform adds to `found`, that of the empty run: all its unknowns under their
+    whole covariance, beside the load's centre and inertia, of which nothing is known. The friction law stays.
+
+    With z = z0 + L u, L L^T the prior's covariance, rows A = w dz-columns L, and the dispersion q, by which scores vary more
+    from block to block than independent rows make them: u = (q E + A^T A)^-1 A^T w r, with the covariance
+    H^-1 (scores + q^2 E) H^-1, H = q E + A^T A."""
+    record = _prepare(log_t_s, displacement_m, force_n)
+    shapes = _friction_rows(record, found.law)
+    prior, root = _with_load(found, geometry, mass_kg)
+    free = Start(found.value, np.sqrt(np.diag(found.covariance)))
+    theta = SLICES["theta"]
+    u, dispersion, hinge_columns = np.zeros(root.shape[1]), 1.0, None
+    for number in range(LOADED_PASSES):
+        carried = _as_carried(prior + root @ u)
+        if number > 0:  # before, the load is a point
+            hinge_columns = _hinge_columns(record, geometry, gravity, carried, free)
+        residual, matrix = _linearise(record, geometry, gravity, carried, shapes, hinge_columns)
+        matrix = np.concatenate([matrix, matrix[:, :, theta]], axis=2) @ root
+        noise_n = _noise(record, residual, carried) if number > 0 else found.residual_n
+        weight = _weights(record, carried, noise_n) / noise_n
+        A = weight[:, :, None] * matrix
+        flat = A.reshape(-1, len(u))
+        H = flat.T @ flat + dispersion * np.eye(len(u))
+        step = np.linalg.solve(H, flat.T @ (weight * residual).ravel() - dispersion * u)
+        u = u + step
+        information, of_noise = _scores(record, A, weight * (residual - matrix @ step))
+        size = 1.0 + np.sqrt(np.diag(information))
+        dispersion = max(1.0, _dispersion(information / np.outer(size, size), of_noise / np.outer(size, size)))
+    inverse = np.linalg.inv(information + dispersion * np.eye(len(u)))
+    meat = of_noise + dispersion * information + dispersion**2 * np.eye(len(u))
+    covariance = (root @ inverse @ meat @ inverse @ root.T)[:UNKNOWNS, :UNKNOWNS]
+    return replace(found, value=(prior + root @ u)[:UNKNOWNS], covariance=covariance)
+
+
+def _with_load(found: Found, geometry: Geometry, mass_kg: float) -> tuple[Array, Array]:
+    """Unknowns of the rig and the load, and a root of their covariance."""
+    radius_m = np.linalg.norm(geometry.platform_hinges_m, axis=1).mean()
+    open_load = OPEN_RADII * mass_kg * np.repeat([0.0, radius_m, radius_m**2], [1, 3, 6])
+    root = np.zeros((UNKNOWNS + GROUPS["theta"],) * 2)
+    root[:UNKNOWNS, :UNKNOWNS] = _root(found.covariance)
+    root[UNKNOWNS:, UNKNOWNS:] = np.diag(open_load)
+    return np.concatenate([found.value, [mass_kg], np.zeros(9)]), root
+
+
+def _as_carried(unknowns: Array) -> Array:
+    """What a run with the load shows: platform and load are one body."""
+    value = unknowns[:UNKNOWNS].copy()
+    value[SLICES["theta"]] += unknowns[UNKNOWNS:]
+    return value
 
 
 def open_directions(
@@ -406,7 +526,7 @@ def open_directions(
     loads: tuple[Array, ...],
     scale: Array,
 ) -> Array:
-    """Ways in which all unknowns may be off together, one standard deviation each, (k, 94), k <= DIRECTIONS.
+    """Ways in which all unknowns may be off together, one standard deviation each, (k, 88), k <= DIRECTIONS.
 
     Those that matter most for a load: with A the body's columns and S the others', an estimate of the load goes off by
     -(d theta + A^+ S d others). Of the covariance as a product L L^T the largest singular directions are kept of what that is
@@ -484,7 +604,7 @@ def explain(
     value: Array,
     law: FrictionLaw,
 ) -> Explained:
-    """Of a rig with the unknowns `value`, (94,)."""
+    """Of a rig with the unknowns `value`, (88,)."""
     record = _prepare(log_t_s, displacement_m, force_n)
     shapes = _friction_rows(record, law)
     model, _ = _columns(record, geometry, gravity, value, shapes, None)
