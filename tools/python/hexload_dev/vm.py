@@ -34,7 +34,7 @@ TIMED_OUT = 124  # as timeout(1)
 DIED = 125
 
 # Environment that goes along. HEXLOAD_BUILD_DIR tells launcher and verbs in the guest to use that build as it is.
-PASSED_NAMES = ("PATH", "HOME", "PYTHONPATH", "PYTHONDONTWRITEBYTECODE", "CI", "LANG", "TERM", "COLUMNS", "NO_COLOR")
+PASSED_NAMES = ("PATH", "HOME", "PYTHONPATH", "PYTHONPYCACHEPREFIX", "CI", "LANG", "TERM", "COLUMNS", "NO_COLOR")
 PASSED_PREFIXES = ("HEXLOAD_", "LC_", "LCM_")
 
 
