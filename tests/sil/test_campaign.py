@@ -9,10 +9,11 @@ import socket
 import subprocess
 import sys
 import time
+from pathlib import Path
 
 import numpy as np
 import pytest
-from distributed import Client, LocalCluster
+from distributed import Client, LocalCluster, Security
 
 from hexload import project
 from hexload.campaign import schedule, verb
@@ -25,19 +26,46 @@ CASES = "hexload.campaign.cases"
 SHORT_S = 1.0
 TWO = Settings(("multisine",), 2, 1, SHORT_S)
 PATIENCE_S = 60.0
+LOCAL = {"processes": True, "protocol": "tls", "dashboard_address": "127.0.0.1:0"}
 
 
 @pytest.fixture(scope="module")
-def cluster():
-    with LocalCluster(n_workers=1, threads_per_worker=1, processes=True, dashboard_address="127.0.0.1:0") as cluster:
+def identity(tmp_path_factory):
+    """A certificate that is its own authority, and its key."""
+    folder = tmp_path_factory.mktemp("identity")
+    certificate, key = folder / "certificate.pem", folder / "key.pem"
+    options = "req -x509 -newkey ec -pkeyopt ec_paramgen_curve:prime256v1 -nodes -days 2 -subj /CN=hexload".split()
+    subprocess.run(["openssl", *options, "-keyout", key, "-out", certificate], check=True, capture_output=True)
+    return certificate, key
+
+
+@pytest.fixture(scope="module")
+def security(identity):
+    """What scheduler, workers and clients show each other."""
+    certificate, key = map(str, identity)
+    roles = ("scheduler", "worker", "client")
+    files = {f"tls_{role}_{part}": file for role in roles for part, file in (("cert", certificate), ("key", key))}
+    return Security(tls_ca_file=certificate, require_encryption=True, **files)
+
+
+@pytest.fixture(scope="module")
+def dask_cluster(security):
+    with LocalCluster(n_workers=1, threads_per_worker=1, **LOCAL, security=security) as cluster:
         yield cluster
+
+
+@pytest.fixture(scope="module")
+def cluster(dask_cluster, identity):
+    """The same as the verb's options name it."""
+    certificate, key = identity
+    return schedule.cluster_of(dask_cluster.scheduler_address, certificate, certificate, key)
 
 
 @pytest.fixture(scope="module")
 def finished(cluster, tmp_path_factory):
     """The folder of a campaign of two cases."""
     folder = tmp_path_factory.mktemp("campaigns") / "two"
-    verb.run_campaign(TWO, folder, cluster.scheduler_address, keep=False, restart=False)
+    verb.run_campaign(TWO, folder, cluster, keep=False, restart=False)
     return folder
 
 
@@ -63,9 +91,9 @@ def contents(folder, pattern="cases/*.json"):
     return {path.name: path.read_bytes() for path in folder.glob(pattern)}
 
 
-def test_the_same_command_gives_the_same_numbers_with_and_without_a_cluster(finished, cluster, tmp_path):
+def test_the_same_command_gives_the_same_numbers_with_and_without_a_cluster(finished, dask_cluster, tmp_path):
     # GIVEN a campaign that ran on a cluster, by its scheduler's address
-    with Client(cluster.scheduler_address) as client:
+    with Client(dask_cluster) as client:
         loaded = client.run(lambda: "hexload.campaign.one_case" in __import__("sys").modules)
     assert any(loaded.values())
     # WHEN the same runs on this machine's own cores THEN cases and summary are the same, byte by byte
@@ -82,7 +110,7 @@ def test_the_same_command_gives_the_same_numbers_with_and_without_a_cluster(fini
 def test_a_case_is_the_same_in_whatever_campaign(finished, cluster, tmp_path):
     # GIVEN a case of a finished campaign WHEN it is the first of another one, beside another class
     settings = Settings(("standstill", "multisine"), 1, 2, SHORT_S)
-    verb.run_campaign(settings, tmp_path / "other", cluster.scheduler_address, keep=True, restart=False)
+    verb.run_campaign(settings, tmp_path / "other", cluster, keep=True, restart=False)
     # THEN its numbers are the same, and with --keep its files are there
     assert contents(tmp_path / "other")["multisine-2.json"] == contents(finished)["multisine-2.json"]
     assert (tmp_path / "other" / "runs" / "multisine-2" / "log.csv").is_file()
@@ -92,7 +120,7 @@ def test_a_case_is_the_same_in_whatever_campaign(finished, cluster, tmp_path):
 def test_biased_sensors_and_friction_are_found_with_the_load(cluster, tmp_path):
     # GIVEN a class whose machines have both WHEN two cases run
     settings = Settings(("multisine_actuator_effects",), 2, 1, SHORT_S)
-    page = verb.run_campaign(settings, tmp_path / "out", cluster.scheduler_address, keep=False, restart=False)
+    page = verb.run_campaign(settings, tmp_path / "out", cluster, keep=False, restart=False)
     # THEN the controller's filter is the one that knows of them, and stands before the one that does not and the rivals
     results = [json.loads(text) for text in contents(tmp_path / "out").values()]
     for result in results:
@@ -116,7 +144,7 @@ def test_biased_sensors_and_friction_are_found_with_the_load(cluster, tmp_path):
 def test_legs_with_mass_are_tared(cluster, tmp_path):
     # GIVEN a class whose legs have mass, which the platform file does not know WHEN a case runs
     settings = Settings(("multisine_leg_mass",), 1, 1, SHORT_S)
-    page = verb.run_campaign(settings, tmp_path / "out", cluster.scheduler_address, keep=False, restart=False)
+    page = verb.run_campaign(settings, tmp_path / "out", cluster, keep=False, restart=False)
     # THEN the controller's filter has a tare; without it a part of the legs' 18 kg is in the load
     (result,) = (json.loads(text) for text in contents(tmp_path / "out").values())
     assert result["controller"] == "momentum_tared"
@@ -131,7 +159,7 @@ def test_a_campaign_goes_on_with_what_is_missing(copy, cluster, capsys):
     before = {path.name: path.stat().st_mtime_ns for path in (copy / "cases").iterdir()}
     # WHEN it is wanted with three THEN this is said, the two are left as they are and one is added
     three = Settings(("multisine",), 3, 1, SHORT_S)
-    verb.run_campaign(three, copy, cluster.scheduler_address, keep=False, restart=False)
+    verb.run_campaign(three, copy, cluster, keep=False, restart=False)
     said = capsys.readouterr().err
     assert "has changed: runs was 2, is 3" in said
     assert "2 of 3 cases are done already, 1 to go" in said
@@ -144,7 +172,7 @@ def test_an_interrupted_result_is_done_again(copy, finished, cluster, capsys):
     path = copy / "cases" / "multisine-1.json"
     path.write_bytes(path.read_bytes()[:700])
     # WHEN it goes on THEN this is said, and the numbers are those of before
-    verb.run_campaign(TWO, copy, cluster.scheduler_address, keep=False, restart=False)
+    verb.run_campaign(TWO, copy, cluster, keep=False, restart=False)
     assert f"{path}: done again, as it is not whole" in capsys.readouterr().err
     assert contents(copy) == contents(finished)
 
@@ -152,7 +180,7 @@ def test_an_interrupted_result_is_done_again(copy, finished, cluster, capsys):
 def test_results_of_another_duration_are_done_again(copy, cluster, capsys):
     # GIVEN a finished campaign WHEN one of another duration is wanted in its folder THEN results are replaced, and said
     settings = Settings(("multisine",), 1, 1, 1.1)
-    verb.run_campaign(settings, copy, cluster.scheduler_address, keep=False, restart=False)
+    verb.run_campaign(settings, copy, cluster, keep=False, restart=False)
     said = capsys.readouterr().err
     assert "duration_s was 1.0, is 1.1" in said and "multisine-1.json: done again" in said
     assert json.loads(contents(copy)["multisine-1.json"])["case"]["duration_s"] == 1.1
@@ -164,11 +192,11 @@ def test_results_of_another_version_are_refused_until_a_restart(copy, finished, 
     (copy / "campaign.json").write_text(json.dumps(settings | {"code": "0123"}))
     # WHEN it is to go on THEN it is refused, both versions are named and nothing is touched
     with pytest.raises(InputError, match=f"found results of code 0123, expected {settings['code']}.*--restart"):
-        verb.run_campaign(TWO, copy, cluster.scheduler_address, keep=False, restart=False)
+        verb.run_campaign(TWO, copy, cluster, keep=False, restart=False)
     assert contents(copy) == contents(finished)
     # WHEN it is to start anew THEN it does
     one = Settings(("multisine",), 1, 1, SHORT_S)
-    verb.run_campaign(one, copy, cluster.scheduler_address, keep=False, restart=True)
+    verb.run_campaign(one, copy, cluster, keep=False, restart=True)
     assert list(contents(copy)) == ["multisine-1.json"]
 
 
@@ -196,28 +224,84 @@ def test_an_interrupted_campaign_leaves_whole_results(tmp_path):
     assert not list((tmp_path / "long").rglob("*.part"))
 
 
-def test_an_address_without_a_scheduler_is_refused(tmp_path):
+def test_an_address_without_a_scheduler_is_refused(identity, tmp_path):
     # GIVEN a port on which nobody listens
     with socket.socket() as free:
         free.bind(("127.0.0.1", 0))
-        address = f"tcp://127.0.0.1:{free.getsockname()[1]}"
+        address = f"tls://127.0.0.1:{free.getsockname()[1]}"
     # WHEN it is given as the scheduler THEN the address is named and what was expected there
-    said = refusal("--scheduler", address, "--runs", 1, "--out", tmp_path / "out")
+    certificate, key = identity
+    files = ("--tls-ca", certificate, "--tls-cert", certificate, "--tls-key", key)
+    said = refusal("--scheduler", address, *files, "--runs", 1, "--out", tmp_path / "out")
     assert f"--scheduler: found no scheduler at {address}" in said and "dask scheduler" in said
 
 
-def test_an_address_that_is_none_is_refused():
-    with pytest.raises(InputError, match="--scheduler: found no scheduler at nowhere://x"):
-        with schedule.connected("nowhere://x"):
+@pytest.mark.parametrize(
+    ("address", "ca", "words"),
+    [
+        ("tcp://127.0.0.1:8786", "certificate", "--scheduler: found tcp://127.0.0.1:8786, expected tls://HOST:PORT"),
+        ("nowhere://x", "certificate", "--scheduler: found nowhere://x, expected tls://HOST:PORT"),
+        ("tls://127.0.0.1:8786", None, "--tls-ca: found nothing, expected a PEM file"),
+        ("tls://127.0.0.1:8786", "missing", "--tls-ca: found no file .*missing, expected a PEM file"),
+        (None, "certificate", "--tls-ca: found no --scheduler, expected one"),
+    ],
+)
+def test_a_cluster_is_reached_over_tls_with_a_certificate_or_not_at_all(identity, address, ca, words):
+    # GIVEN an address or a file that will not do WHEN they are given THEN the option is named
+    certificate, key = identity
+    file = {"certificate": certificate, "missing": certificate.with_name("missing"), None: None}[ca]
+    with pytest.raises(InputError, match=words):
+        schedule.cluster_of(address, file, certificate, key)
+
+
+def test_a_certificate_of_another_authority_is_refused(dask_cluster, identity, tmp_path):
+    # GIVEN a stranger's certificate WHEN it is shown to the cluster THEN there is no way in
+    stranger, key = tmp_path / "stranger.pem", tmp_path / "key.pem"
+    options = "req -x509 -newkey ec -pkeyopt ec_paramgen_curve:prime256v1 -nodes -days 2 -subj /CN=stranger".split()
+    subprocess.run(["openssl", *options, "-keyout", key, "-out", stranger], check=True, capture_output=True)
+    other = schedule.cluster_of(dask_cluster.scheduler_address, identity[0], stranger, key)
+    with pytest.raises(InputError, match="--scheduler: found no scheduler at"):
+        with schedule.connected(other):
             pass
 
 
-def test_a_scheduler_without_workers_is_told():
+def test_a_scheduler_without_workers_is_told(identity, security, monkeypatch):
     # GIVEN a scheduler that has no workers WHEN connected THEN the message says how to start one
-    with LocalCluster(n_workers=0, processes=False, dashboard_address="127.0.0.1:0") as empty:
+    certificate, key = identity
+    with LocalCluster(n_workers=0, **LOCAL | {"processes": False}, security=security) as empty:
+        there = schedule.cluster_of(empty.scheduler_address, certificate, certificate, key)
         with pytest.raises(ToolFailed, match="has no workers: start some with `dask worker"):
-            with schedule.connected(empty.scheduler_address):
+            with schedule.connected(there):
                 pass
+        # WHEN they have gone in the course of a campaign, for longer than a while THEN that is said, too
+        monkeypatch.setattr(schedule, "NO_WORKERS_S", 0.5)
+        has_workers = schedule._Remote.has_workers
+        monkeypatch.setattr(schedule._Remote, "has_workers", lambda self: True)
+        with schedule.connected(there) as place:
+            monkeypatch.setattr(schedule._Remote, "has_workers", has_workers)
+            with pytest.raises(ToolFailed, match="has had no workers for 0.5 s: start some; the same command goes on"):
+                next(schedule.results(place, draw, [Case("paper", 1, SHORT_S)], "", None))
+
+
+def test_on_this_machine_cases_run_in_processes_that_listen_nowhere():
+    # GIVEN cases without a cluster WHEN they run
+    before = listening_ports(None, None)["ports"]
+    with schedule.connected(None) as place:
+        ((_, result),) = schedule.results(place, listening_ports, [Case("paper", 1, SHORT_S)], "", None)
+        meanwhile = listening_ports(None, None)["ports"]
+    # THEN the process is another one, and neither it nor this one has another port that somebody could reach
+    assert result["process"] != os.getpid()
+    assert result["ports"] == [] and meanwhile == before
+
+
+def listening_ports(_case, _folder):
+    """Local addresses of this process's TCP sockets that listen."""
+    ours = {os.readlink(link) for link in Path("/proc/self/fd").iterdir() if link.exists() or link.is_symlink()}
+    lines = [
+        line.split() for name in ("tcp", "tcp6") for line in Path(f"/proc/self/net/{name}").read_text().splitlines()
+    ]
+    ports = [words[1] for words in lines if words[3] == "0A" and f"socket:[{words[9]}]" in ours]
+    return {"code": "", "process": os.getpid(), "ports": ports}
 
 
 def test_a_case_that_fails_is_named(cluster, tmp_path):
@@ -225,20 +309,20 @@ def test_a_case_that_fails_is_named(cluster, tmp_path):
     settings = Settings(("unheard_of",), 1, 7, SHORT_S)
     # WHEN they run THEN the case and the reason are told
     with pytest.raises(ToolFailed, match="case unheard_of-7: KeyError: 'unheard_of'"):
-        verb.run_campaign(settings, tmp_path / "out", cluster.scheduler_address, keep=False, restart=False)
+        verb.run_campaign(settings, tmp_path / "out", cluster, keep=False, restart=False)
 
 
-def test_a_case_whose_tare_is_refused_has_failed_and_the_campaign_goes_on(cluster, tmp_path, capsys):
+def test_a_case_whose_tare_is_refused_has_failed_and_the_campaign_goes_on(cluster, dask_cluster, tmp_path, capsys):
     # GIVEN a campaign one of whose cases has a tare of 0.1 s, which tells too little, on a cluster
     out = tmp_path / "out"
     settings = Settings(("multisine", "multisine_leg_mass"), 1, 1, SHORT_S)
-    with Client(cluster.scheduler_address) as client:
+    with Client(dask_cluster) as client:
         client.run(lambda: setattr(importlib.import_module(CASES), "TARE_S", 0.3))
     try:
         # WHEN it runs THEN it ends, with the numbers of the other case
-        page = verb.run_campaign(settings, out, cluster.scheduler_address, keep=True, restart=False)
+        page = verb.run_campaign(settings, out, cluster, keep=True, restart=False)
     finally:
-        with Client(cluster.scheduler_address) as client:
+        with Client(dask_cluster) as client:
             client.run(lambda: setattr(importlib.import_module(CASES), "TARE_S", TARE_S))
     told = capsys.readouterr().out
     good, bad = (json.loads(contents(out)[f"{name}-1.json"]) for name in settings.classes)
@@ -255,7 +339,7 @@ def test_a_case_whose_tare_is_refused_has_failed_and_the_campaign_goes_on(cluste
     # AND its files are kept as those of others, and it is done: the same command does nothing again
     assert (out / "runs" / "multisine_leg_mass-1" / "log.csv").is_file()
     before = contents(out)
-    verb.run_campaign(settings, out, cluster.scheduler_address, keep=True, restart=False)
+    verb.run_campaign(settings, out, cluster, keep=True, restart=False)
     assert "2 of 2 cases are done already, 0 to go" in capsys.readouterr().err
     assert contents(out) == before
 

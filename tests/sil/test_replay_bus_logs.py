@@ -4,6 +4,8 @@ import gzip
 import os
 import subprocess
 import sys
+import tracemalloc
+import zlib
 from pathlib import Path
 
 import can
@@ -384,6 +386,27 @@ def test_a_line_that_is_no_candump_line_is_refused_with_its_number(tmp_path):
     assert refusal(path) == (
         f"{path}: line 3: invalid literal for int() with base 16: '08x', expected a candump line, (time) bus id#data"
     )
+
+
+@pytest.mark.parametrize("suffix", [".log", ".asc"])
+def test_a_packed_line_without_end_is_refused_before_it_is_unpacked(tmp_path, suffix):
+    # GIVEN 64 MiB in one line, which gzip makes 64 KiB of, behind two good ones
+    path = write_frames(tmp_path / f"log{suffix}", fd_ticks(0, 1))
+    packed = tmp_path / f"log{suffix}.gz"
+    start = path.read_bytes()
+    with gzip.open(packed, "wb", compresslevel=1) as stream:
+        stream.write(start)
+        for _ in range(64):
+            stream.write(bytes(1 << 20))
+    # WHEN it is read
+    tracemalloc.start()
+    said = refusal(packed)
+    _, peak_bytes = tracemalloc.get_traced_memory()
+    tracemalloc.stop()
+    # THEN the line is named, and the memory that was taken is that of the program, not of the line
+    line = start.count(b"\n") + 1
+    assert said.startswith(f"{packed}: line {line}: found more than 4096 characters, expected a")
+    assert peak_bytes < 16 << 20
 
 
 def test_a_log_without_samples_is_refused(tmp_path):

@@ -1,5 +1,6 @@
 """`--out DIR --force` of the simulator, as a user types it: what is no run directory survives, byte for byte."""
 
+import errno
 import os
 import subprocess
 import time
@@ -8,6 +9,7 @@ from pathlib import Path
 import pytest
 
 from hexload import project
+from hexload.errors import InputError
 from hexload.io.atomic_file import replaced_when_done
 from hexload.io.run_directory import FILES, read_run
 
@@ -135,3 +137,36 @@ def test_what_is_no_file_is_written_to_and_not_replaced(tmp_path):
     with replaced_when_done(pipe) as opened:
         assert opened == pipe
     assert pipe.is_fifo()
+
+
+def test_a_file_is_on_the_disk_before_it_takes_the_others_place(tmp_path, monkeypatch):
+    # GIVEN a file that is to be replaced
+    path = tmp_path / "estimates.csv"
+    path.write_text("old")
+    synced = []
+    fsync = os.fsync
+
+    def recorded(descriptor):
+        synced.append((os.readlink(f"/proc/self/fd/{descriptor}"), path.read_text()))
+        fsync(descriptor)
+
+    monkeypatch.setattr(os, "fsync", recorded)
+    # WHEN it is THEN the new one's bytes go to the disk while the old one is there, and the folder's after
+    with replaced_when_done(path) as temporary:
+        temporary.write_text("new")
+    assert synced == [(str(temporary), "old"), (str(tmp_path), "new")]
+
+
+def test_a_disk_that_does_not_take_the_bytes_leaves_the_old_file(tmp_path, monkeypatch):
+    # GIVEN a disk that says only at the end that it is full WHEN a file is to be replaced THEN the old one stays
+    path = tmp_path / "estimates.csv"
+    path.write_text("old")
+
+    def full(_):
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    monkeypatch.setattr(os, "fsync", full)
+    with pytest.raises(InputError, match="estimates.csv: cannot be written, No space left on device"):
+        with replaced_when_done(path) as temporary:
+            temporary.write_text("new")
+    assert [file.read_text() for file in tmp_path.iterdir()] == ["old"]

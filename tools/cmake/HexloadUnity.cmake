@@ -21,8 +21,7 @@ if(NOT TARGET unity::framework)
         include(FetchContent)
         FetchContent_Declare(unity
             GIT_REPOSITORY https://github.com/ThrowTheSwitch/Unity.git
-            GIT_TAG v2.6.0
-            GIT_SHALLOW ON)
+            GIT_TAG 860062d51b2e8a75d150337b63ca2a472840d13c) # v2.6.0
         FetchContent_MakeAvailable(unity)
     else()
         message(FATAL_ERROR

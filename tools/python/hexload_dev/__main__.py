@@ -2,4 +2,5 @@
 
 from hexload_dev.cli import main
 
-main()
+if __name__ == "__main__":  # not in the processes of a campaign
+    main()

@@ -41,9 +41,8 @@ def _configure(preset: str, directory: Path) -> None:
     if is_new and not _lacks_jdk(directory) and not _lacks_tests(preset, directory):
         return
     definitions = [f"-DPython_EXECUTABLE={sys.executable}", f"-DUNITY_ROOT={UNITY}"]
-    if preset == project.DEFAULT_PRESET:  # before `hexload test` nothing is set up for tests, and little is changed
-        tests, join = ("ON", "OFF") if UNITY.is_dir() else ("OFF", "ON")
-        definitions += [f"-DHEXLOAD_TESTS={tests}", f"-DHEXLOAD_JOIN_SOURCES={join}"]
+    if preset == project.DEFAULT_PRESET:  # before `hexload test` nothing is set up for tests
+        definitions.append(f"-DHEXLOAD_TESTS={'ON' if UNITY.is_dir() else 'OFF'}")
     command = ["cmake", "--preset", preset, *definitions]
     _stage(f"configuring {preset}", command, LOGS / f"configure-{preset}.log")
     generated.touch()

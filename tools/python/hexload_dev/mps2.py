@@ -11,6 +11,7 @@ from pathlib import Path
 from hexload.errors import ToolFailed
 from hexload_dev import target
 from hexload_dev.boot_options import boot_options
+from hexload_dev.sandbox import QEMU_SANDBOX
 
 PRESET = target.CORTEX_M7["-O2"]
 PROGRAM = "hexload_mps2_an500"
@@ -70,8 +71,8 @@ def running_mps2(
 
 
 def command(preset: str) -> list[str]:
-    machine = "qemu-system-arm -machine mps2-an500 -display none -monitor none"
-    return [*machine.split(), "-semihosting-config", "enable=on,target=native", "-kernel", str(program(preset))]
+    machine = ["qemu-system-arm", *QEMU_SANDBOX, *"-machine mps2-an500 -display none -monitor none".split()]
+    return [*machine, "-semihosting-config", "enable=on,target=native", "-kernel", str(program(preset))]
 
 
 def _await_status(controller: Controller, log: Path) -> None:

@@ -13,6 +13,7 @@ from hexload import project
 from hexload.errors import ToolFailed
 from hexload.io.log_file import LegLog
 from hexload_dev import build
+from hexload_dev.sandbox import QEMU_SANDBOX
 
 CORTEX_M7 = {"-O2": "target-cortex-m7", "-O3": "target-cortex-m7-o3"}  # presets
 STAGES = ("leg sample", "kinematics", "plausibility", "wrench", "filter", "supervisor")
@@ -23,9 +24,8 @@ NODE_PARTS = ("decode", "encode", "whole sample")
 PATIENCE_S = 300.0  # for a run of seconds
 
 # One instruction takes 64 ns of the board's time, whatever the host is doing.
-BOARD = (
-    "qemu-system-arm -machine mps2-an500 -display none -monitor none -serial none -icount shift=6,sleep=off -kernel"
-).split()
+BOARD = ["qemu-system-arm", *QEMU_SANDBOX]
+BOARD += "-machine mps2-an500 -display none -monitor none -serial none -icount shift=6,sleep=off -kernel".split()
 
 # As in tests/target/programs.
 HEADER = np.dtype([(name, "<u4") for name in ("config_bytes", "estimator_bytes", "filter_bytes", "nop_instructions")])

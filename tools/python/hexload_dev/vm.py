@@ -23,6 +23,7 @@ from pathlib import Path
 from hexload import project
 from hexload.errors import InputError, ToolFailed
 from hexload_dev import build
+from hexload_dev.sandbox import QEMU_SANDBOX
 
 SCRIPTS = project.ROOT / "tools" / "vm"
 IMAGE = project.BUILD / "deps" / "vm"  # kernel, modules/ in loading order: put there by tools/hexload
@@ -35,7 +36,7 @@ DIED = 125
 
 # Environment that goes along. HEXLOAD_BUILD_DIR tells launcher and verbs in the guest to use that build as it is.
 RUNS = "runs"  # in the guest's /out: run directories of verbs that were not told where
-PASSED_NAMES = ("PATH", "HOME", "PYTHONPATH", "PYTHONDONTWRITEBYTECODE", "CI", "LANG", "TERM", "COLUMNS", "NO_COLOR")
+PASSED_NAMES = ("PATH", "HOME", "PYTHONPATH", "PYTHONPYCACHEPREFIX", "CI", "LANG", "TERM", "COLUMNS", "NO_COLOR")
 PASSED_PREFIXES = ("HEXLOAD_", "LC_", "LCM_")
 
 
@@ -285,7 +286,8 @@ def _hand_on(port: socket.socket, handler: Callable[[bytes], None]) -> bool:
 def qemu_arguments(machine: Machine, initramfs: Path, job: Path, ports: list[int]) -> list[str]:
     """`ports`: file descriptors of COMMAND's stdout, stderr, and the control channel."""
     kernel_words = "console=ttyS0 loglevel=4 panic=-1 mitigations=off tsc=reliable clocksource=tsc rdinit=/init"
-    arguments = [QEMU, "-nodefaults", "-no-user-config", "-no-reboot", "-display", "none", "-nic", "none"]
+    arguments = [QEMU, *QEMU_SANDBOX]
+    arguments += ["-nodefaults", "-no-user-config", "-no-reboot", "-display", "none", "-nic", "none"]
     arguments += ["-accel", "kvm", "-cpu", "host"] if machine.kvm else ["-accel", "tcg,thread=multi", "-cpu", "max"]
     arguments += ["-m", str(machine.memory_mib), "-smp", str(machine.cpus)]
     arguments += ["-kernel", str(IMAGE / "vmlinux"), "-initrd", str(initramfs), "-append", kernel_words]

@@ -32,6 +32,7 @@ from pathlib import Path
 from hexload import project
 from hexload.errors import InputError, ToolFailed
 from hexload_dev.boot_options import boot_options
+from hexload_dev.sandbox import QEMU_SANDBOX
 
 NAME = "hexload_zynqmp_r5"
 PRESET = "target-cortex-r5f"
@@ -75,7 +76,8 @@ def program() -> Path:
 
 def qemu_arguments(image: Path, interface: str, folder: Path) -> list[str]:
     """`folder` gets the sockets qmp and uart, and the memory as a file. The machine waits for the monitor's word."""
-    words = [QEMU, "-machine", "xlnx-zcu102,canbus0=bus,memory-backend=memory", "-smp", "5", "-m", MEMORY, "-S"]
+    words = [QEMU, *QEMU_SANDBOX]
+    words += ["-machine", "xlnx-zcu102,canbus0=bus,memory-backend=memory", "-smp", "5", "-m", MEMORY, "-S"]
     words += ["-object", f"memory-backend-file,id=memory,size={MEMORY},mem-path={folder}/memory,share=on"]
     words += ["-nodefaults", "-no-user-config", "-display", "none", "-audiodev", "none,id=none", "-nic", "none"]
     words += ["-global", "xlnx-zynqmp.boot-cpu=rpu-cpu[0]", "-device", f"loader,file={image},cpu-num=4"]

@@ -17,7 +17,7 @@ def complete(
     code: str,
     store: Store,
     remarks: Sequence[str],
-    scheduler: str | None,
+    cluster: schedule.Cluster | None,
     folder: Path | None,
 ) -> dict[AnyCase, dict]:
     """The results of all cases: those in the store, and the others, which are run. Says so after `remarks`, on stderr."""
@@ -27,7 +27,7 @@ def complete(
         more.append(f"{len(done)} of {len(cases)} cases are done already, {len(missing)} to go")
     for remark in (*remarks, *more):
         print(f"hexload: {remark}", file=sys.stderr)
-    return done | _run_and_store(missing, run, code, store, scheduler, folder) if missing else done
+    return done | _run_and_store(missing, run, code, store, cluster, folder) if missing else done
 
 
 def _run_and_store(
@@ -35,17 +35,17 @@ def _run_and_store(
     run: Callable[[AnyCase, Path | None], dict],
     code: str,
     store: Store,
-    scheduler: str | None,
+    cluster: schedule.Cluster | None,
     folder: Path | None,
 ) -> dict[AnyCase, dict]:
     """The results by case. `run` gets case and folder, on a worker. Raises as schedule.results; at Ctrl-C, says how to go
     on."""
     columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
     done = {}
-    with schedule.connected(scheduler) as client, Progress(*columns, console=Console(stderr=True)) as progress:
+    with schedule.connected(cluster) as place, Progress(*columns, console=Console(stderr=True)) as progress:
         task = progress.add_task("cases", total=len(cases))
         try:
-            for case, result in schedule.results(client, run, cases, code, folder):
+            for case, result in schedule.results(place, run, cases, code, folder):
                 store.write(case, result)
                 done[case] = result
                 progress.advance(task)

@@ -12,6 +12,7 @@ from hexload.campaign import campaign_report
 from hexload.campaign.cases import CLASSES, DEFAULT_CLASSES, Case
 from hexload.campaign.one_case import FAILURE, code_version, run_case
 from hexload.campaign.progress import complete
+from hexload.campaign.schedule import Cluster
 from hexload.campaign.statistics import failed_cases, summarise
 from hexload.campaign.store import Settings, Store, plain
 from hexload.errors import InputError
@@ -47,7 +48,7 @@ def choose_seeds(base: int | None) -> int:
     return base
 
 
-def run_campaign(settings: Settings, out: Path, scheduler: str | None, keep: bool, restart: bool) -> Path:
+def run_campaign(settings: Settings, out: Path, cluster: Cluster | None, keep: bool, restart: bool) -> Path:
     """Returns the page. Prints the summary; progress and remarks go to stderr."""
     if not DURATION_S[0] <= settings.duration_s <= DURATION_S[1]:
         low, high = DURATION_S
@@ -56,7 +57,7 @@ def run_campaign(settings: Settings, out: Path, scheduler: str | None, keep: boo
     code = code_version()
     store = Store(out)
     remarks = store.open(settings, code, restart)
-    done = complete(settings.cases(), run_case, code, store, remarks, scheduler, _kept(out) if keep else None)
+    done = complete(settings.cases(), run_case, code, store, remarks, cluster, _kept(out) if keep else None)
     return _conclude(settings, done, out)
 
 

@@ -827,10 +827,13 @@ def campaign(
         str | None,
         typer.Option(
             metavar="ADDRESS",
-            help="Scheduler of a Dask cluster, tcp://HOST:PORT.",
+            help="Scheduler of a Dask cluster, tls://HOST:PORT; it needs the three options after it.",
             show_default="all cores of this machine",
         ),
     ] = None,
+    tls_ca: Annotated[Path | None, typer.Option(help="Certificates that the cluster's are checked with, PEM.")] = None,
+    tls_cert: Annotated[Path | None, typer.Option(help="This machine's certificate for the cluster, PEM.")] = None,
+    tls_key: Annotated[Path | None, typer.Option(help="Its key, PEM.")] = None,
     keep: Annotated[
         bool, typer.Option("--keep", help="Keep the run directory of each case, on the machine that ran it.")
     ] = False,
@@ -847,14 +850,15 @@ def campaign(
 
     Example:  hexload campaign --classes multisine,work_pick_up --runs 24 --out build/runs/loads
     """
-    from hexload.campaign import verb
+    from hexload.campaign import schedule, verb
     from hexload.campaign.store import Settings
     from hexload.cli import output
 
     folder = out or verb.DEFAULT_OUT
+    cluster = schedule.cluster_of(scheduler, tls_ca, tls_cert, tls_key)
     with output.said(as_json, quiet):
         settings = Settings(verb.parse_classes(classes), runs, verb.choose_seeds(seed_base), duration)
-        print(verb.run_campaign(settings, folder, scheduler, keep, restart))
+        print(verb.run_campaign(settings, folder, cluster, keep, restart))
     if as_json:
         print((folder / "summary.json").read_text(encoding="utf-8"), end="")
 

@@ -40,14 +40,23 @@ PARSE_ERRORS = (
 )
 
 
+LONGEST_LINE = 1 << 12  # characters; a line of 64 bytes has some 300
+
+
 class _CountedLines(io.TextIOWrapper):
-    """Text that knows the line it is in: python-can's readers do not say it."""
+    """Text that knows the line it is in, which python-can's readers do not say, and that has no line beyond a length: a MB
+    of gzip can hold one of gigabytes."""
 
     number = 0
 
     def __next__(self) -> str:
         self.number += 1
-        return super().__next__()
+        line = self.readline(LONGEST_LINE)
+        if not line:
+            raise StopIteration
+        if len(line) == LONGEST_LINE and not line.endswith("\n"):
+            raise ValueError(f"found more than {LONGEST_LINE} characters")
+        return line
 
 
 def read_candump(path: Path) -> LegLog:
