@@ -615,6 +615,57 @@ static void test_without_gravity_and_motion_nothing_says_that_a_wrench_is_wrong(
     TEST_ASSERT_EQUAL_UINT32(0, bench.estimator.health.count[HEXLOAD_HEALTH_LOAD_CHANGED]);
 }
 
+static void test_a_load_that_is_new_has_to_prove_itself_anew(void) {
+    // GIVEN a machine that has shown with its load that it is its model, by 2.5 s of motion, or has not WHEN
+    // the load changes THEN the first is believed for half a second of motion, and the other begins anew
+    const hexload_config_t config = paper_machine();
+    for (int proven = 0; proven < 2; proven++) {
+        hexload_momentum_supervisor_t supervisor;
+        hexload_momentum_supervisor_init(&supervisor);
+        TEST_ASSERT_EQUAL_INT(HEXLOAD_FIT_NONE, hexload_momentum_supervisor_fit(&supervisor, &config));
+        supervisor.moved_s = proven == 1 ? HEXLOAD_REAL(2.5) : HEXLOAD_REAL(2.4);
+        const hexload_fit_t fit = proven == 1 ? HEXLOAD_FIT_NOISE : HEXLOAD_FIT_UNPROVEN;
+        TEST_ASSERT_EQUAL_INT(fit, hexload_momentum_supervisor_fit(&supervisor, &config));
+        hexload_momentum_supervisor_forget(&supervisor);
+        TEST_ASSERT_EQUAL_INT(proven == 1 ? HEXLOAD_FIT_NOISE : HEXLOAD_FIT_NONE,
+                              hexload_momentum_supervisor_fit(&supervisor, &config));
+        supervisor.moved_s += HEXLOAD_REAL(0.51);
+        TEST_ASSERT_EQUAL_INT(proven == 1 ? HEXLOAD_FIT_NONE : HEXLOAD_FIT_UNPROVEN,
+                              hexload_momentum_supervisor_fit(&supervisor, &config));
+    }
+}
+
+static void test_two_alarms_within_five_seconds_are_the_machines(void) {
+    // GIVEN a machine that fits its model WHEN its load changes twice, with 6 s, or 4 s, of calm between THEN
+    // it is doubted only if they were that close
+    const hexload_config_t config = paper_machine();
+    const double calm_s[2] = {6.0, 4.0};
+    for (int n = 0; n < 2; n++) {
+        hexload_momentum_supervisor_t supervisor;
+        hexload_momentum_supervisor_init(&supervisor);
+        supervisor.moved_s = HEXLOAD_REAL(2.5);
+        hexload_momentum_supervisor_alarm(&supervisor);
+        TEST_ASSERT_EQUAL_INT(HEXLOAD_FIT_NOISE, hexload_momentum_supervisor_fit(&supervisor, &config));
+        supervisor.calm_s = (hexload_real_t)calm_s[n];
+        hexload_momentum_supervisor_alarm(&supervisor);
+        TEST_ASSERT_EQUAL_INT(n == 0 ? HEXLOAD_FIT_NOISE : HEXLOAD_FIT_NONE,
+                              hexload_momentum_supervisor_fit(&supervisor, &config));
+    }
+}
+
+static void test_motion_that_tells_of_a_parameter_makes_it_converging(void) {
+    // GIVEN a demand that no run of a second meets WHEN the platform moves about all axes THEN its motion
+    // goes on lowering every sigma, and each parameter is converging
+    hexload_config_t config = paper_machine();
+    bench_t bench;
+    config.momentum.converged_relative_sigma = HEXLOAD_REAL(1e-6);
+    begin(&bench, config, random_motion(43, 0.05, 0.1), 8);
+    run(&bench, &eccentric, 1000);
+    for (int k = 0; k < DIM; k++) {
+        TEST_ASSERT_EQUAL_INT(HEXLOAD_VERDICT_CONVERGING, bench.estimate.parameter_verdict[k]);
+    }
+}
+
 int main(void) {
     UNITY_BEGIN();
     RUN_TEST(test_errors_are_as_large_as_the_filter_says);
@@ -639,5 +690,8 @@ int main(void) {
     RUN_TEST(test_a_mismatch_that_keeps_a_parameter_from_converging_is_a_misfit);
     RUN_TEST(test_counts_of_the_supervisors_do_not_wrap);
     RUN_TEST(test_without_gravity_and_motion_nothing_says_that_a_wrench_is_wrong);
+    RUN_TEST(test_a_load_that_is_new_has_to_prove_itself_anew);
+    RUN_TEST(test_two_alarms_within_five_seconds_are_the_machines);
+    RUN_TEST(test_motion_that_tells_of_a_parameter_makes_it_converging);
     return UNITY_END();
 }

@@ -969,6 +969,61 @@ static void test_an_effect_that_is_no_number_begins_anew(void) {
     TEST_ASSERT_FALSE(bench.estimator.momentum.health.bits >> HEXLOAD_HEALTH_FILTER_RESTARTED & 1u);
 }
 
+static void test_what_legs_do_faster_than_the_smoother_is_a_mean_of_two_seconds(void) {
+    // GIVEN a smooth motion, of which only noise is faster than the smoother WHEN a second has passed THEN
+    // the mean of six squares less their variance is zero: of n ticks its sigma is sqrt(2 / 6 / n) of the
+    // variance, and five of them are allowed
+    static bench_t bench;
+    begin(&bench, paper_machine(), random_motion(45, 0.05, 0.1), &none, 10);
+    run(&bench, &eccentric, 1000);
+    const double variance = pow((double)bench.config.sensors.velocity_sigma_m_s, 2.0);
+    const double ticks = 1000.0 - bench.config.momentum.lag_ticks;
+    TEST_ASSERT_DOUBLE_WITHIN(5.0 * sqrt(2.0 / 6.0 / ticks) * variance, 0.0,
+                              (double)bench.estimator.effects.filter.residual_m2_s2);
+    // AND a tick in motion takes the 25 ticks of a transient from the time at rest
+    bench.estimator.effects.filter.rest_ticks = 1000;
+    run(&bench, &eccentric, 1);
+    TEST_ASSERT_EQUAL_UINT32(1000 - 25, bench.estimator.effects.filter.rest_ticks);
+    bench.estimator.effects.filter.rest_ticks = 7;
+    run(&bench, &eccentric, 1);
+    TEST_ASSERT_EQUAL_UINT32(0, bench.estimator.effects.filter.rest_ticks);
+}
+
+/// Sum of the variances of a momentum that was known exactly, after a tick in which the legs stand and rub.
+static double momentum_variance(double coulomb_n) {
+    const motion_t motion = random_motion(29, 0.05, 0.1);
+    step_t step;
+    begin_step(&step);
+    step.config.sensors.velocity_sigma_m_s =
+        HEXLOAD_REAL(1.0); // so that the update takes next to nothing off
+    for (uint32_t tick = 0; tick < 2; tick++) {
+        next_step(&step, &motion, &none, tick, 0.0);
+        memset(step.sample.smooth_velocity_m_s, 0, sizeof step.sample.smooth_velocity_m_s);
+        memset(step.load.load_cov, 0, sizeof step.load.load_cov);
+        memset(step.load.cross_cov, 0, sizeof step.load.cross_cov);
+        memset(step.load.momentum_cov, 0, sizeof step.load.momentum_cov);
+        memset(step.effects.covariance, 0, sizeof step.effects.covariance);
+        for (int leg = 0; leg < 6; leg++) {
+            step.effects.effect[6 + leg] = (hexload_real_t)coulomb_n;
+        }
+        take_step(&step);
+    }
+    double sum = 0.0;
+    for (int k = 0; k < 6; k++) {
+        sum += (double)step.load.momentum_cov[k][k];
+    }
+    return sum;
+}
+
+static void test_friction_at_standstill_is_noise_by_its_square(void) {
+    // GIVEN legs at standstill, where the speed's error turns the sign of their friction WHEN that is twice
+    // as large THEN what it adds to the momentum's variance is four times as much
+    const double without = momentum_variance(0.0);
+    const double once = momentum_variance(1000.0) - without, twice = momentum_variance(2000.0) - without;
+    TEST_ASSERT_TRUE(once > 0.1 * without);
+    TEST_ASSERT_DOUBLE_WITHIN(0.01 * 4.0 * once, 4.0 * once, twice);
+}
+
 int main(void) {
     UNITY_BEGIN();
     RUN_TEST(test_known_effects_leave_nothing_of_what_the_legs_show);
@@ -989,5 +1044,7 @@ int main(void) {
     RUN_TEST(test_a_tilt_beyond_gravity_takes_nothing_from_its_length);
     RUN_TEST(test_a_platform_that_rests_teaches_nothing_after_two_seconds);
     RUN_TEST(test_an_effect_that_is_no_number_begins_anew);
+    RUN_TEST(test_what_legs_do_faster_than_the_smoother_is_a_mean_of_two_seconds);
+    RUN_TEST(test_friction_at_standstill_is_noise_by_its_square);
     return UNITY_END();
 }

@@ -93,7 +93,8 @@ static void test_one_gain_is_the_clocks_only_if_enough_legs_have_it(void) {
         stage_t stage = stage_of(legs);
         set_gains(&stage, 0.95);
         show(&stage, 4 * WINDOW_TICKS);
-        TEST_ASSERT_EQUAL_INT(legs < 4 ? HEXLOAD_INPUT_VELOCITY_GAIN : HEXLOAD_INPUT_CLOCK, stage.fault.cause);
+        TEST_ASSERT_EQUAL_INT(legs < 4 ? HEXLOAD_INPUT_VELOCITY_GAIN : HEXLOAD_INPUT_CLOCK,
+                              stage.fault.cause);
         TEST_ASSERT_EQUAL(legs < 4, stage.fault.leg < 6);
     }
 }
@@ -136,7 +137,8 @@ static void test_a_large_gain_is_no_other_legs_velocity(void) {
 static void test_what_is_too_small_or_too_alike_to_tell_says_nothing(void) {
     for (int n = 0; n < 2; n++) {
         // GIVEN 31 ways of 58.3 um without a velocity, twice their noise of sqrt(2 20^2 + 16) um, so that all
-        // of it may be noise; or a velocity that grows by 8 % in each block, of which way and change are alike
+        // of it may be noise; or a velocity that grows by 8 % in each block, of which way and change are
+        // alike
         stage_t stage = stage_of(6);
         for (uint32_t count = 0; count < WINDOW_TICKS + 1; count++) {
             hexload_leg_sample_t sample = {.tick = stage.tick};
@@ -286,6 +288,32 @@ static void test_gaps_during_the_evaluation_leave_no_block_too_long(void) {
     }
 }
 
+static void test_a_lag_counts_from_two_ticks_on_and_a_gain_from_two_per_cent(void) {
+    // GIVEN a lag, or a gain, a quarter above or below what sensors in order have WHEN it is looked at THEN
+    // it is named, or not
+    const double lag_s[4] = {0.0025, 0.0015, 0.0, 0.0}, gain[4] = {1.0, 1.0, 1.025, 1.015};
+    const hexload_input_cause_t causes[4] = {HEXLOAD_INPUT_VELOCITY_LAG, HEXLOAD_INPUT_PLAUSIBLE,
+                                             HEXLOAD_INPUT_VELOCITY_GAIN, HEXLOAD_INPUT_PLAUSIBLE};
+    for (int n = 0; n < 4; n++) {
+        stage_t stage = stage_of(1);
+        stage.lag_s = lag_s[n];
+        stage.gain[0] = gain[n];
+        show(&stage, 8 * WINDOW_TICKS);
+        TEST_ASSERT_EQUAL_INT(causes[n], stage.fault.cause);
+    }
+}
+
+static void test_the_acceleration_of_a_window_is_the_twists_change_over_31_blocks(void) {
+    // GIVEN a platform that speeds up by 2 m/s^2 WHEN a window is full THEN that is its acceleration: from
+    // the eighth tick of its first block to that of its last
+    stage_t stage = stage_of(6);
+    while (stage.self.stage == 0) {
+        stage.motion.twist[1] = (hexload_real_t)(2e-3 * stage.tick);
+        show(&stage, 1);
+    }
+    TEST_ASSERT_DOUBLE_WITHIN(1e-3, 2.0, (double)stage.self.acceleration[1]);
+}
+
 int main(void) {
     UNITY_BEGIN();
     RUN_TEST(test_one_gain_is_the_clocks_only_if_enough_legs_have_it);
@@ -298,5 +326,7 @@ int main(void) {
     RUN_TEST(test_a_fault_gets_another_name_when_two_windows_give_it);
     RUN_TEST(test_work_waits_for_ticks_whose_poses_are_easy);
     RUN_TEST(test_gaps_during_the_evaluation_leave_no_block_too_long);
+    RUN_TEST(test_a_lag_counts_from_two_ticks_on_and_a_gain_from_two_per_cent);
+    RUN_TEST(test_the_acceleration_of_a_window_is_the_twists_change_over_31_blocks);
     return UNITY_END();
 }
