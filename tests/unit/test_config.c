@@ -1,6 +1,7 @@
 #include "configuration/health.h"
 #include "machine.h"
 
+#include <math.h>
 #include <string.h>
 
 void setUp(void) {}
@@ -201,6 +202,58 @@ static void test_numbers_without_a_name_are_called_unknown(void) {
     TEST_ASSERT_EQUAL_STRING("unknown", hexload_verdict_name((hexload_verdict_t)5));
 }
 
+/// Just outside its range, by a hundredth of each end or of the range, a field is refused.
+#define ASSERT_RANGE(field, least, most)                                                                     \
+    do {                                                                                                     \
+        const double margin = 0.01 * fmin((most) - (least), fabs((double)(most)));                           \
+        ASSERT_REFUSED(field, (hexload_real_t)((most) + margin));                                            \
+        ASSERT_REFUSED(field,                                                                                \
+                       (hexload_real_t)((least)-0.01 * ((least) == 0.0 ? 1e-6 : fabs((double)(least)))));    \
+    } while (0)
+
+static void test_config_knows_both_ends_of_every_range(void) {
+    ASSERT_RANGE(tick_s, 0.9999e-4, 5.0001e-3);
+    ASSERT_RANGE(gravity_m_s2, 0.0, 30.0);
+    ASSERT_RANGE(sensors.displacement_sigma_m, 1e-10, 0.1);
+    ASSERT_RANGE(sensors.velocity_sigma_m_s, 1e-8, 1.0);
+    ASSERT_RANGE(sensors.force_sigma_n, 1e-6, 1e5);
+    ASSERT_RANGE(sensors.velocity_range_m_s, 0.0, 50.0);
+    ASSERT_RANGE(sensors.force_range_n, 0.0, 1e8);
+    ASSERT_RANGE(paper.load_mass_kg, 0.0, 1e6);
+    ASSERT_RANGE(paper.prior_dz_sigma_m, 0.0, 1e3);
+    ASSERT_RANGE(paper.gate_nis, 3.0, 1e6);
+    ASSERT_RANGE(paper.inconsistent_nis, 3.0, 1e6);
+    ASSERT_RANGE(paper.nis_time_constant_s, 0.0, 1e3);
+    ASSERT_RANGE(paper.converged_relative_sigma, 0.0, 1.0);
+    ASSERT_RANGE(momentum.prior_mass_kg, 0.0, 1e6);
+    ASSERT_RANGE(momentum.prior_mass_sigma_kg, 0.0, 1e6);
+    ASSERT_RANGE(momentum.prior_moment_sigma_kg_m, 0.0, 1e6);
+    ASSERT_RANGE(momentum.prior_inertia_sigma_kg_m2, 0.0, 1e6);
+    ASSERT_RANGE(momentum.inconsistent_nis, 6.0, 1e6);
+    ASSERT_RANGE(momentum.nis_time_constant_s, 0.0, 1e3);
+    ASSERT_RANGE(momentum.converged_relative_sigma, 0.0, 1.0);
+    ASSERT_RANGE(momentum.excitation_time_constant_s, 0.0, 1e3);
+    ASSERT_RANGE(actuator_effects.prior_bias_sigma_n, 0.0, 1e6);
+    ASSERT_RANGE(actuator_effects.prior_coulomb_sigma_n, 0.0, 1e6);
+    ASSERT_RANGE(actuator_effects.prior_viscous_sigma_n_s_m, 0.0, 1e8);
+    ASSERT_RANGE(actuator_effects.prior_tilt_sigma_m_s2, 0.0, 30.0);
+    ASSERT_RANGE(actuator_effects.friction_speed_m_s, 1e-6, 10.0);
+    ASSERT_RANGE(rig.force_offset_n[5], -1e6, 1e6);
+    ASSERT_RANGE(rig.force_gain[5], -0.5, 0.5);
+    ASSERT_RANGE(rig.coulomb_n[5], 0.0, 1e6);
+    ASSERT_RANGE(rig.stribeck_n[5], -1e6, 1e6);
+    ASSERT_RANGE(rig.growth_n_n[5], 0.0, 0.5);
+    ASSERT_RANGE(rig.viscous_n_s_m[5], 0.0, 1e8);
+    ASSERT_RANGE(rig.stribeck_speed_m_s, 1e-6, 10.0);
+    ASSERT_RANGE(rig.reversal_speed_m_s, 1e-6, 10.0);
+    ASSERT_RANGE(rig.presliding_m, 0.0, 0.01);
+    ASSERT_RANGE(rig.leg_inertia_kg_m2, -1e6, 1e6);
+    ASSERT_RANGE(rig.leg_slide_kg_m, -1e6, 1e6);
+    ASSERT_RANGE(rig.leg_tilt_kg_m, -1e6, 1e6);
+    ASSERT_REFUSED(tolerances, ((hexload_tolerances_t){.platform_inertia = HEXLOAD_REAL(1.01)}));
+    ASSERT_REFUSED(tolerances, ((hexload_tolerances_t){.force_gain = HEXLOAD_REAL(-1e-6)}));
+}
+
 int main(void) {
     UNITY_BEGIN();
     RUN_TEST(test_config_accepts_the_default_machine);
@@ -214,5 +267,6 @@ int main(void) {
     RUN_TEST(test_gravity_that_is_no_vector_or_points_up_is_refused);
     RUN_TEST(test_health_counters_stay_at_their_end);
     RUN_TEST(test_numbers_without_a_name_are_called_unknown);
+    RUN_TEST(test_config_knows_both_ends_of_every_range);
     return UNITY_END();
 }

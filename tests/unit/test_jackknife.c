@@ -252,11 +252,33 @@ static void test_another_load_begins_with_what_the_machine_has_shown(void) {
     }
 }
 
+static void test_a_parameter_without_a_variance_gives_no_number_that_is_none(void) {
+    // GIVEN a filter for which hx has no variance left WHEN blocks of it are compared for ten seconds THEN
+    // every factor is a number, and widens
+    hexload_config_t config = paper_machine();
+    static hexload_momentum_filter_t filter;
+    static hexload_jackknife_t jackknife;
+    memset(&filter, 0, sizeof filter);
+    for (int k = 0; k < DIM; k++) {
+        filter.load_cov[k][k] = k == HEXLOAD_LOAD_HX ? HEXLOAD_REAL(0.0) : HEXLOAD_REAL(1.0);
+    }
+    hexload_jackknife_init(&jackknife);
+    for (int tick = 0; tick < 10000; tick++) {
+        hexload_jackknife_step(&jackknife, &config, &filter);
+        filter.load_cov[0][0] *= HEXLOAD_REAL(0.9999);
+    }
+    TEST_ASSERT_TRUE(jackknife.has_concluded);
+    for (int k = 0; k < DIM; k++) {
+        TEST_ASSERT_TRUE(isfinite(jackknife.factor[k]) && jackknife.factor[k] >= HEXLOAD_REAL(1.0));
+    }
+}
+
 int main(void) {
     UNITY_BEGIN();
     RUN_TEST(test_factors_are_those_of_all_blocks_at_once);
     RUN_TEST(test_an_honest_filter_is_left_alone_and_another_is_widened);
     RUN_TEST(test_a_standstill_takes_nothing_from_what_blocks_of_motion_say);
     RUN_TEST(test_another_load_begins_with_what_the_machine_has_shown);
+    RUN_TEST(test_a_parameter_without_a_variance_gives_no_number_that_is_none);
     return UNITY_END();
 }

@@ -1,9 +1,12 @@
 #include "hexload/momentum.h"
+#include "algebra/leg_blocks.h"
+#include "algebra/linalg.h"
 #include "body/pseudo_inertia.h"
 #include "momentum/momentum_model.h"
 #include "momentum/momentum_supervisor.h"
 #include "momentum/wrench_monitor.h"
 #include "motion.h"
+#include "rig/rig.h"
 #include "rig/rig_friction.h"
 
 #include <math.h>
@@ -432,6 +435,237 @@ static void test_an_estimate_that_no_sigma_covers_is_inconsistent(void) {
     TEST_ASSERT_EQUAL_INT(HEXLOAD_VERDICT_INCONSISTENT, judge_again(&bench));
 }
 
+/// One tick in which leg 3 shows what `stopped` of its sensors has shown at the tick before.
+static void step_with_stopped_force(bench_t* bench, const body_t* load, hexload_real_t stopped_n) {
+    hexload_leg_sample_t sample = perfect_sample(
+        &bench->config, load, &bench->motion, (double)bench->estimator.kinematics.home_height_m, bench->tick);
+    add_noise(&bench->config, &bench->seed, &sample);
+    sample.force_n[3] = stopped_n;
+    TEST_ASSERT_EQUAL_INT(
+        HEXLOAD_OK, hexload_momentum_tick(&bench->estimator, &bench->config, &sample, &bench->estimate));
+    bench->alarms += bench->estimator.health.bits >> HEXLOAD_HEALTH_LOAD_CHANGED & 1u;
+    bench->tick++;
+}
+
+static void test_a_force_sensor_that_stops_is_no_load_change(void) {
+    // GIVEN a load that has been identified
+    bench_t bench;
+    begin(&bench, paper_machine(), random_motion(31, 0.05, 0.1), 5);
+    run(&bench, &eccentric, 3000);
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_FIT_NOISE,
+                          hexload_momentum_supervisor_fit(&bench.estimator.supervisor, &bench.config));
+    // WHEN a force sensor then shows one value for half a second, hundreds of newtons off by then
+    for (int tick = 0; tick < 500; tick++) {
+        step_with_stopped_force(&bench, &eccentric, HEXLOAD_REAL(700.0));
+    }
+    // THEN no load has changed; the machine is doubted instead
+    TEST_ASSERT_EQUAL_UINT32(0, bench.alarms);
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_FIT_NONE,
+                          hexload_momentum_supervisor_fit(&bench.estimator.supervisor, &bench.config));
+}
+
+static void test_legs_with_a_mass_of_their_own_are_no_load(void) {
+    // GIVEN legs with a mass beyond what moves with the platform, and a configuration that knows of it, or
+    // not WHEN a load of 312 kg has been identified
+    hexload_config_t heavy = paper_machine();
+    heavy.rig.leg_inertia_kg_m2 = HEXLOAD_REAL(6.0);
+    heavy.rig.leg_slide_kg_m = HEXLOAD_REAL(3.0);
+    heavy.rig.leg_tilt_kg_m = HEXLOAD_REAL(4.0);
+    double error[2];
+    for (int knows = 0; knows < 2; knows++) {
+        bench_t bench;
+        begin(&bench, knows == 1 ? heavy : paper_machine(), random_motion(31, 0.05, 0.1), 5);
+        hexload_kinematics_t kinematics = bench.estimator.kinematics;
+        hexload_rig_twists_t twists;
+        hexload_rig_twists_init(&twists);
+        for (uint32_t tick = 0; tick < 1500; tick++) {
+            // forces that the legs' mass adds, by the same wrench at the true motion: what is shown here is
+            // that it is taken off in time and place, not that the wrench is right, which test_rig.c shows
+            hexload_leg_sample_t sample =
+                perfect_sample(&heavy, &eccentric, &bench.motion, (double)kinematics.home_height_m, tick);
+            const hexload_leg_sample_t later =
+                perfect_sample(&heavy, &eccentric, &bench.motion, (double)kinematics.home_height_m, tick + 1);
+            hexload_motion_t motion, next;
+            hexload_kinematics_t ahead;
+            hexload_real_t acceleration[6], wrench[6], columns[HEXLOAD_LEGS][6];
+            TEST_ASSERT_EQUAL_INT(HEXLOAD_OK,
+                                  hexload_kinematics_solve(&kinematics, &heavy, &sample, &motion));
+            ahead = kinematics;
+            TEST_ASSERT_EQUAL_INT(HEXLOAD_OK, hexload_kinematics_solve(&ahead, &heavy, &later, &next));
+            for (int k = 0; k < 6; k++) {
+                acceleration[k] = (next.twist[k] - motion.twist[k]) / heavy.tick_s;
+            }
+            hexload_rig_leg_wrench(&heavy, &sample, &motion, motion.twist, acceleration, wrench);
+            motion.jacobian = &kinematics.jacobian;
+            hexload_leg_blocks_invert(motion.jacobian, columns);
+            for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
+                sample.force_n[leg] += dot6(columns[leg], wrench);
+            }
+            add_noise(&heavy, &bench.seed, &sample);
+            TEST_ASSERT_EQUAL_INT(
+                HEXLOAD_OK, hexload_momentum_tick(&bench.estimator, &bench.config, &sample, &bench.estimate));
+        }
+        double theta[DIM], sum = 0.0;
+        theta_of(&eccentric, theta);
+        for (int k = 0; k < DIM; k++) {
+            const double off =
+                ((double)bench.estimate.value[k] - theta[k]) / (double)bench.estimate.own_sigma[k];
+            sum += off * off / DIM;
+        }
+        error[knows] = sqrt(sum);
+    }
+    printf("legs with mass: %.1f sigmas rms when not known of, %.1f when known\n", error[0], error[1]);
+    // THEN the one that knows errs by its sigmas, and by what its acceleration, the mean over five ticks, is
+    // late: 2.5 ms at 3 Hz are 2 pi 3 0.0025 = 4.7 % of the legs' part; the other by ten times as much
+    TEST_ASSERT_TRUE(error[1] < 3.0 + 0.047 * error[0]);
+    TEST_ASSERT_TRUE(error[0] > 10.0 * error[1]);
+}
+
+static void test_a_pose_of_the_past_that_is_lost_is_found_again(void) {
+    // GIVEN an estimator at work, and a fault of memory in the pose that the filter has seen last
+    bench_t bench;
+    begin(&bench, paper_machine(), random_motion(44, 0.05, 0.1), 9);
+    run(&bench, &eccentric, 1000);
+    bench.estimator.delayed_kinematics.p_m[0] = (hexload_real_t)NAN;
+    bench.estimator.delayed_kinematics.jacobian.S_inverse[0][0] = (hexload_real_t)NAN;
+    // WHEN samples go on THEN the filter misses one, takes none for a load change, and goes on with the load
+    const hexload_real_t before = bench.estimate.own_sigma[0];
+    step(&bench, &eccentric);
+    TEST_ASSERT_TRUE(bench.estimator.is_interrupted);
+    step(&bench, &eccentric);
+    TEST_ASSERT_FALSE(bench.estimator.is_interrupted);
+    run(&bench, &eccentric, 500);
+    TEST_ASSERT_EQUAL_UINT32(0, bench.alarms + bench.estimator.health.count[HEXLOAD_HEALTH_FILTER_RESTARTED]);
+    TEST_ASSERT_TRUE(bench.estimate.own_sigma[0] < before);
+    TEST_ASSERT_TRUE(nees_of(&bench, &eccentric) < 53.0);
+}
+
+static void test_a_gap_too_long_for_one_step_sets_the_momentum_anew(void) {
+    // GIVEN a smoother that bridges ten ticks, and a filter that goes three at a time WHEN five are missing
+    // THEN rates are not seeded anew, no load has changed, and the load stays as known as it was
+    hexload_config_t config = paper_machine();
+    bench_t bench;
+    config.momentum.longest_gap_ticks = 10;
+    begin(&bench, config, random_motion(44, 0.05, 0.1), 9);
+    run(&bench, &eccentric, 1000);
+    const hexload_real_t before = bench.estimate.own_sigma[0];
+    bench.tick += 5;
+    const uint32_t reseeded = bench.estimator.health.count[HEXLOAD_HEALTH_RATE_RESEEDED];
+    run(&bench, &eccentric, 300);
+    TEST_ASSERT_EQUAL_UINT32(reseeded, bench.estimator.health.count[HEXLOAD_HEALTH_RATE_RESEEDED]);
+    TEST_ASSERT_EQUAL_UINT32(0, bench.alarms);
+    TEST_ASSERT_TRUE(bench.estimate.own_sigma[0] < before);
+    TEST_ASSERT_TRUE(nees_of(&bench, &eccentric) < 53.0);
+}
+
+static void test_a_mismatch_that_keeps_a_parameter_from_converging_is_a_misfit(void) {
+    // GIVEN an estimate that has converged
+    bench_t bench;
+    begin(&bench, paper_machine(), random_motion(46, 0.05, 0.1), 12);
+    run(&bench, &eccentric, 3000);
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_VERDICT_CONVERGED, judge_again(&bench));
+    memcpy(bench.estimate.own_sigma, bench.estimate.sigma, sizeof bench.estimate.sigma);
+    // WHEN the residual test finds its sigmas too small, by less than what still counts as converged, THEN it
+    // stays so; the scale of a mass is at least the platform's, of which 5 % is the limit
+    const hexload_real_t limit = bench.config.momentum.converged_relative_sigma * HEXLOAD_REAL(312.0);
+    bench.estimator.residual_test.factor = HEXLOAD_REAL(0.9) * limit / bench.estimate.sigma[0];
+    for (int k = 1; k < DIM; k++) {
+        bench.estimator.filter.load_cov[k][k] *= HEXLOAD_REAL(1e-12); // the mass alone is to decide
+    }
+    (void)judge_again(&bench);
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_VERDICT_CONVERGED, bench.estimate.parameter_verdict[0]);
+    // AND by more than that it is a misfit, which is said
+    bench.estimator.residual_test.factor *= HEXLOAD_REAL(1.25);
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_VERDICT_MISFIT, judge_again(&bench));
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_VERDICT_MISFIT, bench.estimate.parameter_verdict[0]);
+    // AND what had not converged without the mismatch is no misfit for it
+    bench.estimate.own_sigma[0] = HEXLOAD_REAL(1.1) * limit;
+    (void)judge_again(&bench);
+    TEST_ASSERT_NOT_EQUAL(HEXLOAD_VERDICT_MISFIT, bench.estimate.parameter_verdict[0]);
+}
+
+static void test_counts_of_the_supervisors_do_not_wrap(void) {
+    // GIVEN an estimator after 2^31 ticks WHEN it goes on THEN nothing that counts ticks begins anew
+    bench_t bench;
+    begin(&bench, paper_machine(), random_motion(46, 0.05, 0.1), 12);
+    run(&bench, &eccentric, 1000);
+    bench.estimator.supervisor.fit_ticks = UINT32_MAX / 2;
+    bench.estimator.monitor.wrench.ticks = UINT32_MAX / 2;
+    run(&bench, &eccentric, 3);
+    TEST_ASSERT_EQUAL_UINT32(UINT32_MAX / 2, bench.estimator.supervisor.fit_ticks);
+    TEST_ASSERT_EQUAL_UINT32(UINT32_MAX / 2, bench.estimator.monitor.wrench.ticks);
+}
+
+static void test_without_gravity_and_motion_nothing_says_that_a_wrench_is_wrong(void) {
+    // GIVEN a platform at rest where nothing has weight, on a machine of known friction, so that neither past
+    // nor weight gives a scale WHEN seconds pass THEN no load change is reported
+    hexload_config_t config = paper_machine();
+    hexload_leg_sample_t sample = {.tick = 0};
+    bench_t bench;
+    config.gravity_m_s2 = HEXLOAD_REAL(0.0);
+    config.rig.coulomb_n[0] = HEXLOAD_REAL(1.0);
+    config.momentum.prior_mass_sigma_kg = HEXLOAD_REAL(1e-6);
+    config.momentum.prior_moment_sigma_kg_m = HEXLOAD_REAL(1e-6);
+    config.momentum.prior_inertia_sigma_kg_m2 = HEXLOAD_REAL(1e-6);
+    begin(&bench, config, at_rest(), 3);
+    for (; sample.tick < 3000; sample.tick++) {
+        TEST_ASSERT_EQUAL_INT(
+            HEXLOAD_OK, hexload_momentum_tick(&bench.estimator, &bench.config, &sample, &bench.estimate));
+    }
+    TEST_ASSERT_EQUAL_UINT32(0, bench.estimator.health.count[HEXLOAD_HEALTH_LOAD_CHANGED]);
+}
+
+static void test_a_load_that_is_new_has_to_prove_itself_anew(void) {
+    // GIVEN a machine that has shown with its load that it is its model, by 2.5 s of motion, or has not WHEN
+    // the load changes THEN the first is believed for half a second of motion, and the other begins anew
+    const hexload_config_t config = paper_machine();
+    for (int proven = 0; proven < 2; proven++) {
+        hexload_momentum_supervisor_t supervisor;
+        hexload_momentum_supervisor_init(&supervisor);
+        TEST_ASSERT_EQUAL_INT(HEXLOAD_FIT_NONE, hexload_momentum_supervisor_fit(&supervisor, &config));
+        supervisor.moved_s = proven == 1 ? HEXLOAD_REAL(2.5) : HEXLOAD_REAL(2.4);
+        const hexload_fit_t fit = proven == 1 ? HEXLOAD_FIT_NOISE : HEXLOAD_FIT_UNPROVEN;
+        TEST_ASSERT_EQUAL_INT(fit, hexload_momentum_supervisor_fit(&supervisor, &config));
+        hexload_momentum_supervisor_forget(&supervisor);
+        TEST_ASSERT_EQUAL_INT(proven == 1 ? HEXLOAD_FIT_NOISE : HEXLOAD_FIT_NONE,
+                              hexload_momentum_supervisor_fit(&supervisor, &config));
+        supervisor.moved_s += HEXLOAD_REAL(0.51);
+        TEST_ASSERT_EQUAL_INT(proven == 1 ? HEXLOAD_FIT_NONE : HEXLOAD_FIT_UNPROVEN,
+                              hexload_momentum_supervisor_fit(&supervisor, &config));
+    }
+}
+
+static void test_two_alarms_within_five_seconds_are_the_machines(void) {
+    // GIVEN a machine that fits its model WHEN its load changes twice, with 6 s, or 4 s, of calm between THEN
+    // it is doubted only if they were that close
+    const hexload_config_t config = paper_machine();
+    const double calm_s[2] = {6.0, 4.0};
+    for (int n = 0; n < 2; n++) {
+        hexload_momentum_supervisor_t supervisor;
+        hexload_momentum_supervisor_init(&supervisor);
+        supervisor.moved_s = HEXLOAD_REAL(2.5);
+        hexload_momentum_supervisor_alarm(&supervisor);
+        TEST_ASSERT_EQUAL_INT(HEXLOAD_FIT_NOISE, hexload_momentum_supervisor_fit(&supervisor, &config));
+        supervisor.calm_s = (hexload_real_t)calm_s[n];
+        hexload_momentum_supervisor_alarm(&supervisor);
+        TEST_ASSERT_EQUAL_INT(n == 0 ? HEXLOAD_FIT_NOISE : HEXLOAD_FIT_NONE,
+                              hexload_momentum_supervisor_fit(&supervisor, &config));
+    }
+}
+
+static void test_motion_that_tells_of_a_parameter_makes_it_converging(void) {
+    // GIVEN a demand that no run of a second meets WHEN the platform moves about all axes THEN its motion
+    // goes on lowering every sigma, and each parameter is converging
+    hexload_config_t config = paper_machine();
+    bench_t bench;
+    config.momentum.converged_relative_sigma = HEXLOAD_REAL(1e-6);
+    begin(&bench, config, random_motion(43, 0.05, 0.1), 8);
+    run(&bench, &eccentric, 1000);
+    for (int k = 0; k < DIM; k++) {
+        TEST_ASSERT_EQUAL_INT(HEXLOAD_VERDICT_CONVERGING, bench.estimate.parameter_verdict[k]);
+    }
+}
+
 int main(void) {
     UNITY_BEGIN();
     RUN_TEST(test_errors_are_as_large_as_the_filter_says);
@@ -449,5 +683,15 @@ int main(void) {
     RUN_TEST(test_broken_covariance_begins_anew);
     RUN_TEST(test_an_estimate_that_no_body_has_widens_its_sigma_and_is_kept);
     RUN_TEST(test_an_estimate_that_no_sigma_covers_is_inconsistent);
+    RUN_TEST(test_a_force_sensor_that_stops_is_no_load_change);
+    RUN_TEST(test_legs_with_a_mass_of_their_own_are_no_load);
+    RUN_TEST(test_a_pose_of_the_past_that_is_lost_is_found_again);
+    RUN_TEST(test_a_gap_too_long_for_one_step_sets_the_momentum_anew);
+    RUN_TEST(test_a_mismatch_that_keeps_a_parameter_from_converging_is_a_misfit);
+    RUN_TEST(test_counts_of_the_supervisors_do_not_wrap);
+    RUN_TEST(test_without_gravity_and_motion_nothing_says_that_a_wrench_is_wrong);
+    RUN_TEST(test_a_load_that_is_new_has_to_prove_itself_anew);
+    RUN_TEST(test_two_alarms_within_five_seconds_are_the_machines);
+    RUN_TEST(test_motion_that_tells_of_a_parameter_makes_it_converging);
     return UNITY_END();
 }

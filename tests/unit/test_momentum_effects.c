@@ -908,6 +908,122 @@ static void test_broken_covariance_begins_anew(void) {
     TEST_ASSERT_TRUE(nees_of(&bench, &eccentric, LOAD) < 53.0);
 }
 
+static void test_a_tilt_beyond_gravity_takes_nothing_from_its_length(void) {
+    // GIVEN a platform with a load WHEN gravity's x would be longer than gravity itself THEN its z loses
+    // nothing: it falls in x alone, and no root of a negative number comes in
+    static step_t step;
+    double far[6], here[6];
+    predicted_momentum(&step, KNOWN + TILT, 0.0, here);
+    const double g = (double)step.config.gravity_m_s2;
+    predicted_momentum(&step, KNOWN + TILT, 2.0 * g, far);
+    const double mass_kg = (double)step.load.theta[0] + (double)step.load.platform[0];
+    const double impulse = mass_kg * (double)step.config.tick_s * g;
+    TEST_ASSERT_DOUBLE_WITHIN(1e-3 * impulse, here[2], far[2]);
+    TEST_ASSERT_TRUE(fabs(far[0] - here[0]) > 0.5 * impulse);
+}
+
+static void test_a_platform_that_rests_teaches_nothing_after_two_seconds(void) {
+    // GIVEN a platform that stands WHEN it has for two seconds and the lag THEN the filter holds what it
+    // knows, to the bit, and the time does not wrap
+    const effects_t effects = random_effects(78);
+    static bench_t bench;
+    begin(&bench, paper_machine(), at_rest(), &effects, 3);
+    run(&bench, &eccentric, 2100);
+    TEST_ASSERT_TRUE(bench.estimator.momentum.is_interrupted);
+    const hexload_momentum_filter_t before = bench.estimator.momentum.filter;
+    const uint32_t rest_ticks = bench.estimator.effects.filter.rest_ticks;
+    run(&bench, &eccentric, 50);
+    TEST_ASSERT_EQUAL_MEMORY(before.theta, bench.estimator.momentum.filter.theta, sizeof before.theta);
+    TEST_ASSERT_EQUAL_MEMORY(before.load_cov, bench.estimator.momentum.filter.load_cov,
+                             sizeof before.load_cov);
+    TEST_ASSERT_EQUAL_UINT32(rest_ticks, bench.estimator.effects.filter.rest_ticks);
+    TEST_ASSERT_EQUAL_UINT32(2000, rest_ticks);
+    // AND WHEN it moves THEN the filter learns again, after as many ticks as a transient is seen by
+    bench.motion = random_motion(8, 0.04, 0.08);
+    for (int k = 0; k < 6; k++) { // from rest at home, smoothly: by phases of zero speed
+        bench.motion.phase_rad[k][0] = 0.0;
+        bench.motion.phase_rad[k][1] = 3.14159265358979;
+        bench.motion.frequency_hz[k][1] = bench.motion.frequency_hz[k][0];
+        bench.motion.amplitude[k][1] = 0.99 * bench.motion.amplitude[k][0];
+    }
+    bench.tick = 60;
+    bench.estimator.momentum.leg_gate.accepted = 0; // time begins anew with the motion
+    run(&bench, &eccentric, 700);
+    TEST_ASSERT_FALSE(bench.estimator.momentum.is_interrupted);
+    TEST_ASSERT_EQUAL_UINT32(0, bench.alarms);
+    TEST_ASSERT_TRUE(bench.estimator.effects.filter.rest_ticks < 2000);
+    TEST_ASSERT_TRUE(bench.estimator.momentum.filter.load_cov[0][0] < before.load_cov[0][0]);
+}
+
+static void test_an_effect_that_is_no_number_begins_anew(void) {
+    // GIVEN an effect that a fault of memory has spoilt, before any sample has reached the filter WHEN the
+    // next one comes THEN all begins anew, and that is said
+    static bench_t bench;
+    begin(&bench, paper_machine(), random_motion(45, 0.05, 0.1), &none, 10);
+    run(&bench, &eccentric, 5);
+    bench.estimator.effects.filter.effect[3] = (hexload_real_t)NAN;
+    run(&bench, &eccentric, 1);
+    TEST_ASSERT_TRUE(bench.estimator.momentum.health.bits >> HEXLOAD_HEALTH_FILTER_RESTARTED & 1u);
+    TEST_ASSERT_TRUE(bench.answer.value[3] == HEXLOAD_REAL(0.0));
+    run(&bench, &eccentric, 1);
+    TEST_ASSERT_FALSE(bench.estimator.momentum.health.bits >> HEXLOAD_HEALTH_FILTER_RESTARTED & 1u);
+}
+
+static void test_what_legs_do_faster_than_the_smoother_is_a_mean_of_two_seconds(void) {
+    // GIVEN a smooth motion, of which only noise is faster than the smoother WHEN a second has passed THEN
+    // the mean of six squares less their variance is zero: of n ticks its sigma is sqrt(2 / 6 / n) of the
+    // variance, and five of them are allowed
+    static bench_t bench;
+    begin(&bench, paper_machine(), random_motion(45, 0.05, 0.1), &none, 10);
+    run(&bench, &eccentric, 1000);
+    const double variance = pow((double)bench.config.sensors.velocity_sigma_m_s, 2.0);
+    const double ticks = 1000.0 - bench.config.momentum.lag_ticks;
+    TEST_ASSERT_DOUBLE_WITHIN(5.0 * sqrt(2.0 / 6.0 / ticks) * variance, 0.0,
+                              (double)bench.estimator.effects.filter.residual_m2_s2);
+    // AND a tick in motion takes the 25 ticks of a transient from the time at rest
+    bench.estimator.effects.filter.rest_ticks = 1000;
+    run(&bench, &eccentric, 1);
+    TEST_ASSERT_EQUAL_UINT32(1000 - 25, bench.estimator.effects.filter.rest_ticks);
+    bench.estimator.effects.filter.rest_ticks = 7;
+    run(&bench, &eccentric, 1);
+    TEST_ASSERT_EQUAL_UINT32(0, bench.estimator.effects.filter.rest_ticks);
+}
+
+/// Sum of the variances of a momentum that was known exactly, after a tick in which the legs stand and rub.
+static double momentum_variance(double coulomb_n) {
+    const motion_t motion = random_motion(29, 0.05, 0.1);
+    step_t step;
+    begin_step(&step);
+    step.config.sensors.velocity_sigma_m_s =
+        HEXLOAD_REAL(1.0); // so that the update takes next to nothing off
+    for (uint32_t tick = 0; tick < 2; tick++) {
+        next_step(&step, &motion, &none, tick, 0.0);
+        memset(step.sample.smooth_velocity_m_s, 0, sizeof step.sample.smooth_velocity_m_s);
+        memset(step.load.load_cov, 0, sizeof step.load.load_cov);
+        memset(step.load.cross_cov, 0, sizeof step.load.cross_cov);
+        memset(step.load.momentum_cov, 0, sizeof step.load.momentum_cov);
+        memset(step.effects.covariance, 0, sizeof step.effects.covariance);
+        for (int leg = 0; leg < 6; leg++) {
+            step.effects.effect[6 + leg] = (hexload_real_t)coulomb_n;
+        }
+        take_step(&step);
+    }
+    double sum = 0.0;
+    for (int k = 0; k < 6; k++) {
+        sum += (double)step.load.momentum_cov[k][k];
+    }
+    return sum;
+}
+
+static void test_friction_at_standstill_is_noise_by_its_square(void) {
+    // GIVEN legs at standstill, where the speed's error turns the sign of their friction WHEN that is twice
+    // as large THEN what it adds to the momentum's variance is four times as much
+    const double without = momentum_variance(0.0);
+    const double once = momentum_variance(1000.0) - without, twice = momentum_variance(2000.0) - without;
+    TEST_ASSERT_TRUE(once > 0.1 * without);
+    TEST_ASSERT_DOUBLE_WITHIN(0.01 * 4.0 * once, 4.0 * once, twice);
+}
+
 int main(void) {
     UNITY_BEGIN();
     RUN_TEST(test_known_effects_leave_nothing_of_what_the_legs_show);
@@ -925,5 +1041,10 @@ int main(void) {
     RUN_TEST(test_forgetting_the_load_keeps_the_actuator_effects);
     RUN_TEST(test_refused_sample_changes_nothing_but_the_counter);
     RUN_TEST(test_broken_covariance_begins_anew);
+    RUN_TEST(test_a_tilt_beyond_gravity_takes_nothing_from_its_length);
+    RUN_TEST(test_a_platform_that_rests_teaches_nothing_after_two_seconds);
+    RUN_TEST(test_an_effect_that_is_no_number_begins_anew);
+    RUN_TEST(test_what_legs_do_faster_than_the_smoother_is_a_mean_of_two_seconds);
+    RUN_TEST(test_friction_at_standstill_is_noise_by_its_square);
     return UNITY_END();
 }

@@ -1,4 +1,5 @@
 #include "motion.h"
+#include "paper/known_mass.h"
 
 #include <math.h>
 #include <string.h>
@@ -293,6 +294,25 @@ static void test_a_force_that_stays_away_does_not_wrap_the_time_held(void) {
     TEST_ASSERT_BITS_HIGH(1u << HEXLOAD_HEALTH_RATE_RESEEDED, estimator.health.bits);
 }
 
+static void test_what_a_rig_may_be_off_by_is_no_wrong_mass(void) {
+    // GIVEN legs whose friction grows by 2 % of their force, or whose gain is 2 % off WHEN the told mass is
+    // checked THEN 2 % of the weight more are allowed
+    const double weight_n = (100.0 + 500.0) * 9.81;
+    hexload_config_t config = paper_machine();
+    hexload_known_mass_t plain, rubbing, shown;
+    hexload_known_mass_init(&plain, &config);
+    for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
+        config.rig.growth_n_n[leg] = HEXLOAD_REAL(0.02);
+    }
+    hexload_known_mass_init(&rubbing, &config);
+    for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
+        config.rig.force_gain[leg] = HEXLOAD_REAL(-0.02);
+    }
+    hexload_known_mass_init(&shown, &config);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-5 * weight_n, 0.02 * weight_n, (double)(rubbing.limit_n - plain.limit_n));
+    TEST_ASSERT_DOUBLE_WITHIN(1e-5 * weight_n, 0.04 * weight_n, (double)(shown.limit_n - plain.limit_n));
+}
+
 int main(void) {
     UNITY_BEGIN();
     RUN_TEST(test_init_refuses_a_bad_configuration_and_leaves_the_instance_alone);
@@ -307,5 +327,6 @@ int main(void) {
     RUN_TEST(test_health_counts_every_tick_out_of_stroke);
     RUN_TEST(test_a_lost_force_lets_the_papers_filter_wait_and_go_on);
     RUN_TEST(test_a_force_that_stays_away_does_not_wrap_the_time_held);
+    RUN_TEST(test_what_a_rig_may_be_off_by_is_no_wrong_mass);
     return UNITY_END();
 }

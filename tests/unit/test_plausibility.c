@@ -413,6 +413,36 @@ static void test_every_cause_has_words_of_its_own(void) {
     }
 }
 
+static void test_samples_that_wait_for_late_channels_begin_a_block_anew(void) {
+    // GIVEN forces that count as 3 ms late, so that no sample is complete for some ticks after a missing one
+    bench_t bench;
+    hexload_config_t config = paper_machine();
+    config.rig.force_delay_s = HEXLOAD_REAL(0.003);
+    begin(&bench, config, HEXLOAD_KIND_MOMENTUM, brisk());
+    bench.change = lost_samples;
+    // WHEN some are refused THEN that is no fault of velocities
+    check_silent(&bench, 3);
+    TEST_ASSERT_TRUE(hexload_health(&bench.estimator)->refused > 0);
+}
+
+static void test_without_gravity_no_mass_is_wrong(void) {
+    // GIVEN a base where nothing has weight, and legs that push with 100 N each WHEN two seconds pass THEN
+    // nothing is said of the told mass: the push may be an acceleration's
+    hexload_config_t config = paper_machine();
+    config.gravity_m_s2 = HEXLOAD_REAL(0.0);
+    bench_t bench;
+    begin(&bench, config, HEXLOAD_KIND_PAPER, at_rest());
+    for (uint32_t tick = 0; tick < 2 * SECOND; tick++) {
+        hexload_leg_sample_t sample = {.tick = tick};
+        for (int leg = 0; leg < 6; leg++) {
+            sample.force_n[leg] = (hexload_real_t)(100.0 + 5.0 * normal(&bench.seed));
+        }
+        TEST_ASSERT_EQUAL_INT(HEXLOAD_OK,
+                              hexload_tick(&bench.estimator, &bench.config, &sample, &bench.estimate));
+    }
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_INPUT_PLAUSIBLE, fault_of(&bench).cause);
+}
+
 int main(int argc, char** argv) {
     seeds = argc > 1 ? strtoull(argv[1], NULL, 10) : seeds;
     UNITY_BEGIN();
@@ -430,5 +460,7 @@ int main(int argc, char** argv) {
     RUN_TEST(test_force_sensors_within_their_tolerance_are_no_wrong_mass);
     RUN_TEST(test_a_load_that_is_exchanged_is_no_longer_the_told_one);
     RUN_TEST(test_every_cause_has_words_of_its_own);
+    RUN_TEST(test_samples_that_wait_for_late_channels_begin_a_block_anew);
+    RUN_TEST(test_without_gravity_no_mass_is_wrong);
     return UNITY_END();
 }

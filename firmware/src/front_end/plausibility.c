@@ -334,8 +334,7 @@ static bool is_sharp(const regression_t* fit, hexload_real_t tick_s) {
 
 /// The leg whose velocity, with either sign, leaves least of the displacement unexplained; of others those
 /// that are not their own displacement's.
-static hexload_real_t find_best(const hexload_plausibility_t* self, const moments_t* found, int* best,
-                                bool* is_negative) {
+static hexload_real_t find_best(const hexload_plausibility_t* self, const moments_t* found, int* best) {
     const hexload_plausibility_leg_t* own = &self->sum[self->turn];
     hexload_real_t least = found->shown + found->integral;
     for (int n = 0; n < HEXLOAD_LEGS; n++) {
@@ -347,7 +346,6 @@ static hexload_real_t find_best(const hexload_plausibility_t* self, const moment
         if (left < least && hexload_abs(in_place - integral) > IN_PLACE * integral) {
             least = left;
             *best = n;
-            *is_negative = product < HEXLOAD_REAL(0.0);
         }
     }
     return least;
@@ -358,16 +356,16 @@ static hexload_input_cause_t find_contradiction(const hexload_plausibility_t* se
                                                 hexload_real_t noise_m2, hexload_real_t left_m2) {
     const hexload_real_t motion_m2 = hexload_max(found->shown, found->integral);
     int best = self->turn;
-    bool is_negative = false;
-    const hexload_real_t least_m2 = find_best(self, found, &best, &is_negative);
+    const hexload_real_t least_m2 = find_best(self, found, &best);
     if (found->integral < STILL * found->shown) {
         return HEXLOAD_INPUT_VELOCITY_STUCK;
     }
     if (found->shown < STILL * found->integral + STILL_VARIANCES * noise_m2) {
         return HEXLOAD_INPUT_DISPLACEMENT_STUCK;
     }
+    // Half of what its own velocity leaves is left by another leg's, or by its own with the other sign.
     if (least_m2 < EXPLAINED * motion_m2 + STILL_VARIANCES * noise_m2 &&
-        least_m2 < HEXLOAD_REAL(0.5) * left_m2 && (best != self->turn || is_negative)) {
+        least_m2 < HEXLOAD_REAL(0.5) * left_m2) {
         return best != self->turn ? HEXLOAD_INPUT_VELOCITY_SWAPPED : HEXLOAD_INPUT_VELOCITY_SIGN;
     }
     return square(found->product) > COMMON * found->shown * found->integral ? HEXLOAD_INPUT_VELOCITY_GAIN
@@ -479,7 +477,7 @@ static void count_strikes(hexload_plausibility_t* self, const hexload_input_faul
         self->strikes = (uint8_t)(is_same ? count_up(self->strikes) : 1);
         self->seen_cause = (uint8_t)seen->cause;
         self->seen_leg = (uint8_t)seen->leg;
-    } else if (is_balance && self->strikes > 0) {
+    } else if (is_balance) {
         self->strikes--;
     } else if (self->could_show) {
         self->strikes = 0;
@@ -497,7 +495,9 @@ static void conclude(hexload_plausibility_t* self) {
     count_strikes(self, &seen);
     if (seen.cause != HEXLOAD_INPUT_PLAUSIBLE && self->strikes >= strikes_for(seen.cause)) {
         const bool is_same_leg = self->hold > 0 && self->fault.leg == seen.leg;
-        self->fault = is_same_leg && !is_repeated ? self->fault : seen;
+        if (!is_same_leg || is_repeated) {
+            self->fault = seen;
+        }
         self->hold = HOLD;
     } else if (self->hold > 0 && (has_moved || is_of_balance(self->fault.cause))) {
         self->hold--;

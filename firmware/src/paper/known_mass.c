@@ -80,7 +80,7 @@ static bool is_beyond(const hexload_known_mass_t* self) {
 
 void hexload_known_mass_step(hexload_known_mass_t* self, const hexload_config_t* config,
                              const hexload_present_tick_t* now) {
-    if (self->has_last && now->gap_ticks > 0 && now->gap_ticks <= LONGEST_GAP_TICKS) {
+    if (self->has_last && now->gap_ticks <= LONGEST_GAP_TICKS) {
         add(self, config, now);
         self->is_contradicted =
             self->time_s > SETTLED_S && config->gravity_m_s2 > HEXLOAD_REAL(0.0) && is_beyond(self);
