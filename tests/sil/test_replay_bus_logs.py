@@ -5,7 +5,6 @@ import os
 import subprocess
 import sys
 import tracemalloc
-import zlib
 from pathlib import Path
 
 import can
