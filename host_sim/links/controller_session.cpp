@@ -129,7 +129,7 @@ void ControllerSession::fail_refused(const hexload_bus_acknowledge_t& acknowledg
     const char* remedy =
         result == HEXLOAD_RESULT_OTHER_CONFIGURATION
             ? ": its machine, tuning or known mass is not this simulator's; give both the same "
-              "platform and rig files and options"
+              "platform and rig files and options, or this one --any-configuration"
             : "";
     fail(LinkFailure::controller_fault,
          fmt::format("the controller refuses {}: {}{}",

@@ -101,7 +101,8 @@ class Loop:
         controller.process.send_signal(self._kind.go_on)
 
     def simulation(self, directory: Path, *options, scenario: Path = SCENARIO):
-        return self._start(self._simulator, scenario, "--out", directory, "--bus", self.bus, *options)
+        own = (scenario, "--out", directory, "--bus", self.bus, "--any-configuration")  # controllers have rigs of their own
+        return self._start(self._simulator, *own, *options)
 
     def recorder(self, *filters: str):
         """A candump that listens; `filters`, as candump has them, say which frames are recorded: none, all."""

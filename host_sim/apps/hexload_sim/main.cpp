@@ -95,7 +95,7 @@ std::unique_ptr<sim::EstimatorLink> make_link(const Options& options,
     settings.estimator = platform.estimator.kind;
     settings.known_mass_crc = hexload_bus_known_mass_crc(static_cast<float>(
         config.kind == HEXLOAD_KIND_PAPER ? config.paper.load_mass_kg : config.momentum.prior_mass_kg));
-    settings.configuration = hexload_app_configuration(&config);
+    settings.configuration = options.any_configuration ? 0 : hexload_app_configuration(&config);
     settings.answer_timeout =
         std::chrono::ceil<std::chrono::milliseconds>(std::chrono::duration<double>(timeout_s));
     settings.report = [](const std::string& line) { fmt::print(stderr, "hexload_sim: {}\n", line); };

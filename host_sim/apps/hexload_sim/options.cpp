@@ -69,6 +69,9 @@ void declare_bus(CLI::App& app, Options& options) {
                                   "tick k + 1 follows when tick k is answered (default on a bus)");
     app.add_flag("--real-time", options.real_time, "one tick per millisecond, by the clock")
         ->excludes(lockstep);
+    app.add_flag(
+        "--any-configuration", options.any_configuration,
+        "start a controller whose machine, tuning or known mass is another than this simulator's files say");
     app.add_option("--answer-timeout", options.answer_timeout_s,
                    "silence of the controller, in s, that ends a run in lockstep (default 2) or is reported "
                    "in real time "
