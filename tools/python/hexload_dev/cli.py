@@ -87,6 +87,46 @@ def coverage() -> None:
 
 
 @app.command()
+def mutate(
+    count: Annotated[int, typer.Option(min=1, help="Size of the sample.")] = 150,
+    seed: Annotated[int, typer.Option(min=0, help="Of the sample.")] = 1,
+    file: Annotated[str | None, typer.Option(help="Only sources with this in their name.")] = None,
+    jobs: Annotated[int | None, typer.Option(min=1, help="At once.", show_default="processors")] = None,
+) -> None:
+    """Puts small faults into the firmware, one at a time, and says which of them no unit test notices.
+
+    Kill rate by file, and the survivors as they differ from the source; status 1 when there is one that
+    tests/unit/accepted_mutants.toml has not. What was found is kept in build/mutation: the same sample goes on where it was
+    stopped, and with new tests only survivors are tried again.
+
+    Example:  hexload mutate --count 50 --file load_monitor
+    """
+    from hexload_dev import mutate as verb
+
+    raise typer.Exit(verb.run_mutate(count, seed, file, jobs))
+
+
+@app.command()
+def fuzz(
+    target: Annotated[list[str] | None, typer.Option(help="Only this one of tests/fuzz; may be repeated.")] = None,
+    runs: Annotated[
+        int, typer.Option(min=1, help="Inputs for each target; of logs, which are slower, a hundredth.")
+    ] = 100_000,
+    seed: Annotated[int, typer.Option(min=0, help="Of the inputs.")] = 1,
+) -> None:
+    """Runs clang's fuzzer, with both sanitizers, on what reads from outside and on every estimator's tick.
+
+    Promises are checked beside crashes: estimates are finite, no sigma is below zero, what is refused changes nothing.
+    Inputs that led somewhere new are in build/fuzz, and what breaks a promise in build/fuzz/findings; then status 1.
+
+    Example:  hexload fuzz --target estimators --runs 1000000
+    """
+    from hexload_dev import fuzz as verb
+
+    raise typer.Exit(verb.run_fuzz(target, runs, seed))
+
+
+@app.command()
 def bench(as_json: AsJson = False) -> None:
     """Measures the simulator's speed beside MuJoCo's, and the firmware's instructions and memory on a Cortex-M7.
 

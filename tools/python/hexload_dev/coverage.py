@@ -93,6 +93,13 @@ def read_coverage(directory: Path) -> dict[str, Coverage]:
     return dict(sorted(files.items()))
 
 
+def lines_of(profile: Path, program: Path) -> Iterator[tuple[str, dict[int, int]]]:
+    """File and how often each of its lines was run, of one program alone."""
+    merged = profile.with_suffix(".profdata")
+    _tool("llvm-profdata", "merge", "-sparse", profile, "-o", merged)
+    yield from _lines(_tool("llvm-cov", "export", "-format=lcov", "-instr-profile", merged, program))
+
+
 def _tool(name: str, *arguments: str | Path) -> str:
     result = subprocess.run([f"{name}-{VERSION}", *arguments], capture_output=True, text=True)
     if result.returncode != 0:
