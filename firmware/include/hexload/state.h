@@ -422,6 +422,7 @@ typedef struct hexload_frozen_channels {
     hexload_real_t missed_m[HEXLOAD_LEGS];      ///< way by velocity that the displacement lacks
     uint8_t still_velocity_ticks[HEXLOAD_LEGS]; ///< for which it has, or many
     uint8_t still_force_ticks[HEXLOAD_LEGS];    ///< likewise
+    uint8_t still_ticks;                        ///< of the one that has longest, while three others change
     hexload_real_t left_s;                      ///< for which one that goes on again still counts
 } hexload_frozen_channels_t;
 

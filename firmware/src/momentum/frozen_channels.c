@@ -30,15 +30,15 @@ static void count_still(const hexload_real_t now[HEXLOAD_LEGS], const hexload_re
     }
 }
 
-/// Whether one stands still while others change.
-static bool is_one_still(const uint8_t ticks[HEXLOAD_LEGS], uint8_t least_ticks) {
-    bool is_still = false;
+/// For how many ticks one has stood still while others change.
+static HEXLOAD_RARE uint8_t one_still_ticks(const uint8_t ticks[HEXLOAD_LEGS]) {
+    uint8_t most = 0;
     int fresh = 0;
     for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
-        is_still = is_still || ticks[leg] >= least_ticks;
+        most = ticks[leg] > most ? ticks[leg] : most;
         fresh += ticks[leg] == 0 ? 1 : 0;
     }
-    return is_still && fresh >= FRESH_LEGS;
+    return fresh >= FRESH_LEGS ? most : 0;
 }
 
 static bool is_any_off(const hexload_frozen_channels_t* self, const hexload_config_t* config) {
@@ -48,12 +48,6 @@ static bool is_any_off(const hexload_frozen_channels_t* self, const hexload_conf
         is_off = is_off || hexload_abs(self->missed_m[leg]) > most_m;
     }
     return is_off;
-}
-
-/// Chance, or steps of a converter, repeat a value two times, but not MANY_TICKS times.
-static bool has_stopped_for_certain(const hexload_frozen_channels_t* self, const hexload_config_t* config) {
-    return is_one_still(self->still_velocity_ticks, MANY_TICKS) ||
-           is_one_still(self->still_force_ticks, MANY_TICKS) || is_any_off(self, config);
 }
 
 void hexload_frozen_channels_step(hexload_frozen_channels_t* self, const hexload_config_t* config,
@@ -67,13 +61,17 @@ void hexload_frozen_channels_step(hexload_frozen_channels_t* self, const hexload
     }
     count_still(sample->velocity_m_s, self->last.velocity_m_s, self->still_velocity_ticks);
     count_still(sample->force_n, self->last.force_n, self->still_force_ticks);
-    self->left_s = has_stopped_for_certain(self, config)
-                       ? FADING_S
-                       : hexload_max(HEXLOAD_REAL(0.0), self->left_s - config->tick_s);
+    const uint8_t velocity_ticks = one_still_ticks(self->still_velocity_ticks);
+    const uint8_t force_ticks = one_still_ticks(self->still_force_ticks);
+    self->still_ticks = velocity_ticks > force_ticks ? velocity_ticks : force_ticks;
+    self->left_s -= config->tick_s;
+    // chance, or steps of a converter, repeat a value two times, but not so often
+    if (self->still_ticks >= MANY_TICKS || is_any_off(self, config)) {
+        self->left_s = FADING_S;
+    }
     self->last = *sample;
 }
 
 bool hexload_frozen_channels_are_there(const hexload_frozen_channels_t* self) {
-    return self->left_s > HEXLOAD_REAL(0.0) || is_one_still(self->still_velocity_ticks, STILL_TICKS) ||
-           is_one_still(self->still_force_ticks, STILL_TICKS);
+    return self->left_s > HEXLOAD_REAL(0.0) || self->still_ticks >= STILL_TICKS;
 }
