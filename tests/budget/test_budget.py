@@ -13,6 +13,7 @@ import pytest
 from call_graph import deepest_chain, read_call_graph
 from hexload.io.log_file import read_log
 from hexload_dev import target
+from hexload_dev.full_rig import DIRECTIONS, with_full_rig
 from hexload_dev.hard_inputs import hard_samples
 from hexload_dev.uncertain_estimates import early_covariances, estimates
 
@@ -32,13 +33,14 @@ TILTED = "tilt_sigma_rad = 0.01\n"  # goes on in the last section, [estimator]
 # taken a rig's own parameters in, that of real machines.
 MOST_BYTES = {
     "core_text": 24 * 1024,
-    "momentum_text": 40_400,  # 32 KiB were asked, before contradictions, lost channels, tolerances, residual sums and frozen channels
+    "momentum_text": 36_600,  # 32 KiB were asked, before contradictions, lost channels, tolerances, residual sums and frozen channels
     "estimator": 2 * 1024,
     "momentum_estimator": 20 * 1024,
 }
 MOST_STACK_BYTES = 3 * 1024
 MOST_PAPER_INSTRUCTIONS = 6_000  # a whole sample of a motion at -O3
 MOST_MOMENTUM_INSTRUCTIONS = {"-O2": 44_000, "-O3": 34_000}  # of any input
+MOST_CONSIDERED_INSTRUCTIONS = 10_000  # more, for what a rig's constants leave open
 MOST_EFFECTS_INSTRUCTIONS = 60_000  # of a tick with any input and all effects, at -O3
 MOST_TEST_INSTRUCTIONS = 2_000  # more, for contradictions of the input and residuals that tell mismatch from noise
 
@@ -157,6 +159,8 @@ def test_limits_are_within_those_of_the_issue():
             assert nodes["momentum"][optimisation]["worst"]["whole sample"] <= most + MOST_TEST_INSTRUCTIONS, (
                 optimisation
             )
+    considered = BUDGET["rig_instructions"]["considered"]["worst"]
+    assert considered <= MOST_MOMENTUM_INSTRUCTIONS["-O3"] + MOST_CONSIDERED_INSTRUCTIONS
     assert (
         max(BUDGET["momentum_effects_instructions"]["-O3"].values())
         <= MOST_EFFECTS_INSTRUCTIONS + MOST_TEST_INSTRUCTIONS
@@ -315,6 +319,20 @@ def test_instructions_of_a_whole_sample_are_within_their_limits(optimisation, fi
         for part, found in zip(target.NODE_PARTS, answers["instructions"].max(axis=0), strict=True):
             what = f"{optimisation}, {filter_name}, {profile}, {kind}, {part}, instructions"
             check(what, found, limits[kind][part])
+
+
+@pytest.mark.parametrize("kind, directions", [("compensated", 0), ("considered", DIRECTIONS)])
+def test_instructions_of_a_whole_sample_on_a_rig_are_within_their_limits(kind, directions, tmp_path):
+    # GIVEN a rig file with all that the firmware takes off, late channels and leg mass among it, and as many directions
+    rig = with_full_rig(hexload_native, platform(), tmp_path, directions)
+    config = hexload_native.config_bytes(rig, TICK_S)
+    hard = hard_samples(hexload_native, platform(), recorded())
+    # WHEN samples of a motion and hard ones go through the node THEN each is within its limit
+    found = 0
+    for name, samples in {"motion": recorded()[:MOMENTUM_TICKS], "worst": hard}.items():
+        answers = target.run_node(target.CORTEX_M7["-O3"], "fd", "momentum", config, samples, tmp_path).answers[1:]
+        found = max(found, answers["instructions"][:, target.NODE_PARTS.index("whole sample")].max())
+        check(f"{kind}, {name}, instructions", found, BUDGET["rig_instructions"][kind][name])
 
 
 @pytest.mark.parametrize("filter_name", target.FILTERS)

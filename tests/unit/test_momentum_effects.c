@@ -437,7 +437,7 @@ static void dense_predict(const step_t* step, dense_t* dense) {
 static void dense_update(const step_t* step, dense_t* dense, hexload_real_t Y[6][LOAD],
                          hexload_real_t L[6][6]) {
     double body[LOAD], e[6], HP[6][ALL], K[6], momentum[6] = {0};
-    hexload_real_t Y_measured[6][LOAD];
+    hexload_real_t Y_measured[6][LOAD] = {{0}};
     hexload_momentum_regressor(&step->motion, step->motion.twist, Y_measured);
     for (int i = 0; i < ALL; i++) {
         dense->P[i][i] *= i < LOAD || i >= KNOWN ? (double)HEXLOAD_COVARIANCE_INFLATION : 1.0;

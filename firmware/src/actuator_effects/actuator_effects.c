@@ -278,10 +278,6 @@ static void find_tilted_pull(const hexload_actuator_effects_t* self, const hexlo
     }
 }
 
-static inline hexload_real_t dot4(const hexload_real_t a[LIFTED], const hexload_real_t b[LIFTED]) {
-    return hexload_fma(a[3], b[3], hexload_fma(a[2], b[2], hexload_fma(a[1], b[1], a[0] * b[0])));
-}
-
 /// out += the tilt's part of d mu / d (m, h) times four numbers.
 static inline void add_tilted(const tilted_pull_t* tilted, const hexload_real_t x[LIFTED],
                               hexload_real_t out[6]) {
@@ -380,21 +376,18 @@ static void inflate_covariance(hexload_actuator_effects_t* self) {
     }
 }
 
-/// L^-1 H P of two rows of the effects, with the sign of the momentum filter's U. They share what is read.
-static inline void project_rows(const hexload_momentum_update_t* left, const hexload_real_t* row,
-                                const hexload_real_t* next_row, hexload_real_t u[2][6]) {
+/// L^-1 H P of two rows of the effects, with the sign of the momentum filter's U.
+static void project_rows(hexload_momentum_update_t* left, const hexload_real_t* row,
+                         const hexload_real_t* next_row, hexload_real_t u[2][6]) {
+    hexload_real_t both[6][2];
+    hexload_momentum_rows(left->Y, row, next_row, 0, 6, u);
     HEXLOAD_UNROLL
     for (int a = 0; a < 6; a++) {
-        hexload_real_t sum = row[LOAD + a] - momentum_times_row(left->Y[a], row, a < 3);
-        hexload_real_t next_sum = next_row[LOAD + a] - momentum_times_row(left->Y[a], next_row, a < 3);
-        HEXLOAD_UNROLL
-        for (int k = 0; k < a; k++) {
-            sum = hexload_fma(-left->L[a][k], u[0][k], sum);
-            next_sum = hexload_fma(-left->L[a][k], u[1][k], next_sum);
-        }
-        u[0][a] = sum * left->L[a][a];
-        u[1][a] = next_sum * left->L[a][a];
+        both[a][0] = row[LOAD + a] - u[0][a];
+        both[a][1] = next_row[LOAD + a] - u[1][a];
     }
+    hexload_whiten6(left->L, &both[0][0], 2);
+    hexload_read_columns6(&both[0][0], 2, 0, u);
 }
 
 /// Rows of the effects: what the momentum filter's update of theta and mu says of them.
@@ -413,19 +406,20 @@ static void correct(hexload_actuator_effects_t* self, hexload_consider_t* consid
         }
         self->effect[i] += correction[0];
         self->effect[i + 1] += correction[1];
-        downdate6_pair(row, next_row, &u[i], &left->U.load[0][0], LOAD, LOAD);
-        downdate6_pair(&row[LOAD], &next_row[LOAD], &u[i], &left->U.momentum[0][0], 6, 6);
+        hexload_downdate6(row, next_row, &u[i], &left->U.load[0][0], LOAD, LOAD);
+        hexload_downdate6(&row[LOAD], &next_row[LOAD], &u[i], &left->U.momentum[0][0], 6, 6);
         for (int j = 0; j <= i; j++) {
             row[KNOWN + j] -= dot6(u[i], u[j]);
             next_row[KNOWN + j] -= dot6(u[i + 1], u[j]);
         }
         next_row[KNOWN + i + 1] -= dot6(u[i + 1], u[i + 1]);
     }
-    for (uint32_t n = 0; n < config->rig.direction_count; n++) {
-        hexload_real_t of_open[6];
+    for (uint32_t n = 0; n < config->rig.direction_count; n += 2) {
+        hexload_real_t of_open[2][6];
         hexload_consider_follow(consider, config, n, left, of_open);
         for (int i = 0; i < DIM; i++) {
-            self->considered[n][i] += dot6(u[i], of_open);
+            self->considered[n][i] += dot6(u[i], of_open[0]);
+            self->considered[n + 1][i] += dot6(u[i], of_open[1]);
         }
     }
 }
@@ -456,11 +450,13 @@ static void seed_covariance(hexload_actuator_effects_t* self, const hexload_mome
                             const hexload_motion_t* motion) {
     hexload_real_t Y[6][LOAD];
     hexload_momentum_regressor(motion, load->smooth_twist, Y);
-    for (int i = 0; i < DIM; i++) {
+    for (int i = 0; i < DIM; i += 2) {
         hexload_real_t* row = &self->covariance[EFFECT_ROW(i)];
-        for (int a = 0; a < 6; a++) {
-            row[LOAD + a] = momentum_times_row(Y[a], row, a < 3);
-        }
+        hexload_real_t* next_row = &self->covariance[EFFECT_ROW(i + 1)];
+        hexload_real_t product[2][6];
+        hexload_momentum_rows(Y, row, next_row, 0, 6, product);
+        memcpy(&row[LOAD], product[0], sizeof product[0]);
+        memcpy(&next_row[LOAD], product[1], sizeof product[1]);
     }
 }
 

@@ -32,3 +32,7 @@ void hexload_cholesky6(hexload_real_t A[6][6]) {
         }
     }
 }
+
+#ifndef HEXLOAD_INLINE_KERNELS
+#include "algebra/linalg_kernels.h"
+#endif

@@ -15,6 +15,10 @@ static inline hexload_real_t dot3(const hexload_real_t a[3], const hexload_real_
     return hexload_fma(a[2], b[2], hexload_fma(a[1], b[1], a[0] * b[0]));
 }
 
+static inline hexload_real_t dot4(const hexload_real_t a[4], const hexload_real_t b[4]) {
+    return hexload_fma(a[3], b[3], dot3(a, b));
+}
+
 static inline hexload_real_t dot6(const hexload_real_t a[6], const hexload_real_t b[6]) {
     return hexload_fma(
         a[5], b[5],
@@ -61,57 +65,31 @@ static inline bool cholesky3(hexload_real_t A[3][3], hexload_real_t L[3][3]) {
 /// is read.
 void hexload_cholesky6(hexload_real_t A[6][6]);
 
+/// Storage class of kernels: a build for speed has them in each caller.
+#ifdef HEXLOAD_INLINE_KERNELS
+#define HEXLOAD_KERNEL static inline
+#else
+#define HEXLOAD_KERNEL
+#endif
+
+#ifdef HEXLOAD_INLINE_KERNELS
+#include "algebra/linalg_kernels.h"
+#else
 /// X = L^-1 X for the L of hexload_cholesky6() and a matrix X of six rows.
-static inline void whiten6(hexload_real_t L[6][6], hexload_real_t* X, int columns) {
-    for (int column = 0; column < columns; column++) {
-        hexload_real_t x[6];
-        HEXLOAD_UNROLL
-        for (int i = 0; i < 6; i++) {
-            x[i] = X[i * columns + column];
-            HEXLOAD_UNROLL
-            for (int k = 0; k < i; k++) {
-                x[i] = hexload_fma(-L[i][k], x[k], x[i]);
-            }
-            x[i] *= L[i][i];
-            X[i * columns + column] = x[i];
-        }
-    }
-}
+void hexload_whiten6(hexload_real_t L[6][6], hexload_real_t* X, int columns);
 
-/// row -= u^T X for the first `count` of the columns of a matrix X of six rows.
-static inline void downdate6(hexload_real_t* row, const hexload_real_t u[6], const hexload_real_t* X,
-                             int columns, int count) {
-    for (int j = 0; j < count; j++) {
-        hexload_real_t left = row[j];
-        HEXLOAD_UNROLL
-        for (int a = 0; a < 6; a++) {
-            left = hexload_fma(-u[a], X[a * columns + j], left);
-        }
-        row[j] = left;
-    }
-}
+/// Two columns of a matrix of six rows, i and the next.
+void hexload_read_columns6(const hexload_real_t* X, int columns, int i, hexload_real_t u[2][6]);
 
-/// The same for two rows: they share what is read of X.
-static inline void downdate6_pair(hexload_real_t* row, hexload_real_t* next_row, hexload_real_t u[2][6],
-                                  const hexload_real_t* X, int columns, int count) {
-    for (int j = 0; j < count; j++) {
-        hexload_real_t left = row[j];
-        hexload_real_t next_left = next_row[j];
-        HEXLOAD_UNROLL
-        for (int a = 0; a < 6; a++) {
-            const hexload_real_t x = X[a * columns + j];
-            left = hexload_fma(-u[0][a], x, left);
-            next_left = hexload_fma(-u[1][a], x, next_left);
-        }
-        row[j] = left;
-        next_row[j] = next_left;
-    }
-}
+/// Two rows -= u^T X for the first `count` of the columns of a matrix X of six rows.
+void hexload_downdate6(hexload_real_t* row, hexload_real_t* next_row, hexload_real_t u[2][6],
+                       const hexload_real_t* X, int columns, int count);
+#endif
 
 /// The same for a row and the next one of a matrix with as many columns as X.
 static inline void downdate6_twice(hexload_real_t* row, hexload_real_t u[2][6], const hexload_real_t* X,
                                    int columns, int count) {
-    downdate6_pair(row, &row[columns], u, X, columns, count);
+    hexload_downdate6(row, &row[columns], u, X, columns, count);
 }
 
 /// x = L^-1 b for the L of cholesky3().

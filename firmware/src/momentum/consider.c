@@ -152,15 +152,21 @@ static void find_drive(const hexload_config_t* config, const hexload_real_t body
     shift_gravity(config, body, motion, direction, &shift, drive);
 }
 
+/// What all constants together are off by.
+static void read_error(const hexload_consider_t* self, const hexload_config_t* config, uint32_t n,
+                       hexload_real_t error[DIM]) {
+    for (int k = 0; k < DIM; k++) {
+        error[k] = self->load[n][k] + config->rig.direction[n].platform[k];
+    }
+}
+
 /// T for mu = Y (theta + theta_platform), as the filter's begins.
 HEXLOAD_RARE void hexload_consider_seed(hexload_consider_t* self, const hexload_config_t* config,
                                         const hexload_momentum_filter_t* filter,
                                         const hexload_motion_t* motion) {
     for (uint32_t n = 0; n < config->rig.direction_count; n++) {
         hexload_real_t error[DIM];
-        for (int k = 0; k < DIM; k++) {
-            error[k] = self->load[n][k] + config->rig.direction[n].platform[k];
-        }
+        read_error(self, config, n, error);
         hexload_momentum_of_body(error, motion, filter->smooth_twist, self->momentum[n]);
     }
 }
@@ -181,26 +187,30 @@ static void predict(hexload_consider_t* self, const hexload_config_t* config, he
     }
 }
 
+_Static_assert(HEXLOAD_RIG_DIRECTIONS_MAX % 2 == 0, "directions go in pairs");
+
 /// An innovation is Y times theta less mu.
 HEXLOAD_APART void hexload_consider_follow(hexload_consider_t* self, const hexload_config_t* config,
                                            uint32_t n, hexload_momentum_update_t* update,
-                                           hexload_real_t e[6]) {
-    hexload_real_t error[DIM];
-    for (int k = 0; k < DIM; k++) {
-        error[k] = self->load[n][k] + config->rig.direction[n].platform[k];
-    }
+                                           hexload_real_t e[2][6]) {
+    hexload_real_t error[2][DIM];
+    hexload_real_t both[6][2];
+    hexload_real_t less[2][6];
+    read_error(self, config, n, error[0]);
+    read_error(self, config, n + 1, error[1]);
+    hexload_momentum_rows(update->Y, error[0], error[1], 0, 6, e);
     for (int a = 0; a < 6; a++) {
-        e[a] = momentum_times_row(update->Y[a], error, a < 3) - self->momentum[n][a];
+        both[a][0] = e[0][a] - self->momentum[n][a];
+        both[a][1] = e[1][a] - self->momentum[n + 1][a];
     }
-    whiten6(update->L, e, 1);
+    hexload_whiten6(update->L, &both[0][0], 2);
+    hexload_read_columns6(&both[0][0], 2, 0, e);
     for (int a = 0; a < 6; a++) {
-        for (int k = 0; k < DIM; k++) {
-            self->load[n][k] = hexload_fma(update->U.load[a][k], e[a], self->load[n][k]);
-        }
-        for (int k = 0; k < 6; k++) {
-            self->momentum[n][k] = hexload_fma(update->U.momentum[a][k], e[a], self->momentum[n][k]);
-        }
+        less[0][a] = -e[0][a];
+        less[1][a] = -e[1][a];
     }
+    hexload_downdate6(self->load[n], self->load[n + 1], less, &update->U.load[0][0], DIM, DIM);
+    hexload_downdate6(self->momentum[n], self->momentum[n + 1], less, &update->U.momentum[0][0], 6, 6);
 }
 
 HEXLOAD_APART void hexload_consider_move(hexload_consider_t* self, const hexload_momentum_filter_t* filter,
@@ -215,7 +225,7 @@ HEXLOAD_APART void hexload_consider_move(hexload_consider_t* self, const hexload
     if (past->smooth.gap_ticks > 0) {
         hexload_momentum_input_t input;
         hexload_real_t G[PULLED][LIFTED];
-        hexload_momentum_read_input(&past->motion, past->smooth.sample.force_n, &input);
+        hexload_momentum_read_arms(&past->motion, &input);
         hexload_momentum_pull(&filter->last_input, &input, dt_s * config->gravity_m_s2, G);
         predict(self, config, dt_s, G);
     }
@@ -233,8 +243,8 @@ void hexload_consider_step(hexload_consider_t* self, hexload_momentum_filter_t* 
         hexload_consider_seed(self, config, filter, &past->motion);
         return;
     }
-    for (uint32_t n = 0; n < directions; n++) {
-        hexload_real_t e[6];
+    for (uint32_t n = 0; n < directions; n += 2) {
+        hexload_real_t e[2][6];
         hexload_consider_follow(self, config, n, update, e);
     }
 }

@@ -31,10 +31,12 @@ void hexload_consider_move(hexload_consider_t* self, const hexload_momentum_filt
 void hexload_consider_seed(hexload_consider_t* self, const hexload_config_t* config,
                            const hexload_momentum_filter_t* filter, const hexload_motion_t* motion);
 
-/// T of direction n follows the filter's correction.
-/// @param[out] e the whitened innovation that a unit of the direction makes.
+/// T of directions n and n + 1, which share what is read of the update, follows the filter's correction; of
+/// the last of an odd number the one after it, of which nothing is read, as well.
+/// @param n even.
+/// @param[out] e the whitened innovations that a unit of each direction makes.
 void hexload_consider_follow(hexload_consider_t* self, const hexload_config_t* config, uint32_t n,
-                             hexload_momentum_update_t* update, hexload_real_t e[6]);
+                             hexload_momentum_update_t* update, hexload_real_t e[2][6]);
 
 /// hexload_momentum_filter_step(), and all of that for T. Reentrant, constant time but for a sample with
 /// gap_ticks 0.

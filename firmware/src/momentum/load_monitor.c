@@ -185,7 +185,7 @@ static hexload_real_t correct(hexload_load_monitor_t* self, const hexload_real_t
     }
     hexload_momentum_add_noise(columns, variance, S);
     hexload_cholesky6(S);
-    whiten6(S, innovation, 1);
+    hexload_whiten6(S, innovation, 1);
     const hexload_real_t nis = hexload_min(dot6(innovation, innovation), LARGEST_NIS);
     if (nis == LARGEST_NIS && self->ticks == SETTLED_TICKS) {
         return nis;
@@ -193,11 +193,13 @@ static hexload_real_t correct(hexload_load_monitor_t* self, const hexload_real_t
     for (int i = 0; i < 6; i++) {
         self->drift[i] += share * (innovation[i] - self->drift[i]);
     }
-    whiten6(S, &U[0][0], 6);
-    for (int i = 0; i < 6; i++) {
-        const hexload_real_t u[6] = {U[0][i], U[1][i], U[2][i], U[3][i], U[4][i], U[5][i]};
-        self->momentum[i] += dot6(u, innovation);
-        downdate6(self->covariance[i], u, &U[0][0], 6, i + 1);
+    hexload_whiten6(S, &U[0][0], 6);
+    for (int i = 0; i < 6; i += 2) {
+        hexload_real_t u[2][6];
+        hexload_read_columns6(&U[0][0], 6, i, u);
+        self->momentum[i] += dot6(u[0], innovation);
+        self->momentum[i + 1] += dot6(u[1], innovation);
+        downdate6_twice(self->covariance[i], u, &U[0][0], 6, i + 2); // lower triangle, and one beside it
     }
     return nis;
 }

@@ -139,13 +139,17 @@ HEXLOAD_RARE static void seed_momentum(hexload_momentum_filter_t* self, const he
     add_platform(self, body);
     hexload_momentum_of_body(body, motion, residual->smooth_twist, self->momentum);
     hexload_momentum_regressor(motion, residual->smooth_twist, Y);
-    for (int a = 0; a < 6; a++) {
-        for (int j = 0; j < DIM; j++) {
-            self->cross_cov[a][j] = momentum_times_row(Y[a], self->load_cov[j], a < 3);
+    for (int j = 0; j < DIM; j += 2) {
+        hexload_real_t product[2][6];
+        hexload_momentum_rows(Y, self->load_cov[j], self->load_cov[j + 1], 0, 6, product);
+        for (int a = 0; a < 6; a++) {
+            self->cross_cov[a][j] = product[0][a];
+            self->cross_cov[a][j + 1] = product[1][a];
         }
-        for (int b = 0; b <= a; b++) {
-            self->momentum_cov[a][b] = momentum_times_row(Y[b], self->cross_cov[a], b < 3);
-        }
+    }
+    for (int a = 0; a < 6; a += 2) {
+        hexload_momentum_rows(Y, self->cross_cov[a], self->cross_cov[a + 1], 0, a + 2,
+                              &self->momentum_cov[a]);
     }
     make_cautious(self, body);
     const hexload_real_t sigma_m_s = past->sensors->velocity_sigma_m_s;
@@ -181,11 +185,10 @@ static void measurement_noise(const hexload_momentum_filter_t* self, const hexlo
     hexload_real_t body[DIM];
     hexload_real_t columns[HEXLOAD_LEGS][6];
     hexload_real_t Y[6][DIM];
-    hexload_real_t spread[6][6];
     make_cautious(self, body);
     hexload_momentum_of_leg_speeds(body, &past->motion, columns);
     hexload_momentum_regressor(&past->motion, residual->twist, Y);
-    hexload_momentum_spread(self, Y, spread);
+    hexload_momentum_spread(self, Y, R);
     for (int a = 0; a < 6; a++) {
         for (int b = 0; b <= a; b++) {
             hexload_real_t sum = HEXLOAD_REAL(0.0);
@@ -193,7 +196,7 @@ static void measurement_noise(const hexload_momentum_filter_t* self, const hexlo
             for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
                 sum = hexload_fma(columns[leg][a], columns[leg][b], sum);
             }
-            R[a][b] = hexload_fma(variance, sum, noise_ticks * spread[a][b]);
+            R[a][b] = hexload_fma(variance, sum, noise_ticks * R[a][b]);
         }
     }
 }
@@ -214,26 +217,32 @@ static void measure(const hexload_momentum_filter_t* self, const hexload_motion_
 /// U = -H P = [E, -Y] P, and L, which is R, becomes S = H P H^T + R; lower triangle.
 static void project_covariance(const hexload_momentum_filter_t* self, hexload_momentum_update_t* measured) {
     hexload_momentum_projection_t* U = &measured->U;
-    for (int a = 0; a < 6; a++) {
-        const hexload_real_t* Y = measured->Y[a];
-        for (int j = 0; j < DIM; j++) {
-            U->load[a][j] = self->cross_cov[a][j] - momentum_times_row(Y, self->load_cov[j], a < 3);
-        }
-        for (int b = 0; b < 6; b++) {
-            U->momentum[a][b] = self->momentum_cov[b <= a ? a : b][b <= a ? b : a] -
-                                momentum_times_row(Y, self->cross_cov[b], a < 3);
-        }
-        for (int b = 0; b <= a; b++) {
-            measured->L[a][b] += U->momentum[a][b] - momentum_times_row(measured->Y[b], U->load[a], b < 3);
+    hexload_real_t product[2][6];
+    for (int j = 0; j < DIM; j += 2) {
+        hexload_momentum_rows(measured->Y, self->load_cov[j], self->load_cov[j + 1], 0, 6, product);
+        HEXLOAD_UNROLL
+        for (int a = 0; a < 6; a++) {
+            U->load[a][j] = self->cross_cov[a][j] - product[0][a];
+            U->load[a][j + 1] = self->cross_cov[a][j + 1] - product[1][a];
         }
     }
-}
-
-/// Column i of a matrix of six rows.
-static void read_column(const hexload_real_t* matrix, int columns, int i, hexload_real_t column[6]) {
-    HEXLOAD_UNROLL
-    for (int a = 0; a < 6; a++) {
-        column[a] = matrix[a * columns + i];
+    for (int b = 0; b < 6; b += 2) {
+        hexload_momentum_rows(measured->Y, self->cross_cov[b], self->cross_cov[b + 1], 0, 6, product);
+        for (int a = 0; a < 6; a++) {
+            const bool is_lower = a > b; // and for b + 1 then too, or on the diagonal
+            const hexload_real_t first = is_lower ? self->momentum_cov[a][b] : self->momentum_cov[b][a];
+            const hexload_real_t second =
+                is_lower ? self->momentum_cov[a][b + 1] : self->momentum_cov[b + 1][a];
+            U->momentum[a][b] = first - product[0][a];
+            U->momentum[a][b + 1] = second - product[1][a];
+        }
+    }
+    for (int a = 0; a < 6; a += 2) {
+        hexload_momentum_rows(measured->Y, U->load[a], U->load[a + 1], 0, a + 2, product);
+        for (int b = 0; b < a + 2; b++) { // lower triangle, and one beside it
+            measured->L[a][b] += U->momentum[a][b] - product[0][b];
+            measured->L[a + 1][b] += U->momentum[a + 1][b] - product[1][b];
+        }
     }
 }
 
@@ -261,17 +270,16 @@ static void correct(hexload_momentum_filter_t* self, hexload_momentum_update_t* 
     inflate_covariance(self);
     project_covariance(self, measured);
     hexload_cholesky6(measured->L);
-    whiten6(measured->L, &U->load[0][0], DIM);
-    whiten6(measured->L, &U->momentum[0][0], 6);
-    whiten6(measured->L, measured->innovation, 1);
+    hexload_whiten6(measured->L, &U->load[0][0], DIM);
+    hexload_whiten6(measured->L, &U->momentum[0][0], 6);
+    hexload_whiten6(measured->L, measured->innovation, 1);
     self->nis = dot6(e, e);
     for (int i = 0; i < DIM; i += 2) {
-        read_column(&U->load[0][0], DIM, i, u[0]);
-        read_column(&U->load[0][0], DIM, i + 1, u[1]);
+        hexload_read_columns6(&U->load[0][0], DIM, i, u);
         correct_theta(self, i, dot6(u[0], e));
         correct_theta(self, i + 1, dot6(u[1], e));
-        downdate6_twice(self->load_cov[i], u, &U->load[0][0], DIM, i + 1);
-        downdate6(&self->load_cov[i + 1][i + 1], u[1], &U->load[0][i + 1], DIM, 1);
+        downdate6_twice(self->load_cov[i], u, &U->load[0][0], DIM,
+                        i + 2); // lower triangle, and one beside it
     }
     for (int i = 0; i < DIM; i++) {
         for (int j = 0; j < i; j++) {
@@ -279,13 +287,11 @@ static void correct(hexload_momentum_filter_t* self, hexload_momentum_update_t* 
         }
     }
     for (int i = 0; i < 6; i += 2) {
-        read_column(&U->momentum[0][0], 6, i, u[0]);
-        read_column(&U->momentum[0][0], 6, i + 1, u[1]);
+        hexload_read_columns6(&U->momentum[0][0], 6, i, u);
         self->momentum[i] += dot6(u[0], e);
         self->momentum[i + 1] += dot6(u[1], e);
         downdate6_twice(self->cross_cov[i], u, &U->load[0][0], DIM, DIM);
-        downdate6_twice(self->momentum_cov[i], u, &U->momentum[0][0], 6, i + 1);
-        downdate6(&self->momentum_cov[i + 1][i + 1], u[1], &U->momentum[0][i + 1], 6, 1);
+        downdate6_twice(self->momentum_cov[i], u, &U->momentum[0][0], 6, i + 2);
     }
 }
 

@@ -3,6 +3,10 @@
 #include "algebra/leg_blocks.h"
 #include "algebra/linalg.h"
 
+#ifndef HEXLOAD_INLINE_KERNELS
+#include "momentum/momentum_kernels.h"
+#endif
+
 #include <string.h>
 
 /// Components in base axes of a vector in platform axes: R x.
@@ -64,7 +68,6 @@ void hexload_momentum_regressor(const hexload_motion_t* motion, const hexload_re
     hexload_motion_to_platform(motion, omega, w);
     for (int k = 0; k < 3; k++) {
         const hexload_real_t* r = motion->R[k]; // k-th components of the platform's axes
-        memset(&Y[k][HEXLOAD_LOAD_IXX], 0, HEXLOAD_I_DIM * sizeof Y[k][0]);
         Y[k][HEXLOAD_LOAD_M] = v[k];
         Y[3 + k][HEXLOAD_LOAD_M] = moved[k];
         Y[3 + k][HEXLOAD_LOAD_IXX] = r[0] * w[0];
@@ -90,25 +93,27 @@ void hexload_momentum_regressor(const hexload_motion_t* motion, const hexload_re
 
 void hexload_momentum_spread(const hexload_momentum_filter_t* filter, hexload_real_t Y[6][HEXLOAD_LOAD_DIM],
                              hexload_real_t spread[6][6]) {
-    hexload_real_t YP[HEXLOAD_LOAD_DIM];
-    for (int a = 0; a < 3; a++) { // meets linear rows alone, which ask for no more than m and h
-        for (int k = 0; k < LIFTED; k++) {
-            YP[k] = momentum_times_row(Y[a], filter->load_cov[k], true);
+    for (int first = 0; first < 6; first += 3) { // linear rows meet linear ones, which ask for m and h alone
+        const int columns = first == 0 ? (int)LIFTED : (int)HEXLOAD_LOAD_DIM;
+        hexload_real_t YP[3][HEXLOAD_LOAD_DIM];
+        for (int k = 0; k < columns; k += 2) {
+            hexload_real_t product[2][6];
+            hexload_momentum_rows(Y, filter->load_cov[k], filter->load_cov[k + 1], first, first + 3, product);
+            HEXLOAD_UNROLL
+            for (int a = 0; a < 3; a++) {
+                YP[a][k] = product[0][first + a];
+                YP[a][k + 1] = product[1][first + a];
+            }
         }
-        for (int b = 0; b <= a; b++) {
-            spread[a][b] = momentum_times_row(Y[b], YP, true);
-        }
+        hexload_momentum_rows(Y, YP[0], YP[1], 0, first + 2, &spread[first]);
+        hexload_momentum_rows(Y, YP[1], YP[2], 0, first + 3, &spread[first + 1]);
     }
-    for (int a = 3; a < 6; a++) {
-        for (int k = 0; k < HEXLOAD_LOAD_DIM; k++) {
-            YP[k] = momentum_times_row(Y[a], filter->load_cov[k], false);
-        }
-        for (int b = 0; b < 3; b++) {
-            spread[a][b] = momentum_times_row(Y[b], YP, true);
-        }
-        for (int b = 3; b <= a; b++) {
-            spread[a][b] = momentum_times_row(Y[b], YP, false);
-        }
+}
+
+void hexload_momentum_read_arms(const hexload_motion_t* motion, hexload_momentum_input_t* input) {
+    for (int axis = 0; axis < 2; axis++) {
+        input->arm[axis][0] = motion->p_m[axis];
+        memcpy(&input->arm[axis][1], motion->R[axis], 3 * sizeof input->arm[axis][0]);
     }
 }
 
@@ -126,10 +131,7 @@ void hexload_momentum_read_input(const hexload_motion_t* motion, const hexload_r
     for (int k = 0; k < 3; k++) {
         input->wrench[3 + k] += moved[k];
     }
-    for (int axis = 0; axis < 2; axis++) {
-        input->arm[axis][0] = motion->p_m[axis];
-        memcpy(&input->arm[axis][1], motion->R[axis], 3 * sizeof input->arm[axis][0]);
-    }
+    hexload_momentum_read_arms(motion, input);
 }
 
 void hexload_momentum_take_off(const hexload_motion_t* motion, const hexload_real_t wrench[6],

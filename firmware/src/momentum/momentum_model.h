@@ -12,17 +12,19 @@
 void hexload_momentum_of_body(const hexload_real_t theta[HEXLOAD_LOAD_DIM], const hexload_motion_t* motion,
                               const hexload_real_t twist[6], hexload_real_t momentum[6]);
 
-/// Y(p, R, V). The linear rows are zero beyond h.
+/// Y(p, R, V). The linear rows are zero beyond h, and not written there: nothing reads it.
 void hexload_momentum_regressor(const hexload_motion_t* motion, const hexload_real_t twist[6],
                                 hexload_real_t Y[6][HEXLOAD_LOAD_DIM]);
 
-/// Row of Y times ten numbers; of the linear momentum's rows only m and h count.
-static inline hexload_real_t momentum_times_row(const hexload_real_t Y[HEXLOAD_LOAD_DIM],
-                                                const hexload_real_t x[HEXLOAD_LOAD_DIM], bool is_linear) {
-    const hexload_real_t sum =
-        hexload_fma(Y[3], x[3], hexload_fma(Y[2], x[2], hexload_fma(Y[1], x[1], Y[0] * x[0])));
-    return is_linear ? sum : sum + dot6(&Y[HEXLOAD_LOAD_IXX], &x[HEXLOAD_LOAD_IXX]);
-}
+#ifdef HEXLOAD_INLINE_KERNELS
+#include "momentum/momentum_kernels.h"
+#else
+/// Y's rows `from` to `to` - 1 times ten numbers x and ten numbers y, which share what is read of Y; of the
+/// linear momentum's, the first three, only m and h count.
+void hexload_momentum_rows(hexload_real_t Y[6][HEXLOAD_LOAD_DIM], const hexload_real_t x[HEXLOAD_LOAD_DIM],
+                           const hexload_real_t y[HEXLOAD_LOAD_DIM], int from, int to,
+                           hexload_real_t product[2][6]);
+#endif
 
 /// Y P_tt Y^T, lower triangle: how uncertain the parameters leave what Y makes of them.
 void hexload_momentum_spread(const hexload_momentum_filter_t* filter, hexload_real_t Y[6][HEXLOAD_LOAD_DIM],
@@ -31,6 +33,9 @@ void hexload_momentum_spread(const hexload_momentum_filter_t* filter, hexload_re
 /// Wrench about the fixed home point, and what gravity's moment needs.
 void hexload_momentum_read_input(const hexload_motion_t* motion, const hexload_real_t force_n[HEXLOAD_LEGS],
                                  hexload_momentum_input_t* input);
+
+/// Of the input what gravity's moment needs alone.
+void hexload_momentum_read_arms(const hexload_motion_t* motion, hexload_momentum_input_t* input);
 
 /// Takes a wrench about O_A off the input.
 void hexload_momentum_take_off(const hexload_motion_t* motion, const hexload_real_t wrench[6],

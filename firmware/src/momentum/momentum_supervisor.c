@@ -264,10 +264,11 @@ static void find_scales(const hexload_momentum_filter_t* filter, hexload_real_t 
         third * (own[HEXLOAD_LOAD_IXX] + own[HEXLOAD_LOAD_IYY] + own[HEXLOAD_LOAD_IZZ]);
     const hexload_real_t moment =
         third * (theta[HEXLOAD_LOAD_IXX] + theta[HEXLOAD_LOAD_IYY] + theta[HEXLOAD_LOAD_IZZ]);
+    const hexload_real_t length = hexload_sqrt(dot3(h, h));
     const hexload_real_t least_h = HEXLOAD_REAL(0.1) * hexload_sqrt(own[HEXLOAD_LOAD_M] * own_moment);
     scale[HEXLOAD_LOAD_M] = hexload_max(hexload_abs(theta[HEXLOAD_LOAD_M]), own[HEXLOAD_LOAD_M]);
     for (int k = 0; k < 3; k++) {
-        scale[HEXLOAD_LOAD_HX + k] = hexload_max(hexload_sqrt(dot3(h, h)), least_h);
+        scale[HEXLOAD_LOAD_HX + k] = hexload_max(length, least_h);
         scale[HEXLOAD_LOAD_IXX + k] = hexload_max(hexload_abs(theta[HEXLOAD_LOAD_IXX + k]), own_moment);
         scale[HEXLOAD_LOAD_IXY + k] = hexload_max(hexload_abs(moment), own_moment);
     }
@@ -294,15 +295,13 @@ static bool is_spoilt(const hexload_residual_test_t* residual_test, hexload_real
     return own_sigma <= limit && residual_test->factor * own_sigma > limit;
 }
 
-static hexload_verdict_t judge_parameter(const hexload_momentum_supervisor_t* self,
-                                         const hexload_config_t* config, hexload_real_t scale,
-                                         hexload_real_t sigma, int parameter) {
-    const hexload_momentum_config_t* momentum = &config->momentum;
-    if (sigma <= momentum->converged_relative_sigma * scale) {
+/// @param limit that sigma has to come below. @param ticks of the excitation's time constant.
+static hexload_verdict_t judge_parameter(hexload_real_t sigma, hexload_real_t limit,
+                                         hexload_real_t information, hexload_real_t ticks) {
+    if (sigma <= limit) {
         return HEXLOAD_VERDICT_CONVERGED;
     }
-    const hexload_real_t ticks = momentum->excitation_time_constant_s / config->tick_s;
-    const hexload_real_t gain = sigma * sigma * self->information[parameter] * ticks;
+    const hexload_real_t gain = sigma * sigma * information * ticks;
     return gain > HEXLOAD_REAL(1.25) ? HEXLOAD_VERDICT_CONVERGING // 1 / (2 / 3)^2 - 1
                                      : HEXLOAD_VERDICT_NOT_EXCITED;
 }
@@ -321,9 +320,10 @@ void hexload_momentum_supervisor_judge(hexload_momentum_supervisor_t* self, cons
     const bool is_misfit = self->fit_nis > MISFIT_NIS || self->nis_mean > config->momentum.inconsistent_nis ||
                            (is_doubtful && is_beyond(jackknife, config, DOUBTFUL_VARIANCE));
     const bool is_body = make_physical(self, config, estimate);
+    const hexload_real_t ticks = config->momentum.excitation_time_constant_s / config->tick_s;
     for (int k = 0; k < DIM; k++) {
         const hexload_real_t limit = config->momentum.converged_relative_sigma * scale[k];
-        hexload_verdict_t verdict = judge_parameter(self, config, scale[k], estimate->sigma[k], k);
+        hexload_verdict_t verdict = judge_parameter(estimate->sigma[k], limit, self->information[k], ticks);
         if (!is_body) {
             verdict = HEXLOAD_VERDICT_INCONSISTENT;
         } else if (is_misfit || is_spoilt(residual_test, estimate->own_sigma[k], limit)) {

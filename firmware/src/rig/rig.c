@@ -82,9 +82,13 @@ void hexload_rig_history_store(hexload_rig_history_t* self, const hexload_leg_sa
     self->since_ticks = has_aligned ? 0 : self->since_ticks + gap_ticks;
 }
 
-/// exp(-x) for x >= 0 by the 32nd power of a Pade approximant: absolute error below 2e-6.
+/// exp(-x) for x >= 0 by the 32nd power of a Pade approximant: absolute error below 2e-6. What is less is
+/// nothing.
 static hexload_real_t decay(hexload_real_t x) {
-    const hexload_real_t z = hexload_min(x, HEXLOAD_REAL(32.0)) / HEXLOAD_REAL(32.0);
+    if (x > HEXLOAD_REAL(16.0)) {
+        return HEXLOAD_REAL(0.0);
+    }
+    const hexload_real_t z = HEXLOAD_REAL(0.03125) * x;
     const hexload_real_t even = hexload_fma(z, z, HEXLOAD_REAL(12.0));
     const hexload_real_t odd = HEXLOAD_REAL(6.0) * z;
     hexload_real_t power = (even - odd) / (even + odd);
@@ -206,12 +210,13 @@ static void force_on_hinge(const hexload_config_t* config, const hinge_t* hinge,
     const hexload_real_t tilting = inverse * rig->leg_tilt_kg_m * config->gravity_m_s2;
     const hexload_real_t across_square = dot3(hinge->speed_m_s, hinge->speed_m_s) - along * along;
     const hexload_real_t inwards = (nu * inverse + HEXLOAD_REAL(0.5) * slope) * across_square;
+    const hexload_real_t turning = slope * along;
+    const hexload_real_t of_e = -(nu * drawn + turning * along + inwards + tilting * e[2]);
     for (int k = 0; k < 3; k++) {
-        const hexload_real_t up = k == 2 ? HEXLOAD_REAL(1.0) : HEXLOAD_REAL(0.0);
-        force_n[k] = nu * (hinge->acceleration_m_s2[k] - drawn * e[k]) +
-                     slope * along * (hinge->speed_m_s[k] - along * e[k]) - inwards * e[k] +
-                     tilting * (up - e[2] * e[k]);
+        force_n[k] = hexload_fma(nu, hinge->acceleration_m_s2[k],
+                                 hexload_fma(turning, hinge->speed_m_s[k], of_e * e[k]));
     }
+    force_n[2] += tilting;
 }
 
 void hexload_rig_leg_wrench(const hexload_config_t* config, const hexload_leg_sample_t* sample,
