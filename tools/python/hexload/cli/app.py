@@ -339,7 +339,9 @@ def export(
     rig: Annotated[Path, typer.Argument(help="Rig file of hexload commission (.toml).")],
     platform: Annotated[Path, typer.Option(help="Platform file (.toml) that it was made with.")],
     out: Annotated[Path, typer.Option(help="C header to write (NAME.h); the constant in it is called NAME.")],
-    tick: Annotated[float, typer.Option(help="Sampling period of the controller, s.")] = 1e-3,
+    tick: Annotated[
+        float | None, typer.Option(help="Sampling period of the controller, s.", show_default="the platform file's")
+    ] = None,
     force: Annotated[bool, typer.Option("--force", help="Replace the header.")] = False,
 ) -> None:
     """Writes machine, sensors, estimator and rig as a C header: a constant hexload_config_t for a controller, in flash.
@@ -697,6 +699,7 @@ def campaign(
         ),
     ] = None,
     duration: Annotated[float, typer.Option(help="Seconds of each case.")] = 10.0,
+    tick: Annotated[float, typer.Option(help="Sampling period of sensors and controller, s.")] = 1e-3,
     out: Annotated[
         Path | None,
         typer.Option(help="Folder of the campaign; one that is there goes on.", show_default="build/runs/campaign"),
@@ -726,7 +729,7 @@ def campaign(
     from hexload.campaign import verb
     from hexload.campaign.store import Settings
 
-    settings = Settings(verb.parse_classes(classes), runs, verb.choose_seeds(seed_base), duration)
+    settings = Settings(verb.parse_classes(classes), runs, verb.choose_seeds(seed_base), duration, tick)
     print(verb.run_campaign(settings, out or verb.DEFAULT_OUT, scheduler, keep, restart))
 
 

@@ -16,7 +16,6 @@ from hexload.theory.bound import THETA_NAMES
 from hexload.view.frame import Curves, Estimate, Event, Frame, Health, History, Truth
 
 Triple = tuple[float, float, float]
-TICK_S = 1e-3
 EVENTS = 200
 RATE_S = 1.0  # over which samples per second are counted
 NOTE_S = 0.05  # between the points of a curve
@@ -38,8 +37,9 @@ class Plant(Protocol):
 class Live:
     """Listeners call `sample`, `answer`, `truth`, `event` and `count`; the page asks for the rest."""
 
-    def __init__(self, title: str):
+    def __init__(self, title: str, tick_s: float = 1e-3):
         self.title = title
+        self._tick_s = tick_s
         self.force_range_n = (0.0, 0.0)  # grows with what comes
         self.sender: Sender | None = None
         self.plant: Plant | None = None  # a simulator that takes commands
@@ -73,7 +73,7 @@ class Live:
         with self._lock:
             if estimate is not None and self._estimate is not None and estimate.verdict != self._estimate.verdict:
                 words = f"verdict: {estimate.verdict.replace('_', ' ')}"
-                self._events.append(Event(self._tick * TICK_S, words))
+                self._events.append(Event(self._tick * self._tick_s, words))
             self._estimate = estimate or self._estimate
             self._state, self._heard_s = state, time.monotonic()
 
@@ -83,12 +83,12 @@ class Live:
 
     def load_changed(self, tick: int) -> None:
         with self._lock:
-            self._load_changes_s.append(tick * TICK_S)
-            self._events.append(Event(tick * TICK_S, "another load detected"))
+            self._load_changes_s.append(tick * self._tick_s)
+            self._events.append(Event(tick * self._tick_s, "another load detected"))
 
     def event(self, words: str) -> None:
         with self._lock:
-            self._events.append(Event(self._tick * TICK_S, words))
+            self._events.append(Event(self._tick * self._tick_s, words))
 
     def count(self, what: str, number: int = 1) -> None:
         self._counts[what] += number
@@ -103,7 +103,7 @@ class Live:
     def frame(self) -> Frame:
         with self._lock:
             legs = self._legs or (None, None)
-            frame = Frame(self._tick * TICK_S, *legs, self._estimate, self._truth())
+            frame = Frame(self._tick * self._tick_s, *legs, self._estimate, self._truth())
             now = time.monotonic()
             if now - self._noted_s >= NOTE_S:
                 self._history.note(frame)

@@ -68,7 +68,7 @@ def live_page(
     """A page that listens on a bus, on LCM, or on both: then the samples are the bus', the truth LCM's."""
     project.ensure_built("hexload_native")
     platform = Platform.of(platform_file)
-    live = Live(f"live on {bus or 'LCM'}")
+    live = Live(f"live on {bus or 'LCM'}", platform.native().tick_s)
     with ExitStack() as stack:
         if bus is not None:
             from hexload.view.bus_listener import BusListener
