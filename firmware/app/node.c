@@ -123,12 +123,15 @@ static APART void send_answer(hexload_node_t* self, const hexload_bus_answer_t* 
     }
 }
 
+static int32_t period_us(const hexload_node_t* self) {
+    return (int32_t)(self->app.config.tick_s * HEXLOAD_REAL(1e6) + HEXLOAD_REAL(0.5));
+}
+
 /// Remembers the least time that was left in a period. 0 stands for "not measured", so none left at all reads
 /// -1.
 static void note_time(hexload_node_t* self, uint32_t begin_us) {
     const uint32_t used_us = self->port.clock_us(self->port.context) - begin_us;
-    const int32_t period_us = (int32_t)(self->app.config.tick_s * HEXLOAD_REAL(1e6) + HEXLOAD_REAL(0.5));
-    const int32_t left_us = used_us < INT32_MAX ? period_us - (int32_t)used_us : -INT32_MAX;
+    const int32_t left_us = used_us < INT32_MAX ? period_us(self) - (int32_t)used_us : -INT32_MAX;
     if (self->status.time_margin_us == 0 || left_us < self->status.time_margin_us) {
         self->status.time_margin_us = left_us != 0 ? left_us : -1;
     }
@@ -294,7 +297,8 @@ void hexload_node_period(hexload_node_t* self, uint32_t periods) {
     hexload_count(&self->leg_silence_ms, periods);
     hexload_count(&self->status_wait_ms, periods);
     hexload_app_elapse(&self->app, periods);
-    if (self->app.pacing == HEXLOAD_PACING_REAL_TIME && self->leg_silence_ms >= HEXLOAD_NODE_TICK_LOST_MS) {
+    if (self->app.pacing == HEXLOAD_PACING_REAL_TIME &&
+        self->leg_silence_ms >= (uint32_t)(HEXLOAD_NODE_TICK_LOST * period_us(self) / 1000)) {
         hexload_sample_assembly_lose_tick(&self->assembly);
     }
     if (self->status_wait_ms >= HEXLOAD_NODE_STATUS_PERIOD_MS && hexload_node_is_active(self)) {

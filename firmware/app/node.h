@@ -24,7 +24,7 @@ HEXLOAD_DECLS_BEGIN
 enum {
     HEXLOAD_NODE_LISTEN_MS = 250,       ///< silent after the start, to hear a controller that is there
     HEXLOAD_NODE_STATUS_PERIOD_MS = 50, ///< one status page
-    HEXLOAD_NODE_TICK_LOST_MS = 8,      ///< real time: a longer silence makes the four-bit tick ambiguous
+    HEXLOAD_NODE_TICK_LOST = 8,         ///< ticks in real time: a longer silence makes four bits ambiguous
     HEXLOAD_NODE_MEMORY_MS = 1000,      ///< for which what is not as it should be counts
     HEXLOAD_NODE_STRANGERS = 3,         ///< whole frames of a controller or of the other profile: a fault
     HEXLOAD_NODE_LATE_FRAMES = 60,      ///< late leg frames, ten samples' worth: another source is faster

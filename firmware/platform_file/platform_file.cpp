@@ -4,6 +4,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <tuple>
@@ -30,6 +31,7 @@ constexpr Range displacement_noise{1e-10, 0.1, "m, from 1e-10 to 0.1"};
 constexpr Range velocity_noise{1e-8, 1.0, "m/s, from 1e-8 to 1"};
 constexpr Range force_noise{1e-6, 1e5, "N, from 1e-6 to 1e5"};
 constexpr Range filter_band{0.1, 1e6, "Hz, from 0.1 to 1e6"};
+constexpr Range sampling_period{shortest_tick_s, longest_tick_s, "s, from 0.00025 to 0.005 (not ms)"};
 constexpr Range lateness{0.0, 1.0, "s, from 0 to 1"};
 constexpr Range start_force{0.0, 1e6, "N, from 0 to 1e6"};
 constexpr Range start_viscous{0.0, 1e8, "N s/m, from 0 to 1e8"};
@@ -144,6 +146,7 @@ SensorSigma read_sensor_sigma(TomlReader table) {
         }
         table.number(key, *value, range); // the estimator weighs measurements by them
     }
+    table.number("tick_s", sigma.tick_s, sampling_period);
     std::optional<double> force_hz;
     std::optional<double> velocity_hz;
     std::optional<double> force_delay_s;
@@ -196,9 +199,11 @@ std::string_view name_of(PaperPrior prior) {
 }
 
 SensorSigma without_velocity(SensorSigma sensors) {
-    constexpr double sum_of_squares = 182.0; // of -6 .. 6: the firmware's line through 13 displacements
+    // The firmware's line through the displacements of 6 ms on both sides, of 2 to 12 ticks.
+    const double half = std::clamp(std::floor(0.006 / sensors.tick_s + 0.5), 2.0, 12.0);
+    const double sum_of_squares = half * (half + 1.0) * (2.0 * half + 1.0) / 3.0; // of -half .. half
     sensors.has_velocity = false;
-    sensors.velocity_sigma_m_s = sensors.displacement_sigma_m / (tick_s * std::sqrt(sum_of_squares));
+    sensors.velocity_sigma_m_s = sensors.displacement_sigma_m / (sensors.tick_s * std::sqrt(sum_of_squares));
     sensors.velocity_delay_s = 0.0;
     return sensors;
 }

@@ -20,7 +20,8 @@ struct SensorSigma {
     // How late a channel is after the displacements, its low-pass filter included.
     double force_delay_s = 0.0;
     double velocity_delay_s = 0.0;
-    bool has_velocity = true; // false: see without_velocity()
+    bool has_velocity = true;       // false: see without_velocity()
+    double tick_s = default_tick_s; // between samples; all that goes by ticks has it from here
 };
 
 // The same without velocity sensors: the sigma is that of the speeds which the firmware finds at tick_s.

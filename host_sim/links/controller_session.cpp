@@ -155,9 +155,25 @@ std::optional<BusNews> ControllerSession::read(std::chrono::microseconds timeout
             check_acknowledge(*acknowledge);
         } else if (const auto* change = std::get_if<hexload_bus_load_change_t>(&*news)) {
             note_load_change(*change);
+        } else if (const auto* status = std::get_if<hexload_bus_controller_status_t>(&*news)) {
+            compare_configuration(status->configuration);
         }
     }
     return news;
+}
+
+// 0: the controller has not told it yet.
+void ControllerSession::compare_configuration(std::uint32_t configuration) {
+    if (!settings_.configuration || configuration == 0 || configuration == compared_) {
+        return;
+    }
+    compared_ = configuration;
+    if (configuration != *settings_.configuration) {
+        report(
+            fmt::format("the controller's configuration is not the one of this simulator's files, in which "
+                        "a tick is {:g} ms: give both the same platform file and rig file",
+                        1e3 * settings_.tick_s));
+    }
 }
 
 // The count goes up by one with each event, and from 0 again after a start of the controller.
@@ -165,7 +181,7 @@ void ControllerSession::note_load_change(const hexload_bus_load_change_t& change
     const std::uint32_t before = change.load_changes > changes_counted_ ? changes_counted_ : 0;
     events_missing_ += change.load_changes > before ? change.load_changes - before - 1U : 0U;
     changes_counted_ = change.load_changes;
-    load_changes_s_.push_back(static_cast<double>(change.tick) / 1000.0);
+    load_changes_s_.push_back(time_of_tick_s(change.tick, settings_.tick_s));
 }
 
 bool ControllerSession::is_of_estimator(const hexload_bus_answer_t& answer) const {
@@ -247,7 +263,7 @@ std::optional<EstimateRow> AnswerBook::take(const hexload_bus_answer_t& answer) 
     for (int bit = 0; bit < HEXLOAD_HEALTH_BITS; bit++) {
         health_count_[bit] += (answer.health >> bit) & 1U;
     }
-    const double t_s = static_cast<double>(answer.tick) / 1000.0;
+    const double t_s = time_of_tick_s(answer.tick, tick_s_);
     if (answer.input.cause != HEXLOAD_INPUT_PLAUSIBLE || !has_input_implausible(answer.health)) {
         input_faults_.note(t_s, answer.input);
     }
@@ -256,7 +272,7 @@ std::optional<EstimateRow> AnswerBook::take(const hexload_bus_answer_t& answer) 
 
 void AnswerBook::take(const hexload_bus_controller_status_t& status) {
     if (status.input.cause != HEXLOAD_INPUT_PLAUSIBLE) {
-        input_faults_.note(static_cast<double>(status.tick) / 1000.0, status.input);
+        input_faults_.note(time_of_tick_s(status.tick, tick_s_), status.input);
     }
 }
 

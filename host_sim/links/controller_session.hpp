@@ -84,6 +84,7 @@ class ControllerSession {
     void check_acknowledge(const hexload_bus_acknowledge_t& acknowledge);
     [[noreturn]] void fail_refused(const hexload_bus_acknowledge_t& acknowledge) const;
     void note_answered(const AnswerPart& part);
+    void compare_configuration(std::uint32_t configuration);
     void note_load_change(const hexload_bus_load_change_t& change);
 
     std::unique_ptr<ControllerWire> wire_;
@@ -96,11 +97,14 @@ class ControllerSession {
     std::vector<double> load_changes_s_;
     std::uint32_t changes_counted_ = 0; // by the controller since its start
     std::uint64_t events_missing_ = 0;
+    std::uint32_t compared_ = 0; // configuration
 };
 
 // The part of an EstimatorLink that is the same in lockstep and in real time.
 class AnswerBook {
   public:
+    explicit AnswerBook(double tick_s) : tick_s_(tick_s) {}
+
     // The row of an answer, unless its sample was refused or nothing is being estimated.
     std::optional<EstimateRow> take(const hexload_bus_answer_t& answer);
 
@@ -117,6 +121,7 @@ class AnswerBook {
     }
 
   private:
+    double tick_s_;
     InputFaultBook input_faults_;
     std::uint32_t refused_ = 0;
     std::uint32_t health_count_[HEXLOAD_HEALTH_BITS]{};

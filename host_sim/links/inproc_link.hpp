@@ -18,7 +18,7 @@ enum class Traces { no, yes };
 // is the platform file's and the tare's together, and the sigmas include the tare's uncertainty. With traces
 // the link has trace().
 std::unique_ptr<EstimatorLink> make_inproc_link(const PlatformFile& platform,
-                                                const EstimatorSettings& settings, double sampling_s = tick_s,
+                                                const EstimatorSettings& settings, double sampling_s,
                                                 const std::optional<Tare>& tare = std::nullopt,
                                                 Traces traces = Traces::no);
 

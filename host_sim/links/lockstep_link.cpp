@@ -15,7 +15,7 @@ constexpr std::chrono::seconds send_deadline{1}; // a full queue empties itself 
 class LockstepLink final : public EstimatorLink {
   public:
     LockstepLink(std::unique_ptr<ControllerWire> wire, const LinkSettings& settings)
-        : session_(std::move(wire), settings) {}
+        : session_(std::move(wire), settings), book_(settings.tick_s) {}
 
     std::span<const std::string_view> parameter_names() const override {
         return load_parameter_names(session_.settings().estimator);

@@ -13,7 +13,6 @@ namespace hexload::sim {
 
 namespace {
 
-constexpr std::chrono::microseconds half_a_tick{500};    // a sample that has not gone by then is given up
 constexpr std::chrono::milliseconds start_timeout{2000}; // a controller listens before it speaks
 constexpr std::chrono::milliseconds finish_timeout{100};
 constexpr int messages_per_tick = 8192; // of a flood; more than the answers to two seconds that come at once
@@ -70,7 +69,10 @@ class AnswerAccount {
 class RealTimeLink final : public EstimatorLink {
   public:
     RealTimeLink(std::unique_ptr<ControllerWire> wire, const LinkSettings& settings)
-        : session_(std::move(wire), settings) {}
+        : session_(std::move(wire), settings), book_(settings.tick_s),
+          // A sample that has not gone by then is given up.
+          half_a_tick_(std::chrono::round<std::chrono::microseconds>(
+              std::chrono::duration<double>(0.5 * settings.tick_s))) {}
 
     std::span<const std::string_view> parameter_names() const override {
         return load_parameter_names(session_.settings().estimator);
@@ -126,6 +128,7 @@ class RealTimeLink final : public EstimatorLink {
 
     ControllerSession session_;
     AnswerBook book_;
+    std::chrono::microseconds half_a_tick_;
     AnswerAccount account_;
     std::vector<EstimateRow> rows_;
     std::optional<hexload_bus_command_kind_t>
@@ -146,7 +149,7 @@ std::span<const EstimateRow> RealTimeLink::step(const LegSample& sample) {
     rows_.clear();
     newest_tick_ = sample.tick;
     ++samples_;
-    if (!session_.send(sample, half_a_tick)) {
+    if (!session_.send(sample, half_a_tick_)) {
         ++unsent_;
     } else if (session_.answers(sample.tick)) {
         account_.expect(sample.tick);

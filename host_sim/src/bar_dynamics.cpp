@@ -25,8 +25,9 @@ Matrix3 inverse_of(const Matrix3& A) {
 
 } // namespace
 
-BarDynamics::BarDynamics(const Geometry& geometry, const SixLegBars& bars)
-    : have_mass_(bars.have_mass()), rod_kg_(bars.rod_mass_kg), rod_centre_m_(bars.rod_length_m / 2.0),
+BarDynamics::BarDynamics(const Geometry& geometry, const SixLegBars& bars, double reflected_kg)
+    : have_mass_(bars.have_mass() || reflected_kg > 0.0), rod_kg_(bars.rod_mass_kg),
+      along_kg_(rod_kg_ + reflected_kg), rod_centre_m_(bars.rod_length_m / 2.0),
       fixed_kg_m2_(bars.cylinder_mass_kg * bars.cylinder_length_m.square() / 3.0 +
                    bars.rod_mass_kg * bars.rod_length_m.square() / 12.0),
       turning_kg_m_((bars.cylinder_mass_kg * bars.cylinder_length_m - bars.rod_mass_kg * bars.rod_length_m) /
@@ -72,7 +73,7 @@ void BarDynamics::add_bias(const LegRows& legs, const PlatformMotion& motion, Ri
     const Legs rate = legs.velocity_m_s;
     const Legs across_square = u_x.square() + u_y.square() + u_z.square() - rate.square();
     const Legs turning_n = turning_kg_m_ * inverse_length;
-    const Legs extra_kg = rod_kg_ - mu;
+    const Legs extra_kg = along_kg_ - mu;
     const Legs along_n =
         extra_kg * (legs.e_x * s_x + legs.e_y * s_y + legs.e_z * s_z + across_square * inverse_length) -
         slope * (0.5 * across_square + rate.square()) -
@@ -87,10 +88,11 @@ void BarDynamics::add_bias(const LegRows& legs, const PlatformMotion& motion, Ri
                                (a_x * f_y - a_y * f_x).sum());
 }
 
-// Sum of X^T (mu E + (m_r - mu) e e^T) X over the legs, X = [E, -[a]x]: e^T X is the leg's row of J.
+// Sum of X^T (mu E + (m_r + reflected - mu) e e^T) X over the legs, X = [E, -[a]x]: e^T X is the leg's row of
+// J.
 void BarDynamics::add_mass(const LegRows& legs, RigidMass& mass) const {
     const Legs mu = across_kg(legs);
-    const Legs extra_kg = rod_kg_ - mu;
+    const Legs extra_kg = along_kg_ - mu;
     const Legs x = extra_kg * legs.e_x;
     const Legs y = extra_kg * legs.e_y;
     const Legs z = extra_kg * legs.e_z;

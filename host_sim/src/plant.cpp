@@ -24,7 +24,7 @@ template <typename F, typename... States> void for_each_field(F&& f, States&... 
     f(states.body.q...);
     f(states.body.v_m_s...);
     f(states.body.w_platform_rad_s...);
-    f(states.work.hydraulic_j...);
+    f(states.work.drive_j...);
     f(states.work.body_j...);
 }
 
@@ -34,6 +34,11 @@ template <typename F, typename... States> void for_each_rig_field(F&& f, States&
     f(states.rig.force_n.rate_1_s...);
     f(states.rig.velocity_m_s.value...);
     f(states.rig.velocity_m_s.rate_1_s...);
+}
+
+template <typename F, typename... States> void for_each_electric_field(F&& f, States&... states) {
+    f(states.electric.current_a...);
+    f(states.electric.lag_m...);
 }
 
 // The squared norm is divided out, because inside an RK4 step q is a unit quaternion only to O(h^2).
@@ -63,25 +68,34 @@ Eigen::Vector4d quaternion_of(const Matrix3& R) {
 }
 
 // An explicit step does not follow a faster low-pass.
-void refuse_fast(const char* key, double bandwidth_hz, int substeps) {
-    if (bandwidth_hz > low_pass_max_hz_per_substep * substeps) {
-        throw InputError(fmt::format("{}: found {}, expected at most {} x simulation.substeps = {}", key,
-                                     bandwidth_hz, low_pass_max_hz_per_substep,
-                                     low_pass_max_hz_per_substep * substeps));
+void refuse_fast(const char* key, double bandwidth_hz, double steps_per_ms) {
+    const double most_hz = low_pass_max_hz_per_substep * steps_per_ms;
+    if (bandwidth_hz > most_hz) {
+        throw InputError(fmt::format("{}: found {}, expected at most {} x simulation.substeps = {:g}", key,
+                                     bandwidth_hz, low_pass_max_hz_per_substep, most_hz));
     }
 }
 
 } // namespace
 
 Plant::Plant(const Geometry& geometry, const Gravity& gravity, const HydraulicSettings& hydraulics,
-             int substeps, const SixLegBars& leg_bars, const LowPasses& low_passes)
-    : geometry_(geometry), gravity_(gravity), leg_bars_(leg_bars), bar_dynamics_(geometry, leg_bars),
-      hydraulics_(hydraulics, geometry.stroke_min_m, geometry.stroke_max_m),
-      friction_(hydraulics.friction, tick_s / substeps), low_passes_(low_passes),
+             int substeps, const SixLegBars& leg_bars, const LowPasses& low_passes, double tick_s,
+             const ElectricSettings& electric)
+    : geometry_(geometry), gravity_(gravity), leg_bars_(leg_bars),
+      bar_dynamics_(geometry, leg_bars, electric.exists() ? electric.reflected_mass_kg : 0.0),
+      hydraulics_(hydraulics, geometry.stroke_min_m, geometry.stroke_max_m), electric_(electric),
+      is_electric_(electric.exists()),
+      has_load_cells_(is_electric_ && electric.force_signal == ForceSignal::load_cell),
+      friction_(is_electric_ ? electric.friction : hydraulics.friction, tick_s / substeps),
+      low_passes_(low_passes),
       has_rig_state_(friction_.has_bristles() || low_passes.force_hz > 0.0 || low_passes.velocity_hz > 0.0),
-      substeps_(substeps), home_length_m_(geometry.home_leg_length_m.array()) {
-    refuse_fast("sensors.force_bandwidth_hz", low_passes.force_hz, substeps);
-    refuse_fast("sensors.velocity_bandwidth_hz", low_passes.velocity_hz, substeps);
+      tick_s_(tick_s), substeps_(substeps), home_length_m_(geometry.home_leg_length_m.array()) {
+    const double steps_per_ms = substeps * (1e-3 / tick_s);
+    refuse_fast("sensors.force_bandwidth_hz", low_passes.force_hz, steps_per_ms);
+    refuse_fast("sensors.velocity_bandwidth_hz", low_passes.velocity_hz, steps_per_ms);
+    if (is_electric_) {
+        refuse_fast("electric.current_bandwidth_hz", electric.current_bandwidth_hz, steps_per_ms);
+    }
     for (int leg = 0; leg < 6; ++leg) {
         const Vector3& a = geometry.platform_hinges_m[static_cast<std::size_t>(leg)];
         const Vector3& b = geometry.base_hinges_m[static_cast<std::size_t>(leg)];
@@ -100,8 +114,13 @@ void Plant::reset(const Pose& pose, const MassProperties& body) {
     state_ = PlantState{};
     state_.body.p_m = pose.p_m;
     state_.body.q = quaternion_of(pose.R);
-    state_.hydraulics = hydraulics_.equilibrium(force_n.array());
-    state_.rig.force_n.value = hydraulics_.force_n(state_.hydraulics);
+    if (is_electric_) {
+        state_.electric = electric_.equilibrium(force_n.array());
+    } else {
+        state_.hydraulics = hydraulics_.equilibrium(force_n.array());
+    }
+    state_.rig.force_n.value = drive_force_n(state_);
+    last_command_ = state_.hydraulics.spool;
     t_s_ = 0.0;
     coldness_ = friction_.coldness(t_s_);
 }
@@ -116,10 +135,10 @@ void Plant::set_body(const MassProperties& body) {
 }
 
 void Plant::advance(const Legs& spool_command, std::span<Glimpse> glimpses) {
-    const double h_s = tick_s / substeps_;
+    const double h_s = tick_s_ / substeps_;
     coldness_ = friction_.coldness(t_s_);
     for (int step = 0; step < substeps_; ++step) {
-        substep(spool_command, h_s);
+        substep(commands_of(step, spool_command), h_s);
         for (Glimpse& each : glimpses) {
             const double passed = each.share * substeps_;
             if (std::min(static_cast<int>(passed), substeps_ - 1) == step) {
@@ -128,10 +147,21 @@ void Plant::advance(const Legs& spool_command, std::span<Glimpse> glimpses) {
         }
         finish_substep(h_s);
     }
-    t_s_ += tick_s;
+    last_command_ = spool_command;
+    t_s_ += tick_s_;
 }
 
-void Plant::substep(const Legs& spool_command, double h_s) {
+Plant::Commands Plant::commands_of(int step, const Legs& command) const {
+    if (!is_electric_) {
+        return {command, command, command};
+    }
+    const auto at = [&](double substeps) -> Legs {
+        return last_command_ + substeps / substeps_ * (command - last_command_);
+    };
+    return {at(step), at(step + 0.5), at(step + 1.0)};
+}
+
+void Plant::substep(const Commands& commands, double h_s) {
     PlantState& stage = stages_.at;
     const auto set_stage = [&](const PlantState& k, double step) {
         const auto move = [step](auto& y, const auto& y0, const auto& rate) { y = y0 + step * rate; };
@@ -139,16 +169,19 @@ void Plant::substep(const Legs& spool_command, double h_s) {
         if (has_rig_state_) {
             for_each_rig_field(move, stage, state_, k);
         }
+        if (is_electric_) {
+            for_each_electric_field(move, stage, state_, k);
+        }
     };
-    differentiate(state_, spool_command, inertia_, stages_.k1);
+    differentiate(state_, commands[0], inertia_, stages_.k1);
     set_stage(stages_.k1, h_s / 2.0);
     inertia_.is_current = false;
-    differentiate(stage, spool_command, inertia_, stages_.k2);
+    differentiate(stage, commands[1], inertia_, stages_.k2);
     set_stage(stages_.k2, h_s / 2.0);
-    differentiate(stage, spool_command, inertia_, stages_.k3);
+    differentiate(stage, commands[1], inertia_, stages_.k3);
     set_stage(stages_.k3, h_s);
     inertia_.is_current = false;
-    differentiate(stage, spool_command, inertia_, stages_.k4);
+    differentiate(stage, commands[2], inertia_, stages_.k4);
 }
 
 void Plant::finish_substep(double h_s) {
@@ -158,6 +191,9 @@ void Plant::finish_substep(double h_s) {
     for_each_field(move, state_, stages_.k1, stages_.k2, stages_.k3, stages_.k4);
     if (has_rig_state_) {
         for_each_rig_field(move, state_, stages_.k1, stages_.k2, stages_.k3, stages_.k4);
+    }
+    if (is_electric_) {
+        for_each_electric_field(move, state_, stages_.k1, stages_.k2, stages_.k3, stages_.k4);
     }
     state_.body.q.normalize();
 }
@@ -175,6 +211,9 @@ LegState Plant::glimpse(double h_s, double share) const {
     if (has_rig_state_) {
         for_each_rig_field(move, state, state_, stages_.k1, stages_.k2, stages_.k3, stages_.k4);
     }
+    if (is_electric_) {
+        for_each_electric_field(move, state, state_, stages_.k1, stages_.k2, stages_.k3, stages_.k4);
+    }
     return transducers(state, legs(state));
 }
 
@@ -185,35 +224,70 @@ PlantState Plant::derivative(const PlantState& state, const Legs& spool_command)
     return rate;
 }
 
-void Plant::differentiate(const PlantState& state, const Legs& spool_command, Inertia& inertia,
+Legs Plant::differentiate(const PlantState& state, const Legs& spool_command, Inertia& inertia,
                           PlantState& rate) const {
     const Matrix3 R = rotation_of(state.body.q);
     LegRows legs;
     leg_kinematics(state.body, R, legs);
-    const Legs hydraulic_n = hydraulics_.force_n(state.hydraulics);
-    Legs body_n = hydraulic_n;
-    if (friction_.exists()) {
-        const FrictionForce friction =
-            friction_.at(legs.velocity_m_s, hydraulic_n, state.rig.bristle_m, coldness_);
-        body_n -= friction.force_n;
-        rate.rig.bristle_m = friction.bristle_rate_m_s;
+    const Legs drive_n = drive_force_n(state);
+    const Legs body_n = friction_and_stops_n(state, legs, drive_n, rate);
+    if (is_electric_) {
+        electric_.differentiate(state.electric, spool_command, legs.velocity_m_s, rate.electric);
+    } else {
+        hydraulics_.differentiate(state.hydraulics, spool_command, legs.displacement_m, legs.velocity_m_s,
+                                  rate.hydraulics);
     }
-    body_n += hydraulics_.stop_force_n(legs.displacement_m, legs.velocity_m_s);
-
-    hydraulics_.differentiate(state.hydraulics, spool_command, legs.displacement_m, legs.velocity_m_s,
-                              rate.hydraulics);
     if (bar_dynamics_.have_mass()) {
         differentiate_with_legs(state.body, R, legs, body_n, inertia, rate.body);
     } else {
         differentiate_body(state.body, R, legs, body_n, rate.body);
     }
-    rate.work.hydraulic_j = (hydraulic_n * legs.velocity_m_s).sum();
+    rate.work.drive_j = (drive_n * legs.velocity_m_s).sum();
     rate.work.body_j = (body_n * legs.velocity_m_s).sum();
+    const Legs shown_n = has_load_cells_ ? cell_force_n(state, R, legs, body_n, rate.body) : drive_n;
     if (has_rig_state_) {
-        sim::differentiate(state.rig.force_n, low_passes_.force_hz, hydraulic_n, rate.rig.force_n);
+        sim::differentiate(state.rig.force_n, low_passes_.force_hz, shown_n, rate.rig.force_n);
         sim::differentiate(state.rig.velocity_m_s, low_passes_.velocity_hz, legs.velocity_m_s,
                            rate.rig.velocity_m_s);
     }
+    return shown_n;
+}
+
+Legs Plant::drive_force_n(const PlantState& state) const {
+    return is_electric_ ? electric_.force_n(state.electric) : hydraulics_.force_n(state.hydraulics);
+}
+
+// What the drives push the platform and the legs' mass with.
+Legs Plant::friction_and_stops_n(const PlantState& state, const LegRows& legs, const Legs& drive_n,
+                                 PlantState& rate) const {
+    Legs body_n = drive_n;
+    if (friction_.exists()) {
+        const FrictionForce friction =
+            friction_.at(legs.velocity_m_s, drive_n, state.rig.bristle_m, coldness_);
+        body_n -= friction.force_n;
+        rate.rig.bristle_m = friction.bristle_rate_m_s;
+    }
+    body_n += hydraulics_.stop_force_n(legs.displacement_m, legs.velocity_m_s);
+    return body_n;
+}
+
+// Between the screw and the rest: without reflected mass x l'', l'' = e (a_O + w' x a + w x (w x a)) + |u|^2
+// across the leg / l.
+Legs Plant::cell_force_n(const PlantState& state, const Matrix3& R, const LegRows& legs, const Legs& body_n,
+                         const BodyState& rate) const {
+    const Vector3& w = state.body.w_platform_rad_s;
+    const Vector3 v = R.transpose() * state.body.v_m_s;
+    const Vector3 a = R.transpose() * rate.v_m_s;
+    Legs l_rate2;
+    for (int leg = 0; leg < 6; ++leg) {
+        const Vector3 e(legs.e_x(leg), legs.e_y(leg), legs.e_z(leg));
+        const Vector3 arm(platform_x_(leg), platform_y_(leg), platform_z_(leg));
+        const Vector3 u = v + w.cross(arm);
+        const double across_square = u.squaredNorm() - legs.velocity_m_s(leg) * legs.velocity_m_s(leg);
+        l_rate2(leg) = e.dot(a + rate.w_platform_rad_s.cross(arm) + w.cross(w.cross(arm))) +
+                       across_square / legs.length_m(leg);
+    }
+    return body_n - electric_.settings().reflected_mass_kg * l_rate2;
 }
 
 // (1)-(3), six legs at once, in platform axes, where the arms a_i are constant.
@@ -294,7 +368,13 @@ LegState Plant::legs() const {
 LegState Plant::legs(const PlantState& state) const {
     LegRows legs;
     leg_kinematics(state.body, rotation_of(state.body.q), legs);
-    return {legs.displacement_m, legs.velocity_m_s, hydraulics_.force_n(state.hydraulics)};
+    if (!has_load_cells_) {
+        return {legs.displacement_m, legs.velocity_m_s, drive_force_n(state)};
+    }
+    PlantState rate;
+    Inertia inertia;
+    const Legs shown_n = differentiate(state, Legs::Zero(), inertia, rate);
+    return {legs.displacement_m, legs.velocity_m_s, shown_n};
 }
 
 LegState Plant::transducers(const PlantState& state, const LegState& legs) const {
@@ -305,7 +385,9 @@ LegState Plant::transducers(const PlantState& state, const LegState& legs) const
 
 double Plant::kinetic_energy_j() const {
     return sim::kinetic_energy_j(body_, pose().R, twist()) +
-           leg_kinetic_energy_j(geometry_, leg_bars_, pose(), twist());
+           leg_kinetic_energy_j(geometry_, leg_bars_, pose(), twist()) +
+           (is_electric_ ? 0.5 * electric_.settings().reflected_mass_kg : 0.0) *
+               leg_velocity(geometry_, pose(), twist()).array().square().sum();
 }
 
 double Plant::potential_energy_j() const {

@@ -55,7 +55,8 @@ toml::table rig(const Scenario& scenario, const Machine& machine) {
     const Vector10 theta = theta_of(machine.platform);
     writer.numbers("platform_theta", {theta.data(), 10});
     visit_leg_bars(writer, scenario.leg_bars);
-    visit_friction(writer, scenario.hydraulics.friction);
+    visit_friction(writer,
+                   scenario.electric.exists() ? scenario.electric.friction : scenario.hydraulics.friction);
     visit_sensors(writer, scenario.sensors);
     return writer.take();
 }
@@ -169,7 +170,7 @@ std::string run_meta_json(const Scenario& scenario, const PlatformFile& platform
         {"version", HEXLOAD_VERSION},
         {"seed", scenario.seed},
         {"duration_s", scenario.duration_s},
-        {"tick_s", tick_s},
+        {"tick_s", platform.sensors.tick_s},
         {"substeps", scenario.substeps},
         {"rows", whole(result.counts.ticks - result.counts.missing)},
         {"missing", whole(result.counts.missing)},

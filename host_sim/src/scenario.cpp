@@ -78,7 +78,7 @@ std::vector<LoadChange> read_loads(std::vector<TomlReader> tables) {
         if (loads.empty() && change.at_s != 0.0) {
             table.fail("at_s", fmt::format("{}", change.at_s), "0 for the first load");
         }
-        if (!loads.empty() && !(change.at_s >= loads.back().at_s + tick_s)) {
+        if (!loads.empty() && !(change.at_s >= loads.back().at_s + shortest_tick_s)) {
             table.fail("at_s", fmt::format("{}", change.at_s),
                        fmt::format("at least one tick after the load at {} s", loads.back().at_s));
         }
@@ -87,17 +87,25 @@ std::vector<LoadChange> read_loads(std::vector<TomlReader> tables) {
     return loads;
 }
 
-void check_friction(const TomlReader& hydraulics, const FrictionSettings& friction) {
+void check_friction(const TomlReader& actuators, const FrictionSettings& friction) {
     const bool is_coulomb = friction.law == FrictionLaw::coulomb;
     for (int leg = 0; leg < 6; ++leg) {
         const double static_n = friction.static_n(leg);
         if (is_coulomb ? static_n != 0.0 : static_n < friction.coulomb_n(leg)) {
-            hydraulics.fail("static_friction_n", fmt::format("{} in leg {}", static_n, leg + 1),
-                            is_coulomb
-                                ? "0 where friction_law = \"coulomb\""
-                                : fmt::format("at least coulomb_friction_n = {}", friction.coulomb_n(leg)));
+            actuators.fail("static_friction_n", fmt::format("{} in leg {}", static_n, leg + 1),
+                           is_coulomb
+                               ? "0 where friction_law = \"coulomb\""
+                               : fmt::format("at least coulomb_friction_n = {}", friction.coulomb_n(leg)));
         }
     }
+}
+
+ElectricSettings read_electric(TomlReader table) {
+    ElectricSettings electric;
+    visit_electric(table, electric);
+    table.refuse_unknown_keys();
+    check_friction(table, electric.friction);
+    return electric;
 }
 
 HydraulicSettings read_hydraulics(TomlReader table) {
@@ -170,6 +178,7 @@ Scenario load_scenario(const std::filesystem::path& path) {
     visit_leg_bars(legs, scenario.leg_bars);
     legs.refuse_unknown_keys();
     scenario.hydraulics = read_hydraulics(reader.table("hydraulics"));
+    scenario.electric = read_electric(reader.table("electric"));
     TomlReader controller = reader.table("controller");
     visit_controller(controller, scenario.controller);
     controller.refuse_unknown_keys();
@@ -192,6 +201,7 @@ std::string to_toml(const Scenario& scenario) {
     root.insert("machine", written([&](TomlWriter& w) { visit_machine(w, scenario.machine); }));
     root.insert("legs", written([&](TomlWriter& w) { visit_leg_bars(w, scenario.leg_bars); }));
     root.insert("hydraulics", written([&](TomlWriter& w) { visit_hydraulics(w, scenario.hydraulics); }));
+    root.insert("electric", written([&](TomlWriter& w) { visit_electric(w, scenario.electric); }));
     root.insert("controller", written([&](TomlWriter& w) { visit_controller(w, scenario.controller); }));
     root.insert("sensors", written([&](TomlWriter& w) { visit_sensors(w, scenario.sensors); }));
     std::ostringstream document;
@@ -199,12 +209,23 @@ std::string to_toml(const Scenario& scenario) {
     return document.str();
 }
 
-MotionLimits motion_limits(const Geometry& geometry, const HydraulicSettings& hydraulics,
-                           const LimitSettings& settings) {
-    return {settings.stroke_share * geometry.stroke_min_m, settings.stroke_share * geometry.stroke_max_m,
-            settings.valve_share *
-                Hydraulics(hydraulics, geometry.stroke_min_m, geometry.stroke_max_m).speed_gain_m_s(),
-            settings.pump_flow_m3_s / std::max(hydraulics.piston_area_m2, hydraulics.rod_side_area_m2)};
+ActuatorLimits actuator_limits(const Geometry& geometry, const Scenario& scenario) {
+    const ElectricSettings& electric = scenario.electric;
+    if (electric.exists()) { // each drive has a supply of its own
+        return {electric.speed_limit_m_s, electric.stall_force_n(), 6.0 * electric.speed_limit_m_s};
+    }
+    const HydraulicSettings& oil = scenario.hydraulics;
+    return {Hydraulics(oil, geometry.stroke_min_m, geometry.stroke_max_m).speed_gain_m_s(),
+            (oil.supply_pressure_pa - oil.tank_pressure_pa) *
+                std::min(oil.piston_area_m2, oil.rod_side_area_m2),
+            scenario.limits.pump_flow_m3_s / std::max(oil.piston_area_m2, oil.rod_side_area_m2)};
+}
+
+MotionLimits motion_limits(const Geometry& geometry, const Scenario& scenario) {
+    const LimitSettings& used = scenario.limits;
+    const ActuatorLimits limits = actuator_limits(geometry, scenario);
+    return {used.stroke_share * geometry.stroke_min_m, used.stroke_share * geometry.stroke_max_m,
+            used.valve_share * limits.leg_speed_m_s, limits.speed_sum_m_s};
 }
 
 } // namespace hexload::sim

@@ -14,6 +14,10 @@ inline constexpr Range tilt{-0.5, 0.5, "a number from -0.5 to 0.5"};
 inline constexpr Range delay{0.0, 1.0, "a number from 0 to 1"};
 inline constexpr Range bandwidth{0.0, unbounded, "a number >= 0, 0 for no low-pass"};
 
+inline constexpr Range electric_gain{0.0, unbounded, "a number >= 0, 0 for hydraulic legs"};
+
+inline constexpr std::array<Choice<ForceSignal>, 2> force_signals{
+    {{"load_cell", ForceSignal::load_cell}, {"current", ForceSignal::current}}};
 inline constexpr std::array<Choice<FrictionLaw>, 3> friction_laws{
     {{"coulomb", FrictionLaw::coulomb}, {"stribeck", FrictionLaw::stribeck}, {"lugre", FrictionLaw::lugre}}};
 
@@ -82,6 +86,18 @@ template <typename Visitor, typename S> void visit_hydraulics(Visitor& visitor, 
     visit_friction(visitor, s.friction);
     visitor.number("stop_stiffness_n_m", s.stop_stiffness_n_m, non_negative);
     visitor.number("stop_damping_s_m", s.stop_damping_s_m, non_negative);
+}
+
+template <typename Visitor, typename S> void visit_electric(Visitor& visitor, S& s) {
+    visitor.number("force_gain_n_a", s.force_gain_n_a, electric_gain);
+    visitor.number("current_limit_a", s.current_limit_a, positive);
+    visitor.number("current_bandwidth_hz", s.current_bandwidth_hz, positive);
+    visitor.number("reflected_mass_kg", s.reflected_mass_kg, non_negative);
+    visitor.number("speed_limit_m_s", s.speed_limit_m_s, positive);
+    visitor.number("speed_gain_n_s_m", s.speed_gain_n_s_m, positive);
+    visitor.number("speed_integral_n_m", s.speed_integral_n_m, non_negative);
+    visitor.choice("force_signal", s.force_signal, force_signals);
+    visit_friction(visitor, s.friction);
 }
 
 template <typename Visitor, typename S> void visit_controller(Visitor& visitor, S& s) {

@@ -27,7 +27,7 @@ constexpr double same_instant = 1e-6; // of a tick: rounding of a delay in s
 
 } // namespace
 
-Delay delay_of(double delay_s) {
+Delay delay_of(double delay_s, double tick_s) {
     const double ticks = delay_s / tick_s;
     const double whole = std::floor(ticks + same_instant);
     const double share = ticks - whole;
@@ -37,20 +37,24 @@ Delay delay_of(double delay_s) {
 Sensors::Sensors(const SensorSettings& settings, const SensorSigma& sigma, std::uint64_t seed)
     : settings_(settings), sigma_{settings.noise_scale * sigma.displacement_sigma_m,
                                   settings.noise_scale * sigma.velocity_sigma_m_s,
-                                  settings.noise_scale * sigma.force_sigma_n},
+                                  settings.noise_scale * sigma.force_sigma_n,
+                                  sigma.force_delay_s,
+                                  sigma.velocity_delay_s,
+                                  sigma.has_velocity,
+                                  sigma.tick_s},
       displacement_noise_(seed, RandomPurpose::displacement_noise),
       velocity_noise_(seed, RandomPurpose::velocity_noise), force_noise_(seed, RandomPurpose::force_noise),
       dropout_(seed, RandomPurpose::dropout),
-      velocity_ticks_(
-          static_cast<std::uint32_t>(settings.delay_ticks + delay_of(settings.velocity_delay_s).ticks)),
-      force_ticks_(static_cast<std::uint32_t>(settings.delay_ticks + delay_of(settings.force_delay_s).ticks)),
+      velocity_ticks_(static_cast<std::uint32_t>(settings.delay_ticks +
+                                                 delay_of(settings.velocity_delay_s, sigma.tick_s).ticks)),
+      force_ticks_(static_cast<std::uint32_t>(settings.delay_ticks +
+                                              delay_of(settings.force_delay_s, sigma.tick_s).ticks)),
       history_(std::max(velocity_ticks_, force_ticks_) + 1) {}
 
 std::optional<LegSample> Sensors::sample(std::uint32_t tick, const LegState& transducers) {
     const LegState seen = delayed(tick, transducers);
     // Noise is drawn for lost samples too, so that the others do not depend on the losses.
-    LegSample sample{tick,
-                     static_cast<double>(tick) / 1000.0, // nearest double of the decimal, prints short
+    LegSample sample{tick, time_of_tick_s(tick, sigma_.tick_s),
                      transduced(seen.displacement_m, settings_.displacement_bias_m,
                                 sigma_.displacement_sigma_m, settings_.displacement_step_m,
                                 displacement_noise_),
@@ -77,7 +81,7 @@ void Sensors::read(const LegSample& sample) {
     const Legs before_m = sample.tick == 0 ? Legs(sample.displacement_m.array()) : reading_.displacement_m;
     reading_ = {sample.displacement_m.array(), sample.velocity_m_s.array(), sample.force_n.array()};
     if (!settings_.velocity_sensor) {
-        reading_.velocity_m_s = (reading_.displacement_m - before_m) / tick_s;
+        reading_.velocity_m_s = (reading_.displacement_m - before_m) / sigma_.tick_s;
     }
 }
 

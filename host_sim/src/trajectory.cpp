@@ -321,6 +321,8 @@ std::unique_ptr<Trajectory> make_work(const WorkMotion& settings, const Geometry
     return std::make_unique<WorkTrajectory>(settings, std::move(targets));
 }
 
+constexpr double looked_at_s = 1e-3; // of a motion: whatever the controller's tick, it is the same
+
 template <typename... Cases> struct Overloaded : Cases... { using Cases::operator()...; };
 template <typename... Cases> Overloaded(Cases...) -> Overloaded<Cases...>; // clang 14 does not deduce it
 
@@ -336,9 +338,9 @@ Twist Motion::twist() const {
 
 bool keeps_limits(const Trajectory& trajectory, const Geometry& geometry, const MotionLimits& limits,
                   double duration_s) {
-    const auto ticks = static_cast<std::int64_t>(std::round(duration_s / tick_s));
+    const auto ticks = static_cast<std::int64_t>(std::round(duration_s / looked_at_s));
     for (std::int64_t tick = 0; tick <= ticks; ++tick) {
-        if (!within(trajectory.at(static_cast<double>(tick) * tick_s), geometry, limits)) {
+        if (!within(trajectory.at(static_cast<double>(tick) * looked_at_s), geometry, limits)) {
             return false;
         }
     }

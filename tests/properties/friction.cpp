@@ -11,7 +11,7 @@ using namespace hexload::sim::test;
 
 namespace {
 
-constexpr double step_s = tick_s / 4.0;
+constexpr double step_s = default_tick_s / 4.0;
 const Legs speeds_m_s = (Legs() << -0.5, -0.005, 0.0, 0.005, 0.5, 1.0).finished();
 
 FrictionSettings dry(FrictionLaw law) {

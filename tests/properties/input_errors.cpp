@@ -145,7 +145,7 @@ const std::array<Refusal, 27> scenario_refusals{{
     {"kind = \"multisine\"", "kind = \"file\"", "12: trajectory.path: found nothing, expected this key"},
     {"name = \"test\"", "", "1: name: found nothing, expected this key"},
     {"name = \"test\"", "name = \"test\"\ncolour = 3",
-     "2: colour: found an unknown key, expected one of controller, description, hydraulics, legs, limits, "
+     "2: colour: found an unknown key, expected one of controller, description, electric, hydraulics, legs, limits, "
      "load, "
      "machine, name, "
      "platform, sensors, simulation, trajectory"},

@@ -35,8 +35,8 @@ Balance balance_of(const Scenario& scenario, const PlatformFile& platform) {
     LegWork before;
     run(simulator, nullptr, [&](const Tick&, const auto&) {
         const LegWork& work = plant.state().work;
-        balance.exchanged_j += std::abs(work.hydraulic_j - before.hydraulic_j);
-        const double lost_j = work.hydraulic_j - work.body_j - plant.bristle_energy_j();
+        balance.exchanged_j += std::abs(work.drive_j - before.drive_j);
+        const double lost_j = work.drive_j - work.body_j - plant.bristle_energy_j();
         balance.loss_grows = balance.loss_grows && lost_j >= balance.lost_j;
         balance.lost_j = lost_j;
         before = work;
@@ -94,7 +94,7 @@ RateError worst_rate_error(const PlatformFile& platform) {
     const Geometry& geometry = platform.geometry;
     HydraulicSettings settings;
     settings.friction.coulomb_n.setConstant(50.0);
-    const Friction friction(settings.friction, tick_s / 4);
+    const Friction friction(settings.friction, default_tick_s / 4);
     const Hydraulics hydraulics(settings, geometry.stroke_min_m, geometry.stroke_max_m);
     Plant plant(geometry, platform.gravity_m_s2, settings, 4);
     const MassProperties body = loaded(platform, eccentric_load(5.0 * platform.platform.mass_kg));
@@ -113,8 +113,8 @@ RateError worst_rate_error(const PlatformFile& platform) {
         Vector6 found;
         found << rate.body.v_m_s, pose.R * rate.body.w_platform_rad_s;
         worst.acceleration = std::max(worst.acceleration, (found - expected).norm() / expected.norm());
-        worst.power = std::max(worst.power,
-                               std::abs(rate.work.hydraulic_j - force_n.dot(velocity_m_s)) / force_n.norm());
+        worst.power =
+            std::max(worst.power, std::abs(rate.work.drive_j - force_n.dot(velocity_m_s)) / force_n.norm());
     }
     return worst;
 }

@@ -35,7 +35,7 @@ std::vector<Tick> run_of(const Scenario& scenario) {
 // The signal a while before tick k, from six ticks around it (Lagrange).
 template <typename Signal>
 Vector6 interpolated(const std::vector<Tick>& ticks, std::size_t k, double ago_s, Signal signal) {
-    const double at = static_cast<double>(k) - ago_s / tick_s;
+    const double at = static_cast<double>(k) - ago_s / default_tick_s;
     const auto first = static_cast<std::size_t>(std::floor(at)) - 2;
     Vector6 sum = Vector6::Zero();
     for (std::size_t i = first; i < first + 6; ++i) {
@@ -94,12 +94,12 @@ Response response_at(double frequency_hz, const LowPasses& low_passes) {
     const PlatformFile platform = paper_platform();
     Plant plant(platform.geometry, platform.gravity_m_s2, HydraulicSettings{}, 4, {}, low_passes);
     plant.reset(Pose{}, loaded(platform, eccentric_load(500.0)));
-    const int ticks = static_cast<int>(std::lround(100.0 / (frequency_hz * tick_s)));
+    const int ticks = static_cast<int>(std::lround(100.0 / (frequency_hz * default_tick_s)));
     const Legs shape = (Legs() << 0.02, -0.03, 0.01, 0.02, -0.01, -0.02).finished();
     const Legs still = plant.state().hydraulics.spool;
     Response response;
     for (int tick = -ticks; tick < ticks; ++tick) {
-        const double phase = 2.0 * std::numbers::pi * frequency_hz * tick_s * tick;
+        const double phase = 2.0 * std::numbers::pi * frequency_hz * default_tick_s * tick;
         if (tick >= 0) {
             const double window = 1.0 - std::cos(2.0 * std::numbers::pi * tick / ticks);
             const std::complex<double> weight = window * window * std::polar(1.0, -phase);
@@ -250,7 +250,7 @@ SCENARIO("low-passes have the response of a second-order Butterworth filter") {
             THEN("amplitude and phase are those of the formula") {
                 for (const double frequency_hz : {10.0, 20.0, 40.0}) {
                     CAPTURE(frequency_hz);
-                    const double image_hz = 1.0 / tick_s - frequency_hz;
+                    const double image_hz = 1.0 / default_tick_s - frequency_hz;
                     const double image = frequency_hz / image_hz * std::pow(60.0 / image_hz, 2);
                     const Response r = response_at(frequency_hz, low_passes);
                     CHECK(std::abs(r.force_seen / r.force - butterworth(frequency_hz, 20.0)) < 1.5 * image);

@@ -17,7 +17,7 @@ namespace {
 constexpr double duration_s = 10.0;
 
 MotionLimits paper_limits() {
-    return motion_limits(paper_platform().geometry, HydraulicSettings{}, LimitSettings{});
+    return motion_limits(paper_platform().geometry, Scenario{});
 }
 
 std::unique_ptr<Trajectory> make(const TrajectorySettings& settings, std::uint64_t seed = 1) {

@@ -272,7 +272,8 @@ static bool is_alarm_of(const double off_n[HEXLOAD_LEGS]) {
     TEST_ASSERT_EQUAL_INT(HEXLOAD_OK, hexload_kinematics_solve(&kinematics, &config, &home, &motion));
     for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
         force_n[leg] = (hexload_real_t)off_n[leg];
-        variance_n2[leg] = RIG_UNKNOWN_TICKS * RIG_UNKNOWN_SHARE * RIG_UNKNOWN_SHARE * HEXLOAD_REAL(1e4);
+        variance_n2[leg] =
+            hexload_rig_unknown_ticks(&config) * RIG_UNKNOWN_SHARE * RIG_UNKNOWN_SHARE * HEXLOAD_REAL(1e4);
     }
     hexload_momentum_read_input(&motion, force_n, &input);
     const hexload_push_t push = {.motion = &motion,

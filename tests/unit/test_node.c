@@ -943,11 +943,11 @@ static void test_after_eight_silent_milliseconds_classic_waits_for_the_whole_tic
     // seven: the four bits are still unambiguous
     begin_run(HEXLOAD_BUS_CLASSIC, HEXLOAD_PACING_REAL_TIME);
     give(HEXLOAD_BUS_CLASSIC, 16);
-    pass(HEXLOAD_NODE_TICK_LOST_MS - 1);
+    pass(HEXLOAD_NODE_TICK_LOST - 1);
     give(HEXLOAD_BUS_CLASSIC, 23);
     TEST_ASSERT_EQUAL_UINT32(23, node.app.last_tick);
     // eight: the next samples are not used until the whole tick comes
-    pass(HEXLOAD_NODE_TICK_LOST_MS);
+    pass(HEXLOAD_NODE_TICK_LOST);
     give(HEXLOAD_BUS_CLASSIC, 31);
     TEST_ASSERT_EQUAL_UINT32(23, node.app.last_tick);
     give(HEXLOAD_BUS_CLASSIC, 32);

@@ -444,7 +444,7 @@ nb::dict nearest_body(const Theta& theta, const Covariance& covariance) {
 class FirmwareKinematics {
   public:
     explicit FirmwareKinematics(const PlatformFile& platform)
-        : config_(firmware_config(platform, platform.estimator, tick_s)) {
+        : config_(firmware_config(platform, platform.estimator, platform.sensors.tick_s)) {
         const hexload_status_t status = hexload_kinematics_init(&kinematics_, &config_);
         if (status != HEXLOAD_OK) {
             throw InputError(hexload_status_name(status));

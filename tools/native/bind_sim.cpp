@@ -45,20 +45,20 @@ struct Excitation {
 // The scenario's machine bounds it, whatever scenario the motion is of.
 Excitation excitation(const Scenario& scenario, const PlatformFile& platform, double duration_s,
                       const Scenario& motion_of, const std::optional<std::filesystem::path>& file) {
-    const MotionLimits limits = motion_limits(platform.geometry, scenario.hydraulics, scenario.limits);
+    const MotionLimits limits = motion_limits(platform.geometry, scenario);
     const TrajectorySettings settings = file ? TrajectorySettings(FileMotion{*file}) : motion_of.trajectory;
     return {make_trajectory(settings, platform.geometry, limits, duration_s,
                             static_cast<std::uint64_t>(motion_of.seed)),
             limits};
 }
 
-// One row per tick: q, then the twist.
+// One row per millisecond: q, then the twist.
 Eigen::Matrix<double, -1, 12, Eigen::RowMajor> reference_motion(const Trajectory& trajectory,
                                                                 double duration_s) {
-    const auto ticks = static_cast<Eigen::Index>(std::llround(duration_s / tick_s)) + 1;
+    const auto ticks = static_cast<Eigen::Index>(std::llround(duration_s / default_tick_s)) + 1;
     Eigen::Matrix<double, -1, 12, Eigen::RowMajor> rows(ticks, 12);
     for (Eigen::Index tick = 0; tick < ticks; ++tick) {
-        const Motion motion = trajectory.at(static_cast<double>(tick) * tick_s);
+        const Motion motion = trajectory.at(static_cast<double>(tick) * default_tick_s);
         rows.row(tick) << motion.q.transpose(), motion.twist().stacked().transpose();
     }
     return rows;
@@ -67,11 +67,12 @@ Eigen::Matrix<double, -1, 12, Eigen::RowMajor> reference_motion(const Trajectory
 using SimulatedRows = Eigen::Matrix<double, -1, 30, Eigen::RowMajor>;
 
 // The scenario's machine on a trajectory file with one load, without an estimator.
-SimulatedRows simulated(Scenario scenario, const PlatformFile& platform, const std::filesystem::path& file,
+SimulatedRows simulated(Scenario scenario, PlatformFile platform, const std::filesystem::path& file,
                         const Load& load, double duration_s) {
     scenario.trajectory = FileMotion{file};
     scenario.loads = {LoadChange{0.0, load}};
     scenario.duration_s = duration_s;
+    platform.sensors.tick_s = default_tick_s; // it is the motion that is tried, with a servo of that rate
     Simulator simulator(platform, scenario);
     SimulatedRows rows(simulator.ticks(), 30);
     run(simulator, nullptr, [&rows](const Tick& tick, const auto&) {
@@ -117,6 +118,8 @@ void bind_platform(nb::module_& module) {
                      [](const PlatformFile& p) {
                          return std::array<double, 2>{p.geometry.stroke_min_m, p.geometry.stroke_max_m};
                      })
+        .def_prop_ro(
+            "tick_s", [](const PlatformFile& p) { return p.sensors.tick_s; }, "between samples")
         .def_rw("source", &PlatformFile::source, "names the file in messages")
         .def_prop_ro("mass_kg", [](const PlatformFile& p) { return p.platform.mass_kg; })
         .def_prop_ro("com_m", [](const PlatformFile& p) { return p.platform.com_m; })
@@ -177,11 +180,10 @@ void bind_scenario(nb::module_& module) {
         .def(
             "motion_limits",
             [](const Scenario& scenario, const PlatformFile& platform) {
-                const HydraulicSettings& hydraulics = scenario.hydraulics;
-                const MotionLimits limits = motion_limits(platform.geometry, hydraulics, scenario.limits);
-                // Orifices pass valve_share of the unloaded speed up to the load 1 - valve_share^2 of stall.
-                const double stall_n = (hydraulics.supply_pressure_pa - hydraulics.tank_pressure_pa) *
-                                       std::min(hydraulics.piston_area_m2, hydraulics.rod_side_area_m2);
+                const MotionLimits limits = motion_limits(platform.geometry, scenario);
+                // Orifices pass valve_share of the unloaded speed up to the load 1 - valve_share^2 of stall;
+                // a motor at its voltage limit gives no more.
+                const double stall_n = actuator_limits(platform.geometry, scenario).leg_force_n;
                 const double share = scenario.limits.valve_share;
                 return std::array<double, 5>{limits.stroke_min_m, limits.stroke_max_m, limits.leg_speed_m_s,
                                              limits.speed_sum_m_s, (1.0 - share * share) * stall_n};
@@ -191,14 +193,8 @@ void bind_scenario(nb::module_& module) {
         .def(
             "machine_limits",
             [](const Scenario& scenario, const PlatformFile& platform) {
-                const HydraulicSettings& hydraulics = scenario.hydraulics;
-                const double area_m2 = std::min(hydraulics.piston_area_m2, hydraulics.rod_side_area_m2);
-                const double speed_m_s =
-                    Hydraulics(hydraulics, platform.geometry.stroke_min_m, platform.geometry.stroke_max_m)
-                        .speed_gain_m_s();
-                return std::array<double, 3>{
-                    speed_m_s, motion_limits(platform.geometry, hydraulics, scenario.limits).speed_sum_m_s,
-                    (hydraulics.supply_pressure_pa - hydraulics.tank_pressure_pa) * area_m2};
+                const ActuatorLimits limits = actuator_limits(platform.geometry, scenario);
+                return std::array<double, 3>{limits.leg_speed_m_s, limits.speed_sum_m_s, limits.leg_force_n};
             },
             nb::arg("platform"),
             "what motion_limits() keeps a margin to: [speed of a leg, sum of six in m/s, stall force in N]")

@@ -9,6 +9,7 @@
 #include "platform_file/input_error.hpp"
 #include "platform_file/platform_file.hpp"
 #include "platform_file/rig_file.hpp"
+#include "transport/bus_load.hpp"
 #include "transport/can_channel.hpp"
 #include "transport/real_time.hpp"
 
@@ -114,12 +115,16 @@ platform::PlatformFile platform_of(const Options& options) {
 
 std::unique_ptr<port::Feed> make_feed(const Options& options, const port::PaintedStack& stack) {
     const platform::PlatformFile file = platform_of(options);
-    const hexload_config_t config = platform::checked_firmware_config(file, file.estimator, platform::tick_s);
+    const hexload_config_t config =
+        platform::checked_firmware_config(file, file.estimator, file.sensors.tick_s);
     hexload_app_settings_t settings;
     hexload_app_settings_default(&settings);
     settings.sample_timeout_ms = options.sample_timeout_ms.value_or(settings.sample_timeout_ms);
     if (!options.feed.empty()) {
         return std::make_unique<port::LcmFeed>(message::url_of(options.feed), config, settings);
+    }
+    if (const auto overload = transport::find_overload(options.bus, options.profile, file.sensors.tick_s)) {
+        throw platform::InputError(*overload);
     }
     return std::make_unique<port::CanFeed>(transport::open_can_channel(options.bus, options.profile),
                                            options.profile, config, settings, stack);

@@ -103,7 +103,8 @@ static void read_unknown(const hexload_push_t* seen, hexload_real_t spread[PARTS
 /// is that known.
 static void observe_open(hexload_wrench_monitor_t* self, const hexload_config_t* config,
                          const hexload_push_t* seen) {
-    const hexload_real_t whole = FRICTION_SHARE / (RIG_UNKNOWN_TICKS * RIG_UNKNOWN_SHARE * RIG_UNKNOWN_SHARE);
+    const hexload_real_t whole =
+        FRICTION_SHARE / (hexload_rig_unknown_ticks(config) * RIG_UNKNOWN_SHARE * RIG_UNKNOWN_SHARE);
     const hexload_real_t share = config->tick_s / MEMORY_S;
     hexload_real_t spread[PARTS][PARTS];
     read_unknown(seen, spread);

@@ -124,6 +124,7 @@ void hexload_rig_compensate(hexload_rig_slide_t* self, const hexload_config_t* c
                             const hexload_real_t speed_m_s[HEXLOAD_LEGS], uint32_t gap_ticks,
                             hexload_real_t force_n[HEXLOAD_LEGS], hexload_real_t variance_n2[HEXLOAD_LEGS]) {
     const hexload_rig_config_t* rig = &config->rig;
+    const hexload_real_t unknown_ticks = hexload_rig_unknown_ticks(config);
     for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
         const hexload_real_t v = speed_m_s[leg];
         force_n[leg] = hexload_fma(-rig->viscous_n_s_m[leg], v, force_n[leg]);
@@ -145,7 +146,7 @@ void hexload_rig_compensate(hexload_rig_slide_t* self, const hexload_config_t* c
             const hexload_real_t grown = rig->growth_n_n[leg] * share;
             force_n[leg] /= HEXLOAD_REAL(1.0) + (force_n[leg] < HEXLOAD_REAL(0.0) ? -grown : grown);
             variance_n2[leg] =
-                RIG_UNKNOWN_TICKS * unknown_n * unknown_n * hexload_max(decay(in_slow * in_slow), turning);
+                unknown_ticks * unknown_n * unknown_n * hexload_max(decay(in_slow * in_slow), turning);
         }
     }
 }

@@ -25,7 +25,7 @@ double wall_time_s(const platform::PlatformFile& platform, const sim::Scenario& 
     double shortest = std::numeric_limits<double>::infinity();
     for (int i = 0; i < repetitions; ++i) {
         sim::Simulator simulator(platform, scenario);
-        const auto link = sim::make_inproc_link(platform, platform.estimator);
+        const auto link = sim::make_inproc_link(platform, platform.estimator, platform.sensors.tick_s);
         const auto start = std::chrono::steady_clock::now();
         sim::run(simulator, with_firmware ? link.get() : nullptr);
         const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - start;

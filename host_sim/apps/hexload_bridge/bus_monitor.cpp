@@ -1,6 +1,6 @@
 #include "bus_monitor.hpp"
 
-#include "bit_time.hpp"
+#include "transport/bit_time.hpp"
 
 #include "app/app.h"
 
@@ -17,7 +17,7 @@ BusMonitor::BusMonitor(hexload_bus_profile_t profile) {
 }
 
 BusEvent BusMonitor::take(const hexload_bus_frame_t& frame) {
-    period_.busy_us += longest_time_us(frame);
+    period_.busy_us += transport::longest_time_us(frame);
     BusEvent event;
     if (!take_sample(frame, event) && !take_answer(frame, event) && !take_slow(frame, event)) {
         ++period_.foreign;

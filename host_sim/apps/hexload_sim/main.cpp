@@ -2,6 +2,7 @@
 // process or on a controller at the other end of a bus, and writes a run directory.
 #include "options.hpp"
 
+#include "app/app.h"
 #include "links/can_link.hpp"
 #include "links/estimate_file.hpp"
 #include "links/inproc_link.hpp"
@@ -12,6 +13,7 @@
 #include "platform_file/firmware_config.hpp"
 #include "platform_file/input_error.hpp"
 #include "platform_file/rig_file.hpp"
+#include "transport/bus_load.hpp"
 #include "transport/real_time.hpp"
 
 #include <hexload/hexload.h>
@@ -83,14 +85,15 @@ std::unique_ptr<sim::EstimatorLink> make_link(const Options& options,
         if (options.lockstep) {
             throw platform::InputError("--lockstep: found with --bus inproc, expected a bus to wait for");
         }
-        return sim::make_inproc_link(platform, platform.estimator, platform::tick_s, std::nullopt,
+        return sim::make_inproc_link(platform, platform.estimator, platform.sensors.tick_s, std::nullopt,
                                      options.publish.empty() ? sim::Traces::no : sim::Traces::yes);
     }
     const hexload_config_t config = platform::checked_firmware_config(
-        platform, platform.estimator, platform::tick_s); // the controller has the same files
+        platform, platform.estimator, platform.sensors.tick_s); // the controller has the same files
     const double timeout_s =
         options.answer_timeout_s.value_or(options.real_time ? real_time_timeout_s : lockstep_timeout_s);
     sim::CanLinkSettings settings;
+    settings.tick_s = platform.sensors.tick_s;
     settings.profile = options.profile;
     settings.estimator = platform.estimator.kind;
     settings.known_mass_crc = hexload_bus_known_mass_crc(static_cast<float>(
@@ -103,6 +106,9 @@ std::unique_ptr<sim::EstimatorLink> make_link(const Options& options,
         const std::string url = message::url_of(options.feed);
         return options.real_time ? sim::make_real_time_lcm_link(url, settings)
                                  : sim::make_lockstep_lcm_link(url, settings);
+    }
+    if (const auto overload = transport::find_overload(options.bus, options.profile, settings.tick_s)) {
+        throw platform::InputError(*overload);
     }
     auto channel = transport::open_can_channel(options.bus, options.profile);
     return options.real_time ? sim::make_real_time_link(std::move(channel), settings)
@@ -156,10 +162,11 @@ void print_bus(const sim::BusCounts& bus) {
     }
 }
 
-void print_pacing(const sim::PacingCounts& pacing) {
-    fmt::print("  {} periods of 1 ms, {} overruns; late by {} us (median), {} us (99 %), {} us (longest)\n",
-               pacing.periods, pacing.overruns, pacing.lateness.quantile_us(0.5),
-               pacing.lateness.quantile_us(0.99), pacing.lateness.longest_us());
+void print_pacing(const sim::PacingCounts& pacing, double tick_s) {
+    fmt::print(
+        "  {} periods of {:g} ms, {} overruns; late by {} us (median), {} us (99 %), {} us (longest)\n",
+        pacing.periods, 1e3 * tick_s, pacing.overruns, pacing.lateness.quantile_us(0.5),
+        pacing.lateness.quantile_us(0.99), pacing.lateness.longest_us());
 }
 
 // The mass that the estimator was given, and where that is not the load which the scenario has.
@@ -207,7 +214,7 @@ void print_summary(const sim::Scenario& scenario, const platform::PlatformFile& 
         print_bus(*result.bus);
     }
     if (result.pacing.counts != nullptr) {
-        print_pacing(*result.pacing.counts);
+        print_pacing(*result.pacing.counts, platform.sensors.tick_s);
     }
     print_known_mass(scenario, platform);
     const auto names = link.parameter_names();
@@ -261,9 +268,13 @@ class Recorder {
     std::optional<sim::EstimateRow> last_;
 };
 
+std::chrono::nanoseconds nanoseconds_of(double seconds) {
+    return std::chrono::round<std::chrono::nanoseconds>(std::chrono::duration<double>(seconds));
+}
+
 // The run's clock and what the system granted it; idle unless in real time.
 struct RealTime {
-    explicit RealTime(bool wanted) : is_wanted(wanted) {
+    RealTime(bool wanted, double tick_s) : is_wanted(wanted), pacer(clock, nanoseconds_of(tick_s)) {
         // On a single processor a simulator that is too slow would leave nothing to the controller.
         if (wanted && std::thread::hardware_concurrency() > 1) {
             rights = transport::request_real_time(transport::simulator_priority);
@@ -278,13 +289,13 @@ struct RealTime {
 
     bool is_wanted;
     sim::MonotonicClock clock;
-    sim::Pacer pacer{clock};
+    sim::Pacer pacer;
     transport::RealTimeRights rights;
 };
 
 // What of the scenario has taken place in so many ticks.
-void cut(sim::Scenario& scenario, std::uint32_t ticks) {
-    scenario.duration_s = platform::tick_s * (ticks - 1);
+void cut(sim::Scenario& scenario, std::uint32_t ticks, double tick_s) {
+    scenario.duration_s = tick_s * (ticks - 1);
     std::erase_if(scenario.loads,
                   [&](const sim::LoadChange& change) { return change.at_s > scenario.duration_s; });
 }
@@ -303,7 +314,7 @@ ExitStatus simulate(const Options& options) {
         directory.write_rig(options.rig);
     }
     Recorder recorder(directory, *link, simulator.ticks(), !options.quiet && isatty(STDERR_FILENO) != 0);
-    RealTime real_time(options.real_time);
+    RealTime real_time(options.real_time, simulator.tick_s());
 
     (void)std::signal(SIGINT, interrupt);
     link->start();
@@ -332,7 +343,7 @@ ExitStatus simulate(const Options& options) {
     const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - start;
     recorder.close();
     if (is_interrupted != 0) {
-        cut(scenario, result.counts.ticks);
+        cut(scenario, result.counts.ticks, simulator.tick_s());
     }
     result.health = link->health_counts();
     result.load_changes_s = link->load_changes_s();

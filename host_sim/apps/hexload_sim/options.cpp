@@ -42,7 +42,7 @@ void declare_experiment(CLI::App& app, Options& options) {
         ->check(CLI::Range(std::int64_t{0}, std::numeric_limits<std::int64_t>::max()));
     app.add_option("--duration", options.duration_s, "length of the run in s")
         ->check(CLI::Range(sim::duration_min_s, sim::duration_max_s));
-    app.add_option("--substeps", options.substeps, "RK4 steps per 1 ms tick")
+    app.add_option("--substeps", options.substeps, "RK4 steps per millisecond, at least one per tick")
         ->check(CLI::Range(std::int64_t{1}, sim::substeps_max));
     app.add_option("--estimator", options.estimator,
                    "estimator: paper, momentum, momentum_effects (default: the platform file's)")
@@ -67,8 +67,7 @@ void declare_bus(CLI::App& app, Options& options) {
                    "publish the run on LCM, samples and truth, for lcm-spy and lcm-logger: lcm, lcm:URL");
     auto* lockstep = app.add_flag("--lockstep", options.lockstep,
                                   "tick k + 1 follows when tick k is answered (default on a bus)");
-    app.add_flag("--real-time", options.real_time, "one tick per millisecond, by the clock")
-        ->excludes(lockstep);
+    app.add_flag("--real-time", options.real_time, "ticks by the clock")->excludes(lockstep);
     app.add_flag(
         "--any-configuration", options.any_configuration,
         "start a controller whose machine, tuning or known mass is another than this simulator's files say");

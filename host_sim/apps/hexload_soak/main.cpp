@@ -47,6 +47,7 @@ Covariance covariance_of(const hexload_momentum_filter_t& filter) {
 
 // What the loop has seen since the filter has settled.
 struct Soak {
+    double tick_s = 0.0;
     std::uint32_t ticks = 0;               // of the whole run
     std::uint32_t restarts_before = 0;     // of the filter, while it settled
     std::uint64_t bad_variances = 0;       // of any state in any tick: not positive, or no number
@@ -92,7 +93,7 @@ void print_report(const hexload_t& estimator, const Soak& soak, bool is_last) {
         "{{\"t_s\": {:.3f}, \"nees\": {:.6g}, \"largest_error_sigmas\": {:.6g}, \"sigma\": [{:.6g}], "
         "\"smallest_pivot\": {:.6g}, \"bad_variances\": {}, \"inconsistent_ticks\": {}, "
         "\"load_changes\": {}, \"restarts\": {}, \"misstated_ticks\": {}, \"refused\": {}, \"last\": {}}}\n",
-        soak.ticks * platform::tick_s, soak.nees, soak.largest_error_sigmas,
+        soak.ticks * soak.tick_s, soak.nees, soak.largest_error_sigmas,
         fmt::join(sigma.data(), sigma.data() + parameters, ", "), soak.smallest_pivot, soak.bad_variances,
         soak.inconsistent_ticks, count[HEXLOAD_HEALTH_LOAD_CHANGED],
         count[HEXLOAD_HEALTH_FILTER_RESTARTED] - soak.restarts_before, count[HEXLOAD_HEALTH_NOISE_MISSTATED],
@@ -104,14 +105,21 @@ void soak(const sim::Scenario& scenario) {
     const platform::PlatformFile platform = platform::load_platform_file(scenario.platform);
     platform::EstimatorSettings settings = platform.estimator;
     settings.kind = platform::EstimatorKind::momentum;
-    const hexload_config_t config = platform::checked_firmware_config(platform, settings, platform::tick_s);
+    const hexload_config_t config =
+        platform::checked_firmware_config(platform, settings, platform.sensors.tick_s);
+    const double settling_s = settling_ticks * platform.sensors.tick_s;
+    if (!(scenario.duration_s > settling_s) || scenario.duration_s > sim::duration_max_s) {
+        throw platform::InputError(
+            fmt::format("duration: found {} s, expected more than {} s, in which the filter settles",
+                        scenario.duration_s, settling_s));
+    }
     sim::Simulator simulator(platform, scenario);
     static hexload_t estimator;
     if (const hexload_status_t status = hexload_init(&estimator, &config); status != HEXLOAD_OK) {
         throw platform::InputError(hexload_status_name(status));
     }
     const std::uint32_t report_ticks = std::max(1u, (simulator.ticks() - 1) / reports);
-    Soak soak;
+    Soak soak{.tick_s = simulator.tick_s()};
     while (soak.ticks < simulator.ticks()) {
         const sim::Tick tick = simulator.step();
         ++soak.ticks;
@@ -149,12 +157,6 @@ int main(int argc, char** argv) {
         sim::Scenario scenario = sim::load_scenario(argv[1]);
         scenario.duration_s = std::stod(argv[2]);
         scenario.seed = std::stoll(argv[3]);
-        if (!(scenario.duration_s > settling_ticks * platform::tick_s) ||
-            scenario.duration_s > sim::duration_max_s) {
-            throw platform::InputError(
-                fmt::format("duration: found {} s, expected more than {} s, in which the filter settles",
-                            scenario.duration_s, settling_ticks * platform::tick_s));
-        }
         soak(scenario);
     } catch (const std::exception& error) {
         fmt::print(stderr, "hexload_soak: {}\n", error.what());

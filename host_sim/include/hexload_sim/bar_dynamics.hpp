@@ -51,7 +51,9 @@ struct InverseMass {
 
 class BarDynamics {
   public:
-    BarDynamics(const Geometry& geometry, const SixLegBars& bars);
+    // reflected_kg: a mass of each leg that resists along it alone and has no weight, as that of a motor on a
+    // screw.
+    BarDynamics(const Geometry& geometry, const SixLegBars& bars, double reflected_kg = 0.0);
 
     bool have_mass() const {
         return have_mass_;
@@ -66,6 +68,7 @@ class BarDynamics {
 
     bool have_mass_;
     Legs rod_kg_;
+    Legs along_kg_;     // with the reflected mass
     Legs rod_centre_m_; // from the upper hinge
     Legs fixed_kg_m2_;  // of both bars, without the rod's distance
     Legs turning_kg_m_; // weight of the bars that turns the leg

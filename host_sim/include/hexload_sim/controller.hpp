@@ -37,8 +37,10 @@ struct LegReference {
 
 class Controller {
   public:
-    // speed_gain_m_s: leg speed per unit of spool; gravity_force_n: static leg forces at home.
-    Controller(const ControllerSettings& settings, double speed_gain_m_s, const Legs& gravity_force_n);
+    // speed_gain_m_s: leg speed per unit of spool; gravity_force_n: static leg forces at home; tick_s: from
+    // step to step.
+    Controller(const ControllerSettings& settings, double speed_gain_m_s, const Legs& gravity_force_n,
+               double tick_s);
 
     // Sets the integral part so that the command at rest on the reference is `command`.
     void hold(const Legs& command, const Legs& force_n);
@@ -48,6 +50,7 @@ class Controller {
 
   private:
     ControllerSettings settings_;
+    double tick_s_;
     double feedforward_s_m_;
     Legs gravity_force_n_;
     Legs integral_ = Legs::Zero();

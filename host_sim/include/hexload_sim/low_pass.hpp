@@ -17,7 +17,8 @@ struct LowPasses {
     double velocity_hz = 0.0;
 };
 
-// The Runge-Kutta step follows a low-pass up to w x step = 1: this many Hz per substep of a tick.
+// The Runge-Kutta step follows a low-pass up to w x step = 1: this many Hz per substep of a
+// millisecond.
 inline constexpr double low_pass_max_hz_per_substep = 150.0;
 
 struct LowPassState {

@@ -1,4 +1,5 @@
-// Platform, load and hydraulic legs as one system of ordinary differential equations, integrated by RK4.
+// Platform, load and hydraulic or electric legs as one system of ordinary differential equations, integrated
+// by RK4.
 //
 // Same physics as dynamics.hpp in the form that is cheapest to integrate: the body is solved about the
 // combined centre of mass in platform axes, where its tensor is constant. tests/properties compares the two.
@@ -6,10 +7,12 @@
 
 #include <hexload_sim/bar_dynamics.hpp>
 #include <hexload_sim/dynamics.hpp>
+#include <hexload_sim/electric.hpp>
 #include <hexload_sim/hydraulics.hpp>
 #include <hexload_sim/leg_inertia.hpp>
 #include <hexload_sim/low_pass.hpp>
 
+#include <array>
 #include <span>
 
 namespace hexload::sim {
@@ -23,8 +26,8 @@ struct BodyState {
 
 // Work of the legs since the last reset. The difference is what friction and end stops took.
 struct LegWork {
-    double hydraulic_j = 0.0; // chamber force x leg speed: into the rods
-    double body_j = 0.0;      // force on the platform x leg speed: into the body
+    double drive_j = 0.0; // chamber or motor force x leg speed: into the rods
+    double body_j = 0.0;  // force on the platform x leg speed: into the body
 };
 
 // What only a rig has: bristles of the seals, low-passes behind the transducers. Integrated if there are any.
@@ -39,6 +42,7 @@ struct PlantState {
     BodyState body;
     LegWork work;
     RigState rig;
+    ElectricState electric; // in place of hydraulics
 };
 
 // A look at the transducers between two ticks.
@@ -49,9 +53,10 @@ struct Glimpse {
 
 class Plant {
   public:
-    // Throws InputError for low-passes too fast for the substeps.
+    // `substeps`: RK4 steps of a tick. Throws InputError for low-passes too fast for them.
     Plant(const Geometry& geometry, const Gravity& gravity, const HydraulicSettings& hydraulics, int substeps,
-          const SixLegBars& leg_bars = {}, const LowPasses& low_passes = {});
+          const SixLegBars& leg_bars = {}, const LowPasses& low_passes = {}, double tick_s = default_tick_s,
+          const ElectricSettings& electric = {});
 
     // Static equilibrium at a pose, at rest. Throws InputError if the legs cannot hold the body there.
     void reset(const Pose& pose, const MassProperties& body);
@@ -59,7 +64,8 @@ class Plant {
     // Exchanges the body; pose, twist and oil stay as they are.
     void set_body(const MassProperties& body);
 
-    // One tick under a constant spool command, in `substeps` RK4 steps. Glimpses are taken on the way, by the
+    // One tick in `substeps` RK4 steps: valves under a constant command, drives on the way to it from the one
+    // before, as drives interpolate. Glimpses are taken on the way, by the
     // continuous extension of RK4 (third order).
     void advance(const Legs& spool_command, std::span<Glimpse> glimpses = {});
 
@@ -98,14 +104,23 @@ class Plant {
     struct Stages {
         PlantState k1, k2, k3, k4, at; // rates, and the state they are taken at
     };
-    void substep(const Legs& spool_command, double h_s);
+    // The command at the begin, the middle and the end of a substep.
+    using Commands = std::array<Legs, 3>;
+    Commands commands_of(int step, const Legs& command) const;
+    void substep(const Commands& commands, double h_s);
     void finish_substep(double h_s);
     LegState glimpse(double h_s, double share) const;
     LegState transducers(const PlantState& state, const LegState& legs) const;
     LegState legs(const PlantState& state) const;
     void leg_kinematics(const BodyState& body, const Matrix3& R, LegRows& legs) const;
-    void differentiate(const PlantState& state, const Legs& spool_command, Inertia& inertia,
+    // Returns what the force sensors' transducers say: chamber pressures, load cells or currents.
+    Legs differentiate(const PlantState& state, const Legs& spool_command, Inertia& inertia,
                        PlantState& rate) const;
+    Legs drive_force_n(const PlantState& state) const;
+    Legs friction_and_stops_n(const PlantState& state, const LegRows& legs, const Legs& drive_n,
+                              PlantState& rate) const;
+    Legs cell_force_n(const PlantState& state, const Matrix3& R, const LegRows& legs, const Legs& body_n,
+                      const BodyState& rate) const;
     void differentiate_body(const BodyState& body, const Matrix3& R, const LegRows& legs, const Legs& force_n,
                             BodyState& rate) const;
 
@@ -117,9 +132,14 @@ class Plant {
     SixLegBars leg_bars_;
     BarDynamics bar_dynamics_;
     Hydraulics hydraulics_;
+    Electric electric_;
+    bool is_electric_;
+    bool has_load_cells_; // which show the reflected mass' part, unlike chambers and currents
     Friction friction_;
     LowPasses low_passes_;
+    Legs last_command_ = Legs::Zero(); // of drives
     bool has_rig_state_;
+    double tick_s_;
     int substeps_;
     Legs home_length_m_;
     Legs base_x_, base_y_, base_z_; // b_i - p0

@@ -7,13 +7,6 @@
 
 namespace hexload::sim {
 
-// All positive.
-struct ActuatorLimits {
-    double leg_speed_m_s = 0.0; // of one leg, without load
-    double leg_force_n = 0.0;   // at standstill
-    double speed_sum_m_s = 0.0; // of six legs at the same time
-};
-
 // A scenario at standstill whose hydraulics and servo are the defaults, scaled: piston area to the force,
 // valve to the speed, oil to area and stroke. The resonance of the platform on its oil columns, empty and
 // with the heaviest load, scales the valve's bandwidth, the pressure feedback and, where it is lower than the

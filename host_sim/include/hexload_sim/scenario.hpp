@@ -2,6 +2,7 @@
 #pragma once
 
 #include <hexload_sim/controller.hpp>
+#include <hexload_sim/electric.hpp>
 #include <hexload_sim/hydraulics.hpp>
 #include <hexload_sim/leg_inertia.hpp>
 #include <hexload_sim/load.hpp>
@@ -35,19 +36,20 @@ struct Scenario {
     std::filesystem::path platform; // absolute or relative to the working directory
     double duration_s = 10.0;
     std::int64_t seed = 1;
-    std::int64_t substeps = 4;                   // RK4 steps per tick
+    std::int64_t substeps = 4;                   // RK4 steps per millisecond, at least one per tick
     std::vector<LoadChange> loads{LoadChange{}}; // the first at 0 s, times increasing
     TrajectorySettings trajectory;
     LimitSettings limits;
     MachineSettings machine;
     SixLegBars leg_bars;
     HydraulicSettings hydraulics;
+    ElectricSettings electric; // where it exists, in place of hydraulics but for its end stops
     ControllerSettings controller;
     SensorSettings sensors;
 };
 
 // Ranges of the fields that the command line may override.
-inline constexpr double duration_min_s = tick_s;
+inline constexpr double duration_min_s = default_tick_s;
 inline constexpr double duration_max_s = 4e6; // 32-bit tick counter
 inline constexpr std::int64_t substeps_max = 1000;
 
@@ -60,7 +62,16 @@ Scenario load_scenario(const std::filesystem::path& path);
 // The scenario as a TOML document with every default filled in; load_scenario reads it back.
 std::string to_toml(const Scenario& scenario);
 
-MotionLimits motion_limits(const Geometry& geometry, const HydraulicSettings& hydraulics,
-                           const LimitSettings& settings);
+// What the legs of a scenario can do.
+struct ActuatorLimits {
+    double leg_speed_m_s = 0.0; // of one leg, without load
+    double leg_force_n = 0.0;   // at standstill
+    double speed_sum_m_s = 0.0; // of six legs at the same time
+};
+
+ActuatorLimits actuator_limits(const Geometry& geometry, const Scenario& scenario);
+
+// The scenario's share of that.
+MotionLimits motion_limits(const Geometry& geometry, const Scenario& scenario);
 
 } // namespace hexload::sim

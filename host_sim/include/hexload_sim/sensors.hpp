@@ -37,7 +37,7 @@ struct Delay {
     std::int64_t ticks = 0;
     double share = 0.0;
 };
-Delay delay_of(double delay_s);
+Delay delay_of(double delay_s, double tick_s);
 
 // What has happened to a leg's sensors during the run.
 struct SensorFault {

@@ -45,6 +45,11 @@ class Simulator {
     Simulator(const Simulator&) = delete; // controller and trajectory belong to this plant
     Simulator& operator=(const Simulator&) = delete;
 
+    // From sample to sample, the platform file's.
+    double tick_s() const {
+        return tick_s_;
+    }
+
     // Ticks of the whole run, from 0 s to duration_s inclusive.
     std::uint32_t ticks() const {
         return ticks_;
@@ -92,7 +97,10 @@ class Simulator {
     }
 
   private:
+    std::uint32_t tick_at(double t_s) const;
+    void refuse_hasty_loads() const;
     void change_load();
+    void advance(int step, const Legs& command);
     void watch(double delay_s, std::optional<std::size_t>& glimpse);
     Pose start_pose() const;
     LegState transducers(const LegState& legs) const;
@@ -102,6 +110,9 @@ class Simulator {
     Scenario scenario_;
     Machine machine_;
     std::unique_ptr<Trajectory> trajectory_;
+    double tick_s_;
+    int servo_steps_; // of a tick
+    double step_s_;   // of the servo
     Plant plant_;
     Controller controller_;
     Sensors sensors_;

@@ -118,6 +118,7 @@ class Case:
     class_name: str
     seed: int
     duration_s: float
+    tick_s: float = 1e-3
 
     @property
     def name(self) -> str:
@@ -196,6 +197,7 @@ def draw(case: Case, kind: CaseClass | None = None) -> Setup:
         "sensors": {"noise_scale": kind.true_sigma, "velocity_sensor": kind.velocity_sensors},
     }
     platform = _draw_platform(random, kind)
+    platform["sensors"]["tick_s"] = case.tick_s
     commissioning_scenario = None
     if kind.rig:
         platform["tolerances"] = TOLERANCES

@@ -30,10 +30,11 @@ class Settings:
     runs: int
     seed: int
     duration_s: float
+    tick_s: float = 1e-3
 
     def cases(self) -> list[Case]:
         seeds = range(self.seed, self.seed + self.runs)
-        return [Case(name, seed, self.duration_s) for name in self.classes for seed in seeds]
+        return [Case(name, seed, self.duration_s, self.tick_s) for name in self.classes for seed in seeds]
 
 
 class Store:

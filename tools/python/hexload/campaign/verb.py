@@ -20,6 +20,7 @@ from hexload.io.atomic_file import replaced_when_done
 
 DEFAULT_OUT = project.RUNS / "campaign"
 TABLE_WIDTH = 150  # where there is no terminal to ask
+TICK_S = (0.25e-3, 5e-3)
 DURATION_S = (1.0, 3600.0)  # the baselines leave out a tenth of a second at both ends, the load may change at 40 %
 
 
@@ -53,6 +54,9 @@ def run_campaign(settings: Settings, out: Path, cluster: Cluster | None, keep: b
     if not DURATION_S[0] <= settings.duration_s <= DURATION_S[1]:
         low, high = DURATION_S
         raise InputError(f"--duration: found {settings.duration_s:g} s, expected {low:g} to {high:g} s")
+    if not TICK_S[0] <= settings.tick_s <= TICK_S[1]:
+        low, high = TICK_S
+        raise InputError(f"--tick: found {settings.tick_s:g} s, expected {low:g} to {high:g} s")
     project.ensure_built("hexload_sim_app", "hexload_native")
     code = code_version()
     store = Store(out)

@@ -405,7 +405,9 @@ def export(
     rig: Annotated[Path, typer.Argument(help="Rig file of hexload commission (.toml).")],
     platform: Annotated[Path, typer.Option(help="Platform file (.toml) that it was made with.")],
     out: Annotated[Path, typer.Option(help="C header to write (NAME.h); the constant in it is called NAME.")],
-    tick: Annotated[float, typer.Option(help="Sampling period of the controller, s.")] = 1e-3,
+    tick: Annotated[
+        float | None, typer.Option(help="Sampling period of the controller, s.", show_default="the platform file's")
+    ] = None,
     force: Annotated[bool, typer.Option("--force", help="Replace the header.")] = False,
 ) -> None:
     """Writes machine, sensors, estimator and rig as a C header: a constant hexload_config_t for a controller, in flash.
@@ -702,7 +704,7 @@ def watch(
     profile: Annotated[Profile | None, typer.Option(help="Frames of the bus.", show_default="fd")] = None,
     lcm: Annotated[str | None, typer.Option(help="Listen on LCM: its URL, or default.")] = None,
     platform: Annotated[
-        Path | None, typer.Option(help="Platform file (.toml), whose known mass the paper's filter goes with.")
+        Path | None, typer.Option(help="Platform file (.toml): tick, and the known mass that the paper's filter goes with.")
     ] = None,
     as_json: Annotated[
         bool, typer.Option("--json", help="A JSON line four times a second instead, with the events since the last.")
@@ -722,12 +724,12 @@ def watch(
 
     if bus is None and lcm is None:
         raise InputError("watch: found neither --bus nor --lcm, expected one of them, or both")
-    known_mass_kg = None
+    machine = None
     if platform is not None:
         from hexload.platform import Platform
 
-        known_mass_kg = Platform.of(platform).native().known_mass_kg
-    verb.watch(bus, profile, _lcm_url(lcm), known_mass_kg, as_json, patience if once else None)
+        machine = Platform.of(platform).native()
+    verb.watch(bus, profile, _lcm_url(lcm), machine, as_json, patience if once else None)
 
 
 def _lcm_url(name: str | None) -> str | None:
@@ -819,6 +821,7 @@ def campaign(
         ),
     ] = None,
     duration: Annotated[float, typer.Option(help="Seconds of each case.")] = 10.0,
+    tick: Annotated[float, typer.Option(help="Sampling period of sensors and controller, s.")] = 1e-3,
     out: Annotated[
         Path | None,
         typer.Option(help="Folder of the campaign; one that is there goes on.", show_default="build/runs/campaign"),
@@ -857,7 +860,7 @@ def campaign(
     folder = out or verb.DEFAULT_OUT
     cluster = schedule.cluster_of(scheduler, tls_ca, tls_cert, tls_key)
     with output.said(as_json, quiet):
-        settings = Settings(verb.parse_classes(classes), runs, verb.choose_seeds(seed_base), duration)
+        settings = Settings(verb.parse_classes(classes), runs, verb.choose_seeds(seed_base), duration, tick)
         print(verb.run_campaign(settings, folder, cluster, keep, restart))
     if as_json:
         print((folder / "summary.json").read_text(encoding="utf-8"), end="")

@@ -2,6 +2,7 @@
 
 import gzip
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -33,8 +34,10 @@ def convert(
         )
     if estimates is not None and out.suffix != ".mcap":
         raise InputError(f"--estimates: found it with {out.name}, expected an .mcap log, which can carry them")
-    home_m = None if platform is None else Platform.of(platform).native().home_leg_length_m
-    reading = Reading(read_column_map(columns), resample_s, home_m)
+    reading = Reading(read_column_map(columns), resample_s)
+    if platform is not None:
+        machine = Platform.of(platform).native()
+        reading = replace(reading, home_leg_length_m=machine.home_leg_length_m, tick_s=machine.tick_s)
     remarks: dict[str, None] = {}
     with replaced_when_done(out) as temporary, progress_of(log) as progress:
         parts = _remarked(read_parts(log, reading, progress), remarks)

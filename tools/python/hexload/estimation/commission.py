@@ -20,7 +20,7 @@ from hexload.estimation.rig_model import LEGS, Geometry
 from hexload.estimation.rig_regression import SLICES, UNKNOWNS, Found, Start
 from hexload.io.atomic_file import replaced_or_none, replaced_when_done
 from hexload.io.log_file import LegLog
-from hexload.io.log_formats import read_any_log
+from hexload.io.log_formats import Reading, read_any_log
 from hexload.theory.bound import THETA_NAMES, unit_of
 
 Array = NDArray[np.float64]
@@ -92,7 +92,7 @@ def commission(wish: Wish) -> dict:
         raise InputError("--reference: found it without --reference-mass or the other way round, expected both or none")
     if wish.report is not None and wish.report.absolute() == wish.out.absolute():
         raise InputError(f"{wish.report}: found the same file for --out and --report, expected two")
-    run = _run(wish.log)
+    run = _run(wish.log, platform.tick_s)
     if wish.report is not None:
         import hexload.report.commission_page  # noqa: F401 - a package that is missing is told before the run
     with replaced_when_done(wish.out) as temporary, replaced_or_none(wish.report) as page:
@@ -102,7 +102,7 @@ def commission(wish: Wish) -> dict:
             covariance = with_common_gain(found.covariance, machine.common_gain)
             found, whole = replace(found, covariance=covariance), replace(whole, covariance=covariance)
         if wish.reference is not None:
-            found = _with_reference(whole, machine, _run(wish.reference), wish.reference_mass_kg)
+            found = _with_reference(whole, machine, _run(wish.reference, platform.tick_s), wish.reference_mass_kg)
         words = _identifiability(found, _start(machine))
         delay_s = _velocity_delay(run, machine)
         rig, sigma = _tables(found, machine, delay_s, wish.loaded)
@@ -179,9 +179,9 @@ def _machine(platform, path: Path) -> Machine:
     )
 
 
-def _run(path: Path) -> Run:
+def _run(path: Path, tick_s: float) -> Run:
     """A log without gaps: short ones are bridged by lines."""
-    log = read_any_log(path).whole(str(path))
+    log = read_any_log(path, Reading(tick_s=tick_s)).whole(str(path))
     dt_s = float(np.median(np.diff(log.t_s)))
     duration_s = log.t_s[-1] - log.t_s[0]
     if duration_s < SHORTEST_S:

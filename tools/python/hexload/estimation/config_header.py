@@ -31,7 +31,7 @@ static const hexload_config_t {name} = {initialiser};
 """
 
 
-def export(rig: Path, platform_file: Path, out: Path, tick_s: float, force: bool) -> str:
+def export(rig: Path, platform_file: Path, out: Path, tick_s: float | None, force: bool) -> str:
     """Writes the header and returns the name of the constant in it, the file's. Raises InputError."""
     name = _name_of(out)
     if out.exists() and not force:
@@ -39,7 +39,7 @@ def export(rig: Path, platform_file: Path, out: Path, tick_s: float, force: bool
     native = native_firmware()
     platform = platform_with_rig(rig, native, load_platform(native, platform_file))
     try:
-        config = native.config_bytes(platform, tick_s)
+        config = native.config_bytes(platform, platform.tick_s if tick_s is None else tick_s)
     except ValueError as error:
         raise InputError(f"{platform_file} with {rig}: {error}") from None
     with replaced_when_done(out) as temporary:

@@ -53,7 +53,7 @@ class Estimator:
     kind        momentum (all ten parameters, any motion), momentum_effects (and bias and friction of the legs, tilt of
                 the base), paper (dz, Ixx, Iyy, Izz at known mass); None: the platform's own
     prior       start covariance of the paper's filter, safe or printed; None: the platform's own
-    sampling_s  period of the samples, s
+    sampling_s  period of the samples, s; None: the platform's own
     tare        what hexload.tare() found of the empty platform
 
     Raises InputError with key, what was found and what is expected.
@@ -66,18 +66,20 @@ class Estimator:
         kind: Kind | None = None,
         *,
         prior: Prior | None = None,
-        sampling_s: float = 1e-3,
+        sampling_s: float | None = None,
         tare: MachineTare | None = None,
     ):
         chosen = Platform.of(platform).with_estimator(kind, prior)
-        self._sampling_s = sampling_s
         self._tare = tare
         self._before: list[tuple[float, Array, Array, Array]] = []
         self._tick = 0
         machine = chosen.native()
+        self._sampling_s = machine.tick_s if sampling_s is None else sampling_s
         self._has_velocity = machine.has_velocity
         try:
-            self._native = project.native_module().Estimator(machine, sampling_s, None if tare is None else tare.offset)
+            self._native = project.native_module().Estimator(
+                machine, self._sampling_s, None if tare is None else tare.offset
+            )
         except ValueError as error:
             raise InputError(str(error)) from None
         self.names: tuple[str, ...] = tuple(self._native.names)

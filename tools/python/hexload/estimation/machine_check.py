@@ -18,7 +18,6 @@ from hexload.theory.workspace import Machine, Map, Reach
 
 Array = NDArray[np.float64]
 
-TICK_S = 1e-3
 TILTS_DEG = (0.0, 10.0, 20.0)
 
 
@@ -47,7 +46,7 @@ def check(path: Path, name: str | None = None) -> Checked:
     native = project.native_module()
     try:
         platform = native.load_platform(str(path))
-        native.config_bytes(platform, TICK_S)
+        native.config_bytes(platform, platform.tick_s)
     except ValueError as error:
         message = str(error).replace(str(path), name)
         raise InputError("; ".join([message, *(str(each) for each in _order_of_refused(path))])) from None

@@ -37,7 +37,7 @@ class WayIn:
     is_unchecked: bool = False
 
     def reading(self, platform) -> Reading:
-        return Reading(read_column_map(self.columns), self.resample_s, platform.home_leg_length_m)
+        return Reading(read_column_map(self.columns), self.resample_s, platform.home_leg_length_m, platform.tick_s)
 
 
 def replay_log(

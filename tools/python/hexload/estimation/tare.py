@@ -29,7 +29,7 @@ from hexload.estimation.firmware_run import load_platform, native_firmware, run_
 from hexload.estimation.load_summary import load_changes_s
 from hexload.io.atomic_file import replaced_when_done
 from hexload.io.log_file import LegLog
-from hexload.io.log_formats import read_any_log
+from hexload.io.log_formats import Reading, read_any_log
 from hexload.platform import Platform as MachineDescription
 from hexload.theory.bound import LEGS, THETA_NAMES, Platform, read_platform, unit_of
 
@@ -54,9 +54,9 @@ def make_tare(log: Path, platform_file: Path, out: Path, largest_offset: float) 
     `largest_offset`: share of the platform's own parameters above which an offset is taken for a load. Raises
     InputError.
     """
-    samples = read_any_log(log).whole(str(log))
     native = native_firmware()
     platform = load_platform(native, platform_file)
+    samples = read_any_log(log, Reading(tick_s=platform.tick_s)).whole(str(log))
     with replaced_when_done(out) as temporary:
         names = (str(log), f"{log} with {platform_file}")
         found = _find(native, platform, read_platform(platform_file), samples, largest_offset, names)

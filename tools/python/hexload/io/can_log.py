@@ -24,7 +24,7 @@ from hexload.errors import InputError
 from hexload.io.end_to_end import checksum, found_checksum
 from hexload.io.log_file import LEGS, LegLog
 
-TICK_S = 1e-3  # what the contract's tick counts
+TICK_S = 1e-3  # until log_formats knows the machine's
 TICKS_OF_FOUR_BITS = 16
 FARTHEST_AHEAD = 8  # ticks that a leg frame may be ahead of the last; the rest of the four bits is behind it
 CHANNELS = ("displacement", "velocity", "force")

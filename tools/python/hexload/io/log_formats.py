@@ -3,7 +3,7 @@
 import gzip
 import zlib
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from importlib import import_module
 from pathlib import Path
 
@@ -11,6 +11,8 @@ from hexload.errors import InputError
 from hexload.io.column_map import ColumnMap
 from hexload.io.log_file import LegLog, Progress, joined, log_parts
 from hexload.io.resample import resampled
+
+TICK_S = 1e-3  # in which the readers of ticks count
 
 
 @dataclass(frozen=True)
@@ -20,6 +22,7 @@ class Reading:
     columns: ColumnMap = field(default_factory=ColumnMap)
     resample_s: float | None = None  # sampling period of the rows that are made
     home_leg_length_m: Sequence[float] | None = None  # six, taken off absolute leg lengths
+    tick_s: float = TICK_S  # of a log whose samples have ticks and no times
 
 
 @dataclass(frozen=True)
@@ -82,7 +85,8 @@ def _read(kind: _Format, path: Path, reading: Reading) -> LegLog:
         raise InputError(
             f"{path}: found --columns for {kind.name}, whose channels are known: expected it of tables alone"
         )
-    return reader(path)
+    log = reader(path)
+    return replace(log, t_s=log.t_s * (reading.tick_s / TICK_S))
 
 
 def _first_bytes(path: Path) -> bytes:

@@ -16,7 +16,6 @@ from hexload.theory.bound import THETA_NAMES
 from hexload.view.frame import Curves, Estimate, Event, Frame, Health, History, Truth
 
 Triple = tuple[float, float, float]
-TICK_S = 1e-3
 EVENTS = 200
 RATE_S = 1.0  # over which samples per second are counted
 NOTE_S = 0.05  # between the points of a curve
@@ -38,8 +37,9 @@ class Plant(Protocol):
 class Live:
     """Listeners call `sample`, `answer`, `truth`, `event` and `count`; the page asks for the rest."""
 
-    def __init__(self, title: str):
+    def __init__(self, title: str, tick_s: float = 1e-3):
         self.title = title
+        self._tick_s = tick_s
         self.force_range_n = (0.0, 0.0)  # grows with what comes
         self.sender: Sender | None = None
         self.plant: Plant | None = None  # a simulator that takes commands
@@ -84,7 +84,7 @@ class Live:
 
     def load_changed(self, tick: int) -> None:
         with self._lock:
-            self._load_changes_s.append(tick * TICK_S)
+            self._load_changes_s.append(tick * self._tick_s)
             self._tell("another load detected", tick)
 
     def event(self, words: str) -> None:
@@ -92,7 +92,7 @@ class Live:
             self._tell(words)
 
     def _tell(self, words: str, tick: int | None = None) -> None:
-        self._events.append(Event((self._tick if tick is None else tick) * TICK_S, words))
+        self._events.append(Event((self._tick if tick is None else tick) * self._tick_s, words))
         self.event_count += 1
 
     def count(self, what: str, number: int = 1) -> None:
@@ -108,7 +108,7 @@ class Live:
     def frame(self) -> Frame:
         with self._lock:
             legs = self._legs or (None, None)
-            frame = Frame(self._tick * TICK_S, *legs, self._estimate, self._truth())
+            frame = Frame(self._tick * self._tick_s, *legs, self._estimate, self._truth())
             now = time.monotonic()
             if now - self._noted_s >= NOTE_S:
                 self._history.note(frame)

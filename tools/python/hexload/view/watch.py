@@ -9,6 +9,7 @@ import time
 import tty
 from collections.abc import Iterator
 from contextlib import contextmanager
+from typing import Any
 
 import numpy as np
 from rich.console import Console, Group
@@ -36,13 +37,14 @@ def watch(
     bus: str | None,
     profile: str | None,
     url: str | None,
-    known_mass_kg: float | None,
+    machine: Any | None,
     is_json: bool,
     once_s: float | None,
 ) -> None:
     """Until q or Ctrl-C; with `once_s` until an answer of the controller, that many seconds at most. Raises ToolFailed
-    when none came."""
-    with listened_to(bus, profile, url) as live:
+    when none came. `machine`: hexload_native's, for its tick and known mass; None: 1 ms, and no mass is known."""
+    known_mass_kg = None if machine is None else machine.known_mass_kg
+    with listened_to(bus, profile, url, 1e-3 if machine is None else machine.tick_s) as live:
         if once_s is not None:
             _wait_for_answer(live, once_s)
         if is_json:

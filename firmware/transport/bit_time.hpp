@@ -3,7 +3,7 @@
 
 #include "bus/bus.h"
 
-namespace hexload::bridge {
+namespace hexload::transport {
 
 // At 1 Mbit/s, and 5 Mbit/s after the bit-rate switch of an FD frame; worst-case stuffing, interframe space
 // included.
@@ -23,4 +23,4 @@ inline double longest_time_us(const hexload_bus_frame_t& frame) {
     return nominal_bit_us * (head + head_stuff + tail) + data_bit_us * (5 + data_bits + stuff + 4 + checksum);
 }
 
-} // namespace hexload::bridge
+} // namespace hexload::transport
