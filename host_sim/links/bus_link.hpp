@@ -19,7 +19,8 @@ std::uint16_t draw_session();
 struct LinkSettings {
     // Whose commands these are.
     std::uint16_t session = draw_session();
-    // hexload_app_configuration() that the controller must have to start; 0: any.
+    // hexload_app_configuration() that the controller must have to start: tick, machine, sensors and tuning are
+    // in it; 0: any.
     std::uint32_t configuration = 0;
     // Which one the controller is to run.
     EstimatorKind estimator = EstimatorKind::paper;
@@ -27,9 +28,6 @@ struct LinkSettings {
     double tick_s = default_tick_s;
     // What its acknowledge of START must say of the load's known mass, unless it does not tell; nothing: any.
     std::optional<std::uint8_t> known_mass_crc;
-    // hexload_app_configuration() of this simulator's files: a controller whose status tells another one is
-    // reported. Tick, machine and sensors are in it. Nothing: any.
-    std::optional<std::uint32_t> configuration;
     // Silence of the controller after which lockstep gives up and real time speaks up.
     std::chrono::milliseconds answer_timeout{2000};
     // Told of what happens on the bus in the run (real time): one line each.

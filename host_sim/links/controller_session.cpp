@@ -155,25 +155,9 @@ std::optional<BusNews> ControllerSession::read(std::chrono::microseconds timeout
             check_acknowledge(*acknowledge);
         } else if (const auto* change = std::get_if<hexload_bus_load_change_t>(&*news)) {
             note_load_change(*change);
-        } else if (const auto* status = std::get_if<hexload_bus_controller_status_t>(&*news)) {
-            compare_configuration(status->configuration);
         }
     }
     return news;
-}
-
-// 0: the controller has not told it yet.
-void ControllerSession::compare_configuration(std::uint32_t configuration) {
-    if (!settings_.configuration || configuration == 0 || configuration == compared_) {
-        return;
-    }
-    compared_ = configuration;
-    if (configuration != *settings_.configuration) {
-        report(
-            fmt::format("the controller's configuration is not the one of this simulator's files, in which "
-                        "a tick is {:g} ms: give both the same platform file and rig file",
-                        1e3 * settings_.tick_s));
-    }
 }
 
 // The count goes up by one with each event, and from 0 again after a start of the controller.

@@ -84,7 +84,6 @@ class ControllerSession {
     void check_acknowledge(const hexload_bus_acknowledge_t& acknowledge);
     [[noreturn]] void fail_refused(const hexload_bus_acknowledge_t& acknowledge) const;
     void note_answered(const AnswerPart& part);
-    void compare_configuration(std::uint32_t configuration);
     void note_load_change(const hexload_bus_load_change_t& change);
 
     std::unique_ptr<ControllerWire> wire_;
@@ -97,7 +96,6 @@ class ControllerSession {
     std::vector<double> load_changes_s_;
     std::uint32_t changes_counted_ = 0; // by the controller since its start
     std::uint64_t events_missing_ = 0;
-    std::uint32_t compared_ = 0; // configuration
 };
 
 // The part of an EstimatorLink that is the same in lockstep and in real time.

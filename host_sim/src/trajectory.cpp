@@ -68,7 +68,7 @@ class PaperTrajectory : public Trajectory {
     Vector6 amplitude_;
 };
 
-// sin and cos of many phases w t + phi. At ticks by the angle sum from the tick at which a block of them
+// sin and cos of many phases w t + phi. At whole milliseconds by the angle sum from the tick at which a block of them
 // began: with what a sine turns by since then, known from a table, that takes a product in place of both
 // functions, is right within a few roundings of 1, and depends on t alone, not on what was asked before.
 class Phases {
@@ -81,7 +81,7 @@ class Phases {
     void add(double w_rad_s, double phase_rad) {
         sines_.push_back({w_rad_s, phase_rad});
         for (std::size_t tick = 0; tick < block_ticks; ++tick) {
-            turns_[tick].push_back(unit(w_rad_s * (static_cast<double>(tick) * tick_s)));
+            turns_[tick].push_back(unit(w_rad_s * (static_cast<double>(tick) * default_tick_s)));
         }
         begin_.resize(sines_.size());
         now_.resize(sines_.size());
@@ -89,15 +89,15 @@ class Phases {
 
     // In the order of add(); valid until the next call.
     const std::vector<Unit>& at(double t_s) const {
-        const double ticks = std::round(t_s / tick_s);
-        if (ticks < 0.0 || ticks > most_ticks || std::abs(ticks * tick_s - t_s) > same_instant * t_s) {
+        const double ticks = std::round(t_s / default_tick_s);
+        if (ticks < 0.0 || ticks > most_ticks || std::abs(ticks * default_tick_s - t_s) > same_instant * t_s) {
             evaluate(t_s, now_);
             return now_;
         }
         const auto tick = static_cast<std::size_t>(ticks);
         const std::size_t block = tick / block_ticks;
         if (block != block_) {
-            evaluate(static_cast<double>(block * block_ticks) * tick_s, begin_);
+            evaluate(static_cast<double>(block * block_ticks) * default_tick_s, begin_);
             block_ = block;
         }
         const std::vector<Unit>& turn = turns_[tick % block_ticks];

@@ -144,7 +144,7 @@ SCENARIO("a multisine is the same at ticks, where it goes on by angle sums, as b
         WHEN("a tick is compared with the mean of two instants a nanosecond to either side") {
             double worst_m = 0.0;
             for (int n = 0; n < 2000; ++n) {
-                const double t_s = static_cast<double>(1 + n * 7919 % 60000) * tick_s;
+                const double t_s = static_cast<double>(1 + n * 7919 % 60000) * default_tick_s;
                 const Motion here = motion->at(t_s);
                 const Vector6 mean = 0.5 * (motion->at(t_s - 1e-9).q + motion->at(t_s + 1e-9).q);
                 worst_m = std::max(worst_m, (here.q - mean).cwiseAbs().maxCoeff());
