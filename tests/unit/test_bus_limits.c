@@ -86,7 +86,7 @@ static void test_an_echo_has_every_channel_of_the_first(void) {
         TEST_ASSERT_EQUAL_INT(channel == 0 ? HEXLOAD_BUS_ERR_TICK : HEXLOAD_BUS_ERR_CONTRADICTION,
                               hexload_sample_assembly_add(&assembly, &frames[1], &whole));
     }
-    TEST_ASSERT_EQUAL_STRING("same leg and tick with other numbers",
+    TEST_ASSERT_EQUAL_STRING("contradicts what came before",
                              hexload_bus_status_name(HEXLOAD_BUS_ERR_CONTRADICTION));
 }
 

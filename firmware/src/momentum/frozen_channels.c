@@ -16,18 +16,23 @@ enum {
 /// A sensor that goes on again jumps, and that is in the load monitor's mean for four of its time constants.
 #define FADING_S HEXLOAD_REAL(0.2)
 
-/// Of the difference of two displacements.
+/// Of the difference of two displacements, and of a jump.
 #define SLIP_SIGMAS HEXLOAD_REAL(7.0)
 
-static void count_still(const hexload_real_t now[HEXLOAD_LEGS], const hexload_real_t last[HEXLOAD_LEGS],
-                        uint8_t ticks[HEXLOAD_LEGS]) {
+/// @return whether one that has stood still for MANY_TICKS goes on further than noise does.
+static bool count_still(const hexload_real_t now[HEXLOAD_LEGS], const hexload_real_t last[HEXLOAD_LEGS],
+                        hexload_real_t sigma, uint8_t ticks[HEXLOAD_LEGS]) {
+    bool has_jumped = false;
     for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
         if (now[leg] != last[leg]) {
+            const bool is_far = hexload_abs(now[leg] - last[leg]) > SLIP_SIGMAS * sigma;
+            has_jumped = has_jumped || (is_far && ticks[leg] >= MANY_TICKS);
             ticks[leg] = 0;
         } else if (ticks[leg] < MANY_TICKS) {
             ticks[leg]++;
         }
     }
+    return has_jumped;
 }
 
 /// For how many ticks one has stood still while others change.
@@ -59,14 +64,18 @@ void hexload_frozen_channels_step(hexload_frozen_channels_t* self, const hexload
         self->missed_m[leg] =
             moved_m == HEXLOAD_REAL(0.0) ? self->missed_m[leg] + way_m : JUMP_SHARE * (way_m - moved_m);
     }
-    count_still(sample->velocity_m_s, self->last.velocity_m_s, self->still_velocity_ticks);
-    count_still(sample->force_n, self->last.force_n, self->still_force_ticks);
+    const bool had_stopped =
+        self->still_ticks >= MANY_TICKS; // not the machine, whose channels stand still together
+    const bool has_velocity_jumped =
+        count_still(sample->velocity_m_s, self->last.velocity_m_s, config->sensors.velocity_sigma_m_s,
+                    self->still_velocity_ticks);
+    const bool has_force_jumped = count_still(sample->force_n, self->last.force_n,
+                                              config->sensors.force_sigma_n, self->still_force_ticks);
     const uint8_t velocity_ticks = one_still_ticks(self->still_velocity_ticks);
     const uint8_t force_ticks = one_still_ticks(self->still_force_ticks);
     self->still_ticks = velocity_ticks > force_ticks ? velocity_ticks : force_ticks;
     self->left_s -= config->tick_s;
-    // chance, or steps of a converter, repeat a value two times, but not so often
-    if (self->still_ticks >= MANY_TICKS || is_any_off(self, config)) {
+    if ((had_stopped && (has_velocity_jumped || has_force_jumped)) || is_any_off(self, config)) {
         self->left_s = FADING_S;
     }
     self->last = *sample;
