@@ -75,9 +75,9 @@ static bool send(hexload_node_t* self, const hexload_bus_frame_t* frame) {
 }
 
 static APART void carry_out(hexload_node_t* self, const hexload_bus_command_t* command) {
-    hexload_bus_acknowledge_t acknowledge = {.profile = self->status.profile,
-                                             .counter = self->acknowledges++};
+    hexload_bus_acknowledge_t acknowledge = {.profile = self->status.profile, .counter = self->acknowledges};
     hexload_bus_frame_t frame;
+    self->acknowledges++;
     hexload_app_command(&self->app, command, &acknowledge);
     if (acknowledge.result == HEXLOAD_RESULT_DONE &&
         (command->kind == HEXLOAD_COMMAND_START || command->kind == HEXLOAD_COMMAND_RESET)) {

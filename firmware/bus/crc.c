@@ -29,11 +29,11 @@ static const uint32_t table32_3[256] = {REMAINDERS8(0x4616C54Au, 0x230B62A5u, 0x
                                                     0x9AE60EA7u, 0x85AC327Cu, 0x42D6193Eu, 0x216B0C9Fu)};
 
 uint8_t hexload_crc8(uint8_t before, const uint8_t* bytes, size_t count) {
-    unsigned crc = before ^ 0xFFu;
+    uint8_t crc = before ^ 0xFFu;
     for (size_t n = 0; n < count; n++) {
         crc = table8[crc ^ bytes[n]];
     }
-    return (uint8_t)(crc ^ 0xFFu);
+    return crc ^ 0xFFu;
 }
 
 uint32_t hexload_crc32(uint32_t before, const uint8_t* bytes, size_t count) {

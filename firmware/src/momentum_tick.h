@@ -82,19 +82,22 @@ static inline hexload_fit_t fit_of(const hexload_momentum_t* self, const hexload
 static inline void watch_load(hexload_momentum_t* self, const hexload_config_t* config,
                               hexload_effects_stage_t* effects, const hexload_present_tick_t* now,
                               uint32_t* health) {
-    hexload_present_tick_t seen = *now;
-    hexload_leg_sample_t without_effects;
+    hexload_present_tick_t without_effects;
+    hexload_leg_sample_t clean;
+    const hexload_present_tick_t* seen = now;
     if (!hexload_momentum_filter_has_begun(&self->filter)) {
         return;
     }
     if (effects != NULL) {
-        without_effects = *now->sample;
-        seen.sample = &without_effects;
+        without_effects = *now;
+        clean = *now->sample;
+        without_effects.sample = &clean;
         hexload_actuator_effects_clean(&effects->filter, &self->filter, config, HEXLOAD_LOAD_MONITOR_MEMORY_S,
-                                       now->motion, &without_effects, &seen.sensors);
+                                       now->motion, &clean, &without_effects.sensors);
+        seen = &without_effects;
     }
     const hexload_fit_t fit = fit_of(self, config);
-    const bool is_alarm = hexload_load_monitor_step(&self->monitor, config, &self->filter, fit, &seen);
+    const bool is_alarm = hexload_load_monitor_step(&self->monitor, config, &self->filter, fit, seen);
     const bool is_mismatch = fit == HEXLOAD_FIT_UNPROVEN && hexload_load_monitor_is_late(&self->monitor);
     if (is_alarm && (is_mismatch || hexload_frozen_channels_are_there(&self->frozen))) {
         hexload_momentum_supervisor_doubt(&self->supervisor);

@@ -101,7 +101,14 @@ class Loop:
         controller.process.send_signal(self._kind.go_on)
 
     def simulation(self, directory: Path, *options, scenario: Path = SCENARIO):
-        own = (scenario, "--out", directory, "--bus", self.bus, "--any-configuration")  # controllers have rigs of their own
+        own = (
+            scenario,
+            "--out",
+            directory,
+            "--bus",
+            self.bus,
+            "--any-configuration",
+        )  # controllers have rigs of their own
         return self._start(self._simulator, *own, *options)
 
     def recorder(self, *filters: str):

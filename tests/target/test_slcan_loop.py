@@ -135,7 +135,18 @@ def quantised(log: LegLog) -> list[np.ndarray]:
 
 def simulate(bus: str, directory: Path, ticks: int, *options) -> Path:
     """The paper's scenario in closed loop; the run directory."""
-    command = [project.simulator(), SCENARIO, "--out", directory, "--bus", bus, "--profile", "classic", "--any-configuration", *options]
+    command = [
+        project.simulator(),
+        SCENARIO,
+        "--out",
+        directory,
+        "--bus",
+        bus,
+        "--profile",
+        "classic",
+        "--any-configuration",
+        *options,
+    ]
     result = subprocess.run([*command, "--duration", str(ticks / 1000)], capture_output=True, text=True)
     print(result.stdout)
     assert result.returncode == 0, result.stderr

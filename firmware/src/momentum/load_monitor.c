@@ -268,11 +268,12 @@ bool hexload_load_monitor_is_late(const hexload_load_monitor_t* self) {
 bool hexload_load_monitor_step(hexload_load_monitor_t* self, const hexload_config_t* config,
                                const hexload_momentum_filter_t* filter, hexload_fit_t fit,
                                const hexload_present_tick_t* now) {
-    const hexload_real_t drift_share = DRIFT_1_S * config->tick_s;
     hexload_real_t body[DIM];
     push_t push;
+    self->risen_s = self->nis_mean > CALM_NIS ? self->risen_s + config->tick_s : HEXLOAD_REAL(0.0);
     find_push(self, config, now, &push);
     follow_filter(self, filter, now->motion, body, &push);
+    const hexload_real_t drift_share = DRIFT_1_S * config->tick_s;
     if (self->ticks == 0 || now->gap_ticks != 1) {
         memcpy(self->momentum, push.momentum, sizeof self->momentum);
         seed(self, body, now);
@@ -284,7 +285,6 @@ bool hexload_load_monitor_step(hexload_load_monitor_t* self, const hexload_confi
         self->nis = correct(self, body, now, push.momentum, drift_share);
         self->nis_mean += config->tick_s / HEXLOAD_LOAD_MONITOR_MEMORY_S * (self->nis - self->nis_mean);
     }
-    self->risen_s = self->nis_mean > CALM_NIS ? self->risen_s + config->tick_s : HEXLOAD_REAL(0.0);
     const bool is_wrong = is_wrong_wrench(self, config, filter, fit, now, &push);
     follow_acceleration(self, config, now->motion->twist);
     remember(self, &push);

@@ -193,16 +193,15 @@ static void turn_inertia(const hexload_real_t theta[HEXLOAD_LOAD_DIM], const hex
 
 void hexload_momentum_of_leg_speeds(const hexload_real_t theta[HEXLOAD_LOAD_DIM],
                                     const hexload_motion_t* motion, hexload_real_t columns[HEXLOAD_LEGS][6]) {
-    hexload_real_t twist[HEXLOAD_LEGS][6];
     hexload_real_t h[3];
     hexload_real_t tensor[3][3];
-    hexload_leg_blocks_invert(motion->jacobian, twist);
+    hexload_leg_blocks_invert(motion->jacobian, columns); // twists, which their momenta take the place of
     to_base(motion, &theta[HEXLOAD_LOAD_HX], h);
     turn_inertia(theta, motion, tensor);
     for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
-        const hexload_real_t* v = &twist[leg][0];
-        const hexload_real_t* omega = &twist[leg][3];
         hexload_real_t* momentum = columns[leg];
+        const hexload_real_t v[3] = {momentum[0], momentum[1], momentum[2]};
+        const hexload_real_t omega[3] = {momentum[3], momentum[4], momentum[5]};
         hexload_real_t turned[3];
         hexload_real_t lifted[3];
         hexload_real_t moved[3];

@@ -263,9 +263,7 @@ def replay(
 
     way_in = WayIn(columns or (), resample, unchecked)
     with output.said(as_json, quiet):
-        result = replay_log(
-            log, platform, estimator, prior, out, tare, bodies, report, trace, rig, way_in, commanded
-        )
+        result = replay_log(log, platform, estimator, prior, out, tare, bodies, report, trace, rig, way_in, commanded)
         print_summary(result, out, bodies, report, trace)
     if as_json:
         output.print_json(
@@ -704,7 +702,8 @@ def watch(
     profile: Annotated[Profile | None, typer.Option(help="Frames of the bus.", show_default="fd")] = None,
     lcm: Annotated[str | None, typer.Option(help="Listen on LCM: its URL, or default.")] = None,
     platform: Annotated[
-        Path | None, typer.Option(help="Platform file (.toml): tick, and the known mass that the paper's filter goes with.")
+        Path | None,
+        typer.Option(help="Platform file (.toml): tick, and the known mass that the paper's filter goes with."),
     ] = None,
     as_json: Annotated[
         bool, typer.Option("--json", help="A JSON line four times a second instead, with the events since the last.")

@@ -68,7 +68,10 @@ def live_page(
     """A page that listens on a bus, on LCM, or on both: then the samples are the bus', the truth LCM's."""
     project.ensure_built("hexload_native")
     platform = Platform.of(platform_file)
-    with listened_to(bus, profile, url, platform.native().tick_s) as live, closing(page_of(platform, live, port)) as page:
+    with (
+        listened_to(bus, profile, url, platform.native().tick_s) as live,
+        closing(page_of(platform, live, port)) as page,
+    ):
         mass_kg = platform.native().known_mass_kg or GUESSED_MASS_KG
         add_controls(page, live, mass_kg)
         if live.plant is not None:
