@@ -141,8 +141,8 @@ def test_a_symmetric_machine_cannot_tell_five_numberings_and_an_unsymmetric_one_
     hinges[0, 0] += 2e-3
     # WHEN numberings are looked for that leave it congruent to itself
     # THEN there are two turns and three mirrors of the one, none of the other
-    assert len(wiring.untold(geometry)) == 5
-    assert wiring.untold(replace(geometry, platform_hinges_m=hinges)) == []
+    assert len(wiring.indistinguishable(geometry)) == 5
+    assert wiring.indistinguishable(replace(geometry, platform_hinges_m=hinges)) == []
 
 
 def test_cosines_are_orthonormal_and_derivatives_those_of_a_sine():

@@ -236,11 +236,11 @@ def test_the_diagnosis_names_the_cause_when_it_is_asked_for(tmp_path):
         FaultCase(kind, size, "multisine", "momentum", SEED, 6.0, names_cause=True)
         for kind, size in (("force_swapped", 1.0), ("renumbered", 2.0))
     ]
-    # WHEN the cases are run THEN the one is named, the other counts as one that cannot be told
+    # WHEN the cases are run THEN the one is named, the other counts as one that cannot be distinguished
     results = {case: run_fault(case, tmp_path) for case in cases}
     swapped, renumbered = (result["named"] for result in results.values())
     assert swapped["outcome"] == "right" and "are swapped" in swapped["sentence"]
-    assert renumbered["outcome"] == "cannot be told" and renumbered["cause"] == ""
+    assert renumbered["outcome"] == "cannot be distinguished" and renumbered["cause"] == ""
     # AND the tables have a column for it
     (entry,) = tally(results, ESTIMATORS)
     assert fault_report.named_of(entry.whole) == "1 of 1"

@@ -7,12 +7,12 @@ import pytest
 
 from hexload.campaign.statistics import ALARM_DUE_S
 from hexload.faults import score
-from hexload.faults.score import Told, Truth, WrongParameter
+from hexload.faults.score import Reported, Truth, WrongParameter
 
 T_S = np.arange(0.0, 10.0, 0.1)
 NONE_SET = np.zeros(len(T_S), bool)
 TRUTH = Truth(value=np.array([100.0, 10.0]), scale=np.array([100.0, 50.0]))
-RIGHT = Told(
+RIGHT = Reported(
     names=("m", "hx"),
     value=np.array([100.1, 10.0]),
     sigma=np.array([0.1, 0.05]),
@@ -25,26 +25,26 @@ RIGHT = Told(
 WRONG = replace(RIGHT, value=np.array([103.0, 10.0]))  # 30 sigmas and 3 % off
 
 
-def with_bit(told, name, *times_s):
+def with_bit(reported, name, *times_s):
     """The run in which a health bit is set at these times."""
     is_set = np.isclose(T_S[:, None], times_s).any(axis=1)
     assert is_set.sum() == len(times_s)
-    return replace(told, bits=told.bits | {name: is_set})
+    return replace(reported, bits=reported.bits | {name: is_set})
 
 
-def with_verdicts(told, verdict, from_s, to_s):
-    verdicts = [verdict if from_s <= t_s <= to_s else word for t_s, word in zip(T_S, told.verdict)]
-    return replace(told, verdict=verdicts)
+def with_verdicts(reported, verdict, from_s, to_s):
+    verdicts = [verdict if from_s <= t_s <= to_s else word for t_s, word in zip(T_S, reported.verdict)]
+    return replace(reported, verdict=verdicts)
 
 
-def outcome(told, truth=TRUTH):
-    return score.score(told, truth).outcome
+def outcome(reported, truth=TRUTH):
+    return score.score(reported, truth).outcome
 
 
 def test_numbers_within_their_sigmas_are_right():
     # GIVEN a mass one sigma off WHEN nothing but a missing sample is said THEN the run is right, with these words
-    told = with_bit(RIGHT, "sample missing", 2.0, 9.0)
-    result = score.score(told, TRUTH)
+    reported = with_bit(RIGHT, "sample missing", 2.0, 9.0)
+    result = score.score(reported, TRUTH)
     assert (result.outcome, result.words, result.words_before) == ("right", ("sample missing",), ())
     assert result.wrong == () and result.largest_sigmas == pytest.approx(1.0)
 
@@ -76,7 +76,7 @@ def test_wrong_and_converged_without_a_word_is_silent():
 def test_what_no_log_can_show_is_told_apart_only_when_the_twin_is_right():
     # GIVEN a trusted wrong mass in a log that is as well that of a load of 103 kg THEN it is no silent one
     twin = Truth(value=np.array([103.0, 10.0]), scale=TRUTH.scale)
-    assert score.score(WRONG, TRUTH, twin).outcome == "untold"
+    assert score.score(WRONG, TRUTH, twin).outcome == "indistinguishable"
     # AND where that load is not what is found either, it is; and what is right stays right
     assert score.score(replace(WRONG, value=np.array([106.0, 10.0])), TRUTH, twin).outcome == "silent"
     assert score.score(RIGHT, TRUTH, twin).outcome == "right"
@@ -91,22 +91,22 @@ def test_what_was_said_more_than_3_s_before_the_end_is_forgotten():
 
 
 def test_refusals_in_the_last_3_s_are_a_word_too():
-    told = replace(WRONG, t_s=T_S[:-1], verdict=WRONG.verdict[:-1], bits=dict.fromkeys(WRONG.bits, NONE_SET[:-1]))
-    result = score.score(told, TRUTH)
+    reported = replace(WRONG, t_s=T_S[:-1], verdict=WRONG.verdict[:-1], bits=dict.fromkeys(WRONG.bits, NONE_SET[:-1]))
+    result = score.score(reported, TRUTH)
     assert (result.outcome, result.words) == ("weak", ("samples refused",))
 
 
 @pytest.mark.parametrize("verdict", ["converging", "not_excited", "inconsistent"])
 def test_wrong_parameters_of_which_none_is_called_converged_are_said(verdict):
-    told = replace(with_verdicts(WRONG, verdict, 9.0, 10.0), parameter_verdict=(verdict, "converged"))
-    result = score.score(told, TRUTH)
+    reported = replace(with_verdicts(WRONG, verdict, 9.0, 10.0), parameter_verdict=(verdict, "converged"))
+    result = score.score(reported, TRUTH)
     assert (result.outcome, result.words) == ("said", (verdict.replace("_", " "),))
 
 
 def test_one_trusted_wrong_parameter_is_enough():
     # GIVEN two wrong parameters of which one is called inconsistent, with its bit THEN the other one makes it weak
-    told = replace(WRONG, value=np.array([103.0, 20.0]), parameter_verdict=("inconsistent", "converged"))
-    assert outcome(with_bit(told, "inconsistent", 9.5)) == "weak"
+    reported = replace(WRONG, value=np.array([103.0, 20.0]), parameter_verdict=("inconsistent", "converged"))
+    assert outcome(with_bit(reported, "inconsistent", 9.5)) == "weak"
 
 
 def test_no_number_is_wrong():
@@ -117,9 +117,9 @@ def test_more_than_half_of_the_samples_refused_is_a_refusal():
     # GIVEN a run of which 60 samples of 100 are refused, or all of the last 2 s of 3
     for kept in (T_S < 4.0, T_S < 8.0):
         bits = {name: is_set[kept] for name, is_set in WRONG.bits.items()}
-        told = replace(WRONG, t_s=T_S[kept], verdict=int(kept.sum()) * ["converged"], bits=bits)
+        reported = replace(WRONG, t_s=T_S[kept], verdict=int(kept.sum()) * ["converged"], bits=bits)
         # THEN there is no answer, whatever the numbers are
-        assert outcome(told) == "refused"
+        assert outcome(reported) == "refused"
     # AND a log that is refused as a whole has its reason for a word
     assert score.refusal("no such clock").outcome == "refused"
     assert score.refusal("no such clock").words == ("no such clock",)
@@ -132,8 +132,8 @@ def test_a_load_change_that_was_none_is_a_false_alarm():
 
 
 def test_inconsistent_numbers_that_are_right_are_a_false_alarm_at_any_time():
-    told = with_verdicts(RIGHT, "inconsistent", 2.0, 2.3)
-    result = score.score(told, TRUTH)
+    reported = with_verdicts(RIGHT, "inconsistent", 2.0, 2.3)
+    result = score.score(reported, TRUTH)
     assert (result.outcome, result.is_called_inconsistent) == ("false_alarm", True)
 
 
@@ -141,8 +141,8 @@ def test_reports_of_a_true_change_are_no_false_alarm():
     # GIVEN a load that changes at 4 s WHEN change and inconsistency are reported until ALARM_DUE_S later THEN that is right
     truth = replace(TRUTH, changes_s=((4.0, 4.0),))
     assert pytest.approx(0.5) == ALARM_DUE_S
-    told = with_verdicts(with_bit(RIGHT, "load changed", 4.0), "inconsistent", 4.0, 4.4)
-    assert outcome(told, truth) == "right"
+    reported = with_verdicts(with_bit(RIGHT, "load changed", 4.0), "inconsistent", 4.0, 4.4)
+    assert outcome(reported, truth) == "right"
     # AND before the change, or later, it is a false alarm
     assert outcome(with_bit(RIGHT, "load changed", 3.9), truth) == "false_alarm"
     assert outcome(with_bit(RIGHT, "load changed", 4.6), truth) == "false_alarm"
@@ -165,8 +165,8 @@ def test_scales_are_those_of_the_supervisor():
 
 def test_named_causes_are_words_of_the_time_at_which_they_stood():
     # GIVEN a cause that was named early, and another that stands at the end
-    told = replace(RIGHT, causes=((2.0, "leg 3: velocity stuck"), (9.9, "clock"), (9.95, "clock")))
-    result = score.score(told, TRUTH)
-    # THEN each is told once, in its place, and a cause alone does not make a run wrong
+    reported = replace(RIGHT, causes=((2.0, "leg 3: velocity stuck"), (9.9, "clock"), (9.95, "clock")))
+    result = score.score(reported, TRUTH)
+    # THEN each is reported once, in its place, and a cause alone does not make a run wrong
     assert (result.words, result.words_before) == (("clock",), ("leg 3: velocity stuck",))
     assert result.outcome == "right"

@@ -119,7 +119,7 @@ def test_legs_renumbered_or_mirrored_on_a_symmetric_machine_are_another_load_to_
     # GIVEN all channels of legs 1, 2 at legs 3, 4 and so on, or counted the other way round
     log, platform = recorded("multisine_eccentric", 4000), hexload_native.load_platform(DATA / "unknown_load.toml")
     machine = machine_of(platform)
-    assert order in wiring.untold(machine.geometry)
+    assert order in wiring.indistinguishable(machine.geometry)
     counted = [part[:, list(order)] for part in (log.displacement_m, log.velocity_m_s, log.force_n)]
     # WHEN both logs are replayed
     own, other = (

@@ -295,7 +295,7 @@ static void test_a_force_that_stays_away_does_not_wrap_the_time_held(void) {
 }
 
 static void test_what_a_rig_may_be_off_by_is_no_wrong_mass(void) {
-    // GIVEN legs whose friction grows by 2 % of their force, or whose gain is 2 % off WHEN the told mass is
+    // GIVEN legs whose friction grows by 2 % of their force, or whose gain is 2 % off WHEN the stated mass is
     // checked THEN 2 % of the weight more are allowed
     const double weight_n = (100.0 + 500.0) * 9.81;
     hexload_config_t config = paper_machine();

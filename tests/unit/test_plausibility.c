@@ -337,7 +337,7 @@ static void test_missing_samples_are_no_fault(void) {
     TEST_ASSERT_TRUE(hexload_health(&bench.estimator)->refused > 0);
 }
 
-static void test_a_told_mass_that_the_legs_do_not_carry_is_never_converged(void) {
+static void test_a_stated_mass_that_the_legs_do_not_carry_is_never_converged(void) {
     const double told_kg[] = {50.0, 200.0, 270.0, 291.0, 333.0, 400.0, 900.0};
     const motion_t motions[] = {paper_motion(0.01), at_rest(), slow()};
     for (size_t n = 0; n < sizeof told_kg / sizeof told_kg[0]; n++) {
@@ -388,7 +388,8 @@ static void forces_of_a_third_less(const bench_t* bench, hexload_leg_sample_t* s
 }
 
 static void test_a_load_that_is_exchanged_is_no_longer_the_told_one(void) {
-    // GIVEN a told mass that is true WHEN a third of all forces is gone THEN it is contradicted within 0.3 s
+    // GIVEN a stated mass that is true WHEN a third of all forces is gone THEN it is contradicted within 0.3
+    // s
     bench_t bench;
     begin(&bench, paper_machine(), HEXLOAD_KIND_PAPER, slow());
     check_silent(&bench, 3);
@@ -396,7 +397,7 @@ static void test_a_load_that_is_exchanged_is_no_longer_the_told_one(void) {
     run(&bench, 300);
     TEST_ASSERT_EQUAL_INT(HEXLOAD_INPUT_KNOWN_MASS, fault_of(&bench).cause);
     TEST_ASSERT_TRUE(fault_of(&bench).excess_n < HEXLOAD_REAL(0.0));
-    // AND WHEN the load is the told one again THEN it is believed after a few of the two seconds
+    // AND WHEN the load is the stated one again THEN it is believed after a few of the two seconds
     bench.change = NULL;
     run(&bench, 8 * SECOND);
     TEST_ASSERT_EQUAL_INT(HEXLOAD_INPUT_PLAUSIBLE, fault_of(&bench).cause);
@@ -427,7 +428,7 @@ static void test_samples_that_wait_for_late_channels_begin_a_block_anew(void) {
 
 static void test_without_gravity_no_mass_is_wrong(void) {
     // GIVEN a base where nothing has weight, and legs that push with 100 N each WHEN two seconds pass THEN
-    // nothing is said of the told mass: the push may be an acceleration's
+    // nothing is said of the stated mass: the push may be an acceleration's
     hexload_config_t config = paper_machine();
     config.gravity_m_s2 = HEXLOAD_REAL(0.0);
     bench_t bench;
@@ -456,7 +457,7 @@ int main(int argc, char** argv) {
     RUN_TEST(test_without_velocity_sensors_velocities_say_nothing);
     RUN_TEST(test_a_fault_stays_until_ten_windows_of_motion_show_none);
     RUN_TEST(test_missing_samples_are_no_fault);
-    RUN_TEST(test_a_told_mass_that_the_legs_do_not_carry_is_never_converged);
+    RUN_TEST(test_a_stated_mass_that_the_legs_do_not_carry_is_never_converged);
     RUN_TEST(test_force_sensors_within_their_tolerance_are_no_wrong_mass);
     RUN_TEST(test_a_load_that_is_exchanged_is_no_longer_the_told_one);
     RUN_TEST(test_every_cause_has_words_of_its_own);

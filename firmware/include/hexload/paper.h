@@ -21,7 +21,7 @@ typedef struct hexload_paper {
     hexload_noise_estimator_t noise_estimator; ///< measured sigmas of the sensors
     hexload_lost_channels_t lost;              ///< what the samples lack
     hexload_plausibility_t plausibility;       ///< whether channels contradict each other
-    hexload_known_mass_t known_mass;           ///< whether the legs carry the told mass
+    hexload_known_mass_t known_mass;           ///< whether the legs carry the stated mass
     hexload_paper_filter_t filter;             ///< rates and four parameters
     hexload_residual_test_t residual_test; ///< whether the filter's innovations are noise over half seconds
     hexload_paper_supervisor_t supervisor; ///< verdicts

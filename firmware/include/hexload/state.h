@@ -144,13 +144,13 @@ typedef struct hexload_plausibility {
     hexload_input_fault_t fault;  ///< what is reported
 } hexload_plausibility_t;
 
-/// The told mass of the load against what the legs carry; means of the last seconds.
+/// The stated mass of the load against what the legs carry; means of the last seconds.
 typedef struct hexload_known_mass {
-    hexload_real_t mass_kg;        ///< of platform and load, as told
+    hexload_real_t mass_kg;        ///< of platform and load, as stated
     hexload_real_t limit_n;        ///< what machine and sensors may be off by
     hexload_real_t lever_kg_m;     ///< mass_kg times the farthest place of the centre of mass
     hexload_real_t time_s;         ///< of the means so far
-    hexload_real_t excess_n;       ///< the legs' force upwards beyond that of platform and told load
+    hexload_real_t excess_n;       ///< the legs' force upwards beyond that of platform and stated load
     hexload_real_t turn_rad_s2[2]; ///< angular acceleration, base axes x and y
     hexload_real_t square_rad2_s2; ///< of the angular velocity
     hexload_real_t last_rate[4];   ///< v_z, omega of the last sample, base axes, m/s, rad/s

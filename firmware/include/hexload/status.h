@@ -72,7 +72,7 @@ typedef enum hexload_input_cause {
     HEXLOAD_INPUT_FORCES_LIGHT = 12,      ///< they carry less than the empty platform
     HEXLOAD_INPUT_FORCE_SIGN = 13,        ///< with the other sign of one force the legs balance the weight
     HEXLOAD_INPUT_FORCE_DEAD = 14,        ///< a force is next to none, and without it they do not
-    HEXLOAD_INPUT_KNOWN_MASS = 15,        ///< the legs do not carry what the told mass of the load weighs
+    HEXLOAD_INPUT_KNOWN_MASS = 15,        ///< the legs do not carry what the stated mass of the load weighs
     HEXLOAD_INPUT_CAUSES = 16             ///< how many there are
 } hexload_input_cause_t;
 
@@ -81,7 +81,7 @@ typedef enum hexload_input_cause {
 typedef struct hexload_input_fault {
     hexload_input_cause_t cause; ///< while the health bit is not set: plausible
     uint32_t leg;                ///< 0..5, of a swap one of the two; 6: all legs, or none in particular
-    hexload_real_t excess_n;     ///< KNOWN_MASS: carried beyond platform and told load; else 0
+    hexload_real_t excess_n;     ///< KNOWN_MASS: carried beyond platform and stated load; else 0
 } hexload_input_fault_t;
 
 /// Health of the last accepted tick and how often each bit was set since the start. Counters saturate.

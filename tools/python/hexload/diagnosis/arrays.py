@@ -18,7 +18,7 @@ def diagnose(t: ArrayLike, dl: ArrayLike, vl: ArrayLike | None, f: ArrayLike, pl
     platform    a platform file, its tables as a dict, or a Platform
 
     findings is empty where nothing is wrong that the log can tell. No estimator takes part, and no change of the load
-    counts as told. Raises InputError. 16 s at 1 kHz take half a second of a clean log and two to five of another.
+    counts as reported. Raises InputError. 16 s at 1 kHz take half a second of a clean log and two to five of another.
     Source: the first lines of hexload.diagnosis and of its modules.
     """
     native = Platform.of(platform).native()

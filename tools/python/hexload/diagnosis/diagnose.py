@@ -20,7 +20,7 @@ REWIRED = 0.2  # of the misfit, that another wiring leaves at most
 LIGHT = 0.9  # of the empty platform's mass: less is no load
 MINOR = ("sampling", " noise", " hum", " missing", " repeated")
 HOPELESS = ("samples frozen", "samples shuffled")  # no motion to compare forces with
-TOLD_S = 0.2  # between a change here and an estimator's
+REPORTED_S = 0.2  # between a change here and an estimator's
 
 
 @dataclass(frozen=True)
@@ -29,7 +29,7 @@ class Diagnosis:
     load_changes: tuple[Finding, ...]
     misfit: float  # mean square of what a free load leaves of the forces, in the sensors' noise; nan: not known
     left: float  # the same with the causes
-    untold: int  # numberings of the legs that this machine cannot tell from the right one
+    indistinguishable: int  # numberings of the legs that this machine cannot tell from the right one
 
     @property
     def cause(self) -> Finding | None:
@@ -42,26 +42,26 @@ class Diagnosis:
         return next((finding.sentence for finding in self.findings if finding.is_input), "")
 
 
-def diagnose(log: LegLog, machine: Machine, told_changes_s: Sequence[float] = ()) -> Diagnosis:
-    """`told_changes_s`: when an estimator has detected another load. A log that is too short has no findings."""
-    untold = len(wiring.untold(machine.geometry))
+def diagnose(log: LegLog, machine: Machine, reported_changes_s: Sequence[float] = ()) -> Diagnosis:
+    """`reported_changes_s`: when an estimator has detected another load. A log that is too short has no findings."""
+    indistinguishable = len(wiring.indistinguishable(machine.geometry))
     try:
         record = record_of(log)
     except ValueError:
-        return Diagnosis((), (), np.nan, np.nan, untold)
+        return Diagnosis((), (), np.nan, np.nan, indistinguishable)
     of_channels = list(channels.look_at(record, machine))
     stated, machine = machine, channels.with_own_noise(record, machine)
     minor = [each for each in of_channels if each.cause.endswith(MINOR) and not _is_much(each)]
     major = [each for each in of_channels if each not in minor]
     if any(each.is_input or each.cause in HOPELESS for each in major):
-        return Diagnosis((*major, *minor), (), np.nan, np.nan, untold)
+        return Diagnosis((*major, *minor), (), np.nan, np.nan, indistinguishable)
     of_sensors, record = _sensors(record, stated)
-    found = _forces(record, machine, told_changes_s)
+    found = _forces(record, machine, reported_changes_s)
     if record.velocity_m_s is not None:
         found = replace(found, findings=tuple(phrases.with_velocities(each) for each in found.findings))
     scaled = [each.cause.split()[0] for each in of_sensors if each.cause.endswith(" unit")]
     minor = [each for each in minor if each.cause.split()[0] not in scaled]
-    return replace(found, findings=(*major, *of_sensors, *found.findings, *minor), untold=untold)
+    return replace(found, findings=(*major, *of_sensors, *found.findings, *minor), indistinguishable=indistinguishable)
 
 
 def _is_much(finding: Finding) -> bool:
@@ -76,7 +76,7 @@ def _sensors(record: Record, machine: Machine) -> tuple[list[Finding], Record]:
     return checked.findings, checked.record
 
 
-def _forces(record: Record, machine: Machine, told_s: Sequence[float]) -> Diagnosis:
+def _forces(record: Record, machine: Machine, reported_s: Sequence[float]) -> Diagnosis:
     try:
         d = dynamics_of(record, machine)
     except TooShort:
@@ -94,7 +94,7 @@ def _forces(record: Record, machine: Machine, told_s: Sequence[float]) -> Diagno
     for part in parts:
         if (forces := _forces_rewired(part, machine)) is not None:
             return Diagnosis((_rewired(forces),), (), misfit, forces.left, 0)
-    found = explain(d, told_s)
+    found = explain(d, reported_s)
     if found.left > GROSS:
         for part in parts[1:]:
             if (legs := _legs_rewired(part, machine, found.left)) is not None:
@@ -102,7 +102,7 @@ def _forces(record: Record, machine: Machine, told_s: Sequence[float]) -> Diagno
     pairs = zip(found.selected, found.alternatives, strict=True)
     causes = [phrases.finding_of(*pair, machine.force_sigma_n) for pair in pairs]
     changes = [
-        phrases.change_in_words(change, any(abs(change.at_s - told) < TOLD_S for told in told_s))
+        phrases.change_in_words(change, any(abs(change.at_s - reported) < REPORTED_S for reported in reported_s))
         for change in found.changes
     ]
     return Diagnosis(tuple(causes), tuple(changes), found.misfit, found.left, 0)

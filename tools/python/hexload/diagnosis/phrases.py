@@ -44,13 +44,13 @@ def with_velocities(finding: Finding) -> Finding:
     return replace(finding, cause="force late", words=words, size=-finding.size)
 
 
-def change_in_words(change: Change, is_told: bool) -> Finding:
+def change_in_words(change: Change, is_reported: bool) -> Finding:
     mass = float(change.theta[0])
     words = f"another load from {change.at_s:.2f} s on, {abs(mass):.3g} kg {'more' if mass > 0 else 'less'}"
     return Finding(
         "load change",
-        words if is_told else f"{words}, which the estimator has not told",
-        "" if is_told else "replay what follows by itself",
+        words if is_reported else f"{words}, which the estimator has not reported",
+        "" if is_reported else "replay what follows by itself",
         size=mass,
         unit="kg",
         sigmas=float(np.sqrt(change.score)),

@@ -17,7 +17,7 @@ MOST_CAUSES = 4
 LATER_SHARE = 0.02  # of the first misfit, that a further cause explains at least
 EXPLAINED = 1.3  # misfit that needs none
 MOST_CHANGES = 5
-MOST_TOLD = 12  # changes by an estimator that are looked at; one that tells more has another trouble
+MOST_REPORTED = 12  # changes by an estimator that are looked at; one that tells more has another trouble
 ENOUGH = 40.0  # score of a cause
 EXCESS = 1.5  # of the residual over the sensors' noise, from which the dear families are tried
 CLEAR = 0.3  # of the sum of squares: a load change that leaves no more is one
@@ -43,13 +43,13 @@ class Explained:
     left: float  # the same with all of them
 
 
-def explain(d: Dynamics, told_changes_s: Sequence[float] = ()) -> Explained:
-    """`told_changes_s`: when an estimator has detected another load."""
+def explain(d: Dynamics, reported_changes_s: Sequence[float] = ()) -> Explained:
+    """`reported_changes_s`: when an estimator has detected another load."""
     at_s: list[float] = []
     scores: list[float] = []
     while True:
         bank = _bank(d, at_s)
-        best = _offered(bank, told_changes_s, at_s)
+        best = _offered(bank, reported_changes_s, at_s)
         is_change = best.family.cause == "load change" and best.left < ONE_OF_SOME * bank.left
         if best.score < ENOUGH or not is_change or len(at_s) == MOST_CHANGES:
             break
@@ -70,11 +70,11 @@ def _bank(d: Dynamics, at_s: Sequence[float]) -> Bank:
     return Bank(d.faded(fade_around(t_s, np.array(sorted(at_s)))) if at_s else d, segments)
 
 
-def _offered(bank: Bank, told_s: Sequence[float], at_s: Sequence[float]) -> Candidate:
+def _offered(bank: Bank, reported_s: Sequence[float], at_s: Sequence[float]) -> Candidate:
     d, theta = bank.dynamics, bank.theta()
     bank.offer(list(causes.quick(d, theta)))
     grid = np.arange(d.smooth.t_s[0] + 0.5, d.smooth.t_s[-1] - 0.5, causes.JUMP_GRID_S)
-    moments = np.concatenate([grid, list(told_s)[:MOST_TOLD]])
+    moments = np.concatenate([grid, list(reported_s)[:MOST_REPORTED]])
     free = [moment for moment in moments if all(abs(moment - other) > 0.1 for other in at_s)]
     bank.offer(list(causes.jumps(d, np.array(free))))
     best = bank.ranked()[0]

@@ -85,7 +85,7 @@ def misfit(record: Record, machine: Machine) -> float:
 
 def _slips(geometry: Geometry) -> Iterator[tuple[str, Order]]:
     """Not those that the machine cannot tell."""
-    blind = set(untold(geometry))
+    blind = set(indistinguishable(geometry))
     for one, other in itertools.combinations(range(LEGS), 2):
         order = list(SAME)
         order[one], order[other] = other, one
@@ -104,7 +104,7 @@ def _ordered(record: Record, order: Order, cause: str) -> Record:
     return moved if cause == "displacement swapped" else replace(moved, force_n=record.force_n[:, places])
 
 
-def untold(geometry: Geometry) -> list[Order]:
+def indistinguishable(geometry: Geometry) -> list[Order]:
     """Countings of the legs, from another leg or the other way round, that leave the machine congruent to itself."""
     lengths = _lengths(geometry, SAME)
     orders = [tuple((shift + step * leg) % LEGS for leg in range(LEGS)) for shift in range(LEGS) for step in (1, -1)]

@@ -23,7 +23,7 @@ LEGS = 6
 COLUMNS = ("t", "x", "y", "z", "roll", "pitch", "yaw")
 STEP_S = 0.02  # over which speeds are taken: displacements of 20 um leave 1.4 mm/s of noise
 LEAST = 0.7  # correlation of six speeds with their commands, below which the log shows another motion
-TOLD = 0.02  # of it, by which one order of the legs must be better than any other
+CLEARLY = 0.02  # of it, by which one order of the legs must be better than any other
 
 
 @dataclass(frozen=True)
@@ -38,7 +38,7 @@ class Followed:
 
     @property
     def is_told(self) -> bool:
-        return self.correlation >= LEAST and self.margin >= TOLD
+        return self.correlation >= LEAST and self.margin >= CLEARLY
 
     @property
     def is_as_commanded(self) -> bool:
@@ -54,7 +54,7 @@ class Followed:
         shown = f"correlation {self.correlation:.3f}, from {self.start_s:.2f} s on"
         if self.correlation < LEAST:
             return f"the log does not show the commanded motion ({shown})"
-        if self.margin < TOLD:
+        if self.margin < CLEARLY:
             return f"the commanded motion moves legs too much alike to tell them apart ({shown}): raise one leg alone"
         if self.is_as_commanded:
             return f"each displacement follows the command of its own leg ({shown})"

@@ -22,7 +22,7 @@ OUTCOME_WORDS = {
     "said": "said",
     "weak": "weak",
     "silent": "silent",
-    "untold": "no log can show it",
+    "indistinguishable": "no log can show it",
     "refused": "refused",
     "false_alarm": "false alarm",
 }
@@ -31,11 +31,11 @@ COLOURS = {  # Okabe and Ito's
     "said": "#56b4e9",
     "weak": "#e69f00",
     "silent": "#d55e00",
-    "untold": "#999999",
+    "indistinguishable": "#999999",
     "refused": "#6b7280",
     "false_alarm": "#cc79a7",
 }
-HEADINGS = ("runs", "right", "said", "weak", "silent", "untold", "refused", "false", "false changes")
+HEADINGS = ("runs", "right", "said", "weak", "silent", "indistinguishable", "refused", "false", "false changes")
 
 
 def counts(tally: Tally) -> list[int]:
@@ -44,9 +44,9 @@ def counts(tally: Tally) -> list[int]:
 
 
 def named_of(tally: Tally) -> str:
-    """Runs whose first cause is the true one, of those in which it can be told; of clean runs those with any cause."""
-    told = sum(tally.named.get(outcome, 0) for outcome in (naming.RIGHT, naming.OTHER, naming.NOTHING))
-    return f"{tally.named.get(naming.RIGHT, 0)} of {told}" if told else ("" if not tally.named else "–")
+    """Runs whose first cause is the true one, of those in which it can be distinguished; of clean runs those with any cause."""
+    reported = sum(tally.named.get(outcome, 0) for outcome in (naming.RIGHT, naming.OTHER, naming.NOTHING))
+    return f"{tally.named.get(naming.RIGHT, 0)} of {reported}" if reported else ("" if not tally.named else "–")
 
 
 def sentence_of(tally: Tally) -> str:

@@ -12,7 +12,7 @@ from hexload.faults.kinds import KINDS
 from hexload.faults.recording import CHANNELS, Recording, channels_of
 from hexload.platform import Platform
 
-RIGHT, OTHER, NOTHING, UNTOLD, REFUSED = "right", "other", "nothing", "cannot be told", "refused"
+RIGHT, OTHER, NOTHING, INDISTINGUISHABLE, REFUSED = "right", "other", "nothing", "cannot be distinguished", "refused"
 
 # Kinds whose causes have other names than their own; of channels with the channel's name before.
 _OF_CHANNEL = {
@@ -71,7 +71,7 @@ _REFUSED = ("doubled", "shuffled", "velocity_nan")  # by the reader, with the li
 class Named:
     cause: str  # the first; empty: none
     sentence: str
-    outcome: str  # RIGHT, OTHER, NOTHING, UNTOLD, REFUSED
+    outcome: str  # RIGHT, OTHER, NOTHING, INDISTINGUISHABLE, REFUSED
 
 
 def causes_of(kind: str) -> tuple[str, ...]:
@@ -93,16 +93,16 @@ def name_cause(faulty: Recording, base: Recording, kind: str) -> Named:
     except InputError as refused:
         return Named("", str(refused), REFUSED)
     diagnosis = diagnose(log, machine, [load.at_s for load in base.loads[1:]])
-    told = [each for each in diagnosis.load_changes if "has not told" in each.words]
-    found = [*diagnosis.findings, *told]
+    reported = [each for each in diagnosis.load_changes if "has not reported" in each.words]
+    found = [*diagnosis.findings, *reported]
     if not found:
-        return Named("", "", UNTOLD if _is_untold(kind, diagnosis.untold) else NOTHING)
+        return Named("", "", INDISTINGUISHABLE if _is_indistinguishable(kind, diagnosis.indistinguishable) else NOTHING)
     first = found[0]
     is_right = first.cause in expected and _has_leg(first.legs, faulty, base)
     return Named(first.cause, first.sentence, RIGHT if is_right else OTHER)
 
 
-def _is_untold(kind: str, numberings: int) -> bool:
+def _is_indistinguishable(kind: str, numberings: int) -> bool:
     return kind == "none" or not causes_of(kind) or (kind in ("renumbered", "mirrored") and numberings > 0)
 
 

@@ -21,7 +21,7 @@ from hexload.estimation import commission, firmware_run, rig_file, rig_model, ri
 from hexload.faults import kinds, load_faults, machine_faults, naming, recording, score, sensor_faults, timing_faults
 from hexload.faults.kinds import KINDS, NONE
 from hexload.faults.recording import Recording
-from hexload.faults.score import Score, Told, Truth
+from hexload.faults.score import Reported, Score, Truth
 from hexload.io.atomic_file import replaced_when_done
 from hexload.io.log_file import COLUMNS, read_log
 from hexload.io.toml_document import Table, to_toml
@@ -30,7 +30,7 @@ from hexload.theory import bound
 
 CLASS_OF = {"multisine": "multisine", "paper": "paper", "work": "work", "pick_up": "multisine_pick_up"}
 MOTIONS = tuple(CLASS_OF)
-FRICTION_SPEED_M_S = 5e-3  # what the filter with friction is told
+FRICTION_SPEED_M_S = 5e-3  # what the filter with friction is given
 
 
 @dataclass(frozen=True)
@@ -94,14 +94,14 @@ def score_of(faulty: Recording, estimator: str, rig: Callable[[], Path] | None =
         answer = firmware_run.run_firmware(native, machine, log, Path(os.devnull))
     except (InputError, ValueError) as refused:
         return score.refusal(str(refused))
-    return score.score(told_by(answer, log.t_s), truth_of(faulty, estimator), twin_of(faulty, estimator))
+    return score.score(reported_by(answer, log.t_s), truth_of(faulty, estimator), twin_of(faulty, estimator))
 
 
-def told_by(answer: dict, sample_t_s: np.ndarray) -> Told:
+def reported_by(answer: dict, sample_t_s: np.ndarray) -> Reported:
     """Of what hexload_native.replay returns."""
     count = len(answer["parameter_verdict"])
     health = answer["health"].astype(np.int64)
-    return Told(
+    return Reported(
         names=tuple(answer["names"][:count]),
         value=answer["value"][-1, :count],
         sigma=answer["sigma"][-1, :count],
@@ -131,9 +131,9 @@ def truth_of(faulty: Recording, estimator: str) -> Truth:
 
 
 def twin_of(faulty: Recording, estimator: str) -> Truth | None:
-    """Of the load whose log this is as well: legs counted so that the machine, as it is told, is congruent to itself."""
+    """Of the load whose log this is as well: legs counted so that the machine, as it is stated, is congruent to itself."""
     geometry = naming.machine_of(Platform.of(faulty.platform).native()).geometry
-    if faulty.order not in wiring.untold(geometry):
+    if faulty.order not in wiring.indistinguishable(geometry):
         return None
     turned = wiring.turned_body(wiring.turned(geometry, faulty.order), faulty.theta + faulty.own_theta)
     load = replace(faulty.loads[-1], theta=turned - faulty.own_theta)
@@ -141,16 +141,16 @@ def twin_of(faulty: Recording, estimator: str) -> Truth | None:
 
 
 def clean_recording(motion: str, seed: int, duration_s: float, estimator: str, logs: str) -> Recording:
-    """With the platform as the estimator is told of it: no tolerances, so that the default ones count. The paper's filter
+    """With the platform as it is stated to the estimator: no tolerances, so that the default ones count. The paper's filter
     has the paper's kind of load."""
     base = _kept_recording(motion, seed, duration_s, estimator == "paper", logs)
     more: Table = {"estimator": {"friction_speed_m_s": FRICTION_SPEED_M_S}}
     if estimator == "paper":
         more = {"load": {"known_mass_kg": float(base.theta[0])}}
-    return replace(base, platform=_told(base, more))
+    return replace(base, platform=_stated(base, more))
 
 
-def _told(base: Recording, more: Table) -> Table:
+def _stated(base: Recording, more: Table) -> Table:
     return {name: table for name, table in base.platform.items() if name != "tolerances"} | more
 
 
@@ -170,7 +170,7 @@ def _empty_recording(seed: int, logs: str) -> Recording:
     scenario = cases.empty_run(np.random.default_rng(seed), setup.scenario, cases.COMMISSIONING_S)
     path = Path(logs) / f"empty-{seed}-{code_version()}.npz"
     base = _simulated(replace(setup, scenario=scenario), path)
-    return replace(base, platform=_told(base, {}))
+    return replace(base, platform=_stated(base, {}))
 
 
 def _simulated(setup: cases.Setup, path: Path) -> Recording:

@@ -39,7 +39,7 @@ class Recording:
     loads: tuple[LoadStep, ...]  # true
     own_theta: Array  # (10,), the empty platform's, true
     gravity_m_s2: Array  # (3,), true, base axes
-    platform: Table  # what the estimator is told of the machine
+    platform: Table  # what is stated to the estimator of the machine
     changes_s: tuple[tuple[float, float], ...]  # from when to when the load changes
     order: tuple[int, ...] = tuple(range(LEGS))  # whose channels the log has at legs 1 to 6, from 0
 

@@ -7,7 +7,7 @@ sigma). What is said counts when it is said in the last 3 s. Outcomes, the first
 
     refused      the log is refused as a whole, or more than half of the run's samples, or of those of the last 3 s, are
     silent       a parameter is wrong, its own verdict is `converged`, and no health bit, event or refusal in the last 3 s
-    untold       as silent or weak, but nothing in the log can show it: with the same machine it is to the last digit the log
+    indistinguishable       as silent or weak, but nothing in the log can show it: with the same machine it is to the last digit the log
                  of another motion and another load, and for that load no parameter is wrong
     weak         a parameter is wrong, its own verdict is `converged`, but a bit, event or refusal is there
     said         parameters are wrong, and none of them has the verdict `converged`
@@ -28,7 +28,7 @@ from hexload.campaign.statistics import ALARM_DUE_S
 
 Array = NDArray[np.float64]
 
-OUTCOMES = ("right", "said", "weak", "silent", "untold", "refused", "false_alarm")
+OUTCOMES = ("right", "said", "weak", "silent", "indistinguishable", "refused", "false_alarm")
 WRONG_SIGMAS = 5.0
 WRONG_SHARE = 0.02
 LAST_S = 3.0
@@ -45,8 +45,8 @@ class Truth:
 
 
 @dataclass(frozen=True)
-class Told:
-    """All that a user is told in a run; k answers of `samples` samples."""
+class Reported:
+    """All that is reported to a user in a run; k answers of `samples` samples."""
 
     names: tuple[str, ...]  # of the n parameters that have a verdict
     value: Array  # (n,) at the end
@@ -80,29 +80,29 @@ class Score:
     is_called_inconsistent: bool  # where no change of the load explains it
 
 
-def score(told: Told, truth: Truth, twin: Truth | None = None) -> Score:
+def score(reported: Reported, truth: Truth, twin: Truth | None = None) -> Score:
     """The outcome of a run that was not refused as a whole; see the rules above. `twin`: of the other load whose log it is."""
-    end_s = float(told.sample_t_s[-1])
-    is_late = told.t_s >= end_s - LAST_S
-    late_refused = _refused_share(told, told.sample_t_s >= end_s - LAST_S, is_late)
-    run_refused = _refused_share(told, np.ones(len(told.sample_t_s), bool), np.ones(len(told.t_s), bool))
-    wrong, largest = _wrong(told, truth)
-    bits_late = _names_set(told.bits, is_late) + ((REFUSED_SAMPLES,) if late_refused > 0.0 else ())
-    words = bits_late + _last_verdict(told, bits_late) + _causes(told, end_s - LAST_S, np.inf)
-    false_changes = _false_changes(told, truth)
-    is_inconsistent = _is_called_inconsistent(told, truth)
+    end_s = float(reported.sample_t_s[-1])
+    is_late = reported.t_s >= end_s - LAST_S
+    late_refused = _refused_share(reported, reported.sample_t_s >= end_s - LAST_S, is_late)
+    run_refused = _refused_share(reported, np.ones(len(reported.sample_t_s), bool), np.ones(len(reported.t_s), bool))
+    wrong, largest = _wrong(reported, truth)
+    bits_late = _names_set(reported.bits, is_late) + ((REFUSED_SAMPLES,) if late_refused > 0.0 else ())
+    words = bits_late + _last_verdict(reported, bits_late) + _causes(reported, end_s - LAST_S, np.inf)
+    false_changes = _false_changes(reported, truth)
+    is_inconsistent = _is_called_inconsistent(reported, truth)
     is_trusted = any(parameter.verdict == CONVERGED for parameter in wrong)
     if max(run_refused, late_refused) > MOST:
         outcome = "refused"
-    elif is_trusted and twin is not None and not _wrong(told, twin)[0]:
-        outcome = "untold"
+    elif is_trusted and twin is not None and not _wrong(reported, twin)[0]:
+        outcome = "indistinguishable"
     elif is_trusted:
         outcome = "weak" if bits_late else "silent"
     elif wrong:
         outcome = "said"
     else:
         outcome = "false_alarm" if false_changes or is_inconsistent else "right"
-    before = _names_set(told.bits, ~is_late) + _causes(told, -np.inf, end_s - LAST_S)
+    before = _names_set(reported.bits, ~is_late) + _causes(reported, -np.inf, end_s - LAST_S)
     before = tuple(word for word in before if word not in words)
     return Score(outcome, words, before, wrong, largest, false_changes, is_inconsistent)
 
@@ -122,20 +122,20 @@ def load_scale(theta: Array, platform_theta: Array) -> Array:
     )
 
 
-def _wrong(told: Told, truth: Truth) -> tuple[tuple[WrongParameter, ...], float]:
-    error = np.abs(told.value - truth.value)
+def _wrong(reported: Reported, truth: Truth) -> tuple[tuple[WrongParameter, ...], float]:
+    error = np.abs(reported.value - truth.value)
     with np.errstate(divide="ignore", invalid="ignore"):
-        sigmas = np.where(error == 0.0, 0.0, error / told.sigma)
+        sigmas = np.where(error == 0.0, 0.0, error / reported.sigma)
     share = error / truth.scale
     is_wrong = ~((sigmas <= WRONG_SIGMAS) | (share <= WRONG_SHARE))  # not a number is wrong too
     wrong = tuple(
-        WrongParameter(told.names[k], float(sigmas[k]), 100.0 * float(share[k]), told.parameter_verdict[k])
+        WrongParameter(reported.names[k], float(sigmas[k]), 100.0 * float(share[k]), reported.parameter_verdict[k])
         for k in np.flatnonzero(is_wrong)
     )
     return wrong, float(sigmas.max())
 
 
-def _refused_share(told: Told, samples: NDArray[np.bool_], answers: NDArray[np.bool_]) -> float:
+def _refused_share(reported: Reported, samples: NDArray[np.bool_], answers: NDArray[np.bool_]) -> float:
     given = int(samples.sum())
     return 0.0 if given == 0 else 1.0 - int(answers.sum()) / given
 
@@ -144,12 +144,12 @@ def _names_set(bits: Mapping[str, Array], ticks: NDArray[np.bool_]) -> tuple[str
     return tuple(name for name, is_set in bits.items() if is_set[ticks].any())
 
 
-def _causes(told: Told, from_s: float, to_s: float) -> tuple[str, ...]:
-    return tuple(dict.fromkeys(words for t_s, words in told.causes if from_s <= t_s < to_s))
+def _causes(reported: Reported, from_s: float, to_s: float) -> tuple[str, ...]:
+    return tuple(dict.fromkeys(words for t_s, words in reported.causes if from_s <= t_s < to_s))
 
 
-def _last_verdict(told: Told, said: tuple[str, ...]) -> tuple[str, ...]:
-    words = [verdict.replace("_", " ") for verdict in told.verdict[-1:]]
+def _last_verdict(reported: Reported, said: tuple[str, ...]) -> tuple[str, ...]:
+    words = [verdict.replace("_", " ") for verdict in reported.verdict[-1:]]
     return tuple(word for word in words if word != CONVERGED and word not in said)
 
 
@@ -160,11 +160,11 @@ def _is_due(t_s: Array, truth: Truth) -> NDArray[np.bool_]:
     return due
 
 
-def _false_changes(told: Told, truth: Truth) -> tuple[float, ...]:
-    alarms_s = told.t_s[told.bits[CHANGED]]
+def _false_changes(reported: Reported, truth: Truth) -> tuple[float, ...]:
+    alarms_s = reported.t_s[reported.bits[CHANGED]]
     return tuple(float(t_s) for t_s in alarms_s[~_is_due(alarms_s, truth)])
 
 
-def _is_called_inconsistent(told: Told, truth: Truth) -> bool:
-    is_called = np.array([verdict == INCONSISTENT for verdict in told.verdict], bool)
-    return bool((is_called & ~_is_due(told.t_s, truth)).any())
+def _is_called_inconsistent(reported: Reported, truth: Truth) -> bool:
+    is_called = np.array([verdict == INCONSISTENT for verdict in reported.verdict], bool)
+    return bool((is_called & ~_is_due(reported.t_s, truth)).any())
