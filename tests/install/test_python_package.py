@@ -62,11 +62,11 @@ def test_nothing_but_numpy_comes_with_it(environment):
 
 
 def test_the_wheel_has_no_more_than_the_package_inside(environment):
-    # GIVEN the environment WHEN the files of the package are listed THEN all are Python's, its module, pages and the DBC
+    # GIVEN the environment WHEN the files of the package are listed THEN all are Python's, its module, pages with their scripts and the DBC
     listed = run(environment, "-m", "pip", "show", "--files", "hexload").stdout.partition("Files:\n")[2]
     files = [Path(line.strip()) for line in listed.splitlines()]
     package = [path for path in files if path.parts[0] == "hexload"]
-    assert {path.suffix for path in package} == {".py", ".so", ".jinja", ".dbc", ".typed"}
+    assert {path.suffix for path in package} == {".py", ".so", ".jinja", ".js", ".dbc", ".typed"}
     assert not [path for path in files if path.parts[0] in ("hexload_dev", "include", "lib")]
 
 

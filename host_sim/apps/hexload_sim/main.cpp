@@ -184,8 +184,9 @@ void print_known_mass(const sim::Scenario& scenario, const platform::PlatformFil
 }
 
 // What to do about a verdict that the machine itself causes, or its sensors.
+// The paper's filter cannot tell them from a load that is not its own; `hexload sim` has the words for both.
 void print_mend(const std::vector<sim::HealthCount>& health, const sim::EstimatorLink& link,
-                std::string_view verdict) {
+                std::string_view verdict, platform::EstimatorKind kind) {
     if (const std::string fault = link.input_fault(); !fault.empty()) {
         fmt::print("  input: {}\n", fault);
         return;
@@ -193,7 +194,8 @@ void print_mend(const std::vector<sim::HealthCount>& health, const sim::Estimato
     const auto is_misfit = [](const sim::HealthCount& count) {
         return count.name == hexload_health_name(HEXLOAD_HEALTH_MODEL_MISFIT) && count.ticks > 0;
     };
-    if (verdict != hexload_verdict_name(HEXLOAD_VERDICT_CONVERGED) &&
+    if (kind != platform::EstimatorKind::paper &&
+        verdict != hexload_verdict_name(HEXLOAD_VERDICT_CONVERGED) &&
         std::ranges::any_of(health, is_misfit)) {
         fmt::print(
             "  the machine does not fit its platform file: a base that is not level, friction, legs with "
@@ -226,7 +228,7 @@ void print_summary(const sim::Scenario& scenario, const platform::PlatformFile& 
     }
     if (last) {
         fmt::print("  verdict: {}\n", last->verdict);
-        print_mend(result.health, link, last->verdict);
+        print_mend(result.health, link, last->verdict, platform.estimator.kind);
     }
     if (!result.load_changes_s.empty()) {
         fmt::print("  another load detected at {:.3f} s\n", fmt::join(result.load_changes_s, " s, "));

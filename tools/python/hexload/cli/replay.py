@@ -25,6 +25,7 @@ def mend_of(result: dict) -> str:
         result["has_rig"],
         result["input_words"],
         cause and cause.sentence,
+        "dz" in result["names"],
     )
     return mend or inconsistent_in_words(result)
 

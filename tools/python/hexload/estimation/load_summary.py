@@ -138,11 +138,14 @@ def mend_in_words(
     has_rig: bool = False,
     input_words: str = "",
     cause: str | None = None,
+    is_of_paper: bool = False,
 ) -> str:
     """What to do about a verdict that the machine itself causes, or its sensors (`input_words`); nothing when they do not.
     `cause`: what the diagnosis of the log says."""
     if input_words or cause:
         return input_words or cause
+    if is_of_paper and verdict in ("misfit", "inconsistent"):
+        return inconsistent_words(is_of_paper)
     if verdict == "converged" or not ticks_of.get("model misfit"):
         return ""
     if has_rig:
@@ -157,11 +160,13 @@ def mend_in_words(
 
 
 def inconsistent_words(is_of_paper: bool) -> str:
-    """What may help against `inconsistent` where neither input nor machine is known to be to blame."""
+    """What may help against `inconsistent` where neither input nor machine is known to be to blame; of the paper's filter
+    also against `misfit`, which it cannot tell from a machine that is not its model."""
     if is_of_paper:
         return (
-            "the load is no body of the known mass on the z axis, which the estimator paper takes it for: run it again with "
-            "--estimator momentum; or check known_mass_kg"
+            "the load may be no body of the known mass on the z axis, which the estimator paper takes it for: run it again "
+            "with --estimator momentum, or check known_mass_kg; a machine that does not fit its platform file does it too: "
+            "see hexload commission"
         )
     return (
         "the estimate contradicts log and platform file: check masses and hinges of the platform file, the unit of the "

@@ -128,6 +128,7 @@ def _estimate(result: dict, known_mass_kg: float | None, run: Run | None) -> Loa
             result.get("has_rig", False),
             result.get("input_words", result["input_fault"]),
             cause,
+            is_of_paper,
         )
         or inconsistent_in_words(result),
         diagnosis=diagnosis,

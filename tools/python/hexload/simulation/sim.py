@@ -119,10 +119,12 @@ def _no_load_of_the_paper(loads: list[dict], known_kg: float) -> str:
 
 
 def mend_in_words(directory: Path) -> str:
-    """What to do about a run that ends inconsistent; empty: nothing, or the simulator has said it."""
+    """What to do about a run that ends inconsistent, or with the paper's filter as a misfit; empty: nothing, or the simulator
+    has said it."""
     run = read_run(directory)
     has_said = run.meta["health_ticks"].get("model misfit") and not run.is_of_paper
-    if run.verdict != "inconsistent" or has_said or run.meta.get("input_faults"):
+    is_good = run.verdict not in (("misfit", "inconsistent") if run.is_of_paper else ("inconsistent",))
+    if is_good or has_said or run.meta.get("input_faults"):
         return ""
     return inconsistent_words(run.is_of_paper)
 
