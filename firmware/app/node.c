@@ -215,7 +215,9 @@ static hexload_bus_status_t take_sample_frame(hexload_node_t* self, const hexloa
 static hexload_bus_status_t hear_controller(hexload_node_t* self, const hexload_bus_frame_t* frame) {
     const hexload_bus_status_t status = hexload_bus_check_controller(frame);
     if (status == HEXLOAD_BUS_OK && note_event(self, &self->strangers) >= (uint32_t)HEXLOAD_NODE_STRANGERS) {
-        self->heard_controller = self->heard_controller || self->age_ms < HEXLOAD_NODE_LISTEN_MS;
+        if (self->age_ms < HEXLOAD_NODE_LISTEN_MS) {
+            self->heard_controller = true;
+        }
         hexload_app_set_fault(&self->app, HEXLOAD_FAULT_SECOND_CONTROLLER);
     }
     return status;

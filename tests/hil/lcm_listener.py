@@ -117,6 +117,7 @@ class Controller(Listener):
         command = self.messages["command_t"][self._acknowledged]
         reply = project.message_type("acknowledge_t")()
         reply.kind, reply.id, reply.done = command.kind, command.id, True
+        reply.source, reply.session = command.source, command.session
         reply.result, reply.state, reply.fault = "done", "armed", "no fault"
         self._publish("ACKNOWLEDGE", reply, self._acknowledged)
         self._acknowledged += 1

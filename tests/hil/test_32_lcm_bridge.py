@@ -207,12 +207,13 @@ def test_frames_that_are_wrong_or_foreign_are_counted_by_kind(start, bridge, url
     listener = Listener(url)
     teller = start(bridge, "--bus", bus, "--lcm", url)
     teller.wait_for("ready on")
+    classic, _ = project.native_module().bus.encode_sample("classic", 0, *3 * [6 * [0.0]])
     frames = {
         "refused_length": can.Message(arbitration_id=128, is_extended_id=False, is_fd=True, data=bytes(32)),
         "refused_checksum": can.Message(
             arbitration_id=128, is_extended_id=False, is_fd=True, bitrate_switch=True, data=bytes(64)
         ),
-        "refused_profile": can.Message(arbitration_id=129, is_extended_id=False, data=bytes(8)),
+        "refused_profile": can.Message(arbitration_id=classic[0][0], is_extended_id=False, data=classic[0][2]),
         "foreign": can.Message(arbitration_id=0x7FF, is_extended_id=False, data=b"\x01"),
     }
     # WHEN frames come that are not as the contract says

@@ -312,17 +312,46 @@ static void test_a_command_that_comes_twice_is_carried_out_once(void) {
     TEST_ASSERT_EQUAL_UINT32(3, node.status.frames_refused);
 }
 
+static void test_a_counter_that_comes_again_with_any_other_content_has_another_source(void) {
+    for (int field = 0; field < 3; field++) {
+        // GIVEN a command of a run that has been carried out
+        hexload_bus_command_t order = {.kind = HEXLOAD_COMMAND_START, .session = 7, .sequence = 3};
+        begin_active(HEXLOAD_BUS_FD);
+        give_command(&order);
+        order.kind = HEXLOAD_COMMAND_SET_KNOWN_MASS;
+        order.argument = 500.0f;
+        order.sequence = 4;
+        give_command(&order);
+        const int acknowledged = machine.count;
+        // WHEN its counter comes again, as it was or with another kind or argument
+        order.kind = field == 1 ? HEXLOAD_COMMAND_SELECT_FILTER : order.kind;
+        order.argument = field == 1 ? 1.0f : (field == 2 ? 501.0f : order.argument);
+        give_command(&order);
+        // THEN it is not carried out, and what is no echo is a second source
+        TEST_ASSERT_EQUAL_INT(acknowledged, machine.count);
+        TEST_ASSERT_EQUAL_INT(field == 0 ? HEXLOAD_FAULT_NONE : HEXLOAD_FAULT_SECOND_SOURCE, node.app.fault);
+    }
+    // AND a START with the last one's counter and another configuration is no echo either
+    hexload_bus_command_t start = {.kind = HEXLOAD_COMMAND_START, .session = 7, .sequence = 3};
+    begin_active(HEXLOAD_BUS_FD);
+    give_command(&start);
+    start.configuration = 1u;
+    give_command(&start);
+    TEST_ASSERT_EQUAL_INT(1, machine.count);
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_FAULT_SECOND_SOURCE, node.app.fault);
+}
+
 static void test_a_source_with_another_configuration_cannot_start(void) {
     begin_active(HEXLOAD_BUS_CLASSIC);
     const uint32_t own = read_status().configuration;
     for (uint32_t n = 0; n < 4; n++) {
         // GIVEN sources that work with the low bits of another configuration, the same, the same but for what
         // the bus does not tell, and with one that they do not tell
-        const uint32_t told[4] = {own ^ 1u, own, own ^ 0xFF000000u, 0};
+        const uint32_t stated[4] = {own ^ 1u, own, own ^ 0xFF000000u, 0};
         const hexload_bus_command_t start = {.kind = HEXLOAD_COMMAND_START,
                                              .session = 7,
                                              .sequence = (uint8_t)(n + 1),
-                                             .configuration = told[n]};
+                                             .configuration = stated[n]};
         // WHEN they start the controller THEN only the first is refused
         command(HEXLOAD_COMMAND_RESET, 0.0f);
         machine.count = 0;
@@ -331,7 +360,7 @@ static void test_a_source_with_another_configuration_cannot_start(void) {
                                 last_acknowledge().result);
         TEST_ASSERT_EQUAL_INT(n == 0 ? HEXLOAD_APP_IDLE : HEXLOAD_APP_ARMED, node.app.state);
     }
-    // AND a mass that was told makes it another one, until RESET
+    // AND a mass that was stated makes it another one, until RESET
     const hexload_bus_command_t start = {
         .kind = HEXLOAD_COMMAND_START, .session = 7, .sequence = 5, .configuration = own};
     command(HEXLOAD_COMMAND_RESET, 0.0f);
@@ -1030,6 +1059,7 @@ int main(void) {
     RUN_TEST(test_a_command_is_acknowledged_with_state_and_profile);
     RUN_TEST(test_a_damaged_command_is_counted_and_neither_carried_out_nor_acknowledged);
     RUN_TEST(test_a_command_that_comes_twice_is_carried_out_once);
+    RUN_TEST(test_a_counter_that_comes_again_with_any_other_content_has_another_source);
     RUN_TEST(test_a_source_with_another_configuration_cannot_start);
     RUN_TEST(test_each_fd_sample_is_answered_at_once);
     RUN_TEST(test_classic_samples_are_answered_with_one_page_at_every_second_tick);
