@@ -25,6 +25,18 @@ enum {
 static const body_t eccentric = {312.0, {-0.09, 0.13, 0.27}, {17.0, 21.0, 12.0, 2.0, -1.0, 1.5}};
 static const body_t heavier = {431.0, {0.02, 0.05, 0.33}, {24.0, 23.0, 18.0, -1.0, 0.5, -0.5}};
 
+/// A random motion that begins from rest at home, smoothly: of two sines of each axis, in opposite phase.
+static motion_t motion_from_rest(uint64_t seed) {
+    motion_t motion = random_motion(seed, 0.04, 0.08);
+    for (int k = 0; k < 6; k++) {
+        motion.phase_rad[k][0] = 0.0;
+        motion.phase_rad[k][1] = 3.14159265358979;
+        motion.frequency_hz[k][1] = motion.frequency_hz[k][0];
+        motion.amplitude[k][1] = 0.99 * motion.amplitude[k][0];
+    }
+    return motion;
+}
+
 /// Sensors that err and legs that rub.
 typedef struct effects {
     double value[DIM];
@@ -800,13 +812,7 @@ static void test_standstill_says_that_bias_and_load_are_confounded(void) {
     TEST_ASSERT_TRUE((double)bench.estimate.sigma[0] > 15.0);
     TEST_ASSERT_DOUBLE_WITHIN(4.0 * (double)bench.estimate.sigma[0], 312.0, (double)bench.estimate.value[0]);
     // AND a motion that begins then is no load change, and identifies all
-    bench.motion = random_motion(8, 0.04, 0.08);
-    for (int k = 0; k < 6; k++) { // from rest at home, smoothly: by phases of zero speed
-        bench.motion.phase_rad[k][0] = 0.0;
-        bench.motion.phase_rad[k][1] = 3.14159265358979;
-        bench.motion.frequency_hz[k][1] = bench.motion.frequency_hz[k][0];
-        bench.motion.amplitude[k][1] = 0.99 * bench.motion.amplitude[k][0];
-    }
+    bench.motion = motion_from_rest(8);
     bench.tick += 60;
     run(&bench, &eccentric, 10);
     TEST_ASSERT_EQUAL_UINT32(0, bench.alarms);
@@ -939,13 +945,7 @@ static void test_a_platform_that_rests_teaches_nothing_after_two_seconds(void) {
     TEST_ASSERT_EQUAL_UINT32(rest_ticks, bench.estimator.effects.filter.rest_ticks);
     TEST_ASSERT_EQUAL_UINT32(2000, rest_ticks);
     // AND WHEN it moves THEN the filter learns again, after as many ticks as a transient is seen by
-    bench.motion = random_motion(8, 0.04, 0.08);
-    for (int k = 0; k < 6; k++) { // from rest at home, smoothly: by phases of zero speed
-        bench.motion.phase_rad[k][0] = 0.0;
-        bench.motion.phase_rad[k][1] = 3.14159265358979;
-        bench.motion.frequency_hz[k][1] = bench.motion.frequency_hz[k][0];
-        bench.motion.amplitude[k][1] = 0.99 * bench.motion.amplitude[k][0];
-    }
+    bench.motion = motion_from_rest(8);
     bench.tick = 60;
     bench.estimator.momentum.leg_gate.accepted = 0; // time begins anew with the motion
     run(&bench, &eccentric, 700);
