@@ -468,6 +468,7 @@ typedef struct hexload_actuator_effects {
     hexload_real_t residual_m2_s2;
     uint32_t ticks;      ///< that it goes back
     uint32_t rest_ticks; ///< how long no motion has stood out of the smoother's noise
+    uint32_t held_ticks; ///< for which no sample changes the effects
 } hexload_actuator_effects_t;
 
 typedef struct hexload_identifiability {

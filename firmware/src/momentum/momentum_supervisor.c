@@ -21,6 +21,10 @@ enum { DIM = HEXLOAD_LOAD_DIM };
 /// Two alarms within that time are rather the machine's than the load's.
 #define STORM_S HEXLOAD_REAL(5.0)
 
+/// For so long after an alarm a large NIS is rather another change's, of which the filter takes the samples
+/// for the first one's: the load monitor looks again a lag and SETTLED_TICKS after it, and says so.
+#define ANOTHER_S HEXLOAD_REAL(0.25)
+
 /// Variance of the estimate from block to block over the one that it should have, beyond which the machine
 /// has more than noise; and beyond which it has when something else says so too. Ideal runs of work motion
 /// have been seen at 6.
@@ -205,7 +209,7 @@ static void measure_fit(hexload_momentum_supervisor_t* self, const hexload_confi
         config->tick_s / FIT_S, HEXLOAD_REAL(1.0) / (hexload_real_t)(FEWEST_TICKS + self->fit_ticks));
     self->fit_ticks += self->fit_ticks < UINT32_MAX / 2 ? 1 : 0;
     self->fit_nis += share * (hexload_min(filter->nis, LARGEST_NIS) - self->fit_nis);
-    if (self->fit_nis > FIT_NIS || residual_test->factor > HEXLOAD_REAL(1.0) ||
+    if ((self->fit_nis > FIT_NIS && self->calm_s > ANOTHER_S) || residual_test->factor > HEXLOAD_REAL(1.0) ||
         is_beyond(jackknife, config, UNFIT_VARIANCE)) {
         self->unfit_s = UNFIT_S;
     }
