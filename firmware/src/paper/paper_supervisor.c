@@ -80,17 +80,21 @@ static bool make_possible(hexload_paper_supervisor_t* self, const hexload_paper_
     return needed <= most;
 }
 
-/// Whether the motion has shown a parameter is a matter of the filter's own sigma: what widens it no motion
-/// lowers. Where innovations show that the machine is not its model, sigma has that by its order of magnitude
-/// only, and nothing counts as converged.
+/// Whether the motion has shown a parameter is a matter of what it can lower: of sigma without the declared
+/// tolerances, and before that of the filter's own. Where innovations show that the machine is not its model,
+/// sigma has that by its order of magnitude only, and nothing counts as converged.
 static hexload_verdict_t judge_parameter(const hexload_paper_config_t* paper,
+                                         const hexload_paper_filter_t* filter,
                                          const hexload_estimate_t* estimate, int parameter, bool is_misfit) {
     const hexload_real_t scale =
         hexload_max(hexload_abs(estimate->value[parameter]), prior_sigma(paper, parameter));
+    const hexload_real_t limit = paper->converged_relative_sigma * scale;
+    const hexload_real_t open =
+        hexload_paper_tolerances_covariance(filter, HEXLOAD_REAL(0.0), parameter, parameter);
     if (is_misfit) {
         return HEXLOAD_VERDICT_MISFIT;
     }
-    if (estimate->sigma[parameter] <= paper->converged_relative_sigma * scale) {
+    if (estimate->sigma[parameter] * estimate->sigma[parameter] <= hexload_fma(limit, limit, open)) {
         return HEXLOAD_VERDICT_CONVERGED;
     }
     return estimate->own_sigma[parameter] <= HEXLOAD_REAL(0.5) * prior_sigma(paper, parameter)
@@ -118,8 +122,9 @@ void hexload_paper_supervisor_judge(hexload_paper_supervisor_t* self, const hexl
     const bool fits_model = make_possible(self, paper, estimate) && self->nis_mean <= paper->inconsistent_nis;
     const bool is_misfit = self->factor > HEXLOAD_REAL(1.0);
     for (int parameter = 0; parameter < HEXLOAD_PAPER_DIM; parameter++) {
-        const hexload_verdict_t verdict = fits_model ? judge_parameter(paper, estimate, parameter, is_misfit)
-                                                     : HEXLOAD_VERDICT_INCONSISTENT;
+        const hexload_verdict_t verdict = fits_model
+                                              ? judge_parameter(paper, filter, estimate, parameter, is_misfit)
+                                              : HEXLOAD_VERDICT_INCONSISTENT;
         estimate->parameter_verdict[parameter] = verdict;
         if (verdict > estimate->verdict) {
             estimate->verdict = verdict;
