@@ -375,7 +375,9 @@ void hexload_node_period(hexload_node_t* self, uint32_t periods) {
     hexload_count(&self->leg_silence_ms, periods);
     hexload_count(&self->status_wait_ms, periods);
     hexload_app_elapse(&self->app, periods);
-    elapse_authentication(self, periods);
+    if (hexload_authentication_is_on(&self->authentication)) {
+        elapse_authentication(self, periods);
+    }
     if (self->app.pacing == HEXLOAD_PACING_REAL_TIME &&
         self->leg_silence_ms >= (uint32_t)(HEXLOAD_NODE_TICK_LOST * period_us(self) / 1000)) {
         hexload_sample_assembly_lose_tick(&self->assembly);

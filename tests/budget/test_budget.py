@@ -343,6 +343,8 @@ def test_instructions_of_start_and_period_are_within_their_limits(optimisation, 
     what = f"{optimisation}, {filter_name}"
     check(f"{what}, start, instructions", max(run.start_instructions for run in runs), limits["start"])
     check(f"{what}, period, instructions", max(run.period_instructions for run in runs), limits["period"])
+    code = max(run.code_instructions for run in runs)
+    check(f"{what}, a command's code, instructions", code, BUDGET["code_instructions"]["command"])
 
 
 @pytest.mark.parametrize("filter_name", target.FILTERS)

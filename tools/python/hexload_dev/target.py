@@ -75,7 +75,10 @@ BODY_ANSWER = np.dtype(
 RIVAL_ANSWER = np.dtype([("instructions", "<u4"), ("parameter", "<f4", 4)])
 
 NODE_HEADER = np.dtype(
-    [(name, "<u4") for name in ("config_bytes", "node_bytes", "start_instructions", "period_instructions")]
+    [
+        (name, "<u4")
+        for name in ("config_bytes", "node_bytes", "start_instructions", "period_instructions", "code_instructions")
+    ]
 )
 NODE_ANSWER = np.dtype(
     [("state", "<u4"), ("frames_sent", "<u4"), ("instructions", "<u4", len(NODE_PARTS)), ("stack_bytes", "<u4")]
@@ -96,6 +99,7 @@ class NodeRun:
     node_bytes: int
     start_instructions: int  # of the command START
     period_instructions: int  # of the longest hexload_node_period()
+    code_instructions: int  # more, of a command to a node with a key
     answers: NDArray  # of NODE_ANSWER, one for each sample
 
 
