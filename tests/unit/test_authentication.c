@@ -159,6 +159,7 @@ static void test_a_command_with_the_code_is_carried_out(void) {
     TEST_ASSERT_EQUAL_UINT32(2, sent_count);
     hexload_nonce_t next;
     TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_OK, hexload_bus_decode_challenge(&sent[0], &next));
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_OTHER, hexload_bus_decode_challenge(&start, &next));
     TEST_ASSERT_EQUAL_INT(HEXLOAD_RESULT_DONE, last_acknowledge().result);
     TEST_ASSERT_EQUAL_UINT32(0, node.status.frames_refused);
     // AND with that the next command
