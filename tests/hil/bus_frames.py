@@ -184,7 +184,9 @@ def garbage(seed: int) -> Iterator[can.Message]:
     """
     source = random.Random(seed)
     others = [identifier for identifier in range(0x800) if identifier not in BY_ID]
-    simulators = [message for message in DBC.messages if "SIMULATOR" in message.senders]
+    simulators = [
+        message for message in DBC.messages if "SIMULATOR" in message.senders and message.frame_id not in UNCHECKED
+    ]
     lengths = (*range(9), 12, 16, 20, 24, 32, 48, 64)
     while True:
         length, identifier, is_extended = source.choice(lengths), source.choice(others), False
