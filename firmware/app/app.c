@@ -29,7 +29,9 @@ SAME_STATES(CONTROLLER_STATUS);
             (int)HEXLOAD_DBC_##message##_FAULT_SECOND_CONTROLLER_CHOICE ==                                   \
                 HEXLOAD_FAULT_SECOND_CONTROLLER &&                                                           \
             (int)HEXLOAD_DBC_##message##_FAULT_BUS_DOWN_CHOICE == HEXLOAD_FAULT_BUS_DOWN &&                  \
-            (int)HEXLOAD_DBC_##message##_FAULT_SECOND_SOURCE_CHOICE == HEXLOAD_FAULT_SECOND_SOURCE,          \
+            (int)HEXLOAD_DBC_##message##_FAULT_SECOND_SOURCE_CHOICE == HEXLOAD_FAULT_SECOND_SOURCE &&        \
+            (int)HEXLOAD_DBC_##message##_FAULT_SAMPLES_NOT_AUTHENTICATED_CHOICE ==                           \
+                HEXLOAD_FAULT_NOT_AUTHENTICATED,                                                             \
         "faults of the DBC")
 SAME_FAULTS(HEALTH_FD);
 SAME_FAULTS(ANSWER_PAGE);
@@ -343,6 +345,8 @@ const char* hexload_app_fault_name(hexload_app_fault_t fault) {
         return "second controller on the bus";
     case HEXLOAD_FAULT_BUS_DOWN:
         return "bus down";
+    case HEXLOAD_FAULT_NOT_AUTHENTICATED:
+        return "samples not authenticated";
     case HEXLOAD_FAULT_SECOND_SOURCE:
         return "samples of two sources";
     default:

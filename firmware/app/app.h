@@ -33,6 +33,7 @@ typedef enum hexload_app_fault {
     HEXLOAD_FAULT_SECOND_CONTROLLER = 4, ///< another node sends a controller's frames
     HEXLOAD_FAULT_BUS_DOWN = 5,          ///< the port cannot send or receive
     HEXLOAD_FAULT_SECOND_SOURCE = 6, ///< samples come from two sources: doubled with other numbers, or late
+    HEXLOAD_FAULT_NOT_AUTHENTICATED = 7, ///< samples lack the key's code, which START has promised
 } hexload_app_fault_t;
 
 enum {

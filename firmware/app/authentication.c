@@ -2,6 +2,8 @@
 
 #include "app/saturate.h"
 
+#include <string.h>
+
 static void make_next_nonce(hexload_authentication_t* self) {
     hexload_bus_make_nonce(&self->cipher, self->seed, self->nonces, &self->nonce);
     self->nonces++;
@@ -19,7 +21,7 @@ void hexload_authentication_init(hexload_authentication_t* self, const hexload_c
 static void hold(hexload_authentication_t* self, const hexload_bus_frame_t* frame,
                  hexload_bus_command_t* command) {
     const hexload_bus_command_t before = self->command;
-    self->frame = *frame;
+    (void)memcpy(self->held, frame->data, sizeof self->held);
     self->command = *command;
     self->held_ms = 0;
     *command = before;
@@ -36,8 +38,9 @@ static hexload_bus_status_t take_code(hexload_authentication_t* self, const hexl
     if (!is_looked_at) {
         return HEXLOAD_BUS_ERR_AUTHENTICATION;
     }
-    const bool matches = hexload_bus_matches_command(&self->cipher, &self->nonce, &self->frame, frame);
+    const bool matches = hexload_bus_matches_command(&self->cipher, &self->nonce, self->held, frame);
     self->pause_ms = matches ? 0 : HEXLOAD_AUTHENTICATION_PAUSE_MS;
+    self->used = self->nonce;
     make_next_nonce(self);
     return matches ? HEXLOAD_BUS_OK : HEXLOAD_BUS_ERR_AUTHENTICATION;
 }

@@ -20,12 +20,13 @@ enum {
 typedef struct hexload_authentication {
     hexload_cipher_t cipher; ///< without a function: off
     uint64_t seed;
-    uint64_t nonces;       ///< made so far
-    hexload_nonce_t nonce; ///< of the next command
-    hexload_bus_frame_t frame;
-    hexload_bus_command_t command; ///< the one that is held, decoded; kind 0: none
-    uint32_t held_ms;              ///< since it came
-    uint32_t pause_ms;             ///< left of it
+    uint64_t nonces;                     ///< made so far
+    hexload_nonce_t nonce;               ///< of the next command
+    hexload_nonce_t used;                ///< of the last one
+    uint8_t held[HEXLOAD_COMMAND_BYTES]; ///< of the Command
+    hexload_bus_command_t command;       ///< the one that is held, decoded; kind 0: none
+    uint32_t held_ms;                    ///< since it came
+    uint32_t pause_ms;                   ///< left of it
 } hexload_authentication_t;
 
 /// @param seed as of hexload_bus_make_nonce().

@@ -44,6 +44,7 @@ hexload_status_t hexload_node_init(hexload_node_t* self, const hexload_config_t*
     self->challenge_wait_ms = HEXLOAD_NODE_CHALLENGE_MS;
     self->refusal_wait_ms = HEXLOAD_NODE_REFUSAL_MS;
     self->is_challenge_due = false;
+    self->has_codes = false;
     const hexload_cipher_t cipher = {.context = port->context, .encrypt_block = port->aes128_encrypt_block};
     hexload_authentication_init(&self->authentication, &cipher, port->nonce_seed);
     self->strangers = (hexload_node_events_t){0};
@@ -79,7 +80,25 @@ static bool send(hexload_node_t* self, const hexload_bus_frame_t* frame) {
     return is_queued;
 }
 
-static APART void carry_out(hexload_node_t* self, const hexload_bus_command_t* command) {
+/// Whether samples must have codes after this command; takes the word for it out of a START.
+static bool take_codes(const hexload_node_t* self, hexload_bus_command_t* command) {
+    const bool has_codes = command->kind == (uint8_t)HEXLOAD_COMMAND_START &&
+                           command->argument >= (float)HEXLOAD_PACING_CODES &&
+                           hexload_authentication_is_on(&self->authentication);
+    command->argument -= has_codes ? (float)HEXLOAD_PACING_CODES : 0.0f;
+    return has_codes;
+}
+
+static void begin_codes(hexload_node_t* self, bool has_codes) {
+    self->has_codes = has_codes;
+    self->is_proven = false;
+    self->code_window = UINT32_MAX; // of no tick
+    self->unproven = 0;
+    hexload_sample_code_init(&self->code, &self->authentication.used);
+}
+
+static APART void carry_out(hexload_node_t* self, hexload_bus_command_t* command) {
+    const bool has_codes = take_codes(self, command);
     hexload_bus_acknowledge_t acknowledge = {.profile = self->status.profile, .counter = self->acknowledges};
     hexload_bus_frame_t frame;
     self->acknowledges++;
@@ -87,6 +106,7 @@ static APART void carry_out(hexload_node_t* self, const hexload_bus_command_t* c
     if (acknowledge.result == HEXLOAD_RESULT_DONE &&
         (command->kind == HEXLOAD_COMMAND_START || command->kind == HEXLOAD_COMMAND_RESET)) {
         hexload_sample_assembly_forgive(&self->assembly);
+        begin_codes(self, has_codes);
         self->health_seen = 0;
     }
     self->answer_page = 0; // each run's answers begin with page 0, whatever was before it
@@ -195,11 +215,42 @@ static void process(hexload_node_t* self, const hexload_leg_sample_t* sample) {
     }
 }
 
+/// Counts a frame of a sample into the code. A run whose samples lack theirs for too long is not the source's
+/// that started it.
+static APART void prove(hexload_node_t* self, const hexload_bus_frame_t* frame, bool ends_tick,
+                        uint32_t tick) {
+    hexload_sample_code_add(&self->code, &self->authentication.cipher, frame, ends_tick, tick);
+    if (ends_tick && tick / (uint32_t)HEXLOAD_BUS_CODE_TICKS != self->code_window) {
+        self->code_window = tick / (uint32_t)HEXLOAD_BUS_CODE_TICKS;
+        hexload_count(&self->unproven, 1);
+        if (self->unproven > (uint32_t)HEXLOAD_NODE_UNPROVEN && hexload_app_is_running(&self->app)) {
+            hexload_app_set_fault(&self->app, HEXLOAD_FAULT_NOT_AUTHENTICATED);
+        }
+    }
+}
+
+static hexload_bus_status_t take_sample_code(hexload_node_t* self, const hexload_bus_frame_t* frame) {
+    const bool is_due = hexload_sample_code_is_due(&self->code);
+    const hexload_bus_status_t status =
+        hexload_sample_code_check(&self->code, &self->authentication.cipher, frame);
+    if (status == HEXLOAD_BUS_OK) {
+        self->unproven = 0;
+        self->is_proven = true;
+    } else if (status == HEXLOAD_BUS_ERR_AUTHENTICATION && is_due && self->is_proven &&
+               hexload_app_is_running(&self->app)) { // of whole ticks: no accident does that
+        hexload_app_set_fault(&self->app, HEXLOAD_FAULT_NOT_AUTHENTICATED);
+    }
+    return status;
+}
+
 static hexload_bus_status_t take_sample_frame(hexload_node_t* self, const hexload_bus_frame_t* frame) {
     hexload_leg_sample_t sample;
     const hexload_bus_status_t status = hexload_sample_assembly_add(&self->assembly, frame, &sample);
     if (status == HEXLOAD_BUS_OK || status == HEXLOAD_BUS_PARTIAL) {
         self->leg_silence_ms = 0;
+        if (self->has_codes) {
+            prove(self, frame, status == HEXLOAD_BUS_OK, status == HEXLOAD_BUS_OK ? sample.tick : 0);
+        }
     }
     if (status == HEXLOAD_BUS_OK && hexload_node_is_active(self)) {
         process(self, &sample);
@@ -318,6 +369,9 @@ void hexload_node_receive(hexload_node_t* self, const hexload_bus_frame_t* frame
     if (status == HEXLOAD_BUS_OTHER) {
         status = take_command(self, frame);
     }
+    if (status == HEXLOAD_BUS_OTHER && self->has_codes) {
+        status = take_sample_code(self, frame);
+    }
     if (status == HEXLOAD_BUS_OTHER) {
         status = take_sample_frame(self, frame);
     }
@@ -375,7 +429,9 @@ void hexload_node_period(hexload_node_t* self, uint32_t periods) {
     hexload_count(&self->leg_silence_ms, periods);
     hexload_count(&self->status_wait_ms, periods);
     hexload_app_elapse(&self->app, periods);
-    elapse_authentication(self, periods);
+    if (hexload_authentication_is_on(&self->authentication)) {
+        elapse_authentication(self, periods);
+    }
     if (self->app.pacing == HEXLOAD_PACING_REAL_TIME &&
         self->leg_silence_ms >= (uint32_t)(HEXLOAD_NODE_TICK_LOST * period_us(self) / 1000)) {
         hexload_sample_assembly_lose_tick(&self->assembly);

@@ -20,6 +20,7 @@
 #include "app/authentication.h"
 #include "app/port.h"
 #include "bus/sample_assembly.h"
+#include "bus/sample_code.h"
 
 HEXLOAD_DECLS_BEGIN
 
@@ -31,6 +32,7 @@ enum {
     HEXLOAD_NODE_STRANGERS = 3,         ///< whole frames of a controller or of the other profile: a fault
     HEXLOAD_NODE_LATE_FRAMES = 60,      ///< late leg frames, ten samples' worth: another source is faster
     HEXLOAD_NODE_MANY_REFUSED = 10,     ///< frames: a health bit
+    HEXLOAD_NODE_UNPROVEN = 4,          ///< times 16 ticks without a code that matches: a fault
     HEXLOAD_NODE_CHALLENGE_MS = 10,     ///< between the challenges that are asked for, at least
     HEXLOAD_NODE_REFUSAL_MS = 20,       ///< between acknowledges of commands that lack the key's code
 };
@@ -49,6 +51,9 @@ typedef struct hexload_node {
     hexload_bus_controller_status_t status;
     hexload_bus_command_t command; ///< the last one; kind 0: none so far
     hexload_authentication_t authentication;
+    hexload_sample_code_t code;      ///< of the samples, when START has said that they have one
+    uint32_t code_window;            ///< the last sample's tick / 16
+    uint32_t unproven;               ///< windows since the last one whose code matched
     uint32_t age_ms;                 ///< since the start, saturating
     uint32_t clock_ms;               ///< the same, wrapping
     uint32_t leg_silence_ms;         ///< since the last frame of a sample, saturating
@@ -65,6 +70,8 @@ typedef struct hexload_node {
     uint8_t status_page;             ///< next one
     uint8_t acknowledges;            ///< sent, wrapping
     bool heard_controller;           ///< while listening
+    bool has_codes;                  ///< samples must have them
+    bool is_proven;                  ///< a code has matched since START
     bool is_challenge_due;           ///< asked for, and not yet sent
 } hexload_node_t;
 

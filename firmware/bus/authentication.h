@@ -16,7 +16,10 @@
 
 HEXLOAD_DECLS_BEGIN
 
-enum { HEXLOAD_NONCE_BYTES = 8 };
+enum {
+    HEXLOAD_NONCE_BYTES = 8,
+    HEXLOAD_COMMAND_BYTES = 8, ///< of the frame Command
+};
 
 /// A number used once.
 typedef struct hexload_nonce {
@@ -44,9 +47,11 @@ void hexload_bus_encode_command_mac(const hexload_cipher_t* cipher, const hexloa
 HEXLOAD_MUST_USE hexload_bus_status_t hexload_bus_is_command_mac(const hexload_bus_frame_t* frame);
 
 /// Whether it is the one of this command and nonce; takes as long if not. Three blocks to encrypt.
+/// @param command bytes of the frame Command.
 /// @param frame for which hexload_bus_is_command_mac() says OK.
 bool hexload_bus_matches_command(const hexload_cipher_t* cipher, const hexload_nonce_t* nonce,
-                                 const hexload_bus_frame_t* command, const hexload_bus_frame_t* frame);
+                                 const uint8_t command[HEXLOAD_COMMAND_BYTES],
+                                 const hexload_bus_frame_t* frame);
 
 HEXLOAD_DECLS_END
 

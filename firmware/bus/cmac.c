@@ -6,10 +6,10 @@
 static void double_block(uint8_t block[HEXLOAD_CIPHER_BYTES]) {
     const uint8_t carry = block[0] >> 7;
     for (int n = 0; n < HEXLOAD_CIPHER_BYTES - 1; n++) {
-        block[n] = (uint8_t)(block[n] << 1 | block[n + 1] >> 7);
+        block[n] = (uint8_t)((uint32_t)block[n] << 1 | (uint32_t)block[n + 1] >> 7);
     }
-    block[HEXLOAD_CIPHER_BYTES - 1] =
-        (uint8_t)(block[HEXLOAD_CIPHER_BYTES - 1] << 1 ^ (carry != 0u ? 0x87u : 0u));
+    const uint32_t last = (uint32_t)block[HEXLOAD_CIPHER_BYTES - 1] << 1;
+    block[HEXLOAD_CIPHER_BYTES - 1] = (uint8_t)(last ^ (carry != 0u ? 0x87u : 0u));
 }
 
 static void add(uint8_t sum[HEXLOAD_CIPHER_BYTES], const uint8_t* bytes, size_t count) {
@@ -40,4 +40,27 @@ void hexload_cmac(const hexload_cipher_t* cipher, const uint8_t* bytes, size_t c
     }
     add(sum, last, sizeof last);
     cipher->encrypt_block(cipher->context, sum, code);
+}
+
+void hexload_cmac_begin(hexload_cmac_blocks_t* self, const uint8_t first[HEXLOAD_CIPHER_BYTES]) {
+    (void)memset(self->sum, 0, sizeof self->sum);
+    (void)memcpy(self->last, first, sizeof self->last);
+}
+
+void hexload_cmac_add(hexload_cmac_blocks_t* self, const hexload_cipher_t* cipher,
+                      const uint8_t block[HEXLOAD_CIPHER_BYTES]) {
+    add(self->last, self->sum, sizeof self->sum);
+    cipher->encrypt_block(cipher->context, self->last, self->sum);
+    (void)memcpy(self->last, block, sizeof self->last);
+}
+
+void hexload_cmac_end(hexload_cmac_blocks_t* self, const hexload_cipher_t* cipher,
+                      uint8_t code[HEXLOAD_CIPHER_BYTES]) {
+    const uint8_t zeros[HEXLOAD_CIPHER_BYTES] = {0};
+    uint8_t subkey[HEXLOAD_CIPHER_BYTES];
+    cipher->encrypt_block(cipher->context, zeros, subkey);
+    double_block(subkey);
+    add(self->last, self->sum, sizeof self->sum);
+    add(self->last, subkey, sizeof subkey);
+    cipher->encrypt_block(cipher->context, self->last, code);
 }

@@ -26,6 +26,20 @@ typedef struct hexload_cipher {
 void hexload_cmac(const hexload_cipher_t* cipher, const uint8_t* bytes, size_t count,
                   uint8_t code[HEXLOAD_CIPHER_BYTES]);
 
+/// The same over whole blocks that come one by one.
+typedef struct hexload_cmac_blocks {
+    uint8_t sum[HEXLOAD_CIPHER_BYTES];  ///< of those before the last
+    uint8_t last[HEXLOAD_CIPHER_BYTES]; ///< not yet counted in
+} hexload_cmac_blocks_t;
+
+void hexload_cmac_begin(hexload_cmac_blocks_t* self, const uint8_t first[HEXLOAD_CIPHER_BYTES]);
+/// Encrypts one block.
+void hexload_cmac_add(hexload_cmac_blocks_t* self, const hexload_cipher_t* cipher,
+                      const uint8_t block[HEXLOAD_CIPHER_BYTES]);
+/// Encrypts two. Then it is to begin anew.
+void hexload_cmac_end(hexload_cmac_blocks_t* self, const hexload_cipher_t* cipher,
+                      uint8_t code[HEXLOAD_CIPHER_BYTES]);
+
 HEXLOAD_DECLS_END
 
 #endif

@@ -57,7 +57,7 @@ std::optional<hexload_app_state_t> state_of(const std::string& name) {
 }
 
 std::optional<hexload_app_fault_t> fault_of(const std::string& name) {
-    return code_of(name, HEXLOAD_FAULT_NONE, HEXLOAD_FAULT_SECOND_SOURCE, hexload_app_fault_name);
+    return code_of(name, HEXLOAD_FAULT_NONE, HEXLOAD_FAULT_NOT_AUTHENTICATED, hexload_app_fault_name);
 }
 
 std::optional<hexload_bus_filter_t> filter_of(const std::string& name) {

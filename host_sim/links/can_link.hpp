@@ -14,6 +14,8 @@ struct CanLinkSettings : LinkSettings {
     hexload_bus_profile_t profile = HEXLOAD_BUS_FD;
     // The controller's, for commands; nothing: it has none.
     std::optional<transport::Key> key;
+    // With the key: samples have codes too.
+    bool has_sample_codes = false;
 };
 
 // In the classic profile only every HEXLOAD_BUS_ANSWER_PERIOD-th tick is answered, with one page of an

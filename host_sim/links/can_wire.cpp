@@ -20,15 +20,19 @@ constexpr std::chrono::seconds command_patience{1}; // for a challenge: later th
 } // namespace
 
 CanWire::CanWire(std::unique_ptr<transport::CanChannel> channel, hexload_bus_profile_t profile,
-                 const std::optional<transport::Key>& key)
-    : channel_(std::move(channel)), profile_(profile) {
+                 const std::optional<transport::Key>& key, bool has_sample_codes)
+    : channel_(std::move(channel)), profile_(profile), has_sample_codes_(key && has_sample_codes) {
     hexload_answer_assembly_init(&assembly_, profile_);
     if (key) {
         aes_.emplace(*key);
     }
 }
 
-void CanWire::send(const hexload_bus_command_t& command) {
+void CanWire::send(const hexload_bus_command_t& wanted) {
+    hexload_bus_command_t command = wanted;
+    if (has_sample_codes_ && command.kind == HEXLOAD_COMMAND_START) {
+        command.argument += static_cast<float>(HEXLOAD_PACING_CODES);
+    }
     hexload_bus_frame_t frame;
     if (hexload_bus_encode_command(&command, &frame) != HEXLOAD_BUS_OK) {
         return;
@@ -62,6 +66,7 @@ void CanWire::send_with_code() {
     hexload_bus_encode_command_mac(&cipher, &*nonce_, &*waiting_, &code);
     channel_->send(*waiting_, command_deadline);
     channel_->send(code, command_deadline);
+    used_ = *nonce_;
     nonce_.reset();
     waiting_.reset();
 }
@@ -74,9 +79,35 @@ bool CanWire::send(const LegSample& sample, std::chrono::microseconds deadline) 
         throw InputError(fmt::format("sample of tick {}: found a channel that is not finite", sample.tick));
     }
     newest_tick_ = sample.tick;
-    return std::all_of(frames, frames + count, [&](const hexload_bus_frame_t& frame) {
+    const bool is_sent = std::all_of(frames, frames + count, [&](const hexload_bus_frame_t& frame) {
         return channel_->send(frame, deadline / count);
     });
+    return is_sent && send_sample_code(frames, count, sample.tick, deadline / count);
+}
+
+// What a START with codes counted in is their nonce: it was carried out.
+void CanWire::begin_sample_codes(const hexload_bus_acknowledge_t& acknowledge) {
+    if (has_sample_codes_ && acknowledge.kind == HEXLOAD_COMMAND_START &&
+        acknowledge.result == HEXLOAD_RESULT_DONE) {
+        hexload_sample_code_init(&sample_code_.emplace(), &used_);
+    }
+}
+
+bool CanWire::send_sample_code(const hexload_bus_frame_t* frames, int count, std::uint32_t tick,
+                               std::chrono::microseconds deadline) {
+    if (!sample_code_) {
+        return true;
+    }
+    const hexload_cipher_t cipher = aes_->cipher();
+    for (int n = 0; n < count; ++n) {
+        hexload_sample_code_add(&*sample_code_, &cipher, &frames[n], n + 1 == count, tick);
+    }
+    if (!hexload_sample_code_is_due(&*sample_code_)) {
+        return true;
+    }
+    hexload_bus_frame_t code;
+    hexload_sample_code_encode(&*sample_code_, &cipher, &code);
+    return channel_->send(code, deadline);
 }
 
 std::optional<BusNews> CanWire::read(std::chrono::microseconds timeout) {
@@ -89,6 +120,7 @@ std::optional<BusNews> CanWire::read(std::chrono::microseconds timeout) {
     }
     hexload_bus_acknowledge_t acknowledge;
     if (hexload_bus_decode_acknowledge(&*frame, &acknowledge) == HEXLOAD_BUS_OK) {
+        begin_sample_codes(acknowledge);
         return acknowledge;
     }
     if (hexload_bus_decode_status(&*frame, &status_) == HEXLOAD_BUS_OK) {
@@ -156,13 +188,15 @@ BusCounts CanWire::counts() const {
 
 std::unique_ptr<EstimatorLink> make_lockstep_link(std::unique_ptr<transport::CanChannel> channel,
                                                   const CanLinkSettings& settings) {
-    return make_lockstep_link(std::make_unique<CanWire>(std::move(channel), settings.profile, settings.key),
+    return make_lockstep_link(std::make_unique<CanWire>(std::move(channel), settings.profile, settings.key,
+                                                        settings.has_sample_codes),
                               settings);
 }
 
 std::unique_ptr<EstimatorLink> make_real_time_link(std::unique_ptr<transport::CanChannel> channel,
                                                    const CanLinkSettings& settings) {
-    return make_real_time_link(std::make_unique<CanWire>(std::move(channel), settings.profile, settings.key),
+    return make_real_time_link(std::make_unique<CanWire>(std::move(channel), settings.profile, settings.key,
+                                                         settings.has_sample_codes),
                                settings);
 }
 

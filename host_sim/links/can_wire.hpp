@@ -5,6 +5,7 @@
 
 #include "bus/answer_assembly.h"
 #include "bus/authentication.h"
+#include "bus/sample_code.h"
 #include "transport/can_channel.hpp"
 #include "transport/key.hpp"
 
@@ -16,7 +17,7 @@ namespace hexload::sim {
 class CanWire final : public ControllerWire {
   public:
     CanWire(std::unique_ptr<transport::CanChannel> channel, hexload_bus_profile_t profile,
-            const std::optional<transport::Key>& key);
+            const std::optional<transport::Key>& key, bool has_sample_codes);
 
     const std::string& name() const override {
         return channel_->name();
@@ -45,6 +46,9 @@ class CanWire final : public ControllerWire {
     std::optional<BusNews> read_answer(const hexload_bus_frame_t& frame);
     void ask_challenge(hexload_bus_command_t command);
     void send_with_code();
+    void begin_sample_codes(const hexload_bus_acknowledge_t& acknowledge);
+    bool send_sample_code(const hexload_bus_frame_t* frames, int count, std::uint32_t tick,
+                          std::chrono::microseconds deadline);
 
     std::unique_ptr<transport::CanChannel> channel_;
     hexload_bus_profile_t profile_;
@@ -52,6 +56,9 @@ class CanWire final : public ControllerWire {
     std::optional<hexload_nonce_t> nonce_;       // of the next command
     std::optional<hexload_bus_frame_t> waiting_; // a command that has none yet
     std::chrono::steady_clock::time_point waits_until_{};
+    bool has_sample_codes_;
+    hexload_nonce_t used_{};                           // of the last command
+    std::optional<hexload_sample_code_t> sample_code_; // since START was carried out
     hexload_answer_assembly_t assembly_{};
     hexload_bus_controller_status_t status_{};
     std::uint32_t newest_tick_ = 0;

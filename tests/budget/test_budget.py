@@ -343,6 +343,11 @@ def test_instructions_of_start_and_period_are_within_their_limits(optimisation, 
     what = f"{optimisation}, {filter_name}"
     check(f"{what}, start, instructions", max(run.start_instructions for run in runs), limits["start"])
     check(f"{what}, period, instructions", max(run.period_instructions for run in runs), limits["period"])
+    codes = BUDGET["code_instructions"]
+    check(f"{what}, a command's code, instructions", max(run.code_instructions for run in runs), codes["command"])
+    for profile, run in zip(node_runs[optimisation][filter_name], runs):
+        check(f"{profile}, a sample's code, mean, instructions", run.proof_instructions, codes[profile]["mean"])
+        check(f"{profile}, a sample's code, longest, instructions", run.longest_proof, codes[profile]["longest"])
 
 
 @pytest.mark.parametrize("filter_name", target.FILTERS)

@@ -230,7 +230,7 @@ def answers(draw):
         "tick": draw(uint[32]),
         "status": draw(st.integers(-5, 0)),
         "state": draw(st.integers(0, 4)),
-        "fault": draw(st.integers(0, 6)),
+        "fault": draw(st.integers(0, 7)),
         "missing_legs": draw(st.integers(0, 63)),
         "filter": filter_code,
         "health": draw(st.integers(0, 65535)),
@@ -421,7 +421,7 @@ def test_commands_are_the_same_in_both_directions(command, counter, source, sess
 
 @st.composite
 def acknowledges(draw):
-    names = {"kind": (1, 6), "result": (0, 6), "state": (0, 4), "fault": (0, 6), "profile": (0, 1)}
+    names = {"kind": (1, 6), "result": (0, 6), "state": (0, 4), "fault": (0, 7), "profile": (0, 1)}
     numbered = {"source": 15, "session": 4095, "sequence": 15, "counter": 15, "known_mass_crc": 255}
     return {
         **{name: draw(st.integers(*ends)) for name, ends in names.items()},
@@ -466,7 +466,7 @@ def statuses(draw):
         "counter": draw(numbers[4]),
         "profile": draw(st.integers(0, 1)),
         "state": draw(st.integers(0, 4)),
-        "fault": draw(st.integers(0, 6)),
+        "fault": draw(st.integers(0, 7)),
         "time_margin_us": draw(st.integers(-(2**31), 2**31 - 1)),
         **{name: draw(uint[32]) for name in counters},
         "load_changes": draw(uint[16]),

@@ -10,7 +10,7 @@ import can
 import cantools
 
 from hexload import project
-from hexload.io.authentication import code_of
+from hexload.io.authentication import code_of, code_over
 from hexload.io.end_to_end import UNCHECKED, checksum, found_checksum, protected
 
 DBC = cantools.database.load_file(project.ROOT / "firmware" / "bus" / "hexload.dbc")
@@ -77,6 +77,22 @@ def encode_command(command: str | int, counter: int, argument: float = 0.0, sess
         data = bytes([stop.data[0], stop.data[1] & 0x0F | code << 4]) + stop.data[2:]
         return stop._replace(data=protected(stop.id, data))
     return encode("Command", command=code, counter=counter % 16, session=session, **others)
+
+
+class SampleCodes:
+    """SampleMac of FD samples: one for sixteen."""
+
+    def __init__(self, key: bytes, nonce: bytes):
+        self._key, self._nonce, self._bytes = key, nonce, b""
+
+    def after(self, tick: int, sample: Frame) -> list[Frame]:
+        """The sample, and its code where one is due. From a tick on that is a multiple of 16."""
+        self._bytes = (b"" if tick % 16 == 0 else self._bytes) + sample.data
+        if tick % 16 != 15:
+            return [sample]
+        identifier = BY_NAME["SampleMac"].frame_id
+        code = code_over(self._key, identifier, self._nonce, struct.pack("<I", tick - 15) + self._bytes)
+        return [sample, Frame(identifier, False, False, code)]
 
 
 def encode_code(key: bytes, nonce: bytes, command: Frame) -> Frame:
@@ -168,7 +184,9 @@ def garbage(seed: int) -> Iterator[can.Message]:
     """
     source = random.Random(seed)
     others = [identifier for identifier in range(0x800) if identifier not in BY_ID]
-    simulators = [message for message in DBC.messages if "SIMULATOR" in message.senders]
+    simulators = [
+        message for message in DBC.messages if "SIMULATOR" in message.senders and message.frame_id not in UNCHECKED
+    ]
     lengths = (*range(9), 12, 16, 20, 24, 32, 48, 64)
     while True:
         length, identifier, is_extended = source.choice(lengths), source.choice(others), False

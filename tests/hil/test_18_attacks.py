@@ -15,6 +15,7 @@ from bus_frames import (
     COMMANDS,
     LOCKSTEP,
     Frame,
+    SampleCodes,
     decode,
     encode,
     encode_code,
@@ -29,8 +30,9 @@ from test_32_lcm_bridge import open_bus
 
 PLATFORM = project.SCENARIOS / "platforms" / "paper.toml"
 PATIENCE_S = 20.0
+CODES = 2  # beside the pacing, in START: samples have codes
 ESTIMATING, FAULT = (2, 3), (4,)  # states: estimating or converged
-NO_FAULT, SAMPLES_REFUSED, WRONG_PROFILE, SECOND_CONTROLLER, SECOND_SOURCE = 0, 2, 3, 4, 6
+NO_FAULT, SAMPLES_REFUSED, WRONG_PROFILE, SECOND_CONTROLLER, SECOND_SOURCE, NOT_AUTHENTICATED = 0, 2, 3, 4, 6, 7
 LEG_FORCE_N = 600 * 9.81 / 6 * 0.8741 / 0.798276  # what holds platform and load at home
 TICKS_BEFORE = 50
 STOP = COMMANDS["stop"]
@@ -172,7 +174,8 @@ class KeyedSource(Source):
 
     def __init__(self, bus: can.BusABC, key: bytes):
         super().__init__(bus)
-        self._key = key
+        self.key = key
+        self.nonce = b""  # of the last command
         self.said: list[Frame] = []
 
     def command(self, name: str, argument: float = 0.0) -> dict:
@@ -180,8 +183,9 @@ class KeyedSource(Source):
         while time.monotonic() < until:
             self.counter += 1
             if (nonce := self.challenge()) is not None:
+                self.nonce = nonce
                 command = encode_command(name, self.counter, argument, SESSION)
-                self.said = [command, encode_code(self._key, nonce, command)]
+                self.said = [command, encode_code(self.key, nonce, command)]
                 self.send(self.said)
                 if (acknowledge := self.receive("Acknowledge", 0.1)) is not None:
                     return acknowledge
@@ -259,6 +263,41 @@ def test_without_the_key_nobody_commands_the_controller(keyed_source):
     assert refused_frames(source) == refused
     # AND the source still commands
     assert source.command("stop")["result"] == 0
+
+
+# What of a run with codes somebody without the key sends in the source's place, which has fallen silent at TICKS_BEFORE.
+FORGED_RUNS = {
+    "samples without codes": lambda codes, tick: [sample(tick)],
+    "with larger forces and the code of another key": lambda codes, tick: SampleCodes.after(
+        codes, tick, sample(tick, 1.1)
+    ),
+    "ticks that are no multiple of 16": lambda codes, tick: [sample(tick)] if tick % 16 else [],
+    "codes alone, of zeros": lambda codes, tick: [
+        sample(tick),
+        *[Frame(BY_NAME["SampleMac"].frame_id, False, False, bytes(8))] * (tick % 16 == 15),
+    ],
+}
+
+
+@pytest.mark.parametrize("name", FORGED_RUNS)
+def test_who_goes_on_in_the_sources_place_without_the_key_ends_the_run(keyed_source, name):
+    # GIVEN a run under way whose samples have codes
+    source = keyed_source
+    source.command("reset")
+    assert source.command("start", LOCKSTEP + CODES)["result"] == 0
+    codes = SampleCodes(source.key, source.nonce)
+    for tick in range(TICKS_BEFORE):
+        source.send(codes.after(tick, sample(tick)))
+        assert source.receive("HealthFd", PATIENCE_S)["state"] in ESTIMATING
+    # WHEN somebody without the key goes on in the source's place
+    forged = SampleCodes(bytes(16), source.nonce)
+    faults = []
+    for tick in range(TICKS_BEFORE, TICKS_BEFORE + 100):
+        if frames := FORGED_RUNS[name](forged, tick):
+            source.send(frames)
+            faults.append(source.receive("HealthFd", PATIENCE_S)["fault"])
+    # THEN the controller is in fault within 80 ticks, and says why
+    assert faults[0] == NO_FAULT and set(faults[80:]) == {NOT_AUTHENTICATED}
 
 
 def test_a_datagram_to_an_address_of_this_computer_is_not_of_the_bus(source, free_bus):

@@ -194,6 +194,19 @@ def test_the_simulator_closes_the_loop_over_five_thousand_ticks_without_a_loss(b
         assert sigma < 0.5 * run.estimates[f"s_{name}"][0], name
 
 
+def test_a_controller_with_a_key_in_its_image_is_commanded_by_who_has_it(tmp_path):
+    # GIVEN the emulated controller with a key, and AES of mbedTLS compiled for it
+    key = tmp_path / "known.key"
+    key.touch(mode=0o600)
+    key.write_text("2b7e151628aed2a6abf7158809cf4f3c\n")
+    with mps2.running_mps2(tmp_path, name="hexload_mps2_an500_keyed") as controller:
+        # WHEN a simulator without the key comes THEN it is refused
+        with pytest.raises(AssertionError, match="not authenticated: it has a key"):
+            simulate(controller.bus, tmp_path / "refused", 100)
+        # AND one with it runs
+        simulate(controller.bus, tmp_path / "run", 100, "--key", key)
+
+
 def test_the_momentum_filter_closes_the_loop_on_the_cortex_m7_that_knows_its_rig(unknown_load, tmp_path):
     # GIVEN the emulated controller with the configuration of a commissioned rig in its boot options
     native = project.native_module()

@@ -504,7 +504,7 @@ static void test_every_state_and_fault_has_a_name_of_its_own(void) {
                                             hexload_app_state_name((hexload_app_state_t)m)));
         }
     }
-    for (int n = 0; n <= HEXLOAD_FAULT_SECOND_SOURCE; n++) {
+    for (int n = 0; n <= HEXLOAD_FAULT_NOT_AUTHENTICATED; n++) {
         for (int m = 0; m < n; m++) {
             TEST_ASSERT_NOT_EQUAL(0, strcmp(hexload_app_fault_name((hexload_app_fault_t)n),
                                             hexload_app_fault_name((hexload_app_fault_t)m)));

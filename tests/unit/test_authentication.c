@@ -2,6 +2,8 @@
 #include "frames.h"
 
 #include "app/node.h"
+#include "bus/sample_code.h"
+#include "motion.h"
 #include "ports/mbedtls/aes128.h"
 
 #include <mbedtls/cipher.h>
@@ -45,7 +47,7 @@ static bool log_frame(void* context, const hexload_bus_frame_t* frame) {
     return true;
 }
 
-static void begin_with(uint64_t seed) {
+static void begin_in(hexload_bus_profile_t profile, uint64_t seed) {
     const hexload_config_t config = paper_machine();
     const hexload_port_t port = {.context = &aes,
                                  .send = log_frame,
@@ -54,10 +56,13 @@ static void begin_with(uint64_t seed) {
     hexload_app_settings_t settings;
     hexload_app_settings_default(&settings);
     hexload_aes128_init(&aes, rfc_key);
-    TEST_ASSERT_EQUAL_INT(HEXLOAD_OK,
-                          hexload_node_init(&node, &config, &settings, HEXLOAD_BUS_CLASSIC, &port));
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_OK, hexload_node_init(&node, &config, &settings, profile, &port));
     hexload_node_period(&node, HEXLOAD_NODE_LISTEN_MS);
     sent_count = 0;
+}
+
+static void begin_with(uint64_t seed) {
+    begin_in(HEXLOAD_BUS_CLASSIC, seed);
 }
 
 static hexload_bus_frame_t command(uint8_t kind) {
@@ -154,6 +159,7 @@ static void test_a_command_with_the_code_is_carried_out(void) {
     TEST_ASSERT_EQUAL_UINT32(2, sent_count);
     hexload_nonce_t next;
     TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_OK, hexload_bus_decode_challenge(&sent[0], &next));
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_OTHER, hexload_bus_decode_challenge(&start, &next));
     TEST_ASSERT_EQUAL_INT(HEXLOAD_RESULT_DONE, last_acknowledge().result);
     TEST_ASSERT_EQUAL_UINT32(0, node.status.frames_refused);
     // AND with that the next command
@@ -350,6 +356,230 @@ static void test_of_a_million_forged_commands_none_is_carried_out(void) {
     TEST_ASSERT_EQUAL_UINT32(FORGERIES, node.status.frames_refused);
 }
 
+// Samples with codes.
+
+/// A source of samples that has the key: what it has sent, and its code.
+typedef struct source {
+    hexload_bus_profile_t profile;
+    hexload_sample_code_t code;
+} source_t;
+
+/// START with codes, in lockstep, carried out.
+static source_t begin_run(hexload_bus_profile_t profile) {
+    source_t source = {.profile = profile};
+    const hexload_nonce_t nonce = challenge();
+    const hexload_bus_command_t order = {.kind = HEXLOAD_COMMAND_START,
+                                         .source = HEXLOAD_SOURCE_SIMULATOR,
+                                         .sequence = ++sequence,
+                                         .argument = (float)(HEXLOAD_PACING_LOCKSTEP + HEXLOAD_PACING_CODES)};
+    hexload_bus_frame_t start;
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_OK, hexload_bus_encode_command(&order, &start));
+    const hexload_bus_frame_t code = code_of(&start, nonce);
+    hexload_node_receive(&node, &start);
+    hexload_node_receive(&node, &code);
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_APP_ARMED, node.app.state);
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_PACING_LOCKSTEP, node.app.pacing);
+    hexload_sample_code_init(&source.code, &nonce);
+    return source;
+}
+
+/// Samples of these ticks, each frame to the node; where a code is due its frame too, as `change` leaves it.
+static void give_ticks(source_t* source, uint32_t begin, uint32_t end,
+                       bool (*change)(hexload_bus_frame_t* frame)) {
+    static const body_t load = {500.0, {0.0, 0.0, 0.3}, {25.0, 25.0, 25.0, 0.0, 0.0, 0.0}};
+    const motion_t motion = paper_motion(0.02);
+    for (uint32_t tick = begin; tick < end; tick++) {
+        const hexload_leg_sample_t sample =
+            perfect_sample(&node.app.config, &load, &motion,
+                           (double)node.app.estimator.as.paper.kinematics.home_height_m, tick);
+        hexload_bus_frame_t frames[HEXLOAD_BUS_SAMPLE_FRAMES];
+        const int count = encode_sample(source->profile, &sample, frames);
+        sent_count = 0;
+        for (int n = 0; n < count; n++) {
+            hexload_sample_code_add(&source->code, &cipher, &frames[n], n + 1 == count, tick);
+            hexload_node_receive(&node, &frames[n]);
+        }
+        if (hexload_sample_code_is_due(&source->code)) {
+            hexload_bus_frame_t code;
+            hexload_sample_code_encode(&source->code, &cipher, &code);
+            TEST_ASSERT_EQUAL_HEX32(ID_SAMPLE_MAC, code.id);
+            if (change == NULL || change(&code)) {
+                hexload_node_receive(&node, &code);
+            }
+        }
+    }
+}
+
+static bool lose(hexload_bus_frame_t* frame) {
+    (void)frame;
+    return false;
+}
+
+static bool flip(hexload_bus_frame_t* frame) {
+    frame->data[7] ^= 0x80u;
+    return true;
+}
+
+static bool shorten(hexload_bus_frame_t* frame) {
+    frame->length = 7;
+    return true;
+}
+
+static bool lengthen(hexload_bus_frame_t* frame) {
+    frame->is_fd = true;
+    return true;
+}
+
+static void test_whole_blocks_one_by_one_have_the_code_of_all(void) {
+    // GIVEN the RFC's four blocks WHEN they come one by one THEN the code is that of the whole
+    hexload_cmac_blocks_t blocks;
+    uint8_t code[HEXLOAD_CIPHER_BYTES];
+    hexload_aes128_init(&aes, rfc_key);
+    hexload_cmac_begin(&blocks, rfc_message);
+    for (size_t n = HEXLOAD_CIPHER_BYTES; n < MESSAGE_BYTES; n += HEXLOAD_CIPHER_BYTES) {
+        hexload_cmac_add(&blocks, &cipher, &rfc_message[n]);
+    }
+    hexload_cmac_end(&blocks, &cipher, code);
+    TEST_ASSERT_EQUAL_HEX8_ARRAY(rfc_codes[3].code, code, sizeof code);
+}
+
+static void test_a_run_whose_samples_have_codes_goes_on(void) {
+    for (int profile = HEXLOAD_BUS_FD; profile <= HEXLOAD_BUS_CLASSIC; profile++) {
+        // GIVEN a START with codes WHEN samples come with theirs, from a tick in the middle of sixteen on
+        begin_in((hexload_bus_profile_t)profile, 3);
+        source_t source = begin_run((hexload_bus_profile_t)profile);
+        give_ticks(&source, 16 * 7 + 5, 16 * 20, NULL);
+        // THEN it estimates, and nothing is refused
+        TEST_ASSERT_TRUE(hexload_app_is_running(&node.app));
+        TEST_ASSERT_EQUAL_UINT32(0, node.status.frames_refused);
+        TEST_ASSERT_EQUAL_UINT32(0, node.unproven);
+    }
+}
+
+static void test_a_run_whose_codes_lack_ends(void) {
+    static bool (*const changes[3])(hexload_bus_frame_t*) = {lose, shorten, lengthen};
+    for (int profile = HEXLOAD_BUS_FD; profile <= HEXLOAD_BUS_CLASSIC; profile++) {
+        for (int n = 0; n < 3; n++) {
+            // GIVEN a run with codes WHEN they are lost, or no frames of the contract, for four times sixteen
+            // ticks
+            begin_in((hexload_bus_profile_t)profile, 3);
+            source_t source = begin_run((hexload_bus_profile_t)profile);
+            give_ticks(&source, 0, 32, NULL);
+            give_ticks(&source, 32, 32 + 16 * HEXLOAD_NODE_UNPROVEN, changes[n]);
+            TEST_ASSERT_TRUE(hexload_app_is_running(&node.app));
+            // THEN at the next sample it is in fault
+            give_ticks(&source, 32 + 16 * HEXLOAD_NODE_UNPROVEN, 33 + 16 * HEXLOAD_NODE_UNPROVEN, NULL);
+            TEST_ASSERT_EQUAL_INT(HEXLOAD_FAULT_NOT_AUTHENTICATED, node.app.fault);
+            TEST_ASSERT_EQUAL_UINT32(n == 0 ? 0 : HEXLOAD_NODE_UNPROVEN, node.status.frames_refused);
+        }
+    }
+}
+
+static void test_a_wrong_code_of_whole_ticks_ends_the_run_at_once(void) {
+    for (int profile = HEXLOAD_BUS_FD; profile <= HEXLOAD_BUS_CLASSIC; profile++) {
+        // GIVEN a run with codes WHEN one of them is wrong, of ticks that have all come
+        begin_in((hexload_bus_profile_t)profile, 3);
+        source_t source = begin_run((hexload_bus_profile_t)profile);
+        give_ticks(&source, 0, 47, NULL);
+        TEST_ASSERT_TRUE(hexload_app_is_running(&node.app));
+        give_ticks(&source, 47, 48, flip);
+        // THEN it is in fault, and a second wrong one changes nothing
+        TEST_ASSERT_EQUAL_INT(HEXLOAD_FAULT_NOT_AUTHENTICATED, node.app.fault);
+        give_ticks(&source, 48, 64, flip);
+        TEST_ASSERT_EQUAL_UINT32(2, node.status.frames_refused);
+    }
+}
+
+static void test_before_the_first_code_matches_wrong_ones_have_time(void) {
+    // GIVEN a START with codes WHEN the first ones are wrong, as of a source that has not heard of it yet
+    begin_in(HEXLOAD_BUS_FD, 3);
+    source_t source = begin_run(HEXLOAD_BUS_FD);
+    give_ticks(&source, 0, 16 * HEXLOAD_NODE_UNPROVEN, flip);
+    TEST_ASSERT_TRUE(hexload_app_is_running(&node.app));
+    // THEN the run ends when they go on to be
+    give_ticks(&source, 16 * HEXLOAD_NODE_UNPROVEN, 16 * HEXLOAD_NODE_UNPROVEN + 32, flip);
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_FAULT_NOT_AUTHENTICATED, node.app.fault);
+}
+
+static void test_a_tick_that_is_lost_costs_no_more_than_its_sixteen(void) {
+    // GIVEN a run with codes WHEN a tick is lost in every second sixteen THEN the others prove it
+    begin_in(HEXLOAD_BUS_FD, 3);
+    source_t source = begin_run(HEXLOAD_BUS_FD);
+    for (uint32_t tick = 0; tick < 16 * 20; tick += 32) {
+        give_ticks(&source, tick, tick + 5, NULL);
+        give_ticks(&source, tick + 6, tick + 32, NULL);
+    }
+    TEST_ASSERT_TRUE(hexload_app_is_running(&node.app));
+    // AND a code that comes without its ticks is refused
+    hexload_bus_frame_t code = {.id = ID_SAMPLE_MAC, .length = 8};
+    hexload_node_receive(&node, &code);
+    TEST_ASSERT_EQUAL_UINT32(1, node.status.frames_refused);
+}
+
+static void test_a_leg_that_is_lost_spoils_no_other_tick(void) {
+    // GIVEN a classic run with codes WHEN one leg frame of a tick is lost
+    begin_with(3);
+    source_t source = begin_run(HEXLOAD_BUS_CLASSIC);
+    give_ticks(&source, 0, 16, NULL);
+    hexload_leg_sample_t sample = numbered_sample(16);
+    hexload_bus_frame_t frames[HEXLOAD_BUS_SAMPLE_FRAMES];
+    const int count = encode_sample(HEXLOAD_BUS_CLASSIC, &sample, frames);
+    for (int n = 0; n + 1 < count; n++) {
+        hexload_node_receive(&node, &frames[n]);
+    }
+    // THEN the next sixteen are proven again
+    give_ticks(&source, 17, 48, NULL);
+    TEST_ASSERT_EQUAL_UINT32(0, node.unproven);
+    TEST_ASSERT_TRUE(hexload_app_is_running(&node.app));
+}
+
+static void test_more_legs_than_a_tick_has_are_left_out(void) {
+    // GIVEN leg frames without a first one WHEN more of them come than fit THEN nothing is written beyond
+    hexload_sample_code_t code;
+    hexload_sample_code_init(&code, &(hexload_nonce_t){{0}});
+    const hexload_bus_frame_t leg = {.id = ID_LEG_SAMPLE_1 + 1, .length = 8};
+    for (int n = 0; n < 20; n++) {
+        hexload_sample_code_add(&code, &cipher, &leg, false, 0);
+    }
+    TEST_ASSERT_EQUAL_UINT8(HEXLOAD_BUS_FRAME_BYTES, code.count);
+}
+
+static void test_a_recorded_run_is_not_the_next_ones(void) {
+    // GIVEN the codes of one run
+    begin_in(HEXLOAD_BUS_FD, 3);
+    source_t source = begin_run(HEXLOAD_BUS_FD);
+    // WHEN the same samples come with them after another START
+    const hexload_bus_frame_t stop = command(HEXLOAD_COMMAND_STOP);
+    const hexload_bus_frame_t code = code_of(&stop, challenge());
+    hexload_node_receive(&node, &stop);
+    hexload_node_receive(&node, &code);
+    (void)begin_run(HEXLOAD_BUS_FD);
+    give_ticks(&source, 0, 16 * HEXLOAD_NODE_UNPROVEN + 1, NULL);
+    // THEN that run ends
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_FAULT_NOT_AUTHENTICATED, node.app.fault);
+}
+
+static void test_a_start_without_codes_asks_for_none(void) {
+    // GIVEN a run with codes, stopped, and a START without WHEN samples without codes come THEN it goes on
+    begin_in(HEXLOAD_BUS_FD, 3);
+    (void)begin_run(HEXLOAD_BUS_FD);
+    const hexload_bus_frame_t orders[2] = {command(HEXLOAD_COMMAND_STOP), command(HEXLOAD_COMMAND_START)};
+    for (int n = 0; n < 2; n++) {
+        const hexload_bus_frame_t code = code_of(&orders[n], challenge());
+        hexload_node_receive(&node, &orders[n]);
+        hexload_node_receive(&node, &code);
+    }
+    source_t source = {.profile = HEXLOAD_BUS_FD};
+    give_ticks(&source, 0, 16 * 8, NULL);
+    TEST_ASSERT_TRUE(hexload_app_is_running(&node.app));
+    // AND a controller without a key refuses one with codes
+    hexload_bus_acknowledge_t acknowledge;
+    const hexload_bus_command_t start = {.kind = HEXLOAD_COMMAND_START, .argument = HEXLOAD_PACING_CODES};
+    begin_with(4);
+    hexload_app_command(&node.app, &start, &acknowledge);
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_RESULT_BAD_ARGUMENT, acknowledge.result);
+}
+
 int main(void) {
     UNITY_BEGIN();
     RUN_TEST(test_codes_are_those_of_the_rfc);
@@ -363,6 +593,16 @@ int main(void) {
     RUN_TEST(test_challenges_are_answered_at_a_bounded_rate);
     RUN_TEST(test_guesses_are_looked_at_and_answered_at_a_bounded_rate);
     RUN_TEST(test_who_listens_does_not_look_at_commands);
+    RUN_TEST(test_whole_blocks_one_by_one_have_the_code_of_all);
+    RUN_TEST(test_a_run_whose_samples_have_codes_goes_on);
+    RUN_TEST(test_a_run_whose_codes_lack_ends);
+    RUN_TEST(test_a_wrong_code_of_whole_ticks_ends_the_run_at_once);
+    RUN_TEST(test_before_the_first_code_matches_wrong_ones_have_time);
+    RUN_TEST(test_a_tick_that_is_lost_costs_no_more_than_its_sixteen);
+    RUN_TEST(test_a_leg_that_is_lost_spoils_no_other_tick);
+    RUN_TEST(test_more_legs_than_a_tick_has_are_left_out);
+    RUN_TEST(test_a_recorded_run_is_not_the_next_ones);
+    RUN_TEST(test_a_start_without_codes_asks_for_none);
     RUN_TEST(test_of_a_million_forged_commands_none_is_carried_out);
     return UNITY_END();
 }

@@ -320,7 +320,7 @@ static void test_an_acknowledge_comes_back(void) {
 
 static void test_an_acknowledge_with_an_unknown_code_is_refused(void) {
     const hexload_bus_acknowledge_t unknown[4] = {
-        {.result = 7}, {.state = 5, .kind = 1}, {.fault = 7}, {.profile = 2}};
+        {.result = 7}, {.state = 5, .kind = 1}, {.fault = 8}, {.profile = 2}};
     for (int n = 0; n < 4; n++) {
         hexload_bus_frame_t frame;
         hexload_bus_acknowledge_t found = some_acknowledge;
@@ -406,7 +406,7 @@ static void test_a_status_page_changes_its_own_fields_only(void) {
 }
 
 static void test_a_status_with_an_unknown_code_is_refused(void) {
-    const hexload_bus_controller_status_t unknown[3] = {{.state = 5}, {.fault = 7}, {.profile = 2}};
+    const hexload_bus_controller_status_t unknown[3] = {{.state = 5}, {.fault = 8}, {.profile = 2}};
     for (int n = 0; n < 4; n++) {
         hexload_bus_frame_t frame;
         hexload_bus_controller_status_t found = some_status;

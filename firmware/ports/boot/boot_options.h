@@ -9,12 +9,13 @@
 
 #include <stdint.h>
 
-#define HEXLOAD_BOOT_OPTIONS_MARK 0x32304C48u // "HL02"
+#define HEXLOAD_BOOT_OPTIONS_MARK 0x33304C48u // "HL03"
 
 typedef struct hexload_boot_options {
     uint32_t mark;              ///< HEXLOAD_BOOT_OPTIONS_MARK: the rest holds
     uint32_t sample_timeout_ms; ///< 0: the default
     uint32_t config_bytes;      ///< sizeof config; 0: the port's own configuration stays
+    uint32_t nonce_seed[2];     ///< of hexload_port_t, another at each start; 0: none
     hexload_config_t config;
 } hexload_boot_options_t;
 
@@ -36,6 +37,13 @@ static inline hexload_status_t hexload_boot_options_take(const hexload_boot_opti
         settings->sample_timeout_ms = options->sample_timeout_ms;
     }
     return HEXLOAD_OK;
+}
+
+/// The seed of this start's nonces; 0: nobody has left one.
+static inline uint64_t hexload_boot_options_seed(const hexload_boot_options_t* options) {
+    return options->mark != HEXLOAD_BOOT_OPTIONS_MARK
+               ? 0
+               : (uint64_t)options->nonce_seed[1] << 32 | options->nonce_seed[0];
 }
 
 #endif

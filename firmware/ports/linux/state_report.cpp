@@ -40,6 +40,11 @@ std::string cause(const hexload_app_t& app, hexload_bus_profile_t profile) {
         return fmt::format("samples of two sources are on the bus, the last good one at tick {}: stop one of "
                            "the two, then RESET and START begin anew",
                            app.last_tick);
+    case HEXLOAD_FAULT_NOT_AUTHENTICATED:
+        return fmt::format(
+            "the samples are not those of who started it, the last one at tick {}: their codes are "
+            "missing or wrong; RESET and START begin anew",
+            app.last_tick);
     case HEXLOAD_FAULT_BUS_DOWN:
         return fmt::format("the bus is down, last tick {}: waiting for it", app.last_tick);
     default:

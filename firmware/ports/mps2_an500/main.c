@@ -4,6 +4,7 @@
 #include "app/node.h"
 #include "bus/slcan.h"
 #include "ports/boot/boot_options.h"
+#include "ports/boot/built_key.h"
 
 #include "interrupts.h"
 #include "painted_stack.h"
@@ -67,14 +68,14 @@ int main(void) {
     static hexload_slcan_t slcan;
     hexload_config_t config;
     hexload_app_settings_t settings;
-    const hexload_port_t port = {
-        .send = send, .clock_us = clock_us, .stack_margin_bytes = stack_margin_bytes};
+    hexload_port_t port = {.send = send, .clock_us = clock_us, .stack_margin_bytes = stack_margin_bytes};
     painted_stack_paint();
     hexload_config_default(&config);
     config.kind = HEXLOAD_KIND_PAPER; // until the source of samples selects another
     hexload_app_settings_default(&settings);
     hexload_slcan_init(&slcan);
     if (hexload_boot_options_take(&boot_options, &config, &settings) != HEXLOAD_OK ||
+        !hexload_built_key_give(&port, hexload_boot_options_seed(&boot_options)) ||
         hexload_node_init(&node, &config, &settings, HEXLOAD_BUS_CLASSIC, &port) != HEXLOAD_OK) {
         return 1;
     }

@@ -7,6 +7,7 @@
 
 #include "app/node.h"
 #include "ports/boot/boot_options.h"
+#include "ports/boot/built_key.h"
 
 #include <stddef.h>
 
@@ -81,12 +82,16 @@ int main(void) {
     static hexload_node_t node;
     hexload_config_t config;
     hexload_app_settings_t settings;
-    const hexload_port_t port = {
+    hexload_port_t port = {
         .context = &machine, .send = send, .clock_us = clock_us, .stack_margin_bytes = measure_stack};
     hexload_config_default(&config);
     config.kind = HEXLOAD_KIND_PAPER; // until the source of samples selects another
     hexload_app_settings_default(&settings);
     hexload_status_t status = hexload_boot_options_take(&boot_options, &config, &settings);
+    if (!hexload_built_key_give(&port, hexload_boot_options_seed(&boot_options))) {
+        console_say("it has a key, and nothing to make nonces of");
+        return 1;
+    }
     if (status == HEXLOAD_OK) {
         status = hexload_node_init(&node, &config, &settings, HEXLOAD_BUS_CLASSIC, &port);
     }

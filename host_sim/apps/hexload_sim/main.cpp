@@ -102,6 +102,7 @@ std::unique_ptr<sim::EstimatorLink> make_link(const Options& options,
     settings.configuration = options.any_configuration ? 0 : hexload_app_configuration(&config);
     if (!options.key.empty()) {
         settings.key = transport::read_key(options.key);
+        settings.has_sample_codes = options.sample_codes;
     }
     settings.answer_timeout =
         std::chrono::ceil<std::chrono::milliseconds>(std::chrono::duration<double>(timeout_s));

@@ -65,9 +65,12 @@ void declare_bus(CLI::App& app, Options& options) {
         ->excludes(bus, profile);
     app.add_option("--publish", options.publish,
                    "publish the run on LCM, samples and truth, for lcm-spy and lcm-logger: lcm, lcm:URL");
-    app.add_option("--key", options.key,
-                   "key file of a controller that has one: commands are sent with its codes")
-        ->needs(bus);
+    auto* key = app.add_option("--key", options.key,
+                               "key file of a controller that has one: commands are sent with its codes")
+                    ->needs(bus);
+    app.add_flag("--sample-codes", options.sample_codes,
+                 "samples have codes of the key too, one for 16 ticks: without them the controller stops")
+        ->needs(key);
     auto* lockstep = app.add_flag("--lockstep", options.lockstep,
                                   "tick k + 1 follows when tick k is answered (default on a bus)");
     app.add_flag("--real-time", options.real_time, "ticks by the clock")->excludes(lockstep);

@@ -3,6 +3,9 @@
 /// the application as frames, and counted: all of it, and on copies its decoding and the encoding of its
 /// answer alone.
 #include "app/node.h"
+#include "bus/authentication.h"
+#include "bus/sample_code.h"
+#include "ports/mbedtls/aes128.h"
 
 #include "arguments.h"
 #include "instruction_counter.h"
@@ -19,6 +22,9 @@ typedef struct {
     uint32_t node_bytes;
     uint32_t start_instructions;  ///< of the command START, acknowledge included
     uint32_t period_instructions; ///< of the longest hexload_node_period(), one with a status page
+    uint32_t code_instructions;   ///< by which a command to a node with a key costs more, AES in software
+    uint32_t proof_instructions;  ///< by which a sample with a code costs more, the mean of its sixteen
+    uint32_t longest_proof;       ///< the longest of them, with the code's frame
 } header_t;
 
 typedef struct {
@@ -92,6 +98,83 @@ static uint32_t count_longest_period(hexload_node_t* node) {
     return longest;
 }
 
+/// Of a command that does nothing, its acknowledge included; with the code that goes with it unless `cipher`
+/// is NULL.
+static uint32_t count_command(hexload_node_t* node, const hexload_cipher_t* cipher) {
+    const hexload_bus_command_t command = {.kind = 15};
+    hexload_bus_frame_t frames[2];
+    const hexload_bus_status_t status = hexload_bus_encode_command(&command, &frames[0]);
+    if (cipher != NULL) {
+        hexload_bus_encode_command_mac(cipher, &node->authentication.nonce, &frames[0], &frames[1]);
+    }
+    const uint32_t mark = instruction_counter_mark();
+    for (int n = 0; n < (cipher != NULL ? 2 : 1); n++) {
+        hexload_node_receive(node, &frames[n]);
+    }
+    const uint32_t count = instruction_counter_since(mark);
+    return status == HEXLOAD_BUS_OK ? count : 0;
+}
+
+/// What the code of a command costs; 0: the node did not take it.
+static uint32_t count_code(hexload_node_t* node, const hexload_config_t* config,
+                           hexload_app_settings_t* settings, hexload_port_t port, mailbox_t* mailbox) {
+    static hexload_aes128_t aes;
+    static const uint8_t key[HEXLOAD_AES128_KEY_BYTES] = {1, 2, 3};
+    const hexload_cipher_t cipher = {&aes, hexload_aes128_encrypt_block};
+    const hexload_bus_profile_t profile = (hexload_bus_profile_t)node->status.profile;
+    const uint32_t plain = count_command(node, NULL);
+    hexload_aes128_init(&aes, key);
+    if (hexload_node_init(node, config, settings, profile, &port) != HEXLOAD_OK) {
+        return 0;
+    }
+    hexload_node_period(node, HEXLOAD_NODE_LISTEN_MS);
+    hexload_authentication_init(&node->authentication, &cipher, 1); // the port's context is the mailbox
+    const uint32_t sent = mailbox->sent;
+    const uint32_t with_code = count_command(node, &cipher);
+    const bool is_taken = mailbox->sent == sent + 2 && node->status.frames_refused == 0;
+    return is_taken ? with_code - plain : 0;
+}
+
+/// What the codes of samples cost: the frames of sixteen ticks, and the code's.
+static bool count_proofs(hexload_bus_profile_t profile, header_t* header) {
+    static hexload_aes128_t aes;
+    static const uint8_t key[HEXLOAD_AES128_KEY_BYTES] = {1, 2, 3};
+    const hexload_cipher_t cipher = {&aes, hexload_aes128_encrypt_block};
+    const hexload_nonce_t nonce = {{0}};
+    hexload_sample_code_t source;
+    hexload_sample_code_t node;
+    uint32_t sum = 0;
+    hexload_aes128_init(&aes, key);
+    hexload_sample_code_init(&source, &nonce);
+    hexload_sample_code_init(&node, &nonce);
+    for (uint32_t tick = 0; tick < (uint32_t)HEXLOAD_BUS_CODE_TICKS; tick++) {
+        const hexload_leg_sample_t sample = {.tick = tick, .force_n = {100.0f, 200.0f}};
+        hexload_bus_frame_t frames[HEXLOAD_BUS_SAMPLE_FRAMES];
+        hexload_bus_frame_t code;
+        uint32_t saturated = 0;
+        const int count = hexload_bus_encode_sample(profile, &sample, frames, &saturated);
+        for (int n = 0; n < count; n++) {
+            hexload_sample_code_add(&source, &cipher, &frames[n], n + 1 == count, tick);
+        }
+        const bool is_due = hexload_sample_code_is_due(&source);
+        if (is_due) {
+            hexload_sample_code_encode(&source, &cipher, &code);
+        }
+        const uint32_t mark = instruction_counter_mark();
+        for (int n = 0; n < count; n++) {
+            hexload_sample_code_add(&node, &cipher, &frames[n], n + 1 == count, tick);
+        }
+        if (is_due && hexload_sample_code_check(&node, &cipher, &code) != HEXLOAD_BUS_OK) {
+            return false;
+        }
+        const uint32_t instructions = instruction_counter_since(mark);
+        sum += instructions;
+        header->longest_proof = instructions > header->longest_proof ? instructions : header->longest_proof;
+    }
+    header->proof_instructions = sum / (uint32_t)HEXLOAD_BUS_CODE_TICKS;
+    return true;
+}
+
 /// Past the listening time, in lockstep, so that no time-out ends the run.
 static bool start(hexload_node_t* node, const hexload_config_t* config, hexload_bus_profile_t profile,
                   mailbox_t* mailbox, header_t* header) {
@@ -104,6 +187,12 @@ static bool start(hexload_node_t* node, const hexload_config_t* config, hexload_
     settings.refused_limit = UINT32_MAX;
     if (hexload_node_init(node, config, &settings, profile, &port) != HEXLOAD_OK ||
         hexload_bus_encode_command(&command, &frame) != HEXLOAD_BUS_OK) {
+        return false;
+    }
+    hexload_node_period(node, HEXLOAD_NODE_LISTEN_MS);
+    header->code_instructions = count_code(node, config, &settings, port, mailbox);
+    if (header->code_instructions == 0 || !count_proofs(profile, header) ||
+        hexload_node_init(node, config, &settings, profile, &port) != HEXLOAD_OK) {
         return false;
     }
     hexload_node_period(node, HEXLOAD_NODE_LISTEN_MS);

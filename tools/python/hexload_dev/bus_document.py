@@ -98,6 +98,9 @@ def bus_load(contract: Database, name: str, filter_name: str, data_mbit_s: float
 
 
 FLOOD_FRAMES_S = 50 + 50 + 100  # acknowledges of refusals, challenges for guesses and for questions
+CODE_PERIOD_S = 16e-3
+CODE_INSTRUCTIONS = {"command": 5_282, "fd": 3_114, "classic": 2_705}  # -R budget, on 2026-11-22
+SAMPLE_INSTRUCTIONS = {"fd": 32_331, "classic": 32_606}  # the longest of the paper's motion, the same
 UNPROTECTED_TICK_BYTES = 4  # of SampleTick in version 1 of the contract, which had no checksum there and in the legs
 
 
@@ -338,9 +341,24 @@ So a recorded command is worth nothing, and one with other bytes neither. What t
   twice, and a count. So no start repeats another's numbers, and nobody foretells one to have it answered beforehand.
 - Without a key a controller carries out anybody's commands, and says *unknown command* to *challenge*.
 
-The two frames have no checksum: a damaged one makes a code that does not match. Samples, answers, status and acknowledges are not
-authenticated: who forges those can end a run, or lie about it. Who keeps the bus busy can keep commands out. On LCM nothing is
-authenticated. C code: [authentication.h](authentication.h), [cmac.h](cmac.h); the key is the port's, and AES: its hardware's, or
+What it costs: a command {command_instructions} instructions more on a Cortex-M7 with AES in software ([budget.toml](../../tests/budget/budget.toml)).
+
+## Authentication of samples
+
+As an option, to a controller with a key and in either profile: a START whose pacing says *with codes* promises a SampleMac behind each 16
+ticks. Its CMAC goes over the Data ID 0x484C0087, the number that START's own code counted in, the first of the 16 ticks, and all bytes
+of the leg frames. So neither a run recorded before nor other frames with right checksums are taken for the source's. A code that does not match
+although all 16 ticks have come ends the run in the fault *samples not authenticated*, and so do more than four times 16 ticks without a
+code that matches: forged samples are believed for 80 ticks at most. A lost frame costs its sixteen their code and no more, which leaves
+one way: who keeps all frames of the source off the bus, speaks in its place for less than four times 16 ticks, leaves a tick or the code
+out, and then lets it go on. SampleTick is not counted in; it cannot make another tick of the frames, which would not match.
+
+What it costs: 135 us in 16 ms, {code_load:.2f} % of the bus, {classic_load:.2f} % in all in the classic profile; a sample {fd_instructions} instructions more (fd) or {classic_instructions} (classic), {fd_share:.0f} and {classic_share:.0f} %
+of the momentum filter's at -O3, by AES in software.
+
+The frames of authentication have no checksum: a damaged one makes a code that does not match. Answers, status and acknowledges have no
+code: who forges them can end a run, or lie about it. Who keeps the bus busy can keep commands and samples out. On LCM nothing is
+authenticated. C code: [authentication.h](authentication.h), [sample_code.h](sample_code.h), [cmac.h](cmac.h); the key is the port's, and AES: its hardware's, or
 mbedTLS.
 """
 
@@ -371,6 +389,17 @@ like leg 1.
 """
 
 
+def authentication_numbers(contract: Database) -> dict[str, float | str]:
+    """What codes cost: load of the bus in %, instructions."""
+    load_of_codes = classic_bits(8) * NOMINAL_BIT_S / CODE_PERIOD_S
+    return {
+        "code_load": 100 * load_of_codes,
+        "classic_load": 100 * (bus_load(contract, "classic", "momentum") + load_of_codes),
+        **{f"{name}_instructions": f"{count:,}" for name, count in CODE_INSTRUCTIONS.items()},
+        **{f"{name}_share": 100 * CODE_INSTRUCTIONS[name] / SAMPLE_INSTRUCTIONS[name] for name in SAMPLE_INSTRUCTIONS},
+    }
+
+
 def document() -> str:
     contract = load_contract()
     ages = {f"{name}_age": answer_age_ticks(contract, pages) for name, pages in ANSWER_PAGES.items()}
@@ -383,7 +412,10 @@ def document() -> str:
         "authenticated_us": 4 * command_us,
         "flood": FLOOD_FRAMES_S * command_us * 1e-4,
     }
-    lines += [PROTECTION_TEXT, LOAD_TEXT.format(**numbers, added=100 * protection_load(contract))]
+    lines += [
+        PROTECTION_TEXT.format(**authentication_numbers(contract)),
+        LOAD_TEXT.format(**numbers, added=100 * protection_load(contract)),
+    ]
     lines += ["### Classic at 1 Mbit/s, either filter", "", *load_table(contract, "classic", "momentum")]
     for filter_name, title in FILTER_TITLES.items():
         lines += [f"### FD at 1 Mbit/s, data at {DATA_MBIT_S} Mbit/s, {title}", ""]

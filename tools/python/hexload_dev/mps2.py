@@ -36,18 +36,18 @@ class Controller:
         return f"socket://127.0.0.1:{self.port}"
 
 
-def program(preset: str = PRESET) -> Path:
-    return target.directory(preset) / "firmware" / "ports" / "mps2_an500" / PROGRAM
+def program(preset: str = PRESET, name: str = PROGRAM) -> Path:
+    return target.directory(preset) / "firmware" / "ports" / "mps2_an500" / name
 
 
 @contextmanager
 def running_mps2(
-    folder: Path, preset: str = PRESET, options: tuple[str, ...] = (), config: bytes = b""
+    folder: Path, preset: str = PRESET, options: tuple[str, ...] = (), config: bytes = b"", name: str = PROGRAM
 ) -> Iterator[Controller]:
     """Starts the emulated controller, waits until it speaks, ends it at the end; it also ends when this process does.
 
     QEMU's own words are in `folder`. `options`: further ones of QEMU. `config`: of native.config_bytes(), instead of the
-    paper's machine. One peer at a time: the next is served when the
+    paper's machine. `name`: of the program. One peer at a time: the next is served when the
     last has gone. Raises ToolFailed when the controller does not get ready.
     """
     log = folder / "qemu.log"
@@ -57,7 +57,7 @@ def running_mps2(
         # The multiplexer has a buffer: without it QEMU's two threads take turns for each byte, half as fast.
         line = f"socket,id=line,fd={server.fileno()},server=on,wait=off,nodelay=on,mux=on"
         process = subprocess.Popen(
-            ["setpriv", "--pdeathsig", "KILL", *command(preset), "-chardev", line, "-serial", "chardev:line",
+            ["setpriv", "--pdeathsig", "KILL", *command(preset, name), "-chardev", line, "-serial", "chardev:line",
              "-device", loader, *options],
             stdin=subprocess.DEVNULL, stdout=output, stderr=output, pass_fds=[server.fileno()],
         )  # fmt: skip
@@ -70,9 +70,9 @@ def running_mps2(
         process.wait()
 
 
-def command(preset: str) -> list[str]:
+def command(preset: str, name: str = PROGRAM) -> list[str]:
     machine = ["qemu-system-arm", *QEMU_SANDBOX, *"-machine mps2-an500 -display none -monitor none".split()]
-    return [*machine, "-semihosting-config", "enable=on,target=native", "-kernel", str(program(preset))]
+    return [*machine, "-semihosting-config", "enable=on,target=native", "-kernel", str(program(preset, name))]
 
 
 def _await_status(controller: Controller, log: Path) -> None:

@@ -75,7 +75,18 @@ BODY_ANSWER = np.dtype(
 RIVAL_ANSWER = np.dtype([("instructions", "<u4"), ("parameter", "<f4", 4)])
 
 NODE_HEADER = np.dtype(
-    [(name, "<u4") for name in ("config_bytes", "node_bytes", "start_instructions", "period_instructions")]
+    [
+        (name, "<u4")
+        for name in (
+            "config_bytes",
+            "node_bytes",
+            "start_instructions",
+            "period_instructions",
+            "code_instructions",
+            "proof_instructions",
+            "longest_proof",
+        )
+    ]
 )
 NODE_ANSWER = np.dtype(
     [("state", "<u4"), ("frames_sent", "<u4"), ("instructions", "<u4", len(NODE_PARTS)), ("stack_bytes", "<u4")]
@@ -96,6 +107,9 @@ class NodeRun:
     node_bytes: int
     start_instructions: int  # of the command START
     period_instructions: int  # of the longest hexload_node_period()
+    code_instructions: int  # more, of a command to a node with a key
+    proof_instructions: int  # more, of a sample with a code: the mean of sixteen
+    longest_proof: int  # of them, with the code's frame
     answers: NDArray  # of NODE_ANSWER, one for each sample
 
 

@@ -115,6 +115,9 @@ def sim(
             show_default="a new one for this run; with --external-controller none",
         ),
     ] = None,
+    sample_codes: Annotated[
+        bool, typer.Option("--sample-codes", help="Samples have codes of the key too, one for 16 ticks.")
+    ] = False,
     feed: Annotated[
         str | None,
         typer.Option(help="Run simulator and controller as two programs on LCM instead of a bus: lcm, lcm:URL."),
@@ -183,7 +186,13 @@ def sim(
         "--answer-timeout": answer_timeout,
     }
     options = [word for name, value in given.items() if value is not None for word in (name, str(value))]
-    flags = {"--force": force, "--quiet": quiet or as_json, "--lockstep": lockstep, "--real-time": real_time}
+    flags = {
+        "--force": force,
+        "--quiet": quiet or as_json,
+        "--lockstep": lockstep,
+        "--real-time": real_time,
+        "--sample-codes": sample_codes,
+    }
     options += [name for name, wanted in flags.items() if wanted]
     controller = None
     if (bus not in (None, "inproc") or feed) and not external_controller:

@@ -18,8 +18,13 @@ PATIENCE_S = 1.0  # that a command waits for its challenge: later it would surpr
 
 def code_of(key: bytes, nonce: bytes, command: bytes) -> bytes:
     """What CommandMac has for the eight bytes of a Command."""
+    return code_over(key, COMMAND_MAC, nonce, command)
+
+
+def code_over(key: bytes, identifier: int, nonce: bytes, data: bytes) -> bytes:
+    """What a frame of this identifier has as a code for `data`."""
     mac = CMAC(AES(key))
-    mac.update(struct.pack("<I", DATA_ID + COMMAND_MAC) + nonce + command)
+    mac.update(struct.pack("<I", DATA_ID + identifier) + nonce + data)
     return mac.finalize()[:CODE_BYTES]
 
 
