@@ -791,8 +791,7 @@ static void test_two_changes_of_the_load_at_once_leave_the_actuator_effects_know
         run(&bench, &heavier, apart[n]);
         run(&bench, &last, 400);
         // THEN both changes are reported, AND the effects are right: of twenty one is beyond 4.5 sigmas in
-        // one of 7,000 runs. The second load's samples are taken for the third's, or the other way round,
-        // till then
+        // one of 7,000 runs
         TEST_ASSERT_EQUAL_UINT32(2, bench.alarms);
         for (int i = 0; i < DIM; i++) {
             TEST_ASSERT_DOUBLE_WITHIN(4.5 * (double)bench.answer.sigma[i], effects.value[i],

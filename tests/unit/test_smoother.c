@@ -157,15 +157,15 @@ static double ringing_m_s(double frequency_hz, double amplitude_m_s, double t_s)
     return amplitude_m_s * cos(2.0 * 3.14159265358979 * frequency_hz * t_s);
 }
 
-/// Largest error of the smooth speeds in a steady oscillation, over its amplitude.
-static double ringing_left(double frequency_hz, double amplitude_m_s) {
+/// Largest error of the smooth speeds after a tick of a steady oscillation, over its amplitude.
+static double ringing_left_in(double frequency_hz, double amplitude_m_s, uint32_t from, uint32_t ticks) {
     const hexload_config_t config = machine_with_lag(80, 20e-6);
     const double omega = 2.0 * 3.14159265358979 * frequency_hz;
     hexload_smoother_t smoother;
     hexload_smooth_sample_t past;
     double largest_m_s = 0.0;
     hexload_smoother_init(&smoother, &config);
-    for (uint32_t tick = 0; tick < 600; tick++) {
+    for (uint32_t tick = 0; tick < ticks; tick++) {
         const double t_s = 1e-3 * tick;
         hexload_leg_sample_t sample = {.tick = tick};
         for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
@@ -173,12 +173,25 @@ static double ringing_left(double frequency_hz, double amplitude_m_s) {
             sample.velocity_m_s[leg] = (hexload_real_t)ringing_m_s(frequency_hz, amplitude_m_s, t_s);
         }
         (void)put(&smoother, &config, &sample, tick > 0);
-        if (hexload_smoother_take(&smoother, &config.sensors, &past) && past.sample.tick > 100) {
+        if (hexload_smoother_take(&smoother, &config.sensors, &past) && past.sample.tick > from) {
             const double true_m_s = ringing_m_s(frequency_hz, amplitude_m_s, 1e-3 * past.sample.tick);
             largest_m_s = fmax(largest_m_s, fabs((double)past.smooth_velocity_m_s[2] - true_m_s));
         }
     }
     return largest_m_s / amplitude_m_s;
+}
+
+/// In the first 320 ticks, four lags.
+static double ringing_left(double frequency_hz, double amplitude_m_s) {
+    return ringing_left_in(frequency_hz, amplitude_m_s, 100, 400);
+}
+
+static void test_a_servo_that_rings_on_is_no_transient(void) {
+    // GIVEN legs that ring at 50 Hz with 50 mm/s WHEN that has lasted for more than four lags, and the two of
+    // the window THEN the speeds are the window's, which leaves nothing of it: off by the amplitude, and by a
+    // fiftieth, its gain at that frequency
+    const double left = ringing_left_in(50.0, 0.05, 600, 1200);
+    TEST_ASSERT_DOUBLE_WITHIN(0.03, 1.0, left);
 }
 
 static void test_a_transient_faster_than_the_window_is_followed(void) {
@@ -421,6 +434,7 @@ int main(void) {
     RUN_TEST(test_curvature_of_one_leg_does_not_bring_in_the_noise_of_the_others);
     RUN_TEST(test_noise_at_rest_is_not_taken_for_motion);
     RUN_TEST(test_a_transient_faster_than_the_window_is_followed);
+    RUN_TEST(test_a_servo_that_rings_on_is_no_transient);
     RUN_TEST(test_a_transient_is_never_followed_the_wrong_way_round);
     RUN_TEST(test_noise_of_speed_sensors_is_hardly_ever_followed);
     RUN_TEST(test_a_ticks_own_speed_is_not_in_its_smooth_one);

@@ -285,11 +285,12 @@ typedef struct hexload_smoother {
     hexload_real_t force_n[HEXLOAD_DELAY_CAPACITY][HEXLOAD_LEGS];      ///< measured
     /// missing, and bridged; or a speed that its neighbours on both sides contradict
     bool is_left_out[HEXLOAD_DELAY_CAPACITY];
-    uint32_t stored;      ///< ticks put in since the start; modulo the capacities the next one's place
-    uint32_t entered;     ///< ticks that have entered the window
-    uint32_t gap_ticks;   ///< from the last sample taken out to the middle of the window
-    uint32_t middle_tick; ///< of the window's middle
-    bool has_taken;       ///< a sample has been taken out since the start
+    uint32_t stored;          ///< ticks put in since the start; modulo the capacities the next one's place
+    uint32_t entered;         ///< ticks that have entered the window
+    uint32_t gap_ticks;       ///< from the last sample taken out to the middle of the window
+    uint32_t middle_tick;     ///< of the window's middle
+    uint32_t transient_ticks; ///< with what is too fast for the window, less those without
+    bool has_taken;           ///< a sample has been taken out since the start
     hexload_real_t held_m_s[HEXLOAD_LEGS]; ///< speeds of the last one, until the window is full
     hexload_motion_directions_t directions;
 } hexload_smoother_t;

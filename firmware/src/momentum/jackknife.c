@@ -159,7 +159,8 @@ static void compare(hexload_jackknife_t* self, int k, uint32_t b) {
     self->last_share = share;
 }
 
-/// By how much sigma is too small: never too large, as few blocks may agree by chance.
+/// By how much sigma is too small: never too large, as few blocks may agree by chance. As they may differ by
+/// chance too, the spread counts less by its standard deviation: else noise alone would widen sigma by 5 %.
 static void conclude(hexload_jackknife_t* self) {
     hexload_real_t spread = HEXLOAD_REAL(0.0);
     hexload_real_t expected = HEXLOAD_REAL(0.0);
@@ -170,8 +171,9 @@ static void conclude(hexload_jackknife_t* self) {
     self->pooled = spread / expected;
     self->has_concluded = true;
     for (int k = 0; k < DIM; k++) {
-        const hexload_real_t square =
-            (self->spread[k] + POOLED * self->pooled) / (self->share[k] - self->square[k] + POOLED);
+        const hexload_real_t own = hexload_max(self->share[k] - self->square[k], HEXLOAD_REAL(0.0));
+        const hexload_real_t chance = hexload_sqrt(HEXLOAD_REAL(2.0) * self->square[k] * own);
+        const hexload_real_t square = (self->spread[k] + POOLED * self->pooled - chance) / (own + POOLED);
         self->factor[k] = hexload_sqrt(hexload_max(square, HEXLOAD_REAL(1.0)));
     }
 }

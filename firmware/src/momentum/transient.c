@@ -2,6 +2,8 @@
 
 #include "algebra/chi_square.h"
 
+#include <string.h>
+
 /// Weights of tick j on either side in a parabola's value at the middle: with sums over the window without
 /// it, n its ticks, (S4 - S2 j^2) / (n S4 - S2^2). At j = 0 that is the variance of the value, in those of a
 /// tick.
@@ -10,6 +12,8 @@
 
 /// Ten sigma in each leg.
 #define NARROW_LIMIT HEXLOAD_REAL(600.0)
+
+enum { LONGEST_LAGS = 4 }; ///< that a transient lasts
 
 static hexload_real_t distance_square(const hexload_real_t a[HEXLOAD_LEGS],
                                       const hexload_real_t b[HEXLOAD_LEGS]) {
@@ -20,7 +24,8 @@ static hexload_real_t distance_square(const hexload_real_t a[HEXLOAD_LEGS],
     return square;
 }
 
-static void keep_significant(const hexload_real_t seen_m_s[HEXLOAD_LEGS], hexload_real_t least_square,
+/// @return whether anything is.
+static bool keep_significant(const hexload_real_t seen_m_s[HEXLOAD_LEGS], hexload_real_t least_square,
                              hexload_real_t velocity_m_s[HEXLOAD_LEGS]) {
     hexload_real_t beyond_m_s[HEXLOAD_LEGS];
     hexload_real_t square = HEXLOAD_REAL(0.0);
@@ -34,9 +39,23 @@ static void keep_significant(const hexload_real_t seen_m_s[HEXLOAD_LEGS], hexloa
             velocity_m_s[leg] = hexload_fma(share, beyond_m_s[leg], velocity_m_s[leg]);
         }
     }
+    return square > least_square;
 }
 
-void hexload_transient_follow(const hexload_smoother_t* smoother, uint32_t place, hexload_real_t sigma_m_s,
+/// Counts the ticks of transients up and others down. @return whether there have been so many of late that it
+/// is none, but a servo that rings: the noise of such speeds in the directions that it does not move would in
+/// time count as information on them.
+static bool lasts(hexload_smoother_t* smoother, bool is_transient) {
+    const uint32_t longest = LONGEST_LAGS * smoother->constants.lag_ticks;
+    if (is_transient) {
+        smoother->transient_ticks += smoother->transient_ticks < 2 * longest ? 1 : 0;
+    } else {
+        smoother->transient_ticks -= smoother->transient_ticks > 0 ? 1 : 0;
+    }
+    return smoother->transient_ticks > longest;
+}
+
+void hexload_transient_follow(hexload_smoother_t* smoother, uint32_t place, hexload_real_t sigma_m_s,
                               hexload_real_t velocity_m_s[HEXLOAD_LEGS]) {
     static const hexload_real_t wide[HEXLOAD_TRANSIENT_TICKS] = {
         WIDE(1.0), WIDE(2.0), WIDE(3.0), WIDE(4.0),  WIDE(5.0),  WIDE(6.0),
@@ -68,10 +87,16 @@ void hexload_transient_follow(const hexload_smoother_t* smoother, uint32_t place
     // what is faster than the wide one comes out of it as nothing, or turned round
     const bool is_wide =
         distance_square(by_narrow_m_s, by_wide_m_s) < distance_square(by_wide_m_s, velocity_m_s);
+    hexload_real_t with_m_s[HEXLOAD_LEGS];
+    bool is_transient = false;
+    memcpy(with_m_s, velocity_m_s, sizeof with_m_s);
     if (is_whole && is_wide) {
-        keep_significant(by_wide_m_s, CHI_SQUARE_6_999 * WIDE(0.0) * variance, velocity_m_s);
+        is_transient = keep_significant(by_wide_m_s, CHI_SQUARE_6_999 * WIDE(0.0) * variance, with_m_s);
     }
-    if (is_whole) {
-        keep_significant(by_narrow_m_s, narrow_limit * NARROW(0.0) * variance, velocity_m_s);
+    if (is_whole && keep_significant(by_narrow_m_s, narrow_limit * NARROW(0.0) * variance, with_m_s)) {
+        is_transient = true;
+    }
+    if (!lasts(smoother, is_transient) && is_transient) {
+        memcpy(velocity_m_s, with_m_s, sizeof with_m_s);
     }
 }

@@ -10,10 +10,11 @@
 /// innovation's. A window's noise, 0.31 and 0.46 sigma, would count as motion; its part is kept times
 /// max(0, 1 - limit / q), q the sum over the legs of (part / its sigma)^2: limit 22.46, the 99.9 % point of
 /// chi-square with 6 degrees of freedom; for the narrow window 600, ten sigma in each leg, once the window of
-/// displacements is full. Where a tick among the 24 is missing or an outlier nothing is added.
+/// displacements is full. Where a tick among the 24 is missing or an outlier nothing is added; nor where
+/// there are transients for more than four lags, as when a servo rings on.
 /// @param place of the tick in the rings of `smoother`, which hold 12 ticks before and after it.
 /// @param[in,out] velocity_m_s of the legs. Reentrant, constant time.
-void hexload_transient_follow(const hexload_smoother_t* smoother, uint32_t place, hexload_real_t sigma_m_s,
+void hexload_transient_follow(hexload_smoother_t* smoother, uint32_t place, hexload_real_t sigma_m_s,
                               hexload_real_t velocity_m_s[HEXLOAD_LEGS]);
 
 #endif
