@@ -23,8 +23,8 @@ from scipy.optimize import brentq
 from scipy.spatial.transform import Rotation
 
 from hexload import project
-from hexload.cli.excite_check import native_load
 from hexload.cli.excite import Wish, design, summary_of
+from hexload.cli.excite_check import native_load
 from hexload.errors import InputError
 
 G = 9.81
@@ -158,7 +158,9 @@ def forward_kinematics(geometry: dict, displacement_m: np.ndarray) -> Poses:
     return Poses(position - position[0], rotation, jacobian, direction, is_found)
 
 
-def faults_of_run(platform: Path, motion: Path, theta: list[float], duration_s: float, heaviest: list[float]) -> list[str]:
+def faults_of_run(
+    platform: Path, motion: Path, theta: list[float], duration_s: float, heaviest: list[float]
+) -> list[str]:
     """What a run of the simulator's program shows, by this file's kinematics."""
     machine = hexload_native.load_platform(str(platform))
     folder = motion.parent
