@@ -24,7 +24,6 @@ from scipy.spatial.transform import Rotation
 
 from hexload import project
 from hexload.cli.excite import Wish, design, summary_of
-from hexload.cli.excite_check import native_load
 from hexload.errors import InputError
 
 G = 9.81
@@ -217,7 +216,7 @@ def legs_of_pose(geometry: dict, pose: np.ndarray) -> np.ndarray:
 def scenario_toml(machine, motion: Path, load: tuple[list[float], list[float]], duration_s: float) -> str:
     """The machine's own servo on the motion, with one load (theta; the heaviest one's) on its axis and time to come to rest."""
     theta, heaviest = load
-    own = hexload_native.scaled_machine(machine, machine.actuators, native_load(hexload_native, np.array(heaviest)))
+    own = hexload_native.scaled_machine(machine, machine.actuators, heaviest[0])
     resolved = own.to_toml()
     servo = resolved[resolved.index("[controller]") :]
     tables = [part for part in servo.split("\n\n") if part.startswith(("[controller]", "[hydraulics]"))]
