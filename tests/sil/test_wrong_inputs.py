@@ -134,10 +134,10 @@ def new(**options: str) -> Callable[[Bench], tuple]:
     return lambda bench: ("platform", "new", "--out", bench.folder / "new.toml", *words)
 
 
-def on_empty(verb: str, **factors: float) -> Callable[[Bench], tuple]:
+def on_empty(verb: str, *more: str, **factors: float) -> Callable[[Bench], tuple]:
     return lambda bench: (
         *(verb, bench.log_file(**factors), "--platform", bench.platform()),
-        *("--out", bench.folder / f"{verb}.toml"),
+        *("--out", bench.folder / f"{verb}.toml", *more),
     )
 
 
@@ -152,6 +152,7 @@ def arrays(**factors: float) -> Callable[[Bench], Callable]:
     return words
 
 
+IN_MM = ("--columns", 'dl = { unit = "mm" }')  # which mends the unit, so that what is wrong beside is said
 ACTUATORS = ("--leg-speed", "1.2", "--leg-force", "19e3", "--speed-sum", "2.6")
 
 WRONG = [
@@ -334,12 +335,12 @@ WRONG = [
     Wrong("a mass in newtons", "platform new", "expected a number, with one of the units kg", new(mass="981 N")),
     Wrong("displacements in mm", "tare", "displacements look like mm", on_empty("tare", dl=MM)),
     Wrong("forces in kN", "tare", "forces look like kN", on_empty("tare", f=1e-3)),
-    Wrong("a load on the platform", "tare", "the platform seems to carry a load", on_empty("tare")),
+    Wrong("a load on the platform", "tare", "the platform seems to carry a load", on_empty("tare", *IN_MM, dl=MM)),
     Wrong("velocities in mm/s", "commission", "velocities look like mm/s", on_empty("commission", vl=MM)),
     Wrong(
         "forces with the opposite sign", "commission", "forces have the opposite sign", on_empty("commission", f=-1.0)
     ),
-    Wrong("a run that is too short", "commission", "expected 4 s", on_empty("commission")),
+    Wrong("a run that is too short", "commission", "expected 4 s", on_empty("commission", *IN_MM, dl=MM)),
     Wrong(
         "forces in kN",
         "view",
