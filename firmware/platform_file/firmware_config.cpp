@@ -138,8 +138,10 @@ hexload_config_t firmware_config(const PlatformFile& platform, const EstimatorSe
         put_rig(*platform.rig, config);
     }
     hexload_config_set_momentum(&config);
-    if (platform.known_mass_kg) {
+    if (platform.known_mass_kg && settings.from_known_mass) {
         hexload_config_set_known_mass(&config, real(*platform.known_mass_kg));
+    } else if (platform.known_mass_kg) {
+        config.paper.load_mass_kg = real(*platform.known_mass_kg);
     }
     hexload_config_set_prior(&config,
                              settings.prior == PaperPrior::safe ? HEXLOAD_PRIOR_SAFE : HEXLOAD_PRIOR_PRINTED);

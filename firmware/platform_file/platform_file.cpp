@@ -170,6 +170,7 @@ EstimatorSettings read_estimator(TomlReader table) {
     EstimatorSettings settings;
     table.choice("kind", settings.kind, estimator_kinds);
     table.choice("prior", settings.prior, paper_priors);
+    table.boolean("from_known_mass", settings.from_known_mass);
     table.optional_number("bias_sigma_n", settings.bias_sigma_n, start_force);
     table.optional_number("coulomb_sigma_n", settings.coulomb_sigma_n, start_force);
     table.optional_number("viscous_sigma_n_s_m", settings.viscous_sigma_n_s_m, start_viscous);

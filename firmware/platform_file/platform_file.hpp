@@ -45,6 +45,7 @@ std::string_view name_of(PaperPrior prior);
 struct EstimatorSettings {
     EstimatorKind kind = EstimatorKind::momentum;
     PaperPrior prior = PaperPrior::safe;
+    bool from_known_mass = false; // momentum kinds start from load.known_mass_kg, else from nothing
     // What is known beforehand of the machine's effects, per leg, beside what the rig file takes off;
     // nothing: what commissioning leaves, else the tolerance, else the firmware's default. Sigma 0: no
     // unknown.

@@ -15,8 +15,9 @@ namespace {
 
 constexpr double default_stroke_m = 0.6; // of the machine that the default settings are made for
 constexpr double stroke_share = 0.9;     // at which oil columns are shortest, and stiffest
-// Of the slowest resonance, 1/s per rad/s: what the default servo has of its 73 rad/s with 500 kg. The
-// resonance is then damped by 0.4, and its peak is a third of what makes the position loop unstable.
+// Of the loaded machine's resonance across its legs, sqrt(stiffness / 2 mass), 1/s per rad/s: what the
+// default servo has of its 73 rad/s with 500 kg, which is then damped by 0.4, its peak a third of what makes
+// the position loop unstable.
 constexpr double loop_gain_share = 0.25;
 constexpr double damping_share = 0.75;
 // Of the fastest resonance: with a damping ratio of 0.8 the valve turns the feedback by 47 degrees there,
@@ -58,12 +59,12 @@ double in_phase(const HydraulicSettings& oil, double frequency_rad_s) {
 // feedback that damps by d and a loop gain K, both in 1/s, one at w decays by (leakage + (d - K) in_phase) /
 // 2 to first order in d / w and K / w.
 double stable_share(const HydraulicSettings& oil, double leakage_1_s, double difference_1_s,
-                    double slowest_rad_s, double fastest_rad_s) {
+                    double from_rad_s, double to_rad_s) {
     double least = 0.0;
-    for (double w = slowest_rad_s; w < fastest_rad_s; w *= 1.05) {
+    for (double w = from_rad_s; w < to_rad_s; w *= 1.05) {
         least = std::min(least, in_phase(oil, w));
     }
-    least = std::min(least, in_phase(oil, fastest_rad_s));
+    least = std::min(least, in_phase(oil, to_rad_s));
     const double taken_1_s = -least * difference_1_s;
     return taken_1_s > kept_leakage * leakage_1_s ? kept_leakage * leakage_1_s / taken_1_s : 1.0;
 }
@@ -77,8 +78,7 @@ void scale_oil(HydraulicSettings& oil, double force_ratio, double stroke_ratio, 
     oil.stop_stiffness_n_m *= force_ratio;
 }
 
-void suit_servo(Scenario& scenario, const PlatformFile& platform, const Load& heaviest_load,
-                double speed_m_s) {
+void suit_servo(Scenario& scenario, const PlatformFile& platform, double heaviest_load_kg, double speed_m_s) {
     HydraulicSettings& oil = scenario.hydraulics;
     const Geometry& geometry = platform.geometry;
     const MassProperties empty = mass_properties(platform.platform);
@@ -86,8 +86,7 @@ void suit_servo(Scenario& scenario, const PlatformFile& platform, const Load& he
     const double end_n_m = std::max(oil_stiffness_n_m(oil, geometry, stroke_share * geometry.stroke_min_m),
                                     oil_stiffness_n_m(oil, geometry, stroke_share * geometry.stroke_max_m));
     const Vector6 unloaded_1_kg = inverse_masses_1_kg(geometry, empty);
-    const Vector6 loaded_1_kg = inverse_masses_1_kg(geometry, empty + mass_properties(heaviest_load));
-    const double slowest_rad_s = std::sqrt(stiffness_n_m * loaded_1_kg.minCoeff());
+    const double loaded_rad_s = std::sqrt(0.5 * stiffness_n_m / (empty.mass_kg + heaviest_load_kg));
     const double fastest_rad_s = std::sqrt(stiffness_n_m * unloaded_1_kg.maxCoeff());
     const double at_end_rad_s = std::sqrt(end_n_m * unloaded_1_kg.maxCoeff());
 
@@ -96,12 +95,12 @@ void suit_servo(Scenario& scenario, const PlatformFile& platform, const Load& he
     ControllerSettings& servo = scenario.controller;
     const double integral_1_s = servo.integral_1_m_s / servo.proportional_1_m;
     const double default_gain_1_s = servo.proportional_1_m * default_speed_m_s();
-    const double loop_gain_1_s = std::min(default_gain_1_s, loop_gain_share * slowest_rad_s);
-    const double damping_1_s = damping_share * slowest_rad_s;
+    const double loop_gain_1_s = std::min(default_gain_1_s, loop_gain_share * loaded_rad_s);
+    const double damping_1_s = damping_share * loaded_rad_s;
     const double leakage_1_s =
         oil.leakage_m3_s_pa / (oil.piston_area_m2 * oil.piston_area_m2) * stiffness_n_m;
     const double share =
-        stable_share(oil, leakage_1_s, damping_1_s - loop_gain_1_s, slowest_rad_s, at_end_rad_s);
+        stable_share(oil, leakage_1_s, damping_1_s - loop_gain_1_s, loaded_rad_s, at_end_rad_s);
     servo.proportional_1_m = share * loop_gain_1_s / speed_m_s;
     servo.integral_1_m_s = integral_1_s * servo.proportional_1_m;
     servo.pressure_feedback_1_n = share * damping_1_s / (speed_m_s * stiffness_n_m);
@@ -111,8 +110,7 @@ void suit_servo(Scenario& scenario, const PlatformFile& platform, const Load& he
 
 } // namespace
 
-Scenario scaled_machine(const PlatformFile& platform, const ActuatorLimits& limits,
-                        const Load& heaviest_load) {
+Scenario scaled_machine(const PlatformFile& platform, const ActuatorLimits& limits, double heaviest_load_kg) {
     Scenario scenario;
     scenario.trajectory = StandstillMotion{};
     HydraulicSettings& oil = scenario.hydraulics;
@@ -122,7 +120,7 @@ Scenario scaled_machine(const PlatformFile& platform, const ActuatorLimits& limi
     scale_oil(oil, limits.leg_force_n / stall_n, stroke_m / default_stroke_m,
               limits.leg_speed_m_s / default_speed_m_s());
     scenario.limits.pump_flow_m3_s = limits.speed_sum_m_s * oil.piston_area_m2;
-    suit_servo(scenario, platform, heaviest_load, limits.leg_speed_m_s);
+    suit_servo(scenario, platform, heaviest_load_kg, limits.leg_speed_m_s);
     return scenario;
 }
 

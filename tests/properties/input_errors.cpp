@@ -82,7 +82,7 @@ const std::array<Refusal, 21> platform_refusals{{
      R"(19: estimator.prior: found "wide", expected one of "safe", "printed")"},
     {"kind = \"paper\"", "kindd = \"paper\"",
      "19: estimator.kindd: found an unknown key, expected one of bias_sigma_n, coulomb_sigma_n, "
-     "friction_speed_m_s, kind, prior, tilt_sigma_rad, viscous_sigma_n_s_m"},
+     "friction_speed_m_s, from_known_mass, kind, prior, tilt_sigma_rad, viscous_sigma_n_s_m"},
     {"[estimator]", "[estimater]",
      "18: estimater: found an unknown key, expected one of actuators, environment, estimator, geometry, "
      "load, platform, "

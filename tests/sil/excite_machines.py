@@ -23,7 +23,6 @@ from scipy.optimize import brentq
 from scipy.spatial.transform import Rotation
 
 from hexload import project
-from hexload.cli.excite_check import native_load
 from hexload.cli.excite import Wish, design, summary_of
 from hexload.errors import InputError
 
@@ -158,7 +157,9 @@ def forward_kinematics(geometry: dict, displacement_m: np.ndarray) -> Poses:
     return Poses(position - position[0], rotation, jacobian, direction, is_found)
 
 
-def faults_of_run(platform: Path, motion: Path, theta: list[float], duration_s: float, heaviest: list[float]) -> list[str]:
+def faults_of_run(
+    platform: Path, motion: Path, theta: list[float], duration_s: float, heaviest: list[float]
+) -> list[str]:
     """What a run of the simulator's program shows, by this file's kinematics."""
     machine = hexload_native.load_platform(str(platform))
     folder = motion.parent
@@ -215,7 +216,7 @@ def legs_of_pose(geometry: dict, pose: np.ndarray) -> np.ndarray:
 def scenario_toml(machine, motion: Path, load: tuple[list[float], list[float]], duration_s: float) -> str:
     """The machine's own servo on the motion, with one load (theta; the heaviest one's) on its axis and time to come to rest."""
     theta, heaviest = load
-    own = hexload_native.scaled_machine(machine, machine.actuators, native_load(hexload_native, np.array(heaviest)))
+    own = hexload_native.scaled_machine(machine, machine.actuators, heaviest[0])
     resolved = own.to_toml()
     servo = resolved[resolved.index("[controller]") :]
     tables = [part for part in servo.split("\n\n") if part.startswith(("[controller]", "[hydraulics]"))]

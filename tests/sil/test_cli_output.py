@@ -122,9 +122,10 @@ def test_doctor_needs_nothing_set_up(tmp_path):
 @pytest.mark.parametrize(
     "scenario, fits",
     {
-        "paper": None, "paper_clean": None, "paper_run_in": None, "small_platform": None,
+        "paper": None, "paper_clean": None, "paper_run_in": None,
         "multisine": "momentum", "work": "momentum", "load_change": "momentum", "friction": "momentum_effects",
-        "rig": None,  # its platform file's own is momentum
+        "faults": "momentum_effects",
+        "rig": None, "small_platform": None,  # their platform files' own is momentum
     }.items(),
 )  # fmt: skip
 def test_each_scenario_runs_with_an_estimator_that_fits_it(scenario, fits):
@@ -133,6 +134,19 @@ def test_each_scenario_runs_with_an_estimator_that_fits_it(scenario, fits):
     found = sim.fitting_estimator(sim.resolve_scenario(scenario))
     assert (found and found[0]) == fits
     assert fits is None or "paper" in found[1]
+
+
+@pytest.mark.parametrize("told", [False, True])
+def test_a_momentum_run_starts_from_nothing_unless_told_otherwise(hexload, tmp_path, told):
+    # GIVEN an empty platform whose file knows of a load of 500 kg, and where told, that the estimate starts from it
+    platform = (project.SCENARIOS / "platforms" / "paper.toml").read_text()
+    (tmp_path / "platform.toml").write_text(platform + "from_known_mass = true\n" * told)
+    scenario = project.SCENARIOS.joinpath("load_change.toml").read_text()
+    (tmp_path / "run.toml").write_text(scenario.replace("platforms/paper.toml", "platform.toml"))
+    # WHEN the momentum filter runs THEN it says whether it was given that mass, and only then tells of another load
+    said = hexload("sim", tmp_path / "run.toml", "--duration", 1, "--out", tmp_path / "run").out
+    assert ("given beforehand: the load weighs 500 kg" in said) == told
+    assert ("another load detected" in said) == told
 
 
 def test_a_run_of_a_load_that_is_not_the_filters_says_what_mends_it(hexload, tmp_path):

@@ -149,7 +149,7 @@ def test_a_scenario_is_found_by_name_from_any_folder(tmp_path, monkeypatch):
 def test_sim_says_what_the_estimator_was_given_of_the_load_and_where_it_is_not_true(tmp_path):
     # GIVEN a scenario whose platform begins empty, and a platform file that knows of a load of 500 kg
     # WHEN it runs until this load has come, but not the next
-    result = hexload("sim", "load_change", "--estimator", "momentum", "--duration", 8.5, "--out", tmp_path / "run")
+    result = hexload("sim", "load_change", "--estimator", "paper", "--duration", 8.5, "--out", tmp_path / "run")
     # THEN the summary tells the mass, the key, and the time in which there is another load
     assert result.returncode == 0, result.stderr
     assert "given beforehand: the load weighs 500 kg (load.known_mass_kg of paper.toml)" in result.stdout

@@ -263,7 +263,7 @@ def test_a_small_platform_with_its_own_machine(tmp_path):
             {"mass_kg": 500.0, "mass_max_kg": 100.0},
             "--mass-max: found 100 kg, expected the 500 kg of the expected load or more",
         ),
-        ({"tilt_max_deg": 0.0}, "--tilt-max: found 0 deg, expected more than 0 and less than 90"),
+        ({"tilt_max_deg": 0.0}, "--tilt-max: found 0 deg, expected 1 to less than 90 (not rad)"),
         ({"condition_max": 1.1}, "--condition-max: found 1.1, of which a motion may use"),
         ({"distance_min": 0.9}, "--distance-min: found 0.9, to which a motion keeps"),
         ({"actuators": (1.0, None, None)}, "--leg-speed: found together with --scenario, expected one of them"),

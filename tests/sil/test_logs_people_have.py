@@ -7,7 +7,8 @@ import pytest
 
 from hexload.cli.convert import convert
 from hexload.errors import InputError
-from hexload.estimation.replay import WayIn, _Thinned, replay_log
+from hexload.estimation.input_check import WayIn
+from hexload.estimation.replay import _Thinned, replay_log
 from hexload.io import log_file
 from hexload.io.column_map import read_column_map
 from hexload.io.log_file import LegLog, joined, read_log

@@ -17,7 +17,7 @@ from excite_machines import forward_kinematics, random_platform
 from hexload import project
 from hexload.cli import platform_new
 from hexload.errors import InputError
-from hexload.estimation.machine_check import check
+from hexload.estimation.machine_check import check, lag_in_words
 from hexload.io.log_file import COLUMNS
 from hexload.io.quantity import parse
 from hexload.io.toml_document import to_toml
@@ -292,6 +292,15 @@ def test_the_check_prints_json_and_writes_a_page_and_ends_with_3_when_something_
     assert "implausible: platform.mass_kg: found 100000 kg on a radius of 0.4 m" in result.stdout
     page = (tmp_path / "page.html").read_text()
     assert "1 implausible" in page and "platform.mass_kg" in page and page.count('class="chart"') == 2
+
+
+@pytest.mark.parametrize(("tick_s", "words"), [(1e-3, ""), (0.25e-3, "looks back 20.5 ms (82 ticks) of the 53.4 ms")])
+def test_a_tick_at_which_the_filters_lag_is_too_short_is_told(tmp_path, tick_s, words):
+    # GIVEN the paper's sensors at a tick WHEN the file is checked THEN a lag that is much shorter than they ask for is told
+    path = made(tmp_path)
+    path.write_text(path.read_text().replace("[sensors]", f"[sensors]\ntick_s = {tick_s}"))
+    assert words in lag_in_words(check(path).tables)
+    assert bool(lag_in_words(check(path).tables)) == bool(words)
 
 
 def test_quantities_with_their_units():

@@ -176,11 +176,9 @@ def rods_at_hinges(rod_kg: float) -> np.ndarray:
 
 
 def test_heavy_legs_of_an_empty_platform_in_lively_motion_are_not_taken_for_a_load(rig, tmp_path, record_property):
-    # GIVEN legs of 8 kg on the heavier platform, at a pace at which the monitor takes them for another load
+    # GIVEN legs of 8 kg on the heavier platform, at a lively pace
     legs = "[legs]\nrod_mass_kg = 3.0\ncylinder_mass_kg = 5.0"
     log = rig.log("heavy_legs", EMPTY, seed=31, more=legs)
-    plain = replay_log(log, rig.platform, "momentum", None, tmp_path / "estimates.csv")
-    assert plain["health_counts"]["load changed"] > 0
     # WHEN a tare is made THEN it is that of the platform and of the rods, within four sigmas
     made = make_tare(log, rig.platform, tmp_path / "tare.toml", LARGEST_TARE)
     deviation = deviation_of_tare(made, OFFSET + rods_at_hinges(3.0))

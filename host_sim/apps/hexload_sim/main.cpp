@@ -176,7 +176,9 @@ void print_pacing(const sim::PacingCounts& pacing, double tick_s) {
 
 // The mass that the estimator was given, and where that is not the load which the scenario has.
 void print_known_mass(const sim::Scenario& scenario, const platform::PlatformFile& platform) {
-    if (!platform.known_mass_kg) {
+    const bool is_taken =
+        platform.estimator.kind == platform::EstimatorKind::paper || platform.estimator.from_known_mass;
+    if (!platform.known_mass_kg || !is_taken) {
         return;
     }
     fmt::print("  given beforehand: the load weighs {:g} kg (load.known_mass_kg of {})\n",

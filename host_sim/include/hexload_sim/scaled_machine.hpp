@@ -10,9 +10,8 @@ namespace hexload::sim {
 // A scenario at standstill whose hydraulics and servo are the defaults, scaled: piston area to the force,
 // valve to the speed, oil to area and stroke. Its servo follows from the platform's six resonances on its oil
 // columns at home: the valve is twice as fast as the fastest of the empty platform, loop gain and pressure
-// feedback are the default machine's shares of the slowest with the heaviest load, less where the servo's
+// feedback are the default machine's shares of the resonance that the heaviest mass has, less where valve and
 // sampling would let a resonance grow.
-Scenario scaled_machine(const PlatformFile& platform, const ActuatorLimits& limits,
-                        const Load& heaviest_load);
+Scenario scaled_machine(const PlatformFile& platform, const ActuatorLimits& limits, double heaviest_load_kg);
 
 } // namespace hexload::sim

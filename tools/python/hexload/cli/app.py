@@ -32,6 +32,10 @@ Columns = Annotated[
         help='Which column is which channel, its unit and sign: a file (.toml), or a line of one, as dl = "Cylinder {leg} [mm]". Repeatable.'
     ),
 ]
+Unchecked = Annotated[
+    bool,
+    typer.Option("--unchecked", help="Go on with a log whose units, signs or order contradict each other, as it is."),
+]
 AsJson = Annotated[bool, typer.Option("--json", help="Print the figures as JSON, in SI units, instead of the summary.")]
 Quiet = Annotated[bool, typer.Option("--quiet", help="No progress, no summary.")]
 Resample = Annotated[
@@ -250,10 +254,7 @@ def replay(
     ] = None,
     columns: Columns = None,
     resample: Resample = None,
-    unchecked: Annotated[
-        bool,
-        typer.Option("--unchecked", help="Replay a log whose units, signs or order contradict each other, as it is."),
-    ] = False,
+    unchecked: Unchecked = False,
     trace: Annotated[
         Path | None,
         typer.Option(
@@ -288,7 +289,8 @@ def replay(
     """
     from hexload.cli import output
     from hexload.cli.replay import figures, is_believed, print_summary
-    from hexload.estimation.replay import WayIn, replay_log
+    from hexload.estimation.input_check import WayIn
+    from hexload.estimation.replay import replay_log
 
     way_in = WayIn(columns or (), resample, unchecked)
     with output.said(as_json, quiet):
@@ -316,6 +318,7 @@ def convert(
     estimates: Annotated[
         Path | None, typer.Option(help="Estimates of hexload replay (.csv) that go beside it into an .mcap log.")
     ] = None,
+    unchecked: Unchecked = False,
     as_json: AsJson = False,
     quiet: Quiet = False,
 ) -> None:
@@ -329,7 +332,7 @@ def convert(
     from hexload.cli import output
 
     with output.said(as_json, quiet):
-        rows, remarks = verb.convert(log, out, columns or (), resample, platform, estimates)
+        rows, remarks = verb.convert(log, out, columns or (), resample, platform, estimates, unchecked)
         for remark in remarks:
             print(f"log:       {remark}")
         print(f"written:   {out}, {rows} rows")
@@ -350,6 +353,9 @@ def tare(
             min=0.0, max=0.45, help="More than this share of the platform's own parameters is taken for a load."
         ),
     ] = 0.25,
+    columns: Columns = None,
+    resample: Resample = None,
+    unchecked: Unchecked = False,
     as_json: AsJson = False,
     quiet: Quiet = False,
 ) -> None:
@@ -364,10 +370,11 @@ def tare(
     """
     from hexload.cli import output
     from hexload.cli.tare import figures, print_summary
+    from hexload.estimation.input_check import WayIn
     from hexload.estimation.tare import make_tare
 
     with output.said(as_json, quiet):
-        found = make_tare(log, platform, out, largest_offset)
+        found = make_tare(log, platform, out, largest_offset, WayIn(columns or (), resample, unchecked))
         print_summary(found, out)
     if as_json:
         output.print_json(figures(found) | {"file": out})
@@ -402,6 +409,9 @@ def commission_verb(
         Path | None,
         typer.Option(help="Page to write (.html): what was found, how well, residual spectra, friction curves."),
     ] = None,
+    columns: Columns = None,
+    resample: Resample = None,
+    unchecked: Unchecked = False,
     as_json: AsJson = False,
     quiet: Quiet = False,
 ) -> None:
@@ -416,8 +426,10 @@ def commission_verb(
     from hexload.cli import output
     from hexload.cli.commission import print_summary
     from hexload.estimation.commission import Wish, commission
+    from hexload.estimation.input_check import WayIn
 
-    wish = Wish(log, platform, out, reference, reference_mass, loaded, largest_offset, report)
+    way_in = WayIn(columns or (), resample, unchecked)
+    wish = Wish(log, platform, out, reference, reference_mass, loaded, largest_offset, report, way_in)
     with output.said(as_json, quiet):
         found = commission(wish)
         print_summary(found, out)

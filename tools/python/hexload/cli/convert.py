@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from hexload.errors import InputError
+from hexload.estimation.input_check import InputCheck
 from hexload.io.atomic_file import replaced_when_done
 from hexload.io.column_map import read_column_map
 from hexload.io.log_columns import COLUMNS, WITHOUT_VELOCITY
@@ -26,21 +27,25 @@ def convert(
     resample_s: float | None,
     platform: Path | None,
     estimates: Path | None,
+    is_unchecked: bool = False,
 ) -> tuple[int, tuple[str, ...]]:
-    """The rows written, and what the reader remarks. Raises InputError."""
+    """The rows written, and what the reader remarks. What contradicts itself is refused; without a platform file that is
+    units and signs of displacements, velocities and time beside each other. Raises InputError."""
     if not out.name.endswith(KINDS):
         raise InputError(
             f"{out}: found no kind of log that is written, expected a name that ends in {', '.join(KINDS)}"
         )
     if estimates is not None and out.suffix != ".mcap":
         raise InputError(f"--estimates: found it with {out.name}, expected an .mcap log, which can carry them")
-    reading = Reading(read_column_map(columns), resample_s)
+    reading, machine = Reading(read_column_map(columns), resample_s), None
     if platform is not None:
         machine = Platform.of(platform).native()
         reading = replace(reading, home_leg_length_m=machine.home_leg_length_m, tick_s=machine.tick_s)
     remarks: dict[str, None] = {}
     with replaced_when_done(out) as temporary, progress_of(log) as progress:
         parts = _remarked(read_parts(log, reading, progress), remarks)
+        if not is_unchecked:
+            parts = _checked(log, parts, machine)
         if out.suffix == ".mcap":
             rows = _write_mcap(temporary, parts, estimates)
         else:
@@ -51,6 +56,16 @@ def convert(
 def _remarked(parts: Iterator[LegLog], remarks: dict[str, None]) -> Iterator[LegLog]:
     for part in parts:
         remarks.update(dict.fromkeys(part.remarks))
+        yield part
+
+
+def _checked(log: Path, parts: Iterator[LegLog], machine) -> Iterator[LegLog]:
+    check = None
+    for part in parts:
+        if check is None and len(part.t_s) > 1:
+            check = InputCheck(log, machine, float(np.median(np.diff(part.t_s))), None)
+        if check is not None:
+            check.add(part)
         yield part
 
 

@@ -33,6 +33,7 @@ from hexload.theory.excitation import (
     relative_bound,
     steps_of,
 )
+from hexload.theory.machine_findings import FULL_STROKE_S
 
 Array = NDArray[np.float64]
 
@@ -46,8 +47,11 @@ HEAVIEST_RATIO = 1.5  # of the expected load
 # What a motion may use of the machine's limits; the rest is for the servo's errors. Stroke, speed and force: the
 # simulator's shares.
 SUPPLY_SHARE = 0.8
+FOLLOWED_SHARE = 0.15  # of the stroke: a leg that is farther behind does not follow, whatever its valve has left
 POSTURE_SHARE = 0.7  # of tilt, and of the room for condition and distance between home and their limits
 TILT_MAX_DEG = 30.0
+TILT_DEG = (1.0, 90.0)
+HIGHEST_LOAD = 20.0  # of the hinges' radius
 CONDITION_GROWTH = 3.0  # of home's
 DISTANCE_LEFT = 0.3  # of home's
 TRIES = 8
@@ -205,8 +209,13 @@ def machine_of(native: ModuleType, wish: Wish, platform):
             f"can do: {', '.join(ACTUATOR_KEYS)} in the section [actuators], or the options "
             f"{', '.join(ACTUATOR_OPTIONS)}, or --scenario for the hydraulics and servo of a scenario"
         )
-    heaviest = load_on_axis(wish, platform, heaviest_kg(wish, platform))
-    return native.scaled_machine(platform, values, excite_check.native_load(native, heaviest))
+    stroke_m = platform.stroke_m[1] - platform.stroke_m[0]
+    if stroke_m < FULL_STROKE_S[0] * values[0]:
+        raise InputError(
+            f"{ACTUATOR_OPTIONS[0]}: found {values[0]:g} m/s, the stroke of {stroke_m:g} m in {stroke_m / values[0]:.2g} s, "
+            f"expected {FULL_STROKE_S[0]:g} s or more (m/s, not mm/s)"
+        )
+    return native.scaled_machine(platform, values, heaviest_kg(wish, platform))
 
 
 def summary_of(out: Path) -> Path:
@@ -225,8 +234,10 @@ def _check(wish: Wish, out: Path) -> None:
         raise InputError(f"--mass: found {wish.mass_kg:g} kg, expected a positive number")
     if wish.empty and (wish.mass_kg is not None or wish.height_m is not None):
         raise InputError("--empty: found together with --mass or --height, expected one of them: it means no load")
-    if not 0.0 < wish.tilt_max_deg < 90.0:
-        raise InputError(f"--tilt-max: found {wish.tilt_max_deg:g} deg, expected more than 0 and less than 90")
+    if not TILT_DEG[0] <= wish.tilt_max_deg < TILT_DEG[1]:
+        raise InputError(
+            f"--tilt-max: found {wish.tilt_max_deg:g} deg, expected {TILT_DEG[0]:g} to less than {TILT_DEG[1]:g} (not rad)"
+        )
     if wish.height_m is not None and not 0.0 < abs(wish.height_m) < np.inf:
         raise InputError(
             f"--height: found {wish.height_m:g} m, expected a number other than 0: errors of h are compared with |h|"
@@ -326,13 +337,19 @@ def _with_posture_limits(
         condition=condition + POSTURE_SHARE * (bounds.condition - condition),
         distance=distance - POSTURE_SHARE * (distance - bounds.distance),
     )
-    return replace(problem, limits=limits), Machine(bounds, full_valve_error_m)
+    stroke_m = bounds.stroke_max_m - bounds.stroke_min_m
+    return replace(problem, limits=limits), Machine(bounds, min(full_valve_error_m, FOLLOWED_SHARE * stroke_m))
 
 
 def load_on_axis(wish: Wish, platform, mass_kg: float) -> Array:
     """Theta of a body as wide as the hinges' circle, its centre over O_A."""
     radius_m = _hinge_radius_m(platform)
     height_m = wish.height_m or 0.75 * radius_m
+    if abs(height_m) > HIGHEST_LOAD * radius_m:
+        raise InputError(
+            f"--height: found {height_m:g} m over a platform of {radius_m:.3g} m, expected {HIGHEST_LOAD * radius_m:.3g} m "
+            "at most (not mm)"
+        )
     central_kg_m2 = mass_kg * (0.5 * radius_m) ** 2
     tilting_kg_m2 = central_kg_m2 + mass_kg * height_m**2
     return np.array([mass_kg, 0, 0, mass_kg * height_m, tilting_kg_m2, tilting_kg_m2, central_kg_m2, 0, 0, 0], float)

@@ -3,7 +3,7 @@
 The simulator has rigid-body dynamics, actuators, servo and end stops. A run is safe when in each tick, until the
 platform stands still after the motion's end without shaking, the legs keep away from their end stops, tilt, condition and distance to
 singularity keep their limits on the side of the singularity on which home is, no leg turns too far in its joints, actuators and supply are not asked for
-more than they have, and no leg is behind its reference by so much that its valve is fully open.
+more than they have, and no leg is behind its reference by so much that its valve is fully open, or by 15 % of the stroke.
 """
 
 from dataclasses import dataclass
@@ -51,7 +51,7 @@ class Machine:
     """What must not be exceeded; the limits of a motion keep a margin to it."""
 
     limits: Limits
-    leg_error_m: float  # the valve is fully open
+    leg_error_m: float  # the valve is fully open, or the leg far behind
 
     def allowed(self) -> dict[str, float]:
         limits = self.limits

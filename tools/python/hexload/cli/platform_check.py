@@ -8,7 +8,7 @@ from rich import box
 from rich.console import Console
 from rich.table import Table
 
-from hexload.estimation.machine_check import Checked, axis_title, map_words, shown
+from hexload.estimation.machine_check import Checked, axis_title, lag_in_words, map_words, shown
 from hexload.io.atomic_file import replaced_when_done
 
 Array = NDArray[np.float64]
@@ -26,6 +26,7 @@ def figures(checked: Checked) -> dict:
             "condition": checked.condition,
             "holding_force_n": checked.holding_n,
         },
+        "lag": lag_in_words(checked.tables),
         "reach": checked.reaches,
         "condition_map": checked.maps,
     }
@@ -45,6 +46,8 @@ def print_checked(checked: Checked) -> None:
     Console().print(table)
     for each in checked.maps:
         print(f"tilt {np.degrees(each.tilt_rad):3.0f} deg in any direction: {map_words(each)}")
+    if words := lag_in_words(checked.tables):
+        print(f"lag:       {words}")
     print_findings(checked)
 
 

@@ -16,11 +16,11 @@ from scipy.stats import chi2
 from hexload.errors import InputError
 from hexload.estimation import rig_file, rig_model, rig_regression
 from hexload.estimation.firmware_run import load_platform, native_firmware
+from hexload.estimation.input_check import WayIn, checked_log
 from hexload.estimation.rig_model import LEGS, Geometry
 from hexload.estimation.rig_regression import SLICES, UNKNOWNS, Found, Start
 from hexload.io.atomic_file import replaced_or_none, replaced_when_done
 from hexload.io.log_file import LegLog
-from hexload.io.log_formats import Reading, read_any_log
 from hexload.theory.bound import THETA_NAMES, unit_of
 
 Array = NDArray[np.float64]
@@ -63,6 +63,7 @@ class Wish:
     loaded: bool = False
     largest_offset: float = 0.75
     report: Path | None = None
+    way_in: WayIn = WayIn()
 
 
 @dataclass(frozen=True)
@@ -92,7 +93,7 @@ def commission(wish: Wish) -> dict:
         raise InputError("--reference: found it without --reference-mass or the other way round, expected both or none")
     if wish.report is not None and wish.report.absolute() == wish.out.absolute():
         raise InputError(f"{wish.report}: found the same file for --out and --report, expected two")
-    run = _run(wish.log, platform.tick_s)
+    run = _run(checked_log(native, wish.log, platform, wish.way_in, None if wish.loaded else 0.0), wish.log)
     if wish.report is not None:
         import hexload.report.commission_page  # noqa: F401 - a package that is missing is told before the run
     with replaced_when_done(wish.out) as temporary, replaced_or_none(wish.report) as page:
@@ -102,7 +103,8 @@ def commission(wish: Wish) -> dict:
             covariance = with_common_gain(found.covariance, machine.common_gain)
             found, whole = replace(found, covariance=covariance), replace(whole, covariance=covariance)
         if wish.reference is not None:
-            found = _with_reference(whole, machine, _run(wish.reference, platform.tick_s), wish.reference_mass_kg)
+            loaded = checked_log(native, wish.reference, platform, wish.way_in, wish.reference_mass_kg)
+            found = _with_reference(whole, machine, _run(loaded, wish.reference), wish.reference_mass_kg)
         words = _identifiability(found, _start(machine))
         delay_s = _velocity_delay(run, machine)
         rig, sigma = _tables(found, machine, delay_s, wish.loaded)
@@ -179,9 +181,8 @@ def _machine(platform, path: Path) -> Machine:
     )
 
 
-def _run(path: Path, tick_s: float) -> Run:
+def _run(log: LegLog, path: Path) -> Run:
     """A log without gaps: short ones are bridged by lines."""
-    log = read_any_log(path, Reading(tick_s=tick_s)).whole(str(path))
     dt_s = float(np.median(np.diff(log.t_s)))
     duration_s = log.t_s[-1] - log.t_s[0]
     if duration_s < SHORTEST_S:

@@ -16,6 +16,7 @@ from hexload.errors import InputError
 from hexload.estimation import load_summary
 from hexload.estimation.arrays import leg_log, one_sample
 from hexload.estimation.firmware_run import run_firmware
+from hexload.estimation.input_check import refuse_implausible
 from hexload.estimation.tare import MachineTare
 from hexload.io.log_file import LegLog
 from hexload.platform import Kind, Platform, Prior
@@ -222,6 +223,7 @@ def replay(
     *,
     prior: Prior | None = None,
     tare: MachineTare | None = None,
+    unchecked: bool = False,
 ) -> Replay:
     """Runs the firmware's own C code over a log in memory.
 
@@ -229,15 +231,21 @@ def replay(
     dl, vl, f   (n, 6) as of Estimator.step(): m, m/s, N; vl None: no velocity sensors, whatever the platform says; of
                 dl and f nan where one is missing: one of six is bridged, a row with more gaps is refused
     platform, kind, prior, tare   as of Estimator
+    unchecked   go on where units, signs or order contradict each other
 
-    Raises InputError: wrong shapes, values that are infinite, a platform that lacks what the estimator needs, or a
-    log of which every sample is refused. 20,000 rows take about a second. Source: as of Estimator.
+    Raises InputError: wrong shapes, values that are infinite, channels that contradict each other, a platform that lacks
+    what the estimator needs, or a log of which every sample is refused. 20,000 rows take about a second. Source: as of Estimator.
     """
     samples = leg_log(t, dl, vl, f)
     chosen = Platform.of(platform).with_estimator(kind, prior)
+    native, machine = project.native_module(), chosen.native()
+    if not unchecked:
+        refuse_implausible(
+            native, samples, machine, machine.known_mass_kg if machine.estimator_kind == "paper" else None
+        )
     legs, offset = (samples, None) if tare is None else (tare.taken_off(samples), tare.offset)
     try:
-        result = run_firmware(project.native_module(), chosen.native(), legs, Path(os.devnull), tare=offset)
+        result = run_firmware(native, machine, legs, Path(os.devnull), tare=offset)
     except ValueError as error:
         raise InputError(str(error)) from None
     words = {
@@ -273,9 +281,10 @@ def identify(
     *,
     prior: Prior | None = None,
     tare: MachineTare | None = None,
+    unchecked: bool = False,
 ) -> Identification:
     """The load at the end of a log in memory: replay() and its last row. Arguments, errors and source as of replay()."""
-    run = replay(t, dl, vl, f, platform, kind, prior=prior, tare=tare)
+    run = replay(t, dl, vl, f, platform, kind, prior=prior, tare=tare, unchecked=unchecked)
     return Identification(
         names=run.names,
         value=run.value[-1],

@@ -4,23 +4,41 @@ Before: `InputCheck`, whose contradictions refuse the log. After: the firmware's
 where it refuses most samples, and what an estimate that contradicts itself may come from.
 """
 
+from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 
 from hexload.errors import InputError
 from hexload.estimation.load_summary import inconsistent_words
 from hexload.estimation.plausibility import Plausibility, machine_of
-from hexload.io.log_file import LegLog
+from hexload.io.column_map import read_column_map
+from hexload.io.log_file import LegLog, joined
+from hexload.io.log_formats import Reading, read_parts
 
 MOST_REFUSED = 0.5  # of the samples, beyond which the estimate is nobody's
+
+
+@dataclass(frozen=True)
+class WayIn:
+    """How a log comes in: where its columns do not say it, and whether it is checked."""
+
+    columns: Sequence[str] = ()  # files, or lines of them
+    resample_s: float | None = None
+    is_unchecked: bool = False
+
+    def reading(self, platform) -> Reading:
+        return Reading(read_column_map(self.columns), self.resample_s, platform.home_leg_length_m, platform.tick_s)
 
 
 class InputCheck:
     """Of a log that comes in parts. It refuses what contradicts itself, as soon as that is certain."""
 
-    def __init__(self, log: Path, platform, sampling_s: float, is_load_known: bool):
-        """`platform`: hexload_native.Platform. `is_load_known`: its known_mass_kg is on it, as the estimator paper takes it."""
+    def __init__(self, log: Path, platform, sampling_s: float, load_kg: float | None):
+        """`platform`: hexload_native.Platform; None: of units, order and time alone. `load_kg`: what it carries; None: not
+        known."""
         self._log = log
-        self._plausibility = Plausibility(machine_of(platform, is_load_known), sampling_s)
+        machine = None if platform is None else machine_of(platform, load_kg)
+        self._plausibility = Plausibility(machine, sampling_s)
 
     def add(self, part: LegLog) -> None:
         """Raises InputError, with the option that mends it."""
@@ -30,6 +48,22 @@ class InputCheck:
             return
         mend = f"; nothing is converted unasked, say {doubt.mend}" if doubt.mend else ""
         raise InputError(f"{self._log}: {doubt.words}{mend} (--unchecked: go on as it is)")
+
+
+def checked_log(native, log: Path, platform, way_in: WayIn, load_kg: float | None) -> LegLog:
+    """A whole log without gaps in its channels. Raises InputError, where it contradicts itself with the option that mends it."""
+    whole = joined(list(read_parts(log, way_in.reading(platform)))).whole(str(log))
+    if not way_in.is_unchecked:
+        InputCheck(log, platform, native.sampling_period_s(whole.t_s), load_kg).add(whole)
+    return whole
+
+
+def refuse_implausible(native, samples: LegLog, platform, load_kg: float | None) -> None:
+    """As InputCheck, of arrays. Raises InputError."""
+    plausibility = Plausibility(machine_of(platform, load_kg), native.sampling_period_s(samples.t_s))
+    plausibility.add(samples)
+    if (doubt := plausibility.doubt()) is not None:
+        raise InputError(f"{doubt.words} (unchecked=True: go on as it is)")
 
 
 def input_in_words(result: dict, rows: int) -> str:

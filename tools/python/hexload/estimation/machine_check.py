@@ -19,6 +19,8 @@ from hexload.theory.workspace import Machine, Map, Reach
 Array = NDArray[np.float64]
 
 TILTS_DEG = (0.0, 10.0, 20.0)
+LAG_TICKS_MAX = 82  # HEXLOAD_LAG_TICKS_MAX
+MUCH_SHORTER = 0.9  # than asked for
 
 
 @dataclass(frozen=True)
@@ -75,6 +77,23 @@ def _order_of_refused(path: Path) -> list[Finding]:
     if any(points.shape != (6, 3) or not np.isfinite(points).all() for points in hinges):
         return []
     return list(order_findings(*hinges))
+
+
+def lag_in_words(tables: Mapping[str, Any]) -> str:
+    """That the momentum filter looks back less far than it should at this tick; nothing where it does not. Source:
+    hexload_config_set_momentum()."""
+    sensors = tables["sensors"]
+    if sensors.get("velocity", True) is False:
+        return ""
+    tick_s = sensors.get("tick_s", 1e-3)
+    ratio = 32.0 * sensors["displacement_sigma_m"] / (sensors["velocity_sigma_m_s"] * tick_s)
+    wanted = 0.5 * (np.cbrt(12.0 * ratio**2) - 1.0)
+    if LAG_TICKS_MAX > MUCH_SHORTER * wanted:
+        return ""
+    return (
+        f"the filter looks back {1e3 * LAG_TICKS_MAX * tick_s:.3g} ms ({LAG_TICKS_MAX} ticks) of the {1e3 * wanted * tick_s:.3g} ms "
+        "that these sensors ask for: on slow motion inertias end wide, as their sigmas say"
+    )
 
 
 def axis_title(axis: str) -> str:

@@ -51,15 +51,14 @@ class Machine:
     expected_n: float | None  # with its load, when that is known
 
 
-def machine_of(platform, is_load_known: bool) -> Machine:
-    """Of hexload_native.Platform."""
+def machine_of(platform, load_kg: float | None) -> Machine:
+    """Of hexload_native.Platform. `load_kg`: what it carries; None: not known."""
     hinges = np.asarray(platform.platform_hinges_m)
     legs = hinges + [0.0, 0.0, platform.home_height_m] - np.asarray(platform.base_hinges_m)
     e = legs / np.linalg.norm(legs, axis=1)[:, None]
     jacobian = np.hstack([e, np.cross(hinges, e)])
     weight_n = platform.mass_kg * platform.gravity_m_s2
-    known_kg = platform.known_mass_kg
-    expected_n = None if known_kg is None or not is_load_known else weight_n + known_kg * platform.gravity_m_s2
+    expected_n = None if load_kg is None else weight_n + load_kg * platform.gravity_m_s2
     low, high = np.asarray(platform.stroke_m, float).ravel()[:2]
     home_m = np.asarray(platform.home_leg_length_m, float)
     return Machine((float(low), float(high)), home_m, np.linalg.inv(jacobian), e[:, 2], weight_n, expected_n)
@@ -74,9 +73,9 @@ def negated(channel: str) -> str:
 
 
 class Plausibility:
-    """Of one log, part by part."""
+    """Of one log, part by part. Without a machine: what displacements, velocities and time alone say."""
 
-    def __init__(self, machine: Machine, sampling_s: float):
+    def __init__(self, machine: Machine | None, sampling_s: float):
         self._machine = machine
         self._sampling_s = sampling_s
         self._blocks = 0
@@ -97,7 +96,7 @@ class Plausibility:
             self._highest = np.fmax(
                 self._highest, np.nanmax(np.where(np.isnan(part.displacement_m), -np.inf, part.displacement_m), 0)
             )
-        upward_n = part.force_n @ self._machine.upward
+        upward_n = part.force_n @ (np.ones(6) if self._machine is None else self._machine.upward)
         whole = ~np.isnan(upward_n)
         self._force_n += float(upward_n[whole].sum())
         self._rows += int(whole.sum())
@@ -120,6 +119,8 @@ class Plausibility:
         self._changes2 += np.sum(changes[is_whole] ** 2, axis=0)
         self._ways2 += np.sum(ways[is_whole] ** 2, axis=0)
         self._blocks += int(is_whole.sum())
+        if self._machine is None:
+            return
         forces = np.add.reduceat(upward_n[: ends[-1]], ends[:-1]) / BLOCK_ROWS
         heave = (changes / spans_s[:, None]) @ self._machine.twist_of_speeds[2]
         self._add_accelerations(heave, forces, part.t_s[ends], is_whole)
@@ -135,12 +136,15 @@ class Plausibility:
 
     def doubt(self) -> Doubt | None:
         """The first that there is; None: nothing contradicts itself so far."""
+        time = self._of_time()
+        if self._machine is None:  # not for an estimator: slow rows will do
+            return (time if time and time.options else None) or self._of_order() or self._of_speed()
         return (
-            self._of_time()
-            or self._of_stroke()
+            time
+            or self._of_stroke(self._machine)
             or self._of_order()
             or self._of_speed()
-            or self._of_weight()
+            or self._of_weight(self._machine)
             or self._of_sign()
         )
 
@@ -156,13 +160,13 @@ class Plausibility:
             return Doubt(f"time is too dense: {apart}", ("--resample 0.001",))
         return Doubt(f"too few rows: {apart}; what lies between them no option makes: record faster", ())
 
-    def _of_stroke(self) -> Doubt | None:
-        low, high = self._machine.stroke_m
-        if not self._is_outside():
+    def _of_stroke(self, machine: Machine) -> Doubt | None:
+        low, high = machine.stroke_m
+        if self._fits(machine, 1.0, 0.0):
             return None
         lowest, highest = self._lowest.min(), self._highest.max()
         found = f"displacements are {lowest:.4g} to {highest:.4g} m, the stroke is {low:g} to {high:g} m"
-        home = self._machine.home_leg_length_m
+        home = machine.home_leg_length_m
         gains = self._gains()
         if gains is None and self._correlation() is not None:
             return Doubt(
@@ -173,21 +177,18 @@ class Plausibility:
                 continue
             both = gains is not None and unit != "m" and _all_near(gains, 1.0)
             options = (mm(unit), *((mm(f"{unit}/s", "vl"),) if both else ()))
-            if unit != "m" and self._fits(factor, 0.0):
+            if unit != "m" and self._fits(machine, factor, 0.0):
                 who = "displacements and velocities look" if both else "displacements look"
                 return Doubt(f"{who} like {unit}{f' and {unit}/s' if both else ''}: {found}", options)
             for offset, what in ((-home, "absolute leg lengths"), (np.full(6, low), "lengths from the shortest leg")):
-                if self._fits(factor, offset):
+                if self._fits(machine, factor, offset):
                     in_unit = "" if unit == "m" else f" in {unit}"
                     moved = _moved(unit, offset)
                     return Doubt(f"displacements look like {what}{in_unit}: {found}", (*moved, *options[1:]))
         return None
 
-    def _is_outside(self) -> bool:
-        return not self._fits(1.0, 0.0)
-
-    def _fits(self, factor: float, offset: float | Array) -> bool:
-        low, high = self._machine.stroke_m
+    def _fits(self, machine: Machine, factor: float, offset: float | Array) -> bool:
+        low, high = machine.stroke_m
         slack = OUTSIDE * (high - low)
         lowest, highest = factor * self._lowest + offset, factor * self._highest + offset
         return bool((lowest >= low - slack).all() and (highest <= high + slack).all())
@@ -256,10 +257,10 @@ class Plausibility:
         options = (mm(unit, channel),) if legs.size == 6 else tuple(mm(unit, f"{channel}{leg + 1}") for leg in legs)
         return Doubt(words, options)
 
-    def _of_weight(self) -> Doubt | None:
+    def _of_weight(self, machine: Machine) -> Doubt | None:
         if self._rows < FEWEST_BLOCKS * BLOCK_ROWS:
             return None
-        mean_n, weight_n = self._force_n / self._rows, self._machine.weight_n
+        mean_n, weight_n = self._force_n / self._rows, machine.weight_n
         carried = mean_n / weight_n
         found = f"the legs carry {mean_n:.4g} N, the empty platform weighs {weight_n:.4g} N"
         if carried <= -HALF_CARRIED:
@@ -278,17 +279,7 @@ class Plausibility:
             )
         if carried > MOST_CARRIED:
             return Doubt(f"forces look like mN: {found}", (mm("mN", "f"),))
-        return self._of_known_weight(mean_n)
-
-    def _of_known_weight(self, mean_n: float) -> Doubt | None:
-        expected_n = self._machine.expected_n
-        if expected_n is None:
-            return None
-        for unit, factor in (("lbf", 4.4482216), ("kgf", 9.80665), ("daN", 10.0)):
-            if abs(factor * mean_n / expected_n - 1.0) < KNOWN_WITHIN:
-                found = f"the legs carry {mean_n:.4g} N, platform and load weigh {expected_n:.4g} N"
-                return Doubt(f"forces look like {unit}: {found}", (mm(unit, "f"),))
-        return None
+        return _of_known_weight(mean_n, machine.expected_n)
 
     def _of_sign(self) -> Doubt | None:
         if not self._is_falling():
@@ -305,6 +296,16 @@ class Plausibility:
         covariance = a_force / count - a * force / count**2
         variance = (a2 / count - (a / count) ** 2) * (self._force2 / count - (force / count) ** 2)
         return variance > 0.0 and covariance < -FALLING * np.sqrt(variance) and self._force_n > 0.0
+
+
+def _of_known_weight(mean_n: float, expected_n: float | None) -> Doubt | None:
+    if expected_n is None:
+        return None
+    for unit, factor in (("lbf", 4.4482216), ("kgf", 9.80665), ("daN", 10.0)):
+        if abs(factor * mean_n / expected_n - 1.0) < KNOWN_WITHIN:
+            found = f"the legs carry {mean_n:.4g} N, platform and load weigh {expected_n:.4g} N"
+            return Doubt(f"forces look like {unit}: {found}", (mm(unit, "f"),))
+    return None
 
 
 def _moved(unit: str, offset_m: Array) -> tuple[str, ...]:

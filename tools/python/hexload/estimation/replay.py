@@ -1,7 +1,6 @@
 """`hexload replay`: runs the firmware's own C over a recorded log."""
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+import tomllib
 from pathlib import Path
 from types import ModuleType
 
@@ -14,30 +13,19 @@ from hexload.errors import InputError
 from hexload.estimation import load_summary
 from hexload.estimation.commanded import follow
 from hexload.estimation.firmware_run import FirmwareReplay, load_platform, native_firmware
-from hexload.estimation.input_check import REFUSED, InputCheck, gaps_in_words, input_in_words
+from hexload.estimation.input_check import REFUSED, InputCheck, WayIn, gaps_in_words, input_in_words
 from hexload.estimation.rig_file import platform_with_rig
 from hexload.estimation.tare import MachineTare, tare_for
 from hexload.io.atomic_file import replaced_or_none, replaced_when_done
-from hexload.io.column_map import read_column_map
 from hexload.io.log_file import LegLog, joined
-from hexload.io.log_formats import Reading, read_parts
+from hexload.io.log_formats import read_parts
 from hexload.io.progress import progress_of
+from hexload.theory import workspace
+from hexload.theory.machine_findings import findings_of
 
 MOST_ROWS = 200_000  # that are kept of a log
 DIAGNOSED_S = LONGEST_S + 1.0  # of its end
 ROWS_BEFORE = 8  # of a part, which taking the legs' mass off its first rows looks at: 5 are needed
-
-
-@dataclass(frozen=True)
-class WayIn:
-    """How a log comes in: where its columns do not say it, and whether it is checked."""
-
-    columns: Sequence[str] = ()  # files, or lines of them
-    resample_s: float | None = None
-    is_unchecked: bool = False
-
-    def reading(self, platform) -> Reading:
-        return Reading(read_column_map(self.columns), self.resample_s, platform.home_leg_length_m, platform.tick_s)
 
 
 def replay_log(
@@ -88,6 +76,8 @@ def replay_log(
         result["has_rig"] = rig is not None
         result["diagnosis"] = _diagnosis(result, joined(run.recent), platform, rig)
         result["input_words"] = result["input_words"] or result["diagnosis"].input_words
+        if result["verdict"][-1] in ("misfit", "inconsistent"):
+            result["input_words"] = result["input_words"] or _geometry_in_words(platform_file)
         if commanded is not None:
             followed = result["followed"] = follow(result["log"], platform, commanded)
             result["input_words"] = followed.contradiction or result["input_words"]
@@ -116,8 +106,9 @@ class _Run:
             sampling_s = self._native.sampling_period_s(first.t_s)
             check = None
             if not self._way_in.is_unchecked:
-                is_load_known = (estimator or self._platform.estimator_kind) == "paper"
-                check = InputCheck(self._log, self._platform, sampling_s, is_load_known)
+                is_known = (estimator or self._platform.estimator_kind) == "paper"
+                load_kg = self._platform.known_mass_kg if is_known else None
+                check = InputCheck(self._log, self._platform, sampling_s, load_kg)
                 check.add(first)
             offset = None if self._tare is None else self._tare.offset
             files = (out, estimator, prior, offset, bodies, trace)
@@ -180,6 +171,14 @@ def _diagnosis(result: dict, legs: LegLog, platform, rig: Path | None) -> Diagno
     machine = machine_of(platform)
     machine, legs = (machine, in_time(platform, legs)) if rig is None else with_rig(rig, machine, legs)
     return diagnose(legs, machine, load_summary.load_changes_s(result))
+
+
+def _geometry_in_words(platform_file: Path) -> str:
+    """What `hexload platform check` would say of legs and hinges; nothing where they are plausible."""
+    tables = tomllib.loads(platform_file.read_text(encoding="utf-8"))
+    found = findings_of(tables, workspace.machine_of(tables))
+    words = [str(each) for each in found if each.key.startswith("geometry")]
+    return f"{platform_file}: {words[0]}" if words else ""
 
 
 def _refuse_same_files(files: dict[str, Path | None]) -> None:

@@ -26,10 +26,10 @@ from numpy.typing import ArrayLike, NDArray
 from hexload.errors import InputError
 from hexload.estimation.arrays import leg_log
 from hexload.estimation.firmware_run import load_platform, native_firmware, run_firmware
+from hexload.estimation.input_check import WayIn, checked_log, refuse_implausible
 from hexload.estimation.load_summary import load_changes_s
 from hexload.io.atomic_file import replaced_when_done
 from hexload.io.log_file import LegLog
-from hexload.io.log_formats import Reading, read_any_log
 from hexload.platform import Platform as MachineDescription
 from hexload.theory.bound import LEGS, THETA_NAMES, Platform, read_platform, unit_of
 
@@ -48,15 +48,15 @@ MACHINE_KEYS = {
 }
 
 
-def make_tare(log: Path, platform_file: Path, out: Path, largest_offset: float) -> dict:
+def make_tare(log: Path, platform_file: Path, out: Path, largest_offset: float, way_in: WayIn | None = None) -> dict:
     """Writes the tare file and returns what stands in its table [tare], and as "legs" what in the table of that name.
 
-    `largest_offset`: share of the platform's own parameters above which an offset is taken for a load. Raises
-    InputError.
+    `largest_offset`: share of the platform's own parameters above which an offset is taken for a load. `way_in`: how the
+    log is read and checked. Raises InputError.
     """
     native = native_firmware()
     platform = load_platform(native, platform_file)
-    samples = read_any_log(log, Reading(tick_s=platform.tick_s)).whole(str(log))
+    samples = checked_log(native, log, platform, way_in or WayIn(), 0.0)
     with replaced_when_done(out) as temporary:
         names = (str(log), f"{log} with {platform_file}")
         found = _find(native, platform, read_platform(platform_file), samples, largest_offset, names)
@@ -108,11 +108,13 @@ def tare(
     platform: MachineDescription | Mapping[str, Any] | Path | str,
     *,
     largest_offset: float = 0.25,
+    unchecked: bool = False,
 ) -> MachineTare:
     """What the empty platform's parameters are beyond those of its platform file, from a log of it in motion.
 
     t, dl, vl, f    (n,) s and (n, 6) m, m/s, N, as of hexload.replay()
     largest_offset  0 to 0.45: more than this share of the platform's own parameters is taken for a load
+    unchecked       go on where units, signs or order contradict each other
 
     Raises InputError: an estimate that has not converged or is inconsistent, a load that changes, an offset that is
     rather a load. Needs scipy: pip install "hexload[excite]". Source: the first lines of hexload.estimation.tare, and
@@ -121,7 +123,10 @@ def tare(
     described = MachineDescription.of(platform)
     native, machine = native_firmware(), described.theory()
     names = ("log", f"log with {described.source}")
-    found = _find(native, described.native(), machine, leg_log(t, dl, vl, f).whole("arrays"), largest_offset, names)
+    samples, known = leg_log(t, dl, vl, f).whole("arrays"), described.native()
+    if not unchecked:
+        refuse_implausible(native, samples, known, 0.0)
+    found = _find(native, known, machine, samples, largest_offset, names)
     return MachineTare(native.Tare(found.theta, found.sigma), found.leg_mass, machine)
 
 

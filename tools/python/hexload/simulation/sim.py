@@ -16,7 +16,10 @@ from hexload.io.key_file import new_key
 from hexload.io.run_directory import PAPER_PARAMETERS, read_run
 from hexload.simulation.virtual_controller import running_controller
 from hexload.theory.bound import THETA_NAMES
+from hexload.theory.workspace import displacements, machine_of
 
+OUTSIDE = 0.1  # of the stroke's span, beyond which no motion asks for legs that there are
+LONGER = 100.0  # than the run: time of another unit
 FRICTION = ("coulomb_friction_n", "viscous_friction_n_s_m", "static_friction_n")  # of a scenario's hydraulics
 
 
@@ -72,6 +75,7 @@ def run_simulation(
     one that failed, the simulator's if both did.
     """
     scenario = resolve_scenario(name_or_file)
+    refuse_other_units(scenario)
     directory = out or default_directory(scenario, seed)
     project.ensure_built("hexload_sim_app", *(() if controller is None else ("hexload_ecu",)))
     command = [project.simulator(), scenario, "--out", directory, *options]
@@ -84,6 +88,33 @@ def run_simulation(
     if status != 0:
         raise ToolFailed(exit_code=status if status > 0 else 1)
     return directory
+
+
+def refuse_other_units(scenario: Path) -> None:
+    """A motion of a file that no legs of this machine make, or that is in another unit of time. Raises InputError."""
+    try:
+        world = tomllib.loads(scenario.read_text(encoding="utf-8"))
+        motion = scenario.parent / world["trajectory"]["path"]
+        machine = machine_of(tomllib.loads((scenario.parent / world["platform"]).read_text(encoding="utf-8")))
+        rows = np.loadtxt(motion, delimiter=",", skiprows=1, ndmin=2)
+        duration_s = float(world.get("simulation", {}).get("duration_s", 10.0))
+    except (OSError, ValueError, KeyError, TypeError, IndexError):
+        return  # no such motion, or files that the simulator refuses, and says why
+    if rows.shape[1] != 7 or not np.isfinite(rows).all():
+        return
+    if np.ptp(rows[:, 0]) > LONGER * duration_s:
+        raise InputError(
+            f"{motion}: t: found {np.ptp(rows[:, 0]):g} s of motion for a run of {duration_s:g} s, expected seconds (not ms)"
+        )
+    low, high = machine.stroke_m
+    legs = displacements(machine, rows[:, 1:])
+    leg = int(np.abs(legs).max(axis=0).argmax())
+    slack = OUTSIDE * (high - low)
+    if not (low - slack <= legs.min() and legs.max() <= high + slack):
+        raise InputError(
+            f"{motion}: found leg {leg + 1} asked for {legs[:, leg].min():.4g} to {legs[:, leg].max():.4g} m, the stroke is "
+            f"{low:g} to {high:g} m, expected x, y, z in m and angles in rad (not mm, not degrees)"
+        )
 
 
 def fitting_estimator(scenario: Path) -> tuple[str, str] | None:
