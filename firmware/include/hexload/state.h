@@ -382,8 +382,9 @@ enum {
 };
 
 typedef struct hexload_wrench_monitor {
-    hexload_real_t last_momentum[6];                    ///< of the last tick; N s, N m s
-    hexload_real_t residual[HEXLOAD_WRENCH_PARTS];      ///< y: F_z, M_x, M_y; N, N m
+    hexload_real_t last_momentum[6]; ///< of the last tick; N s, N m s
+    hexload_real_t residual[6];      ///< r about O_A, base axes; its [2..4] are y; N, N m
+    hexload_real_t lasting[6];       ///< leaky mean of r over 5 ms, of which a tick is mostly noise
     hexload_real_t open[HEXLOAD_WRENCH_SQUARES];        ///< what theta and slow legs leave open of y y^T
     hexload_real_t mean_square[HEXLOAD_WRENCH_SQUARES]; ///< C
     hexload_real_t bin[HEXLOAD_WRENCH_BINS][HEXLOAD_WRENCH_SQUARES]; ///< means of 50 ms each
