@@ -147,6 +147,7 @@ typedef struct hexload_plausibility {
 /// The stated mass of the load against what the legs carry; means of the last seconds.
 typedef struct hexload_known_mass {
     hexload_real_t mass_kg;        ///< of platform and load, as stated
+    hexload_real_t load_n;         ///< weight of the stated load
     hexload_real_t limit_n;        ///< what machine and sensors may be off by
     hexload_real_t lever_kg_m;     ///< mass_kg times the farthest place of the centre of mass
     hexload_real_t time_s;         ///< of the means so far
