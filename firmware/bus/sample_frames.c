@@ -64,7 +64,7 @@ static scale_t classic_scale(void) {
 static int32_t quantise(hexload_real_t value, hexload_real_t step, int32_t largest, uint32_t* saturated) {
     const hexload_real_t steps = value / step;
     const hexload_real_t half = HEXLOAD_REAL(0.5);
-    if (isnan(steps)) {
+    if (isnan(steps) != 0) {
         return -largest - 1;
     }
     if (hexload_abs(steps) >= (hexload_real_t)largest + half) {
