@@ -174,9 +174,8 @@ typedef struct hexload_bus_controller_status {
 /// Writes the frames of a sample.
 /// @param[out] frames in sending order.
 /// @param[in,out] saturated incremented for each channel that was beyond the signal's range.
-/// @return number of frames, 1..HEXLOAD_BUS_SAMPLE_FRAMES; HEXLOAD_BUS_ERR_VALUE: a channel is not finite;
-/// but
-///         a velocity may be NaN, of a leg without sensor, and arrives as NaN.
+/// @return number of frames, 1..HEXLOAD_BUS_SAMPLE_FRAMES; HEXLOAD_BUS_ERR_VALUE: a channel is
+///         infinite. One that is NaN, without a sensor or with one that has failed, arrives as NaN.
 HEXLOAD_MUST_USE int hexload_bus_encode_sample(hexload_bus_profile_t profile,
                                                const hexload_leg_sample_t* sample,
                                                hexload_bus_frame_t frames[HEXLOAD_BUS_SAMPLE_FRAMES],

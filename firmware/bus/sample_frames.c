@@ -22,7 +22,7 @@ static hexload_frame_layout_t leg_layout(int leg) {
 }
 
 /// Steps and range of one profile's channels, in all legs alike. The range is symmetric: the one number that
-/// it leaves unused is refused when decoding, but of a velocity, where it says that there is no sensor.
+/// it leaves unused says that there is no sensor, or that it has failed.
 typedef struct scale {
     hexload_real_t displacement_m;
     hexload_real_t velocity_m_s;
@@ -59,21 +59,19 @@ static scale_t classic_scale(void) {
     return scale;
 }
 
-/// The nearest number of steps; beyond the range its end, counted.
+/// The nearest number of steps; beyond the range its end, counted. NaN, of a leg without sensor, is the one
+/// number of steps beyond the range.
 static int32_t quantise(hexload_real_t value, hexload_real_t step, int32_t largest, uint32_t* saturated) {
     const hexload_real_t steps = value / step;
     const hexload_real_t half = HEXLOAD_REAL(0.5);
+    if (isnan(steps) != 0) {
+        return -largest - 1;
+    }
     if (hexload_abs(steps) >= (hexload_real_t)largest + half) {
         *saturated += *saturated < UINT32_MAX ? 1u : 0u;
         return steps > 0 ? largest : -largest;
     }
     return (int32_t)(steps + (steps > 0 ? half : -half));
-}
-
-/// NaN, of a leg without sensor, is the one number of steps beyond the range.
-static int32_t quantise_velocity(hexload_real_t value, const scale_t* scale, uint32_t* saturated) {
-    return !isnan(value) ? quantise(value, scale->velocity_m_s, scale->largest_velocity, saturated)
-                         : -scale->largest_velocity - 1;
 }
 
 static raw_legs_t quantise_legs(const hexload_leg_sample_t* sample, const scale_t* scale,
@@ -82,20 +80,20 @@ static raw_legs_t quantise_legs(const hexload_leg_sample_t* sample, const scale_
     for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
         raw.displacement[leg] = quantise(sample->displacement_m[leg], scale->displacement_m,
                                          scale->largest_displacement, saturated);
-        raw.velocity[leg] = quantise_velocity(sample->velocity_m_s[leg], scale, saturated);
+        raw.velocity[leg] =
+            quantise(sample->velocity_m_s[leg], scale->velocity_m_s, scale->largest_velocity, saturated);
         raw.force[leg] = quantise(sample->force_n[leg], scale->force_n, scale->largest_force, saturated);
     }
     return raw;
 }
 
-static bool is_finite(const hexload_leg_sample_t* sample) {
+static bool has_infinite(const hexload_leg_sample_t* sample) {
+    bool is_infinite = false;
     for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
-        if (!isfinite(sample->displacement_m[leg]) || isinf(sample->velocity_m_s[leg]) ||
-            !isfinite(sample->force_n[leg])) {
-            return false;
-        }
+        is_infinite = is_infinite || isinf(sample->displacement_m[leg]) || isinf(sample->velocity_m_s[leg]) ||
+                      isinf(sample->force_n[leg]);
     }
-    return true;
+    return is_infinite;
 }
 
 static int encode_fd(const hexload_leg_sample_t* sample, hexload_bus_frame_t* frame, uint32_t* saturated) {
@@ -168,22 +166,16 @@ static int encode_classic(const hexload_leg_sample_t* sample, hexload_bus_frame_
 
 int hexload_bus_encode_sample(hexload_bus_profile_t profile, const hexload_leg_sample_t* sample,
                               hexload_bus_frame_t frames[HEXLOAD_BUS_SAMPLE_FRAMES], uint32_t* saturated) {
-    if (!is_finite(sample)) {
+    if (has_infinite(sample)) {
         return HEXLOAD_BUS_ERR_VALUE;
     }
     return profile == HEXLOAD_BUS_FD ? encode_fd(sample, frames, saturated)
                                      : encode_classic(sample, frames, saturated);
 }
 
-/// The range leaves one number unused; of a velocity it says that there is no sensor.
-static bool is_in_range(const raw_legs_t* raw) {
-    for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
-        if (!hexload_dbc_leg_sample_fd_displacement_1_is_in_range(raw->displacement[leg]) ||
-            !hexload_dbc_leg_sample_fd_force_1_is_in_range(raw->force[leg])) {
-            return false;
-        }
-    }
-    return true;
+/// NaN where a channel has no sensor.
+static hexload_real_t or_none(bool is_in_range, double value) {
+    return is_in_range ? (hexload_real_t)value : (hexload_real_t)NAN;
 }
 
 hexload_bus_status_t hexload_sample_decode_fd(const hexload_bus_frame_t* frame,
@@ -200,18 +192,19 @@ hexload_bus_status_t hexload_sample_decode_fd(const hexload_bus_frame_t* frame,
         .velocity = {m.velocity_1, m.velocity_2, m.velocity_3, m.velocity_4, m.velocity_5, m.velocity_6},
         .force = {m.force_1, m.force_2, m.force_3, m.force_4, m.force_5, m.force_6},
     };
-    if (!hexload_dbc_leg_sample_fd_version_is_in_range(m.version) || !is_in_range(&raw)) {
+    if (!hexload_dbc_leg_sample_fd_version_is_in_range(m.version)) {
         return HEXLOAD_BUS_ERR_VALUE;
     }
     sample->tick = m.tick;
     for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
         sample->displacement_m[leg] =
-            (hexload_real_t)hexload_dbc_leg_sample_fd_displacement_1_decode(raw.displacement[leg]);
+            or_none(hexload_dbc_leg_sample_fd_displacement_1_is_in_range(raw.displacement[leg]),
+                    hexload_dbc_leg_sample_fd_displacement_1_decode(raw.displacement[leg]));
         sample->velocity_m_s[leg] =
-            hexload_dbc_leg_sample_fd_velocity_1_is_in_range(raw.velocity[leg])
-                ? (hexload_real_t)hexload_dbc_leg_sample_fd_velocity_1_decode(raw.velocity[leg])
-                : (hexload_real_t)NAN;
-        sample->force_n[leg] = (hexload_real_t)hexload_dbc_leg_sample_fd_force_1_decode(raw.force[leg]);
+            or_none(hexload_dbc_leg_sample_fd_velocity_1_is_in_range(raw.velocity[leg]),
+                    hexload_dbc_leg_sample_fd_velocity_1_decode(raw.velocity[leg]));
+        sample->force_n[leg] = or_none(hexload_dbc_leg_sample_fd_force_1_is_in_range(raw.force[leg]),
+                                       hexload_dbc_leg_sample_fd_force_1_decode(raw.force[leg]));
     }
     return HEXLOAD_BUS_OK;
 }
@@ -243,17 +236,14 @@ hexload_bus_status_t hexload_sample_decode_leg(const hexload_bus_frame_t* frame,
     }
     struct hexload_dbc_leg_sample1_t message;
     (void)hexload_dbc_leg_sample1_unpack(&message, frame->data, sizeof frame->data);
-    if (!hexload_dbc_leg_sample1_displacement_is_in_range(message.displacement) ||
-        !hexload_dbc_leg_sample1_force_is_in_range(message.force)) {
-        return HEXLOAD_BUS_ERR_VALUE;
-    }
     leg->leg = (int)number;
     leg->tick_low = message.tick_low;
-    leg->displacement_m = (hexload_real_t)hexload_dbc_leg_sample1_displacement_decode(message.displacement);
-    leg->velocity_m_s = hexload_dbc_leg_sample1_velocity_is_in_range(message.velocity)
-                            ? (hexload_real_t)hexload_dbc_leg_sample1_velocity_decode(message.velocity)
-                            : (hexload_real_t)NAN;
-    leg->force_n = (hexload_real_t)hexload_dbc_leg_sample1_force_decode(message.force);
+    leg->displacement_m = or_none(hexload_dbc_leg_sample1_displacement_is_in_range(message.displacement),
+                                  hexload_dbc_leg_sample1_displacement_decode(message.displacement));
+    leg->velocity_m_s = or_none(hexload_dbc_leg_sample1_velocity_is_in_range(message.velocity),
+                                hexload_dbc_leg_sample1_velocity_decode(message.velocity));
+    leg->force_n = or_none(hexload_dbc_leg_sample1_force_is_in_range(message.force),
+                           hexload_dbc_leg_sample1_force_decode(message.force));
     return HEXLOAD_BUS_OK;
 }
 

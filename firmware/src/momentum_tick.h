@@ -98,10 +98,12 @@ static inline void watch_load(hexload_momentum_t* self, const hexload_config_t* 
     }
     const hexload_fit_t fit = fit_of(self, config);
     const bool is_alarm = hexload_load_monitor_step(&self->monitor, config, &self->filter, fit, seen);
-    const bool is_mismatch = fit == HEXLOAD_FIT_UNPROVEN && hexload_load_monitor_is_late(&self->monitor);
+    const bool is_weight = is_alarm && hexload_load_monitor_is_weight(&self->monitor, config, fit);
+    const bool is_mismatch =
+        (fit == HEXLOAD_FIT_UNPROVEN || !is_weight) && hexload_load_monitor_is_late(&self->monitor);
     if (is_alarm && (is_mismatch || hexload_frozen_channels_are_there(&self->frozen))) {
         hexload_momentum_supervisor_doubt(&self->supervisor);
-    } else if (is_alarm && !self->is_changing) {
+    } else if (is_weight && !self->is_changing) {
         self->is_changing = true;
         // The first sample that is certainly the new load's: one of before would be taken for it. Half a
         // window later where there are no velocity sensors: until then a sample has something of both.

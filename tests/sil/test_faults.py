@@ -120,6 +120,22 @@ def test_scales_are_those_of_the_true_platform_not_of_the_told_one(tmp_path):
     assert np.array_equal(truth_of(told, "momentum").scale, truth_of(base, "momentum").scale)
 
 
+def test_what_is_true_of_a_load_is_no_false_report(tmp_path):
+    # GIVEN a run of the paper's filter WHEN a half of the load falls off, or another mass was stated THEN that the legs do
+    # not carry the stated mass is true from then on, AND of the load as it was stated never
+    base = clean_recording("work", SEED, verb.DURATION_S, "paper", str(tmp_path))
+    assert truth_of(base, "paper").changes_s == ()
+    assert truth_of(KINDS["known_mass"].apply(base, 0.05, np.random.default_rng(1)), "paper").changes_s == (
+        (0.0, base.t_s[-1]),
+    )
+    fallen = KINDS["falling"].apply(base, 0.5, np.random.default_rng(1))
+    assert truth_of(fallen, "paper").changes_s[-1] == (fallen.loads[-1].at_s, base.t_s[-1])
+    # AND a clock that goes 2 % wrong tells another time of the change, at which it is seen
+    wrong = KINDS["clock"].apply(fallen, 0.02, np.random.default_rng(1))
+    told_s = np.interp(fallen.loads[-1].at_s, base.t_s, wrong.log.t_s)
+    assert wrong.changes_s[0][0] == pytest.approx(told_s) and abs(told_s - fallen.loads[-1].at_s) > 0.05
+
+
 @pytest.mark.parametrize("estimator", ESTIMATORS)
 def test_every_estimator_is_right_about_a_clean_run(estimator, tmp_path):
     # GIVEN a multisine with a load that the estimator's model has WHEN nothing is wrong THEN no parameter is

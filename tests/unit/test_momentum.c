@@ -310,6 +310,82 @@ static void test_friction_that_is_not_known_is_no_load_change_and_hides_no_large
     TEST_ASSERT_TRUE(is_alarm_of(weight_n));
 }
 
+/// Gauss's elimination with pivots, the right side in column 6.
+static void solve(double rows[6][7], double x[6]) {
+    for (int i = 0; i < 6; i++) {
+        int best = i;
+        for (int j = i; j < 6; j++) {
+            best = fabs(rows[j][i]) > fabs(rows[best][i]) ? j : best;
+        }
+        for (int k = 0; k < 7; k++) {
+            const double swapped = rows[i][k];
+            rows[i][k] = rows[best][k];
+            rows[best][k] = swapped;
+        }
+        for (int j = 0; j < 6; j++) {
+            const double share = j == i ? 0.0 : rows[j][i] / rows[i][i];
+            for (int k = i; k < 7; k++) {
+                rows[j][k] -= share * rows[i][k];
+            }
+        }
+    }
+    for (int i = 0; i < 6; i++) {
+        x[i] = rows[i][6] / rows[i][i];
+    }
+}
+
+/// A tick while something pushes the platform at O_A, base axes.
+static void step_pushed(bench_t* bench, const body_t* load, const double force_n[3]) {
+    hexload_leg_sample_t sample = perfect_sample(
+        &bench->config, load, &bench->motion, (double)bench->estimator.kinematics.home_height_m, bench->tick);
+    hexload_kinematics_t kinematics = bench->estimator.kinematics;
+    hexload_motion_t motion;
+    double rows[6][7];
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_OK,
+                          hexload_kinematics_solve(&kinematics, &bench->config, &sample, &motion));
+    for (int k = 0; k < 6; k++) { // the legs hold against it: their wrench is the other one
+        for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
+            rows[k][leg] = (double)motion.J[leg][k];
+        }
+    }
+    const hexload_real_t* p = motion.p_m;
+    for (int k = 0; k < 3; k++) {
+        const int a = (k + 1) % 3, b = (k + 2) % 3;
+        rows[k][6] = -force_n[k];
+        rows[3 + k][6] = -((double)p[a] * force_n[b] - (double)p[b] * force_n[a]);
+    }
+    double held_n[6];
+    solve(rows, held_n);
+    add_noise(&bench->config, &bench->seed, &sample);
+    for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
+        sample.force_n[leg] += (hexload_real_t)held_n[leg];
+    }
+    TEST_ASSERT_EQUAL_INT(
+        HEXLOAD_OK, hexload_momentum_tick(&bench->estimator, &bench->config, &sample, &bench->estimate));
+    bench->alarms += bench->estimator.health.bits >> HEXLOAD_HEALTH_LOAD_CHANGED & 1u;
+    bench->tick++;
+}
+
+static void test_what_pushes_sideways_is_no_other_load_and_what_weighs_is_one(void) {
+    static const double pushes_n[][3] = {{300.0, 0.0, 0.0}, {0.0, -100.0, 30.0}, {0.0, 0.0, -100.0}};
+    for (int n = 0; n < 3; n++) {
+        // GIVEN a load that has been identified WHEN something pushes the platform for half a second, which
+        // is 8 to 24 standard deviations of a leg's force
+        bench_t bench;
+        begin(&bench, paper_machine(), random_motion(31, 0.015, 0.03), 5);
+        run(&bench, &eccentric, 3000);
+        for (int tick = 0; tick < 500; tick++) {
+            step_pushed(&bench, &eccentric, pushes_n[n]);
+        }
+        // THEN what is along the weight is a load that has come, AND what is across it is none, then and
+        // after
+        run(&bench, &eccentric, 500);
+        TEST_ASSERT_EQUAL_INT(n == 2, bench.alarms > 0);
+        // AND a push for which no load was found has not gone by as if nothing had been
+        TEST_ASSERT_TRUE(n == 2 || bench.estimate.verdict == HEXLOAD_VERDICT_MISFIT);
+    }
+}
+
 static void test_missing_samples_cost_little(void) {
     // GIVEN a motion of which every hundredth sample is missing
     bench_t bench;
@@ -677,6 +753,7 @@ int main(void) {
     RUN_TEST(test_a_speed_that_is_wrong_now_and_then_is_no_load_change);
     RUN_TEST(test_a_servo_that_rings_from_rest_on_is_no_load_change);
     RUN_TEST(test_friction_that_is_not_known_is_no_load_change_and_hides_no_larger_load);
+    RUN_TEST(test_what_pushes_sideways_is_no_other_load_and_what_weighs_is_one);
     RUN_TEST(test_missing_samples_cost_little);
     RUN_TEST(test_long_gap_restarts_the_momentum_and_keeps_the_load);
     RUN_TEST(test_known_mass_stays);

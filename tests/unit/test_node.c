@@ -459,6 +459,28 @@ static void test_the_momentum_filter_answers_each_fd_sample_with_all_ten(void) {
     TEST_ASSERT_TRUE(node.app.estimate.value[HEXLOAD_LOAD_M] > HEXLOAD_REAL(100.0));
 }
 
+static void test_a_force_sensor_that_fails_reaches_the_estimator_as_lost(void) {
+    for (int profile = HEXLOAD_BUS_CLASSIC; profile <= HEXLOAD_BUS_FD; profile++) {
+        // GIVEN a run on either bus WHEN leg 3 has no force any more, then no displacement
+        begin_momentum_run((hexload_bus_profile_t)profile);
+        for (uint32_t tick = 0; tick < 400; tick++) {
+            hexload_leg_sample_t sample = sample_at(tick);
+            hexload_bus_frame_t frames[HEXLOAD_BUS_SAMPLE_FRAMES];
+            hexload_real_t* lost = tick < 300 ? &sample.force_n[2] : &sample.displacement_m[2];
+            *lost = tick < 200 ? *lost : (hexload_real_t)NAN;
+            const int count = encode_sample((hexload_bus_profile_t)profile, &sample, frames);
+            for (int n = 0; n < count; n++) {
+                hexload_node_receive(&node, &frames[n]);
+            }
+            // THEN five go on, AND the health says that one is lost
+            TEST_ASSERT_EQUAL(tick >= 200,
+                              (hexload_app_health(&node.app)->bits >> HEXLOAD_HEALTH_CHANNEL_LOST & 1u) != 0);
+        }
+        TEST_ASSERT_EQUAL_UINT32(399, node.app.estimate.tick);
+        TEST_ASSERT_DOUBLE_WITHIN(25.0, 500.0, (double)node.app.estimate.value[HEXLOAD_LOAD_M]);
+    }
+}
+
 static void test_the_momentum_filter_answers_classic_samples_with_rounds_of_26_pages(void) {
     begin_momentum_run(HEXLOAD_BUS_CLASSIC);
     hexload_estimate_t at_first_page = {0};
@@ -1068,6 +1090,7 @@ int main(void) {
     RUN_TEST(test_classic_samples_are_answered_with_one_page_at_every_second_tick);
     RUN_TEST(test_each_run_begins_its_classic_answers_with_page_zero);
     RUN_TEST(test_the_momentum_filter_answers_each_fd_sample_with_all_ten);
+    RUN_TEST(test_a_force_sensor_that_fails_reaches_the_estimator_as_lost);
     RUN_TEST(test_the_momentum_filter_answers_classic_samples_with_rounds_of_26_pages);
     RUN_TEST(test_a_changed_load_is_an_event_before_the_answer_and_stays_in_the_status);
     RUN_TEST(test_a_round_of_pages_reports_the_health_of_all_samples_since_the_one_before);

@@ -387,6 +387,24 @@ static void forces_of_a_third_less(const bench_t* bench, hexload_leg_sample_t* s
     }
 }
 
+static void forces_in_kgf(const bench_t* bench, hexload_leg_sample_t* sample) {
+    (void)bench;
+    for (int leg = 0; leg < 6; leg++) {
+        sample->force_n[leg] *= HEXLOAD_REAL(0.10197);
+    }
+}
+
+static void test_forces_that_no_load_explains_are_not_called_another_mass(void) {
+    // GIVEN a stated mass that is true WHEN forces come in kgf, less than the empty platform weighs THEN the
+    // verdict is of the machine, not that the stated mass is another one
+    bench_t bench;
+    begin(&bench, paper_machine(), HEXLOAD_KIND_PAPER, slow());
+    bench.change = forces_in_kgf;
+    run(&bench, SECOND);
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_INPUT_KNOWN_MASS, fault_of(&bench).cause);
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_VERDICT_MISFIT, bench.estimate.verdict);
+}
+
 static void test_a_load_that_is_exchanged_is_no_longer_the_told_one(void) {
     // GIVEN a stated mass that is true WHEN a third of all forces is gone THEN it is contradicted within 0.3
     // s
@@ -459,6 +477,7 @@ int main(int argc, char** argv) {
     RUN_TEST(test_missing_samples_are_no_fault);
     RUN_TEST(test_a_stated_mass_that_the_legs_do_not_carry_is_never_converged);
     RUN_TEST(test_force_sensors_within_their_tolerance_are_no_wrong_mass);
+    RUN_TEST(test_forces_that_no_load_explains_are_not_called_another_mass);
     RUN_TEST(test_a_load_that_is_exchanged_is_no_longer_the_told_one);
     RUN_TEST(test_every_cause_has_words_of_its_own);
     RUN_TEST(test_samples_that_wait_for_late_channels_begin_a_block_anew);

@@ -147,6 +147,7 @@ typedef struct hexload_plausibility {
 /// The stated mass of the load against what the legs carry; means of the last seconds.
 typedef struct hexload_known_mass {
     hexload_real_t mass_kg;        ///< of platform and load, as stated
+    hexload_real_t load_n;         ///< weight of the stated load
     hexload_real_t limit_n;        ///< what machine and sensors may be off by
     hexload_real_t lever_kg_m;     ///< mass_kg times the farthest place of the centre of mass
     hexload_real_t time_s;         ///< of the means so far
@@ -381,8 +382,9 @@ enum {
 };
 
 typedef struct hexload_wrench_monitor {
-    hexload_real_t last_momentum[6];                    ///< of the last tick; N s, N m s
-    hexload_real_t residual[HEXLOAD_WRENCH_PARTS];      ///< y: F_z, M_x, M_y; N, N m
+    hexload_real_t last_momentum[6]; ///< of the last tick; N s, N m s
+    hexload_real_t residual[6];      ///< r about O_A, base axes; its [2..4] are y; N, N m
+    hexload_real_t lasting[6];       ///< leaky mean of r over 5 ms, of which a tick is mostly noise
     hexload_real_t open[HEXLOAD_WRENCH_SQUARES];        ///< what theta and slow legs leave open of y y^T
     hexload_real_t mean_square[HEXLOAD_WRENCH_SQUARES]; ///< C
     hexload_real_t bin[HEXLOAD_WRENCH_BINS][HEXLOAD_WRENCH_SQUARES]; ///< means of 50 ms each

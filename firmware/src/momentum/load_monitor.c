@@ -18,6 +18,12 @@
 /// motion.
 #define LONGEST_RISE_S HEXLOAD_REAL(0.03)
 
+/// Of the weight, what errors of the machine may be of a load that is too new.
+#define UNPROVEN_SHARE HEXLOAD_REAL(0.02)
+
+/// Of the square of a missing wrench, what may be no weight where nothing accelerates.
+#define OTHER_SHARE HEXLOAD_REAL(0.2)
+
 /// Of a load that is too new for the machine to have shown that it is its model: what its errors do not
 /// reach.
 #define UNPROVEN_NIS HEXLOAD_REAL(18.0)
@@ -259,6 +265,27 @@ static bool is_wrong_wrench(hexload_load_monitor_t* self, const hexload_config_t
         hexload_wrench_monitor_restart(&self->wrench);
     }
     return hexload_wrench_monitor_step(&self->wrench, config, filter, fit, &seen);
+}
+
+HEXLOAD_RARE bool hexload_load_monitor_is_weight(const hexload_load_monitor_t* self,
+                                                 const hexload_config_t* config, hexload_fit_t fit) {
+    const hexload_real_t* hinge_m = config->geometry.platform_hinge_m[0];
+    const hexload_real_t* force = &self->wrench.lasting[0];
+    const hexload_real_t* moment = &self->wrench.lasting[3];
+    const hexload_real_t* pull = &self->acceleration[0];
+    const hexload_real_t* turn = &self->acceleration[3];
+    const hexload_real_t g_m_s2 = config->gravity_m_s2;
+    const hexload_real_t lever_m2 = dot3(hinge_m, hinge_m);
+    const hexload_real_t square = dot3(pull, pull);
+    const hexload_real_t along = dot3(force, pull);
+    const hexload_real_t about = dot3(moment, pull);
+    const hexload_real_t whole = dot3(force, force) + dot3(moment, moment) / lever_m2;
+    const hexload_real_t other = square * dot3(force, force) - along * along + about * about / lever_m2;
+    const hexload_real_t inertial =
+        square - g_m_s2 * (HEXLOAD_REAL(2.0) * pull[2] - g_m_s2) + lever_m2 * dot3(turn, turn);
+    const hexload_real_t least_kg = UNPROVEN_SHARE * (config->platform.mass_kg + self->theta[HEXLOAD_LOAD_M]);
+    return other <= whole * (OTHER_SHARE * square + inertial) &&
+           (fit != HEXLOAD_FIT_UNPROVEN || whole > least_kg * least_kg * square);
 }
 
 bool hexload_load_monitor_is_late(const hexload_load_monitor_t* self) {

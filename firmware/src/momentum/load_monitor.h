@@ -34,6 +34,13 @@ HEXLOAD_MUST_USE bool hexload_load_monitor_step(hexload_load_monitor_t* self, co
                                                 const hexload_momentum_filter_t* filter, hexload_fit_t fit,
                                                 const hexload_present_tick_t* now);
 
+/// Of an alarm: whether what is missing is the weight of another load, a force along g - a and a moment
+/// across it, but for what its inertia makes of the platform's acceleration. What touches or shakes the
+/// platform pushes along and about all axes alike.
+/// @param fit of a load that is too new it must be 2 % of the weight, too.
+HEXLOAD_MUST_USE bool hexload_load_monitor_is_weight(const hexload_load_monitor_t* self,
+                                                     const hexload_config_t* config, hexload_fit_t fit);
+
 /// Of an alarm: whether the mean NIS has taken longer to it than another load's takes. A machine that is not
 /// its model shows so when it begins to move.
 HEXLOAD_MUST_USE bool hexload_load_monitor_is_late(const hexload_load_monitor_t* self);

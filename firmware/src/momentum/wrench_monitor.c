@@ -7,6 +7,7 @@
 #include <string.h>
 
 #define MEMORY_S HEXLOAD_REAL(0.02)
+#define LASTING_S HEXLOAD_REAL(0.005)
 #define BIN_S HEXLOAD_REAL(0.05)
 #define LEARNING_S HEXLOAD_REAL(10.0)
 
@@ -44,6 +45,7 @@ void hexload_wrench_monitor_init(hexload_wrench_monitor_t* self) {
 
 void hexload_wrench_monitor_restart(hexload_wrench_monitor_t* self) {
     memset(self->residual, 0, sizeof self->residual);
+    memset(self->lasting, 0, sizeof self->lasting);
     memset(self->filling, 0, sizeof self->filling);
     self->filling_peak = HEXLOAD_REAL(0.0);
     self->bins = 0;
@@ -51,14 +53,18 @@ void hexload_wrench_monitor_restart(hexload_wrench_monitor_t* self) {
     self->ticks = 0;
 }
 
-/// F_z, M_x, M_y about O_A of a wrench about the home point: M_x - p_y F_z + p_z F_y, M_y - p_z F_x + p_x
-/// F_z.
-static void read_parts(const hexload_motion_t* motion, const hexload_real_t wrench[6],
-                       hexload_real_t parts[PARTS]) {
-    const hexload_real_t* p = motion->p_m;
-    parts[0] = wrench[2];
-    parts[1] = wrench[3] - (p[1] * wrench[2] - p[2] * wrench[1]);
-    parts[2] = wrench[4] - (p[2] * wrench[0] - p[0] * wrench[2]);
+/// y among the six parts of a wrench about O_A.
+enum { FIRST = 2 };
+
+/// About O_A, of a wrench about the home point.
+static void move_wrench(const hexload_motion_t* motion, const hexload_real_t wrench[6],
+                        hexload_real_t moved[6]) {
+    hexload_real_t moment[3];
+    cross3(motion->p_m, wrench, moment);
+    for (int k = 0; k < 3; k++) {
+        moved[k] = wrench[k];
+        moved[3 + k] = wrench[3 + k] - moment[k];
+    }
 }
 
 /// Moves r on by a tick.
@@ -67,7 +73,7 @@ static void observe(hexload_wrench_monitor_t* self, const hexload_config_t* conf
     const hexload_real_t rate_1_s = HEXLOAD_REAL(1.0) / config->tick_s;
     hexload_real_t due[6];
     hexload_real_t G[PULLED][LIFTED];
-    hexload_real_t parts[PARTS];
+    hexload_real_t missing[6];
     hexload_momentum_pull(push->last, push->input, config->tick_s * config->gravity_m_s2, G);
     memcpy(due, self->last_momentum, sizeof due);
     hexload_momentum_move(due, push->last, push->input, config->tick_s, G, body);
@@ -75,27 +81,30 @@ static void observe(hexload_wrench_monitor_t* self, const hexload_config_t* conf
         due[a] = rate_1_s * (push->momentum[a] - push->momentum_of_change[a] - due[a]);
         self->last_momentum[a] = push->momentum[a];
     }
-    read_parts(push->motion, due, parts);
-    for (int i = 0; i < PARTS; i++) {
-        self->residual[i] += config->tick_s / MEMORY_S * (parts[i] - self->residual[i]);
+    move_wrench(push->motion, due, missing);
+    for (int i = 0; i < 6; i++) {
+        self->residual[i] += config->tick_s / MEMORY_S * (missing[i] - self->residual[i]);
+        self->lasting[i] += config->tick_s / LASTING_S * (self->residual[i] - self->lasting[i]);
     }
 }
 
 /// Of y y^T, what theta's errors make of it: of a leaky mean the square is no more than the mean of the
 /// squares.
-static void read_unknown(const hexload_push_t* seen, hexload_real_t spread[PARTS][PARTS]) {
-    hexload_real_t rows[6][PARTS];
+static void read_unknown(const hexload_push_t* seen, hexload_real_t spread[PARTS][6]) {
+    hexload_real_t rows[6][6];
     for (int a = 0; a < 6; a++) {
         hexload_real_t row[6];
         for (int b = 0; b < 6; b++) {
             row[b] = seen->unknown[b <= a ? a : b][b <= a ? b : a];
         }
-        read_parts(seen->motion, row, rows[a]);
+        move_wrench(seen->motion, row, rows[a]);
     }
     for (int i = 0; i < PARTS; i++) {
-        const hexload_real_t column[6] = {rows[0][i], rows[1][i], rows[2][i],
-                                          rows[3][i], rows[4][i], rows[5][i]};
-        read_parts(seen->motion, column, spread[i]);
+        hexload_real_t column[6];
+        for (int a = 0; a < 6; a++) {
+            column[a] = rows[a][FIRST + i];
+        }
+        move_wrench(seen->motion, column, spread[i]);
     }
 }
 
@@ -106,11 +115,11 @@ static void observe_open(hexload_wrench_monitor_t* self, const hexload_config_t*
     const hexload_real_t whole =
         FRICTION_SHARE / (hexload_rig_unknown_ticks(config) * RIG_UNKNOWN_SHARE * RIG_UNKNOWN_SHARE);
     const hexload_real_t share = config->tick_s / MEMORY_S;
-    hexload_real_t spread[PARTS][PARTS];
+    hexload_real_t spread[PARTS][6];
     read_unknown(seen, spread);
     for (int i = 0; i < PARTS; i++) {
         for (int j = 0; j <= i; j++) {
-            hexload_real_t sum = spread[i][j];
+            hexload_real_t sum = spread[i][FIRST + j];
             for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
                 const hexload_real_t* push = &seen->motion->J[leg][2]; // F_z, M_x, M_y
                 sum = hexload_fma(whole * seen->variance_n2[leg] * push[i], push[j], sum);
@@ -185,7 +194,7 @@ static hexload_real_t distance(const hexload_wrench_monitor_t* self, const hexlo
     if (!cholesky3(S, L)) {
         return HEXLOAD_REAL(0.0);
     }
-    forward_substitute3(L, self->residual, x);
+    forward_substitute3(L, &self->residual[FIRST], x);
     return dot3(x, x);
 }
 
@@ -218,7 +227,7 @@ bool hexload_wrench_monitor_step(hexload_wrench_monitor_t* self, const hexload_c
         }
     }
     if (is_moving(motion)) {
-        learn(self, config, self->residual);
+        learn(self, config, &self->residual[FIRST]);
     }
     return is_wrong;
 }

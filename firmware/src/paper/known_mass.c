@@ -37,6 +37,7 @@ void hexload_known_mass_init(hexload_known_mass_t* self, const hexload_config_t*
     const hexload_real_t own_n = config->platform.mass_kg * config->gravity_m_s2;
     memset(self, 0, sizeof *self);
     self->mass_kg = config->platform.mass_kg + config->paper.load_mass_kg;
+    self->load_n = config->paper.load_mass_kg * config->gravity_m_s2;
     const hexload_real_t weight_n = self->mass_kg * config->gravity_m_s2;
     const hexload_real_t gain_n = config->tolerances.force_gain * weight_n;
     const hexload_real_t platform_n = config->tolerances.platform_mass * own_n;
@@ -105,5 +106,7 @@ void hexload_known_mass_judge(const hexload_known_mass_t* self, hexload_estimate
     }
     fault->cause = HEXLOAD_INPUT_KNOWN_MASS;
     fault->excess_n = self->excess_n;
-    hexload_input_fault_judge(HEXLOAD_VERDICT_INCONSISTENT, HEXLOAD_PAPER_DIM, estimate, health);
+    const hexload_verdict_t verdict =
+        self->excess_n < -self->load_n ? HEXLOAD_VERDICT_MISFIT : HEXLOAD_VERDICT_INCONSISTENT;
+    hexload_input_fault_judge(verdict, HEXLOAD_PAPER_DIM, estimate, health);
 }

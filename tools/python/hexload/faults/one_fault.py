@@ -127,7 +127,19 @@ def truth_of(faulty: Recording, estimator: str) -> Truth:
     mass, (hx, hy, hz) = theta[0], theta[1:4]
     steiner = np.array([hy**2 + hz**2, hx**2 + hz**2, hx**2 + hy**2]) / mass
     value = np.array([hz / mass, *(theta[4:7] - steiner)])
-    return Truth(value, np.maximum(np.abs(value), bound.paper_prior_sigma("safe", mass)), faulty.changes_s)
+    scale = np.maximum(np.abs(value), bound.paper_prior_sigma("safe", mass))
+    return Truth(value, scale, (*faulty.changes_s, *_misstated_s(faulty)))
+
+
+def _misstated_s(faulty: Recording) -> tuple[tuple[float, float], ...]:
+    """From when to when the load has not the stated mass: then it is true that the legs do not carry it."""
+    stated_kg = faulty.platform["load"]["known_mass_kg"]
+    ends_s = [*(load.at_s for load in faulty.loads[1:]), float(faulty.t_s[-1])]
+    return tuple(
+        (load.at_s, end_s)
+        for load, end_s in zip(faulty.loads, ends_s)
+        if abs(load.theta[0] - stated_kg) > score.WRONG_SHARE * stated_kg
+    )
 
 
 def twin_of(faulty: Recording, estimator: str) -> Truth | None:

@@ -16,6 +16,7 @@ sigma). What is said counts when it is said in the last 3 s. Outcomes, the first
     right        no parameter is wrong: right, or honestly open
 
 A report is true from a change of the load until ALARM_DUE_S after it; a load that changes all the time has one long window.
+So has, of the paper's filter, a load that is not of the stated mass: that the legs do not carry that mass is true.
 """
 
 from collections.abc import Mapping, Sequence

@@ -3,6 +3,8 @@
 Functions as in sensor_faults. What is read at another moment is the clean signal there; the noise stays that of its row.
 """
 
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import butter, sosfilt, sosfilt_zi
@@ -51,14 +53,14 @@ def jitter(recording: Recording, size: float, random: Random) -> Recording:
 
 def clock(recording: Recording, size: float, random: Random) -> Recording:
     """The log's clock is fast or slow by a share `size`."""
-    return with_log(recording, recording.t_s * (1.0 + size * sign(random)), channels_of(recording.log))
+    return _told(recording, recording.t_s * (1.0 + size * sign(random)))
 
 
 def clock_jump(recording: Recording, size: float, random: Random) -> Recording:
     """In mid-run the clock jumps ahead by `size` s, and nothing happens meanwhile."""
     t_s = recording.t_s.copy()
     t_s[event_rows(recording, 0.0, random).start :] += size
-    return with_log(recording, t_s, channels_of(recording.log))
+    return _told(recording, t_s)
 
 
 def held(recording: Recording, size: float, _: Random) -> Recording:
@@ -127,6 +129,12 @@ def _read_at(recording: Recording, channel: str, read_s: Array) -> Array:
 
 def _with_all_read_at(recording: Recording, read_s: Array) -> Recording:
     return with_log(recording, recording.t_s, [_read_at(recording, channel, read_s) for channel in CHANNELS])
+
+
+def _told(recording: Recording, t_s: Array) -> Recording:
+    """Rows and changes of the load at the times that another clock tells."""
+    changes_s = tuple(tuple(np.interp(change, recording.t_s, t_s).tolist()) for change in recording.changes_s)
+    return replace(with_log(recording, t_s, channels_of(recording.log)), changes_s=changes_s)
 
 
 def _rows(recording: Recording, rows: NDArray[np.intp]) -> Recording:

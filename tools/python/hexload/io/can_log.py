@@ -142,7 +142,7 @@ class _Contract:
         for signal in message.signals:
             half_step = signal.scale / 2
             beyond = signal.minimum - signals[signal.name]
-            if signal.name.startswith("velocity") and half_step < beyond < 3 * half_step:
+            if signal.name.startswith(("displacement", "velocity", "force")) and half_step < beyond < 3 * half_step:
                 signals[signal.name] = math.nan  # no sensor: one step beyond the range
                 continue
             if not signal.minimum - half_step < signals[signal.name] < signal.maximum + half_step:
