@@ -540,6 +540,41 @@ static void test_a_round_of_pages_reports_the_health_of_all_samples_since_the_on
     }
 }
 
+static void test_a_round_of_pages_leaves_out_the_health_of_samples_that_were_refused(void) {
+    // GIVEN a classic run in which a sample has been missing, and a round of pages that has told it
+    const uint32_t missing_bit = 1u << HEXLOAD_HEALTH_SAMPLE_MISSING;
+    begin_run(HEXLOAD_BUS_CLASSIC, HEXLOAD_PACING_LOCKSTEP);
+    for (uint32_t tick = 0; tick < 65; tick++) {
+        give(HEXLOAD_BUS_CLASSIC, tick);
+    }
+    give(HEXLOAD_BUS_CLASSIC, 67);
+    TEST_ASSERT_BITS(missing_bit, missing_bit, node.health_seen);
+    node.health_seen = 0;
+    // WHEN the next sample is refused, and an answer has the health of the one before
+    hexload_leg_sample_t sample = sample_at(69);
+    hexload_bus_frame_t frames[HEXLOAD_BUS_SAMPLE_FRAMES];
+    sample.displacement_m[0] = HEXLOAD_REAL(1.0); // no leg is that long
+    for (int n = 0, count = encode_sample(HEXLOAD_BUS_CLASSIC, &sample, frames); n < count; n++) {
+        hexload_node_receive(&node, &frames[n]);
+    }
+    // THEN what that one had is not told twice
+    TEST_ASSERT_EQUAL_UINT32(1, hexload_app_health(&node.app)->refused);
+    TEST_ASSERT_EQUAL_HEX16(0, node.health_seen);
+}
+
+static void test_an_answer_that_is_no_number_is_not_sent_and_is_counted(void) {
+    // GIVEN a node whose memory has been damaged: its estimate is no number WHEN a sample comes
+    for (int p = 0; p < 2; p++) {
+        const hexload_bus_profile_t profile = p == 0 ? HEXLOAD_BUS_FD : HEXLOAD_BUS_CLASSIC;
+        begin_active(profile);
+        node.app.estimate.value[0] = (hexload_real_t)NAN;
+        give(profile, 16);
+        // THEN it sends no answer, and its status says that something could not be sent
+        TEST_ASSERT_EQUAL_INT(0, machine.count);
+        TEST_ASSERT_EQUAL_UINT32(1, node.send_failed);
+    }
+}
+
 static void test_idle_and_fault_answer_samples_too(void) {
     for (int state = 0; state < 2; state++) {
         begin_active(HEXLOAD_BUS_FD);
@@ -1068,6 +1103,8 @@ int main(void) {
     RUN_TEST(test_the_momentum_filter_answers_classic_samples_with_rounds_of_26_pages);
     RUN_TEST(test_a_changed_load_is_an_event_before_the_answer_and_stays_in_the_status);
     RUN_TEST(test_a_round_of_pages_reports_the_health_of_all_samples_since_the_one_before);
+    RUN_TEST(test_a_round_of_pages_leaves_out_the_health_of_samples_that_were_refused);
+    RUN_TEST(test_an_answer_that_is_no_number_is_not_sent_and_is_counted);
     RUN_TEST(test_idle_and_fault_answer_samples_too);
     RUN_TEST(test_start_among_flowing_classic_samples_estimates_from_the_next_tick);
     RUN_TEST(test_a_lost_leg_frame_shows_in_answer_health_and_status);

@@ -98,6 +98,11 @@ static void test_a_damaged_fd_frame_is_refused_and_no_sample_comes_out(void) {
     other.data[57] = 0x80;
     seal(&other);
     TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_ERR_VALUE, add(&bench, &other));
+    other = *frame; // and in the first displacement
+    other.data[4] = other.data[5] = 0x00;
+    other.data[6] = 0x80;
+    seal(&other);
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_ERR_VALUE, add(&bench, &other));
     // length and format
     other = *frame;
     other.length = 48;
@@ -356,6 +361,10 @@ static void test_classic_frames_with_a_wrong_length_format_or_number_are_refused
     }
     memset(frames.legs[0].data, 0, 8); // the force that the range leaves unused: -2^17
     frames.legs[0].data[7] = 0x80;
+    seal(&frames.legs[0]);
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_ERR_VALUE, add(&bench, &frames.legs[0]));
+    memset(frames.legs[0].data, 0, 8); // and the displacement: -2^18
+    frames.legs[0].data[3] = 0x40;
     seal(&frames.legs[0]);
     TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_ERR_VALUE, add(&bench, &frames.legs[0]));
     frames.legs[1].is_fd = true;
