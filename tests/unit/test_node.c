@@ -267,6 +267,19 @@ static void test_a_command_is_acknowledged_with_state_and_profile(void) {
     }
 }
 
+static void test_a_nodes_first_command_is_carried_out_whatever_its_counter(void) {
+    // GIVEN nodes that have had no command WHEN one comes whose every field is 0 that can be THEN it is no
+    // echo
+    for (uint8_t kind = HEXLOAD_COMMAND_START; kind <= HEXLOAD_COMMAND_SET_KNOWN_MASS; kind++) {
+        const hexload_bus_command_t order = {.kind = kind};
+        begin_active(HEXLOAD_BUS_FD);
+        give_command(&order);
+        TEST_ASSERT_EQUAL_INT(1, machine.count);
+        TEST_ASSERT_EQUAL_UINT8(kind, last_acknowledge().kind);
+        TEST_ASSERT_EQUAL_UINT32(0, node.status.frames_refused);
+    }
+}
+
 static void test_a_damaged_command_is_counted_and_neither_carried_out_nor_acknowledged(void) {
     begin_active(HEXLOAD_BUS_FD);
     const hexload_bus_command_t start = {.kind = HEXLOAD_COMMAND_START};
@@ -1092,6 +1105,7 @@ int main(void) {
     RUN_TEST(test_a_node_that_hears_a_controller_while_listening_stays_silent);
     RUN_TEST(test_an_active_node_that_hears_another_controller_says_so);
     RUN_TEST(test_a_command_is_acknowledged_with_state_and_profile);
+    RUN_TEST(test_a_nodes_first_command_is_carried_out_whatever_its_counter);
     RUN_TEST(test_a_damaged_command_is_counted_and_neither_carried_out_nor_acknowledged);
     RUN_TEST(test_a_command_that_comes_twice_is_carried_out_once);
     RUN_TEST(test_a_counter_that_comes_again_with_any_other_content_has_another_source);

@@ -329,6 +329,24 @@ static void test_a_whole_tick_that_the_legs_do_not_count_is_believed_when_the_ne
     }
 }
 
+static void test_a_whole_tick_that_was_believed_is_late_when_it_comes_again(void) {
+    // GIVEN a source that goes on far ahead, of which the second whole tick is believed, and half a sample
+    bench_t bench = started(HEXLOAD_BUS_CLASSIC);
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_OK, add_tick(&bench, 16));
+    const classic_t first = classic_frames(160), second = classic_frames(176);
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_ERR_TICK, add(&bench, &first.whole_tick));
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_PARTIAL, add(&bench, &second.whole_tick));
+    for (int leg = 0; leg < 3; leg++) {
+        TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_PARTIAL, add(&bench, &second.legs[leg]));
+    }
+    // WHEN its whole tick comes again THEN it is late, and the other half makes the sample
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_ERR_TICK, add(&bench, &second.whole_tick));
+    for (int leg = 3; leg < HEXLOAD_LEGS; leg++) {
+        TEST_ASSERT_EQUAL_INT(leg < 5 ? HEXLOAD_BUS_PARTIAL : HEXLOAD_BUS_OK, add(&bench, &second.legs[leg]));
+    }
+    assert_sample(&bench, 176);
+}
+
 static void test_a_whole_tick_with_no_leg_after_it_counts_as_lost(void) {
     bench_t bench = started(HEXLOAD_BUS_CLASSIC);
     const classic_t empty = classic_frames(16);
@@ -468,6 +486,7 @@ int main(void) {
     RUN_TEST(test_after_the_tick_is_lost_the_next_whole_one_is_waited_for);
     RUN_TEST(test_a_source_may_restart_at_any_tick_without_mixing);
     RUN_TEST(test_a_whole_tick_that_the_legs_do_not_count_is_believed_when_the_next_one_follows_it);
+    RUN_TEST(test_a_whole_tick_that_was_believed_is_late_when_it_comes_again);
     RUN_TEST(test_a_whole_tick_with_no_leg_after_it_counts_as_lost);
     RUN_TEST(test_classic_frames_with_a_wrong_length_format_or_number_are_refused);
     RUN_TEST(test_samples_of_the_other_profile_are_distinguished_from_strange_frames);
