@@ -137,6 +137,17 @@ static void test_config_names_what_contradicts_another_field(void) {
     ASSERT_REFUSED(rig.direction_count, UINT32_MAX);
 }
 
+static void test_a_flat_platform_is_a_body(void) {
+    // GIVEN moments of (25, 25, 44) kg m^2, one of which becomes the sum of the others, as of a sheet WHEN
+    // they are checked THEN none is refused
+    const hexload_real_t sum[3] = {HEXLOAD_REAL(69.0), HEXLOAD_REAL(69.0), HEXLOAD_REAL(50.0)};
+    for (int k = 0; k < 3; k++) {
+        hexload_config_t config = paper_machine();
+        config.platform.inertia_kg_m2[k] = sum[k];
+        TEST_ASSERT_EQUAL_INT(HEXLOAD_OK, hexload_config_check(&config, NULL));
+    }
+}
+
 static void test_config_accepts_the_ends_of_its_ranges(void) {
     // GIVEN the numbers just inside what contradicts another field WHEN they are checked THEN none is refused
     hexload_config_t config = paper_machine();
@@ -280,6 +291,7 @@ int main(void) {
     RUN_TEST(test_the_momentum_filters_prior_grows_with_mass_and_size_of_the_platform);
     RUN_TEST(test_safe_prior_grows_with_the_load_it_is_for);
     RUN_TEST(test_config_names_what_contradicts_another_field);
+    RUN_TEST(test_a_flat_platform_is_a_body);
     RUN_TEST(test_config_accepts_the_ends_of_its_ranges);
     RUN_TEST(test_only_directions_that_count_are_checked);
     RUN_TEST(test_gravity_that_is_no_vector_or_points_up_is_refused);

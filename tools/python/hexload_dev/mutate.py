@@ -163,7 +163,14 @@ def _includers(directory: Path, sources: set[str]) -> dict[str, list[str]]:
     return includers
 
 
+def try_nearest(bench: Bench, mutants: list[Mutant], most: int) -> dict[Mutant, str]:
+    """Outcomes when each is shown to so many of the nearest programs. Nothing is kept."""
+    with tempfile.TemporaryDirectory(prefix="hexload-mutant-") as name:
+        return {mutant: _try(bench, mutant, Path(name), most)[0] for mutant in mutants}
+
+
 def try_mutants(bench: Bench, mutants: list[Mutant], jobs: int) -> dict[Mutant, str]:
+    """Outcomes when each is shown to all programs, of which the answers are kept."""
     known = json.loads(RESULTS.read_text()) if RESULTS.exists() else {}
     for each in known.values():
         bench.killers[each["file"]][each["killer"]] += 1
@@ -188,22 +195,24 @@ def _outcome(bench: Bench, mutant: Mutant, known: dict[str, dict]) -> str:
     if before is not None and (before["outcome"] != SURVIVED or before["tests"] == bench.tests):
         return before["outcome"]
     with tempfile.TemporaryDirectory(prefix="hexload-mutant-") as name:
-        outcome, killer = _try(bench, mutant, Path(name))
+        outcome, killer = _try(bench, mutant, Path(name), None)
     bench.killers[mutant.file][killer] += 1
     known[key] = {"outcome": outcome, "tests": bench.tests, "file": mutant.file, "killer": killer}
     return outcome
 
 
-def _try(bench: Bench, mutant: Mutant, folder: Path) -> tuple[str, str]:
+def _try(bench: Bench, mutant: Mutant, folder: Path, most: int | None) -> tuple[str, str]:
     """The outcome, and the program that noticed the fault."""
     for precision in bench.precisions:
-        outcome, killer = _try_precision(bench, precision, mutant, folder)
+        outcome, killer = _try_precision(bench, precision, mutant, folder, most)
         if outcome != SURVIVED:
             break
     return outcome, killer
 
 
-def _try_precision(bench: Bench, precision: Precision, mutant: Mutant, folder: Path) -> tuple[str, str]:
+def _try_precision(
+    bench: Bench, precision: Precision, mutant: Mutant, folder: Path, most: int | None
+) -> tuple[str, str]:
     """Of a header's mutant, each source that reads it is tried by itself, which is a fault, too, and then all together."""
     sources = [source for source in bench.includers[mutant.file] if source in precision.compile]
     objects: list[Path] = []
@@ -215,7 +224,7 @@ def _try_precision(bench: Bench, precision: Precision, mutant: Mutant, folder: P
             for program in _nearest(bench, precision, source, objects[-1:])[:1]:
                 if _is_noticed(bench, program, objects[-1:], folder):
                     return KILLED, program.name
-    for program in _nearest(bench, precision, mutant.file, objects):
+    for program in _nearest(bench, precision, mutant.file, objects)[:most]:
         if _is_noticed(bench, program, objects, folder):
             return KILLED, program.name
     original = folder / "original.o"
