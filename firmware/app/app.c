@@ -68,12 +68,9 @@ uint32_t hexload_app_configuration(const hexload_config_t* config) {
     return hexload_crc32(0, &bytes[begin], offsetof(hexload_config_t, rig.direction) + directions - begin);
 }
 
-/// A fresh estimator and counters that start from 0.
-static hexload_status_t begin_anew(hexload_app_t* self) {
-    const hexload_status_t status = hexload_init(&self->estimator, &self->config);
-    if (status != HEXLOAD_OK) {
-        return status;
-    }
+/// A fresh estimator and counters that start from 0. Every configuration was checked when it came.
+static void begin_anew(hexload_app_t* self) {
+    (void)(hexload_init(&self->estimator, &self->config) == HEXLOAD_OK);
     hexload_read(&self->estimator, &self->estimate);
     self->fault = HEXLOAD_FAULT_NONE;
     self->silence_ms = 0;
@@ -82,7 +79,6 @@ static hexload_status_t begin_anew(hexload_app_t* self) {
     self->last_tick = 0;
     self->jump_samples = 0;
     self->change_tick = 0;
-    return HEXLOAD_OK;
 }
 
 hexload_status_t hexload_app_init(hexload_app_t* self, const hexload_config_t* config,
@@ -103,7 +99,8 @@ hexload_status_t hexload_app_init(hexload_app_t* self, const hexload_config_t* c
     self->settings = *settings;
     self->state = HEXLOAD_APP_IDLE;
     self->pacing = HEXLOAD_PACING_REAL_TIME;
-    return begin_anew(self);
+    begin_anew(self);
+    return HEXLOAD_OK;
 }
 
 /// Whether a source works with the configuration in force, or does not say.
@@ -121,9 +118,7 @@ static hexload_bus_result_t start(hexload_app_t* self, float argument, uint32_t 
     if (!has_same_configuration(self, configuration)) {
         return HEXLOAD_RESULT_OTHER_CONFIGURATION;
     }
-    if (begin_anew(self) != HEXLOAD_OK) {
-        return HEXLOAD_RESULT_NOT_AVAILABLE; // not reached: every configuration was checked when it came
-    }
+    begin_anew(self);
     self->pacing =
         argument == (float)HEXLOAD_PACING_LOCKSTEP ? HEXLOAD_PACING_LOCKSTEP : HEXLOAD_PACING_REAL_TIME;
     self->state = HEXLOAD_APP_ARMED;
@@ -142,9 +137,7 @@ static hexload_bus_result_t reset(hexload_app_t* self) {
     self->config.paper = self->configured_paper;
     self->config.momentum = self->configured_momentum;
     self->configuration = hexload_app_configuration(&self->config);
-    if (begin_anew(self) != HEXLOAD_OK) {
-        return HEXLOAD_RESULT_NOT_AVAILABLE; // not reached, as in start()
-    }
+    begin_anew(self);
     self->state = HEXLOAD_APP_IDLE;
     return HEXLOAD_RESULT_DONE;
 }
@@ -161,8 +154,8 @@ static hexload_bus_result_t select_filter(hexload_app_t* self, float argument) {
         return HEXLOAD_RESULT_DONE;
     }
     self->config.kind = kind;
-    return begin_anew(self) == HEXLOAD_OK ? HEXLOAD_RESULT_DONE
-                                          : HEXLOAD_RESULT_NOT_AVAILABLE; // not reached, as in start()
+    begin_anew(self);
+    return HEXLOAD_RESULT_DONE;
 }
 
 /// Leaves the configuration as it is.

@@ -99,7 +99,9 @@ enum {
 };
 _Static_assert((int)HEXLOAD_DBC_ANSWER_PAGE_PAGE_IZZ_CHOICE == PAGE_VALUE + HEXLOAD_PAPER_DIM - 1 &&
                    (int)HEXLOAD_DBC_ANSWER_PAGE_PAGE_SIGMA_IZZ_CHOICE == PAGE_SIGMA + HEXLOAD_PAPER_DIM - 1 &&
-                   PAGE_HEALTH == 0 && PAGE_REFUSED == HEXLOAD_BUS_ANSWER_PAGES - 1,
+                   PAGE_HEALTH == 0 && PAGE_VALUE == 1 && PAGE_SIGMA == PAGE_VALUE + HEXLOAD_PAPER_DIM &&
+                   PAGE_NIS == PAGE_SIGMA + HEXLOAD_PAPER_DIM && PAGE_LOAD_VALUE == PAGE_REFUSED + 1 &&
+                   PAGE_REFUSED == HEXLOAD_BUS_ANSWER_PAGES - 1,
                "pages of the DBC");
 _Static_assert((int)HEXLOAD_DBC_ANSWER_PAGE_PAGE_LOAD_IYZ_CHOICE == PAGE_LOAD_VALUE + HEXLOAD_LOAD_DIM - 1 &&
                    PAGE_LOAD_SIGMA == PAGE_LOAD_VALUE + HEXLOAD_LOAD_DIM &&
@@ -570,18 +572,18 @@ static hexload_bus_status_t take_parameter_page(const struct hexload_dbc_answer_
     const float sigma[HEXLOAD_PAPER_DIM] = {m->sigma_dz, m->sigma_ixx, m->sigma_iyy, m->sigma_izz};
     const float load[HEXLOAD_LOAD_DIM] = LOAD_ENTRIES(, *m);
     const float load_sigma[HEXLOAD_LOAD_DIM] = LOAD_ENTRIES(sigma_, *m);
-    const int page = m->page;
-    if (page >= PAGE_VALUE && page < PAGE_SIGMA) {
+    const int page = m->page; // the pages between these ranges are not asked for here
+    if (page < PAGE_SIGMA) {
         return take_number(value[page - PAGE_VALUE], page == (int)PAGE_VALUE,
                            &estimate->value[page - PAGE_VALUE]);
     }
-    if (page >= PAGE_SIGMA && page < PAGE_NIS) {
+    if (page < PAGE_NIS) {
         return take_number(sigma[page - PAGE_SIGMA], false, &estimate->sigma[page - PAGE_SIGMA]);
     }
-    if (page >= PAGE_LOAD_VALUE && page < PAGE_LOAD_SIGMA) {
+    if (page < PAGE_LOAD_SIGMA) {
         return take_number(load[page - PAGE_LOAD_VALUE], true, &estimate->value[page - PAGE_LOAD_VALUE]);
     }
-    if (page >= PAGE_LOAD_SIGMA && page < PAGE_LOAD_VERDICTS) {
+    if (page < PAGE_LOAD_VERDICTS) {
         return take_number(load_sigma[page - PAGE_LOAD_SIGMA], false,
                            &estimate->sigma[page - PAGE_LOAD_SIGMA]);
     }

@@ -84,8 +84,7 @@ static bool read_frame(const hexload_slcan_t* self, hexload_bus_frame_t* frame) 
     }
     const int end = HEADER_CHARACTERS + 2 * (int)length;
     const bool has_time = self->length == end + TIME_CHARACTERS;
-    if ((self->length != end && !has_time) ||
-        (has_time && !read_digits(&self->line[end], TIME_CHARACTERS, &byte))) {
+    if (has_time ? !read_digits(&self->line[end], TIME_CHARACTERS, &byte) : self->length != end) {
         return false;
     }
     found.length = (uint8_t)length;

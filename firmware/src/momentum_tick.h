@@ -126,11 +126,13 @@ static inline void forget_load(hexload_momentum_t* self, const hexload_config_t*
     hexload_momentum_supervisor_forget(&self->supervisor);
     hexload_momentum_filter_forget(&self->filter, config);
     hexload_jackknife_forget(&self->jackknife);
-    if (effects != NULL && self->is_mass_known) {
-        hexload_actuator_effects_init(&effects->filter, config);
-        hexload_actuator_effects_hold(&effects->filter, config);
-    } else if (effects != NULL) {
-        hexload_actuator_effects_forget(&effects->filter);
+    if (effects != NULL) {
+        if (self->is_mass_known) {
+            hexload_actuator_effects_init(&effects->filter, config);
+            hexload_actuator_effects_hold(&effects->filter, config);
+        } else {
+            hexload_actuator_effects_forget(&effects->filter);
+        }
     }
     self->is_mass_known = false;
     self->is_changing = false;
@@ -276,8 +278,11 @@ static inline hexload_status_t hexload_momentum_run(hexload_momentum_t* self, co
         filter(self, config, effects, &past, update);
         compare_blocks(self, config, now.motion->newton_steps + past.motion.newton_steps);
     }
-    if (!hexload_momentum_filter_is_finite(&self->filter) ||
-        (effects != NULL && !hexload_actuator_effects_is_finite(&effects->filter))) {
+    bool is_finite = hexload_momentum_filter_is_finite(&self->filter);
+    if (effects != NULL) {
+        is_finite = is_finite && hexload_actuator_effects_is_finite(&effects->filter);
+    }
+    if (!is_finite) {
         restart(self, config, effects, &health);
     }
     read_load(self, config, estimate);

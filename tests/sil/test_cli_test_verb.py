@@ -138,7 +138,7 @@ def test_a_label_narrows_the_presets_own_labels_and_units_build_nothing_else(mon
     verb.run_tests(["asan-ubsan"], None, "properties")
     # THEN ctest is given both, of which a test must match each; and of units alone the programs are built
     labels = [[word for option, word in pairwise(command) if option == "--label-regex"] for command in commands]
-    assert labels == [["unit|properties", "unit"], ["unit|properties", "properties"]]
+    assert labels == [["unit|properties|fuzz", "unit"], ["unit|properties|fuzz", "properties"]]
     assert built == [("tests/unit/all",), ()]
 
 

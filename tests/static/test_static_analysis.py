@@ -12,6 +12,8 @@ import shlex
 import shutil
 import subprocess
 import sys
+import tomllib
+from collections import Counter
 from pathlib import Path
 
 import pytest
@@ -21,6 +23,7 @@ from hexload import project
 ROOT = Path(os.environ["HEXLOAD_SOURCE_DIR"])
 BUILD = Path(os.environ["HEXLOAD_BUILD_DIR"])
 DEVIATIONS = Path(__file__).with_name("deviations.txt")
+PATTERNS = Path(__file__).with_name("misra.toml")
 FOLDERS = ("src", "bus", "app", "ports")
 SOURCES = sorted(
     str(path.relative_to(ROOT)) for folder in FOLDERS for path in (ROOT / "firmware" / folder).rglob("*.c")
@@ -31,6 +34,7 @@ JOBS = "2"
 # What cppcheck reads is what a board with a fused multiply-add is built from. The other choices of real.h, of precision
 # and rounding, would be four more readings of each file: three times the processor time, and no other finding.
 CONFIGURATION = ("-D__GNUC__=12", "-DHEXLOAD_FUSED=1")
+SHARE_THAT_IS_LEFT = 0.8  # of the places that a pattern allows: where fewer are left, it allows no more
 JUDGED = {"clang-tidy": r"version 14\.", "cppcheck": r"Cppcheck 2\.10\b"}
 
 
@@ -100,7 +104,28 @@ def test_cppcheck_and_misra_find_nothing_but_the_listed_deviations(tmp_path):
     # THEN they find nothing new, and nothing in the list is out of date
     assert status == 0, output
     findings = [line for line in output.splitlines() if re.search(r": \w", line)]
-    judge("cppcheck", "cppcheck", findings)
+    judge("cppcheck", "cppcheck", beyond_patterns(findings))
+
+
+def beyond_patterns(findings: list[str]) -> list[str]:
+    """Findings of rules that have no justified pattern, and words for each rule that is deviated from in more places, or in
+    far fewer, than its pattern allows.
+    """
+    patterns = {each["rule"]: each for each in tomllib.loads(PATTERNS.read_text())["pattern"]}
+    rules = [re.search(r": misra-c2012-([\d.]+):|$", line)[1] for line in findings]
+    counts = Counter(rule for rule in rules if rule in patterns)
+    others = [line for line, rule in zip(findings, rules, strict=True) if rule not in patterns]
+    print("rule       category  places  at most")
+    for rule, pattern in patterns.items():
+        print(f"{rule:9}  {pattern['category']:8}  {counts[rule]:6}  {pattern['at_most']:7}")
+        if counts[rule] > pattern["at_most"]:
+            others += [f"{PATTERNS.name}: rule {rule}: {counts[rule]} places, at most {pattern['at_most']} are allowed"]
+            others += [line for line, found in zip(findings, rules, strict=True) if found == rule]
+        elif counts[rule] < SHARE_THAT_IS_LEFT * pattern["at_most"]:
+            others.append(
+                f"{PATTERNS.name}: rule {rule}: {counts[rule]} places, lower at_most {pattern['at_most']} to that"
+            )
+    return others
 
 
 @pytest.mark.parametrize("verb", [["check"], ["format", "--check"]], ids=" ".join)

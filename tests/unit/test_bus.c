@@ -422,13 +422,17 @@ static void test_a_status_page_changes_its_own_fields_only(void) {
     }
 }
 
-static void test_a_status_with_an_unknown_code_is_refused(void) {
-    const hexload_bus_controller_status_t unknown[3] = {{.state = 5}, {.fault = 8}, {.profile = 2}};
-    for (int n = 0; n < 4; n++) {
+static void test_a_status_with_an_unknown_code_or_a_number_out_of_range_is_refused(void) {
+    const hexload_bus_controller_status_t wrong[5] = {{.state = 5},
+                                                      {.fault = 8},
+                                                      {.profile = 2},
+                                                      {.known_mass_kg = -1.0f},
+                                                      {.input.excess_n = (hexload_real_t)INFINITY}};
+    const int pages[6] = {0, 0, 0, 9, 11, HEXLOAD_BUS_STATUS_PAGES};
+    for (int n = 0; n < 6; n++) {
         hexload_bus_frame_t frame;
         hexload_bus_controller_status_t found = some_status;
-        hexload_bus_encode_status(n < 3 ? &unknown[n] : &some_status, n < 3 ? 0 : HEXLOAD_BUS_STATUS_PAGES,
-                                  &frame);
+        hexload_bus_encode_status(n < 5 ? &wrong[n] : &some_status, pages[n], &frame);
         TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_ERR_VALUE, hexload_bus_decode_status(&frame, &found));
         assert_same_status(&some_status, &found);
     }
@@ -603,7 +607,7 @@ int main(void) {
     RUN_TEST(test_an_acknowledge_with_an_unknown_code_is_refused);
     RUN_TEST(test_status_pages_put_together_are_the_status);
     RUN_TEST(test_a_status_page_changes_its_own_fields_only);
-    RUN_TEST(test_a_status_with_an_unknown_code_is_refused);
+    RUN_TEST(test_a_status_with_an_unknown_code_or_a_number_out_of_range_is_refused);
     RUN_TEST(test_a_load_change_comes_back);
     RUN_TEST(test_a_load_change_with_another_counter_than_its_count_is_refused);
     RUN_TEST(test_each_flipped_bit_is_detected);

@@ -63,15 +63,16 @@ static void test_an_answer_that_is_joined_midway_is_given_up_for_the_next(void) 
 
 static void test_an_echo_has_every_channel_of_the_first(void) {
     // GIVEN a leg frame without a velocity sensor WHEN it comes again THEN it is late; with another number in
-    // any one of its channels it contradicts the first
+    // any one of its channels it contradicts the first, and so does one without the sensor that the first had
     hexload_leg_sample_t sample = numbered_sample(16), other;
     hexload_bus_frame_t frames[HEXLOAD_BUS_SAMPLE_FRAMES];
     for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
         sample.velocity_m_s[leg] = (hexload_real_t)NAN;
     }
-    for (int channel = 0; channel < 4; channel++) {
+    for (int channel = 0; channel < 5; channel++) {
         hexload_sample_assembly_t assembly;
         hexload_leg_sample_t whole;
+        sample.velocity_m_s[0] = channel == 4 ? HEXLOAD_REAL(0.25) : (hexload_real_t)NAN;
         hexload_sample_assembly_init(&assembly, HEXLOAD_BUS_CLASSIC);
         (void)encode_sample(HEXLOAD_BUS_CLASSIC, &sample, frames);
         TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_PARTIAL,
@@ -80,7 +81,7 @@ static void test_an_echo_has_every_channel_of_the_first(void) {
                               hexload_sample_assembly_add(&assembly, &frames[1], &whole));
         other = sample;
         other.displacement_m[0] += channel == 1 ? HEXLOAD_REAL(0.01) : HEXLOAD_REAL(0.0);
-        other.velocity_m_s[0] = channel == 2 ? HEXLOAD_REAL(0.25) : other.velocity_m_s[0];
+        other.velocity_m_s[0] = channel == 2 ? HEXLOAD_REAL(0.25) : (hexload_real_t)NAN;
         other.force_n[0] += channel == 3 ? HEXLOAD_REAL(100.0) : HEXLOAD_REAL(0.0);
         (void)encode_sample(HEXLOAD_BUS_CLASSIC, &other, frames);
         TEST_ASSERT_EQUAL_INT(channel == 0 ? HEXLOAD_BUS_ERR_TICK : HEXLOAD_BUS_ERR_CONTRADICTION,

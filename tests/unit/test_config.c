@@ -85,6 +85,23 @@ static void test_printed_prior_is_the_papers_start_covariance(void) {
     }
 }
 
+static void test_the_momentum_filters_prior_grows_with_mass_and_size_of_the_platform(void) {
+    // GIVEN hinges at 0.3, 0.4 and 1.2 m WHEN the prior is set THEN moments of a load are open to its mass at
+    // a quarter more than their distance from O_A, 1.3 m, and inertias to 4/3 of its mass at that
+    hexload_config_t config = paper_machine();
+    for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
+        config.geometry.platform_hinge_m[leg][leg % 3] = HEXLOAD_REAL(0.3);
+        config.geometry.platform_hinge_m[leg][(leg + 1) % 3] = HEXLOAD_REAL(-0.4);
+        config.geometry.platform_hinge_m[leg][(leg + 2) % 3] = HEXLOAD_REAL(1.2);
+    }
+    hexload_config_set_momentum(&config);
+    const double mass_kg = (double)config.momentum.prior_mass_sigma_kg, reach_m = 1.25 * 1.3;
+    TEST_ASSERT_DOUBLE_WITHIN(1e-5 * mass_kg, mass_kg * reach_m,
+                              (double)config.momentum.prior_moment_sigma_kg_m);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-5 * mass_kg, 4.0 / 3.0 * mass_kg * reach_m * reach_m,
+                              (double)config.momentum.prior_inertia_sigma_kg_m2);
+}
+
 static void test_safe_prior_grows_with_the_load_it_is_for(void) {
     // GIVEN a load three times as heavy as the paper's WHEN the safe prior is set
     hexload_config_t config = paper_machine();
@@ -118,6 +135,17 @@ static void test_config_names_what_contradicts_another_field(void) {
     ASSERT_REFUSED(rig.velocity_delay_s, HEXLOAD_REAL(0.0081));
     ASSERT_REFUSED(rig.direction_count, HEXLOAD_RIG_DIRECTIONS_MAX + 1);
     ASSERT_REFUSED(rig.direction_count, UINT32_MAX);
+}
+
+static void test_a_flat_platform_is_a_body(void) {
+    // GIVEN moments of (25, 25, 44) kg m^2, one of which becomes the sum of the others, as of a sheet WHEN
+    // they are checked THEN none is refused
+    const hexload_real_t sum[3] = {HEXLOAD_REAL(69.0), HEXLOAD_REAL(69.0), HEXLOAD_REAL(50.0)};
+    for (int k = 0; k < 3; k++) {
+        hexload_config_t config = paper_machine();
+        config.platform.inertia_kg_m2[k] = sum[k];
+        TEST_ASSERT_EQUAL_INT(HEXLOAD_OK, hexload_config_check(&config, NULL));
+    }
 }
 
 static void test_config_accepts_the_ends_of_its_ranges(void) {
@@ -260,8 +288,10 @@ int main(void) {
     RUN_TEST(test_config_accepts_a_platform_off_its_centre);
     RUN_TEST(test_config_names_each_field_out_of_range);
     RUN_TEST(test_printed_prior_is_the_papers_start_covariance);
+    RUN_TEST(test_the_momentum_filters_prior_grows_with_mass_and_size_of_the_platform);
     RUN_TEST(test_safe_prior_grows_with_the_load_it_is_for);
     RUN_TEST(test_config_names_what_contradicts_another_field);
+    RUN_TEST(test_a_flat_platform_is_a_body);
     RUN_TEST(test_config_accepts_the_ends_of_its_ranges);
     RUN_TEST(test_only_directions_that_count_are_checked);
     RUN_TEST(test_gravity_that_is_no_vector_or_points_up_is_refused);

@@ -158,6 +158,30 @@ static void test_kinematics_needs_one_newton_step_from_tick_to_tick(void) {
     }
 }
 
+static void test_a_platform_that_is_turned_far_needs_no_more_steps(void) {
+    // GIVEN a platform that turns by 0.5 rad about the vertical, whose velocities are given WHEN the ticks
+    // follow
+    const hexload_config_t config = paper_machine();
+    hexload_kinematics_t kinematics = start_at_home(&config);
+    hexload_motion_t motion;
+    for (int tick = 0; tick < 2000; tick++) {
+        const double t_s = 1e-3 * tick;
+        const pose_t pose = {.rpy = {0.0, 0.0, 0.5 * sin(3.0 * t_s)}};
+        hexload_leg_sample_t sample = sample_of(&config, &kinematics, &pose);
+        double J[6][6];
+        leg_jacobian(&config, (double)kinematics.home_height_m, &pose, J);
+        for (int leg = 0; leg < 6; leg++) {
+            sample.velocity_m_s[leg] = (hexload_real_t)(1.5 * cos(3.0 * t_s) * J[leg][5]);
+        }
+        // THEN they need what they need near home: the turn of a tick is joined to the turn before it exactly
+        TEST_ASSERT_EQUAL_INT(HEXLOAD_OK, hexload_kinematics_solve(&kinematics, &config, &sample, &motion));
+        if (tick > 1) {
+            TEST_ASSERT_LESS_OR_EQUAL_UINT32(sizeof(hexload_real_t) == sizeof(float) ? 1 : 2,
+                                             motion.newton_steps);
+        }
+    }
+}
+
 /// GIVEN a last pose that is none, as a fault of memory may leave it WHEN good samples come THEN the second
 /// at the latest has its pose.
 static void assert_comes_back_from(const hexload_config_t* config, const hexload_kinematics_t* bad_start,
@@ -297,6 +321,7 @@ int main(void) {
     RUN_TEST(test_jacobian_agrees_with_finite_differences);
     RUN_TEST(test_twist_put_back_gives_the_leg_velocities);
     RUN_TEST(test_kinematics_needs_one_newton_step_from_tick_to_tick);
+    RUN_TEST(test_a_platform_that_is_turned_far_needs_no_more_steps);
     RUN_TEST(test_kinematics_does_not_stay_in_another_assembly_of_the_legs);
     RUN_TEST(test_kinematics_refuses_legs_that_no_pose_has);
     RUN_TEST(test_home_height_is_found_for_hinges_far_below_the_control_point);

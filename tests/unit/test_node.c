@@ -270,6 +270,19 @@ static void test_a_command_is_acknowledged_with_state_and_profile(void) {
     }
 }
 
+static void test_a_nodes_first_command_is_carried_out_whatever_its_counter(void) {
+    // GIVEN nodes that have had no command WHEN one comes whose every field is 0 that can be THEN it is no
+    // echo
+    for (uint8_t kind = HEXLOAD_COMMAND_START; kind <= HEXLOAD_COMMAND_SET_KNOWN_MASS; kind++) {
+        const hexload_bus_command_t order = {.kind = kind};
+        begin_active(HEXLOAD_BUS_FD);
+        give_command(&order);
+        TEST_ASSERT_EQUAL_INT(1, machine.count);
+        TEST_ASSERT_EQUAL_UINT8(kind, last_acknowledge().kind);
+        TEST_ASSERT_EQUAL_UINT32(0, node.status.frames_refused);
+    }
+}
+
 static void test_a_damaged_command_is_counted_and_neither_carried_out_nor_acknowledged(void) {
     begin_active(HEXLOAD_BUS_FD);
     const hexload_bus_command_t start = {.kind = HEXLOAD_COMMAND_START};
@@ -565,6 +578,41 @@ static void test_a_round_of_pages_reports_the_health_of_all_samples_since_the_on
     }
 }
 
+static void test_a_round_of_pages_leaves_out_the_health_of_samples_that_were_refused(void) {
+    // GIVEN a classic run in which a sample has been missing, and a round of pages that has told it
+    const uint32_t missing_bit = 1u << HEXLOAD_HEALTH_SAMPLE_MISSING;
+    begin_run(HEXLOAD_BUS_CLASSIC, HEXLOAD_PACING_LOCKSTEP);
+    for (uint32_t tick = 0; tick < 65; tick++) {
+        give(HEXLOAD_BUS_CLASSIC, tick);
+    }
+    give(HEXLOAD_BUS_CLASSIC, 67);
+    TEST_ASSERT_BITS(missing_bit, missing_bit, node.health_seen);
+    node.health_seen = 0;
+    // WHEN the next sample is refused, and an answer has the health of the one before
+    hexload_leg_sample_t sample = sample_at(69);
+    hexload_bus_frame_t frames[HEXLOAD_BUS_SAMPLE_FRAMES];
+    sample.displacement_m[0] = HEXLOAD_REAL(1.0); // no leg is that long
+    for (int n = 0, count = encode_sample(HEXLOAD_BUS_CLASSIC, &sample, frames); n < count; n++) {
+        hexload_node_receive(&node, &frames[n]);
+    }
+    // THEN what that one had is not told twice
+    TEST_ASSERT_EQUAL_UINT32(1, hexload_app_health(&node.app)->refused);
+    TEST_ASSERT_EQUAL_HEX16(0, node.health_seen);
+}
+
+static void test_an_answer_that_is_no_number_is_not_sent_and_is_counted(void) {
+    // GIVEN a node whose memory has been damaged: its estimate is no number WHEN a sample comes
+    for (int p = 0; p < 2; p++) {
+        const hexload_bus_profile_t profile = p == 0 ? HEXLOAD_BUS_FD : HEXLOAD_BUS_CLASSIC;
+        begin_active(profile);
+        node.app.estimate.value[0] = (hexload_real_t)NAN;
+        give(profile, 16);
+        // THEN it sends no answer, and its status says that something could not be sent
+        TEST_ASSERT_EQUAL_INT(0, machine.count);
+        TEST_ASSERT_EQUAL_UINT32(1, node.send_failed);
+    }
+}
+
 static void test_idle_and_fault_answer_samples_too(void) {
     for (int state = 0; state < 2; state++) {
         begin_active(HEXLOAD_BUS_FD);
@@ -839,11 +887,15 @@ static void test_a_source_that_goes_on_far_ahead_is_followed(void) {
 }
 
 static void test_many_refused_frames_are_a_health_bit_for_a_second_or_two(void) {
-    begin_run(HEXLOAD_BUS_FD, HEXLOAD_PACING_LOCKSTEP);
     hexload_bus_answer_t answer;
     hexload_bus_frame_t garbage = {.id = ID_LEG_SAMPLE_FD, .length = 64, .is_fd = true};
     const uint16_t bit = 1u << HEXLOAD_HEALTH_FRAMES_REFUSED;
-    for (uint32_t tick = 0; tick < 3; tick++) {
+    for (uint32_t n = 0; n < 6; n++) {
+        const uint32_t tick = n % 3;
+        if (tick == 0) { // a run that begins at once, or minutes later
+            begin_run(HEXLOAD_BUS_FD, HEXLOAD_PACING_LOCKSTEP);
+            hexload_node_period(&node, 1 + 100000 * n);
+        }
         // GIVEN nine refused frames, ten, and ten two seconds ago
         hear(&garbage, tick == 0 ? HEXLOAD_NODE_MANY_REFUSED - 1 : tick == 1 ? 1 : 0);
         pass(tick == 2 ? 2 * HEXLOAD_NODE_MEMORY_MS : 0);
@@ -1082,6 +1134,7 @@ int main(void) {
     RUN_TEST(test_a_node_that_hears_a_controller_while_listening_stays_silent);
     RUN_TEST(test_an_active_node_that_hears_another_controller_says_so);
     RUN_TEST(test_a_command_is_acknowledged_with_state_and_profile);
+    RUN_TEST(test_a_nodes_first_command_is_carried_out_whatever_its_counter);
     RUN_TEST(test_a_damaged_command_is_counted_and_neither_carried_out_nor_acknowledged);
     RUN_TEST(test_a_command_that_comes_twice_is_carried_out_once);
     RUN_TEST(test_a_counter_that_comes_again_with_any_other_content_has_another_source);
@@ -1094,6 +1147,8 @@ int main(void) {
     RUN_TEST(test_the_momentum_filter_answers_classic_samples_with_rounds_of_26_pages);
     RUN_TEST(test_a_changed_load_is_an_event_before_the_answer_and_stays_in_the_status);
     RUN_TEST(test_a_round_of_pages_reports_the_health_of_all_samples_since_the_one_before);
+    RUN_TEST(test_a_round_of_pages_leaves_out_the_health_of_samples_that_were_refused);
+    RUN_TEST(test_an_answer_that_is_no_number_is_not_sent_and_is_counted);
     RUN_TEST(test_idle_and_fault_answer_samples_too);
     RUN_TEST(test_start_among_flowing_classic_samples_estimates_from_the_next_tick);
     RUN_TEST(test_a_lost_leg_frame_shows_in_answer_health_and_status);

@@ -274,6 +274,36 @@ static void test_a_lost_force_lets_the_papers_filter_wait_and_go_on(void) {
     }
 }
 
+static void test_a_force_that_is_lost_for_a_tick_or_two_is_a_gap_that_the_trapezoid_bridges(void) {
+    // GIVEN the paper's motion without noise, in which a force is missing now and then WHEN no other is, for
+    // as long as a trapezoid bridges
+    for (uint32_t lost = 1; lost < paper_machine().paper.longest_gap_ticks; lost++) {
+        const hexload_config_t config = paper_machine();
+        const motion_t motion = paper_motion(0.002);
+        hexload_paper_t estimator, gapped;
+        hexload_estimate_t estimate, expected;
+        TEST_ASSERT_EQUAL_INT(HEXLOAD_OK, hexload_paper_init(&estimator, &config));
+        TEST_ASSERT_EQUAL_INT(HEXLOAD_OK, hexload_paper_init(&gapped, &config));
+        for (uint32_t tick = 0; tick < 600; tick++) {
+            hexload_leg_sample_t sample = perfect_sample(&config, &paper_load, &motion,
+                                                         (double)estimator.kinematics.home_height_m, tick);
+            const bool is_lost = tick % 50 >= 50 - lost;
+            if (!is_lost) {
+                TEST_ASSERT_EQUAL_INT(HEXLOAD_OK, hexload_paper_tick(&gapped, &config, &sample, &expected));
+            }
+            sample.force_n[4] = is_lost ? (hexload_real_t)NAN : sample.force_n[4];
+            TEST_ASSERT_EQUAL_INT(HEXLOAD_OK, hexload_paper_tick(&estimator, &config, &sample, &estimate));
+            // THEN no rate restarts
+            TEST_ASSERT_EQUAL_UINT32(0, estimator.health.bits >> HEXLOAD_HEALTH_RATE_RESEEDED & 1u);
+        }
+        // AND the load is the one that is found when those samples are missing as a whole
+        for (int k = 0; k < HEXLOAD_PAPER_DIM; k++) {
+            TEST_ASSERT_DOUBLE_WITHIN((double)expected.sigma[k], (double)expected.value[k],
+                                      (double)estimate.value[k]);
+        }
+    }
+}
+
 static void test_a_force_that_stays_away_does_not_wrap_the_time_held(void) {
     // GIVEN a filter that has been held for as long as it can count WHEN one more force is missing, and then
     // none THEN its rates restart as after any long gap
@@ -349,6 +379,7 @@ int main(void) {
     RUN_TEST(test_a_weight_that_is_not_that_of_the_masses_widens_sigma);
     RUN_TEST(test_health_counts_every_tick_out_of_stroke);
     RUN_TEST(test_a_lost_force_lets_the_papers_filter_wait_and_go_on);
+    RUN_TEST(test_a_force_that_is_lost_for_a_tick_or_two_is_a_gap_that_the_trapezoid_bridges);
     RUN_TEST(test_a_force_that_stays_away_does_not_wrap_the_time_held);
     RUN_TEST(test_a_guessed_force_says_nothing_of_the_stated_mass);
     RUN_TEST(test_what_a_rig_may_be_off_by_is_no_wrong_mass);

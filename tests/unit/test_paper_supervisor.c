@@ -147,24 +147,26 @@ static void test_one_spike_does_not_turn_the_verdict(void) {
 }
 
 static void test_inertias_that_no_body_has_widen_sigma_until_some_body_has_them(void) {
-    // GIVEN Izz larger than Ixx + Iyy by far more than three sigma
-    const hexload_config_t config = paper_machine();
-    hexload_paper_filter_t filter = good_filter(&config);
-    uint32_t health = 0;
-    filter.param[HEXLOAD_PAPER_IZZ] = HEXLOAD_REAL(80.0);
-    hexload_estimate_t estimate = judge(&config, &filter, 1, &health);
-    // THEN three sigmas of all of them reach to a body, and none counts as converged
-    const hexload_real_t* I = &estimate.value[HEXLOAD_PAPER_IXX];
-    const hexload_real_t* sigma = &estimate.sigma[HEXLOAD_PAPER_IXX];
-    const double missing = (double)(I[2] - I[0] - I[1]);
-    TEST_ASSERT_DOUBLE_WITHIN(1e-5 * missing, missing, 3.0 * (double)(sigma[0] + sigma[1] + sigma[2]));
-    for (int k = 0; k < HEXLOAD_PAPER_DIM; k++) {
-        TEST_ASSERT_EQUAL_INT(HEXLOAD_VERDICT_MISFIT, estimate.parameter_verdict[k]);
+    // GIVEN one of Ixx, Iyy and Izz larger than the two others by far more than three sigma
+    for (int large = HEXLOAD_PAPER_IXX; large <= HEXLOAD_PAPER_IZZ; large++) {
+        const hexload_config_t config = paper_machine();
+        hexload_paper_filter_t filter = good_filter(&config);
+        uint32_t health = 0;
+        filter.param[large] = HEXLOAD_REAL(80.0);
+        hexload_estimate_t estimate = judge(&config, &filter, 1, &health);
+        // THEN three sigmas of all of them reach to a body, and none counts as converged
+        const hexload_real_t* I = &estimate.value[HEXLOAD_PAPER_IXX];
+        const hexload_real_t* sigma = &estimate.sigma[HEXLOAD_PAPER_IXX];
+        const double missing = 2.0 * (double)estimate.value[large] - (double)(I[0] + I[1] + I[2]);
+        TEST_ASSERT_DOUBLE_WITHIN(1e-5 * missing, missing, 3.0 * (double)(sigma[0] + sigma[1] + sigma[2]));
+        for (int k = 0; k < HEXLOAD_PAPER_DIM; k++) {
+            TEST_ASSERT_EQUAL_INT(HEXLOAD_VERDICT_MISFIT, estimate.parameter_verdict[k]);
+        }
+        // AND where a factor of 300 does not, no parameter of it is believed
+        filter.param[large] = HEXLOAD_REAL(8e4);
+        estimate = judge(&config, &filter, 1, &health);
+        TEST_ASSERT_EQUAL_INT(HEXLOAD_VERDICT_INCONSISTENT, estimate.verdict);
     }
-    // AND where a factor of 300 does not, no parameter of it is believed
-    filter.param[HEXLOAD_PAPER_IZZ] = HEXLOAD_REAL(8e4);
-    estimate = judge(&config, &filter, 1, &health);
-    TEST_ASSERT_EQUAL_INT(HEXLOAD_VERDICT_INCONSISTENT, estimate.verdict);
 }
 
 static void test_a_mismatch_that_lasts_widens_sigma_and_nothing_counts_as_converged(void) {

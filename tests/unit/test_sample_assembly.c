@@ -98,6 +98,11 @@ static void test_a_damaged_fd_frame_is_refused_and_no_sample_comes_out(void) {
     other.data[57] = 0x80;
     seal(&other);
     TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_ERR_VALUE, add(&bench, &other));
+    other = *frame; // and in the first displacement
+    other.data[4] = other.data[5] = 0x00;
+    other.data[6] = 0x80;
+    seal(&other);
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_ERR_VALUE, add(&bench, &other));
     // length and format
     other = *frame;
     other.length = 48;
@@ -324,6 +329,24 @@ static void test_a_whole_tick_that_the_legs_do_not_count_is_believed_when_the_ne
     }
 }
 
+static void test_a_whole_tick_that_was_believed_is_late_when_it_comes_again(void) {
+    // GIVEN a source that goes on far ahead, of which the second whole tick is believed, and half a sample
+    bench_t bench = started(HEXLOAD_BUS_CLASSIC);
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_OK, add_tick(&bench, 16));
+    const classic_t first = classic_frames(160), second = classic_frames(176);
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_ERR_TICK, add(&bench, &first.whole_tick));
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_PARTIAL, add(&bench, &second.whole_tick));
+    for (int leg = 0; leg < 3; leg++) {
+        TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_PARTIAL, add(&bench, &second.legs[leg]));
+    }
+    // WHEN its whole tick comes again THEN it is late, and the other half makes the sample
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_ERR_TICK, add(&bench, &second.whole_tick));
+    for (int leg = 3; leg < HEXLOAD_LEGS; leg++) {
+        TEST_ASSERT_EQUAL_INT(leg < 5 ? HEXLOAD_BUS_PARTIAL : HEXLOAD_BUS_OK, add(&bench, &second.legs[leg]));
+    }
+    assert_sample(&bench, 176);
+}
+
 static void test_a_whole_tick_with_no_leg_after_it_counts_as_lost(void) {
     bench_t bench = started(HEXLOAD_BUS_CLASSIC);
     const classic_t empty = classic_frames(16);
@@ -356,6 +379,10 @@ static void test_classic_frames_with_a_wrong_length_format_or_number_are_refused
     }
     memset(frames.legs[0].data, 0, 8); // the force that the range leaves unused: -2^17
     frames.legs[0].data[7] = 0x80;
+    seal(&frames.legs[0]);
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_ERR_VALUE, add(&bench, &frames.legs[0]));
+    memset(frames.legs[0].data, 0, 8); // and the displacement: -2^18
+    frames.legs[0].data[3] = 0x40;
     seal(&frames.legs[0]);
     TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_ERR_VALUE, add(&bench, &frames.legs[0]));
     frames.legs[1].is_fd = true;
@@ -459,6 +486,7 @@ int main(void) {
     RUN_TEST(test_after_the_tick_is_lost_the_next_whole_one_is_waited_for);
     RUN_TEST(test_a_source_may_restart_at_any_tick_without_mixing);
     RUN_TEST(test_a_whole_tick_that_the_legs_do_not_count_is_believed_when_the_next_one_follows_it);
+    RUN_TEST(test_a_whole_tick_that_was_believed_is_late_when_it_comes_again);
     RUN_TEST(test_a_whole_tick_with_no_leg_after_it_counts_as_lost);
     RUN_TEST(test_classic_frames_with_a_wrong_length_format_or_number_are_refused);
     RUN_TEST(test_samples_of_the_other_profile_are_distinguished_from_strange_frames);

@@ -235,9 +235,7 @@ static uint32_t take_step(hexload_jackknife_t* self, uint32_t step) {
             conclude(self);
         }
         return 1;
-    case HEXLOAD_JACKKNIFE_JOIN:
-    case HEXLOAD_JACKKNIFE_WAIT:
-    default:
+    default: // HEXLOAD_JACKKNIFE_JOIN: one that waits has no step
         if (self->blocks == BLOCKS) {
             join_blocks(self);
         }

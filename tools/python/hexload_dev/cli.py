@@ -24,7 +24,7 @@ def test(
         typer.Option(
             "-L",
             "--label",
-            help="Only tests of this kind: unit, install, properties, crosscheck, sil, hil, target, budget or static; a regex.",
+            help="Only tests of this kind: unit, install, properties, crosscheck, sil, hil, target, budget, static or fuzz; a regex.",
         ),
     ] = None,
 ) -> None:

@@ -1,23 +1,24 @@
 """`hexload mutate`: small faults put into the firmware, one at a time; which of them do the unit tests notice?
 
 A mutant is one translation unit compiled anew, or those that include a header, and linked in front of the libraries. It is
-shown to the programs that run its lines, the shortest first, until one fails. One whose object code is that of the source is
-none; one that cannot be told from it stands in accepted_mutants.toml, with the reason. Results are kept in build/mutation, so
-that a run that was stopped goes on, and one with new tests looks at the survivors only.
+shown to the programs that have what it has, until one fails: first to those that have noticed most faults of that file, then
+to those with a like name; and, when none in float does, compiled for the reference in double to some of its programs. One whose object code is that of the source is none; one that cannot be told from it stands in
+accepted_mutants.toml, with the reason. Results are kept in build/mutation, so that a run that was stopped goes on, and one
+with new tests looks at the survivors only.
 """
 
 import hashlib
 import json
 import os
 import random
+import re
 import shlex
 import subprocess
 import tempfile
-import time
 import tomllib
-from collections import defaultdict
+from collections import Counter, defaultdict
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 from rich.console import Console
@@ -29,102 +30,124 @@ from hexload_dev import build, coverage
 from hexload_dev.mutants import Mutant, mutants_of
 
 ACCEPTED = project.ROOT / "tests" / "unit" / "accepted_mutants.toml"
-RESULTS = project.BUILD / "mutation" / "results.json"
-# Without counters and debug information, so that objects can be compared; an index beyond an array is an error.
-OWN_FLAGS = ["-fsanitize=bounds", "-fsanitize-trap=bounds", "-w", "-g0"]
-NOT_OURS = ("-fprofile", "-fcoverage", "-g", "-Werror", "-MD", "ccache")
+RESULTS = project.BUILD / "mutation" / "outcomes.json"
+COMPILER = "clang-19"  # it can be told to read the mutant in the source's place
+# An index beyond an array is an error; without debug information, so that objects can be compared.
+OWN_FLAGS = ["-O1", "-w", "-fsanitize=bounds", "-fsanitize-trap=bounds"]
+TAKEN = re.compile(r"-[DI]|-isystem|-std=|-m|-f(?!callgraph|peel)")  # words of the build's own command
+IN_DOUBLE = ("symmetry_double",)  # programs that bound by rounding alone: in double they see what it hides in float
+LONGEST_S = 20  # of processor time, for a program that ends in less than 5
 KILLED, SURVIVED, SAME, INVALID = "killed", "survived", "same object", "does not compile"
 
 
 @dataclass(frozen=True)
 class Program:
     path: Path
-    seconds: float
-    lines: dict[str, set[int]]  # of each file, that it runs
     link: list[str]
+    symbols: frozenset[str]  # that it has inside
+
+    @property
+    def name(self) -> str:
+        return self.path.name.removeprefix("test_")
+
+
+@dataclass(frozen=True)
+class Precision:
+    programs: list[Program]
+    compile: dict[str, list[str]]  # command without output, by source
 
 
 @dataclass(frozen=True)
 class Bench:
-    directory: Path
-    programs: list[Program]  # the shortest first
-    compile: dict[str, list[str]]  # command without output, by source
+    directory: Path  # of the build
+    precisions: list[Precision]  # float, then the double-precision reference
     includers: dict[str, list[str]]  # sources that read a file
     tests: str  # fingerprint
+    killers: dict[str, Counter[str]] = field(default_factory=lambda: defaultdict(Counter))  # of a file's mutants
 
 
 def run_mutate(count: int, seed: int, file: str | None, jobs: int | None) -> int:
     """Returns the exit status: 0 when all of the sample were noticed, or are accepted."""
-    mutants = _sample(count, seed, file)
-    bench = _prepare()
-    known = json.loads(RESULTS.read_text()) if RESULTS.exists() else {}
-    outcomes: dict[Mutant, str] = {}
-    with ThreadPoolExecutor(jobs or os.cpu_count()) as pool:
-        for mutant, outcome in zip(mutants, pool.map(lambda each: _outcome(bench, each, known), mutants), strict=True):
-            outcomes[mutant] = outcome
-            _keep(known)
-    survivors = [mutant for mutant, outcome in outcomes.items() if outcome == SURVIVED]
-    accepted = {(each["file"], each["before"], each["after"]) for each in _accepted()}
-    left = [each for each in survivors if (each.file, each.before, each.after) not in accepted]
+    mutants = all_mutants(file)
+    mutants = random.Random(seed).sample(mutants, min(count, len(mutants)))
+    build.build(project.DEFAULT_PRESET, "tests/unit/all")
+    outcomes = try_mutants(prepare(project.preset_directory(project.DEFAULT_PRESET)), mutants, jobs or os.cpu_count())
+    left = not_accepted(outcomes)
     Console(width=coverage.WIDTH).print(_table(outcomes, set(left)))
-    for mutant in left:
-        print(f"{mutant.file}:{mutant.line}: {mutant.kind}\n  - {mutant.before}\n  + {mutant.after}")
+    print(*map(described, left), sep="\n")
     return 1 if left else 0
 
 
-def _sample(count: int, seed: int, file: str | None) -> list[Mutant]:
-    files = sorted(
+def all_mutants(file: str | None = None) -> list[Mutant]:
+    """Of the firmware's sources, or of those with `file` in their name."""
+    names = sorted(
         path.relative_to(project.ROOT).as_posix()
         for folder in coverage.FOLDERS
         for path in (project.ROOT / folder).rglob("*.[ch]")
     )
-    mutants = [mutant for name in files if file is None or file in name for mutant in mutants_of(project.ROOT, name)]
+    mutants = [mutant for name in names if file is None or file in name for mutant in mutants_of(project.ROOT, name)]
     if not mutants:
         raise InputError(f"--file: found no source of the firmware with '{file}' in its name")
-    return random.Random(seed).sample(mutants, min(count, len(mutants)))
+    return mutants
 
 
-def _accepted() -> list[dict[str, str]]:
-    return tomllib.loads(ACCEPTED.read_text(encoding="utf-8")).get("mutant", [])
+def steady_sample(share: float) -> list[Mutant]:
+    """About this share of the mutants of sources, drawn by the text of their lines: those of a line that stays, stay."""
+    limit = int(share * 2**32)
+
+    def drawn(mutant: Mutant) -> bool:
+        text = f"{mutant.file}\n{mutant.before}\n{mutant.after}"
+        return int.from_bytes(hashlib.sha256(text.encode()).digest()[:4]) < limit
+
+    return [mutant for mutant in all_mutants() if mutant.file.endswith(".c") and drawn(mutant)]
 
 
-def _prepare() -> Bench:
-    build.build(coverage.PRESET, "tests/unit/all")
-    directory = project.preset_directory(coverage.PRESET)
-    commands = json.loads((directory / "compile_commands.json").read_text())
-    compile_commands = {}
-    for entry in commands:
+def not_accepted(outcomes: dict[Mutant, str]) -> list[Mutant]:
+    """The survivors that are not in the list."""
+    listed = tomllib.loads(ACCEPTED.read_text(encoding="utf-8")).get("mutant", [])
+    accepted = {(each["file"], each["before"], each["after"]) for each in listed}
+    return [
+        mutant
+        for mutant, outcome in outcomes.items()
+        if outcome == SURVIVED and (mutant.file, mutant.before, mutant.after) not in accepted
+    ]
+
+
+def described(mutant: Mutant) -> str:
+    return f"{mutant.file}:{mutant.line}: {mutant.kind}\n  - {mutant.before}\n  + {mutant.after}"
+
+
+def prepare(directory: Path) -> Bench:
+    """Of a build that has its unit tests."""
+    precisions = [Precision([], {}), Precision([], {})]
+    for entry in json.loads((directory / "compile_commands.json").read_text()):
         source = os.path.relpath(entry["file"], project.ROOT)
-        if source.startswith(coverage.FOLDERS) and source not in compile_commands:  # the float one comes first
-            compile_commands[source] = _own_command(entry["command"])
+        if source.startswith(coverage.FOLDERS):
+            words = shlex.split(entry["command"])
+            taken = [word for word in words if TAKEN.match(word)]
+            commands = precisions["-DHEXLOAD_REFERENCE_DOUBLE" in words].compile
+            commands.setdefault(source, [COMPILER, *taken, *OWN_FLAGS, "-c", str(project.ROOT / source)])
+    paths = coverage.unit_programs(directory)
     with ThreadPoolExecutor(os.cpu_count()) as pool:
-        programs = list(pool.map(lambda path: _measure(directory, path), coverage.unit_programs(directory)))
-    tests = hashlib.sha256(b"".join(program.path.read_bytes() for program in programs)).hexdigest()[:24]
-    includers = _includers(directory, set(compile_commands))
-    return Bench(directory, sorted(programs, key=lambda each: each.seconds), compile_commands, includers, tests)
+        for program in pool.map(lambda path: _program(directory, path), paths):
+            if program.name in IN_DOUBLE or not program.name.endswith("_double"):
+                precisions[program.name in IN_DOUBLE].programs.append(program)
+    tests = hashlib.sha256(b"".join(path.read_bytes() for path in paths)).hexdigest()[:24]
+    return Bench(directory, precisions, _includers(directory, set(precisions[0].compile)), tests)
 
 
-def _own_command(command: str) -> list[str]:
-    words = [word for word in shlex.split(command) if not word.startswith(NOT_OURS)]
-    for option in ("-o", "-MT", "-MF"):
-        if option in words:
-            at = words.index(option)
-            del words[at : at + 2]
-    return words + OWN_FLAGS
-
-
-def _measure(directory: Path, path: Path) -> Program:
-    """How long the program takes, which lines it runs, and how it is linked."""
-    profile = coverage.profile_of(directory, path)
-    begin = time.perf_counter()
-    subprocess.run([path], env={**os.environ, "LLVM_PROFILE_FILE": str(profile)}, stdout=subprocess.DEVNULL, check=True)
-    seconds = time.perf_counter() - begin
-    lines = {name: {line for line, runs in counts.items() if runs} for name, counts in coverage.lines_of(profile, path)}
+def _program(directory: Path, path: Path) -> Program:
     target = os.path.relpath(path, directory)
     listing = subprocess.run(["ninja", "-C", directory, "-t", "commands", target], capture_output=True, text=True)
     words = shlex.split(listing.stdout.splitlines()[-1])
     words = [word for word in words if word not in (":", "&&", "ccache") and not word.endswith("/ccache")]
-    return Program(path, seconds, lines, words)
+    return Program(path, words, _symbols(path, "TtDdBbRr"))
+
+
+def _symbols(path: Path, kinds: str) -> frozenset[str]:
+    """Of functions and data, by nm's letters: of what is hidden, capitals in an object and small ones in a program."""
+    listing = subprocess.run(["nm", "--defined-only", path], capture_output=True, text=True, check=True).stdout
+    return frozenset(line.split()[2] for line in listing.splitlines() if line.split()[1] in kinds)
 
 
 def _includers(directory: Path, sources: set[str]) -> dict[str, list[str]]:
@@ -140,6 +163,25 @@ def _includers(directory: Path, sources: set[str]) -> dict[str, list[str]]:
     return includers
 
 
+def try_nearest(bench: Bench, mutants: list[Mutant], most: int) -> dict[Mutant, str]:
+    """Outcomes when each is shown to so many of the nearest programs. Nothing is kept."""
+    with tempfile.TemporaryDirectory(prefix="hexload-mutant-") as name:
+        return {mutant: _try(bench, mutant, Path(name), most)[0] for mutant in mutants}
+
+
+def try_mutants(bench: Bench, mutants: list[Mutant], jobs: int) -> dict[Mutant, str]:
+    """Outcomes when each is shown to all programs, of which the answers are kept."""
+    known = json.loads(RESULTS.read_text()) if RESULTS.exists() else {}
+    for each in known.values():
+        bench.killers[each["file"]][each["killer"]] += 1
+    outcomes: dict[Mutant, str] = {}
+    with ThreadPoolExecutor(jobs) as pool:
+        for mutant, outcome in zip(mutants, pool.map(lambda each: _outcome(bench, each, known), mutants), strict=True):
+            outcomes[mutant] = outcome
+            _keep(known)
+    return outcomes
+
+
 def _keep(known: dict[str, dict]) -> None:
     RESULTS.parent.mkdir(parents=True, exist_ok=True)
     new = RESULTS.with_suffix(".new")
@@ -153,62 +195,85 @@ def _outcome(bench: Bench, mutant: Mutant, known: dict[str, dict]) -> str:
     if before is not None and (before["outcome"] != SURVIVED or before["tests"] == bench.tests):
         return before["outcome"]
     with tempfile.TemporaryDirectory(prefix="hexload-mutant-") as name:
-        outcome = _try(bench, mutant, Path(name))
-    known[key] = {"outcome": outcome, "tests": bench.tests}
+        outcome, killer = _try(bench, mutant, Path(name), None)
+    bench.killers[mutant.file][killer] += 1
+    known[key] = {"outcome": outcome, "tests": bench.tests, "file": mutant.file, "killer": killer}
     return outcome
 
 
-def _try(bench: Bench, mutant: Mutant, folder: Path) -> str:
-    sources = bench.includers[mutant.file]
-    (folder / "mutant.c").write_text(mutant.of((project.ROOT / mutant.file).read_text(encoding="utf-8")))
-    overlay = {
-        "version": 0,
-        "roots": [
-            {"type": "file", "name": str(project.ROOT / mutant.file), "external-contents": str(folder / "mutant.c")}
-        ],
-    }
-    (folder / "overlay.json").write_text(json.dumps(overlay))
-    objects, is_same = [], True
-    for number, source in enumerate(sources):
-        pair = [folder / f"{kind}{number}.o" for kind in ("source", "mutant")]
-        for output, more in zip(pair, ([], ["-ivfsoverlay", str(folder / "overlay.json")]), strict=True):
-            command = [*bench.compile[source], *more, "-o", str(output)]
-            if subprocess.run(command, cwd=bench.directory, stderr=subprocess.DEVNULL).returncode != 0:
-                return INVALID
-        is_same = is_same and pair[0].read_bytes() == pair[1].read_bytes()
-        objects.append(str(pair[1]))
-    if is_same:
-        return SAME
-    for program in _who_runs(bench, mutant):
+def _try(bench: Bench, mutant: Mutant, folder: Path, most: int | None) -> tuple[str, str]:
+    """The outcome, and the program that noticed the fault."""
+    for precision in bench.precisions:
+        outcome, killer = _try_precision(bench, precision, mutant, folder, most)
+        if outcome != SURVIVED:
+            break
+    return outcome, killer
+
+
+def _try_precision(
+    bench: Bench, precision: Precision, mutant: Mutant, folder: Path, most: int | None
+) -> tuple[str, str]:
+    """Of a header's mutant, each source that reads it is tried by itself, which is a fault, too, and then all together."""
+    sources = [source for source in bench.includers[mutant.file] if source in precision.compile]
+    objects: list[Path] = []
+    for source in sources:
+        objects.append(folder / f"mutant{len(objects)}.o")
+        if not _compile(bench, precision.compile[source], objects[-1], mutant):
+            return INVALID, ""
+        if len(sources) > 1:
+            for program in _nearest(bench, precision, source, objects[-1:])[:1]:
+                if _is_noticed(bench, program, objects[-1:], folder):
+                    return KILLED, program.name
+    for program in _nearest(bench, precision, mutant.file, objects)[:most]:
         if _is_noticed(bench, program, objects, folder):
-            return KILLED
-    return SURVIVED
+            return KILLED, program.name
+    original = folder / "original.o"
+    for source, changed in zip(sources, objects, strict=True):
+        _compile(bench, precision.compile[source], original, None)
+        if original.read_bytes() != changed.read_bytes():
+            return SURVIVED, ""
+    return SAME, ""
 
 
-def _who_runs(bench: Bench, mutant: Mutant) -> list[Program]:
-    """The programs that run the mutant's line; of a line without code, a macro's or a table's, that run the file."""
-    runners = [each for each in bench.programs if mutant.line in each.lines.get(mutant.file, ())]
-    return runners or [each for each in bench.programs if any(each.lines.get(s) for s in bench.includers[mutant.file])]
+def _compile(bench: Bench, command: list[str], output: Path, mutant: Mutant | None) -> bool:
+    words = []
+    if mutant is not None:
+        path = project.ROOT / mutant.file
+        text = output.with_suffix(".c")
+        text.write_text(mutant.of(path.read_text(encoding="utf-8")))
+        overlay = {"version": 0, "roots": [{"type": "file", "name": str(path), "external-contents": str(text)}]}
+        output.with_suffix(".json").write_text(json.dumps(overlay))
+        words = ["-ivfsoverlay", output.with_suffix(".json")]
+    return (
+        subprocess.run([*command, *words, "-o", output], cwd=bench.directory, stderr=subprocess.DEVNULL).returncode == 0
+    )
 
 
-def _is_noticed(bench: Bench, program: Program, objects: list[str], folder: Path) -> bool:
+def _nearest(bench: Bench, precision: Precision, file: str, objects: list[Path]) -> list[Program]:
+    """The programs that have something of the objects, the likeliest to notice a fault of the file first."""
+    symbols = frozenset().union(*(_symbols(path, "TDBR") for path in objects))
+    words = set(Path(file).stem.split("_"))
+
+    def distance(program: Program) -> tuple[int, float, str]:
+        own = set(program.name.split("_"))
+        return -bench.killers[file][program.name], -len(words & own) / len(words | own), program.name
+
+    return sorted((each for each in precision.programs if each.symbols & symbols), key=distance)
+
+
+def _is_noticed(bench: Bench, program: Program, objects: list[Path], folder: Path) -> bool:
     words = list(program.link)
     output = words.index("-o") + 1
     words[output] = str(folder / program.path.name)
     own = next(at for at, word in enumerate(words) if word.endswith(".c.o"))
-    linked = subprocess.run([*words[:own], *objects, *words[own:]], cwd=bench.directory, stderr=subprocess.DEVNULL)
-    if linked.returncode != 0:
+    command = [*words[:own], *objects, *words[own:]]
+    if subprocess.run(command, cwd=bench.directory, stderr=subprocess.DEVNULL).returncode != 0:
         return True  # what a caller needs is no longer there
-    environment = {**os.environ, "LLVM_PROFILE_FILE": str(folder / "profile")}
-    try:
-        result = subprocess.run(
-            [words[output]], env=environment, cwd=folder, timeout=10 * program.seconds + 10,
-            stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
-        )  # fmt: skip
-    except subprocess.TimeoutExpired:
-        return True
-    finally:
-        Path(words[output]).unlink()
+    result = subprocess.run(
+        ["prlimit", f"--cpu={LONGEST_S}", "--core=0", words[output]],
+        cwd=folder, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
+    )  # fmt: skip
+    Path(words[output]).unlink()
     return result.returncode != 0
 
 

@@ -24,7 +24,7 @@ from hexload_dev import build
 class Plan:
     labels: (
         str | None
-    )  # of ctest (unit, install, properties, crosscheck, sil, hil, target, budget, static), a regex; None: all
+    )  # of ctest (unit, install, properties, crosscheck, sil, hil, target, budget, static, fuzz), a regex; None: all
     targets: tuple[str, ...] = ()  # that are built; none: all
 
 
@@ -41,7 +41,7 @@ class Selection:
 
 PLANS = {
     "host": Plan(None),
-    "asan-ubsan": Plan("unit|properties"),  # all is built: its compiler warns of what gcc does not
+    "asan-ubsan": Plan("unit|properties|fuzz"),  # all is built: its compiler warns of what gcc does not
 }
 UNIT_TARGETS = ("tests/unit/all",)  # what the unit tests run, and the libraries that one of them installs
 JUNIT = project.BUILD / "junit"

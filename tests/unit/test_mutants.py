@@ -1,0 +1,27 @@
+"""A sample of small faults in the firmware's sources, which the unit tests that are nearest to them should notice.
+
+The faults are drawn by the text of their lines: a line that stays has the same ones, so that none is red at random, and one
+that is changed draws anew. What the unit tests let through of all faults says `hexload mutate` (tests/README.md).
+"""
+
+import os
+from pathlib import Path
+
+from hexload_dev import mutate
+
+BUILD = Path(os.environ["HEXLOAD_BUILD_DIR"])
+SHARE = 0.001
+NEAREST = 2  # programs, that a fault is shown to
+# Of all faults three in four are noticed at least; that of eight fewer than half are has a chance of 3 %.
+LEAST = 0.5
+
+
+def test_the_unit_tests_notice_faults():
+    # GIVEN some faults of those that could slip in WHEN the nearest unit tests run with each of them
+    mutants = mutate.steady_sample(SHARE)
+    outcomes = mutate.try_nearest(mutate.prepare(BUILD), mutants, NEAREST)
+    # THEN they notice it, but for some: those are printed
+    left = mutate.not_accepted(outcomes)
+    killed = sum(outcome == mutate.KILLED for outcome in outcomes.values())
+    print(f"{killed} noticed, {len(left)} not:", *map(mutate.described, left), sep="\n")
+    assert killed >= LEAST * (killed + len(left)) and killed > 0
