@@ -44,12 +44,11 @@ static void choose_carriers(hexload_real_t J[HEXLOAD_LEGS][6], uint8_t leg[HEXLO
     }
 }
 
-/// A row times a matrix of rows a, b and c.
-static void times_rows(const hexload_real_t row[3], const hexload_real_t a[3], const hexload_real_t b[3],
-                       const hexload_real_t c[3], hexload_real_t out[3]) {
+/// A row times a matrix of three rows of three.
+static void times_rows(const hexload_real_t row[3], const hexload_real_t* A, hexload_real_t out[3]) {
     HEXLOAD_UNROLL
     for (int k = 0; k < 3; k++) {
-        out[k] = hexload_fma(row[2], c[k], hexload_fma(row[1], b[k], row[0] * a[k]));
+        out[k] = hexload_fma(row[2], A[6 + k], hexload_fma(row[1], A[3 + k], row[0] * A[k]));
     }
 }
 
@@ -67,8 +66,7 @@ static bool express_by_carriers(hexload_real_t J[HEXLOAD_LEGS][6], hexload_leg_b
     }
     HEXLOAD_UNROLL
     for (int i = 0; i < 3; i++) {
-        times_rows(J[blocks->leg[3 + i]], blocks->E1_inverse[0], blocks->E1_inverse[1], blocks->E1_inverse[2],
-                   blocks->K[i]);
+        times_rows(J[blocks->leg[3 + i]], blocks->E1_inverse[0], blocks->K[i]);
     }
     return true;
 }
@@ -92,7 +90,7 @@ static bool take_carriers_out(hexload_real_t J[HEXLOAD_LEGS][6], hexload_leg_blo
     for (int i = 0; i < 3; i++) {
         const hexload_real_t* row = J[blocks->leg[3 + i]];
         hexload_real_t share[3];
-        times_rows(blocks->K[i], blocks->M1[0], blocks->M1[1], blocks->M1[2], share);
+        times_rows(blocks->K[i], blocks->M1[0], share);
         for (int k = 0; k < 3; k++) {
             S[i][k] = row[3 + k] - share[k];
         }
@@ -140,17 +138,18 @@ void hexload_leg_blocks_invert(const hexload_leg_blocks_t* blocks, hexload_real_
     hexload_real_t share[3][3];   // S^-1 [-K, E] is the lower half, columns in the order of blocks->leg
     hexload_real_t carried[3][3]; // v = E1^-1 y1 - (E1^-1 M1) omega
     for (int i = 0; i < 3; i++) {
-        times_rows(blocks->S_inverse[i], blocks->K[0], blocks->K[1], blocks->K[2], share[i]);
-        times_rows(blocks->E1_inverse[i], blocks->M1[0], blocks->M1[1], blocks->M1[2], carried[i]);
+        times_rows(blocks->S_inverse[i], blocks->K[0], share[i]);
+        times_rows(blocks->E1_inverse[i], blocks->M1[0], carried[i]);
     }
     for (int n = 0; n < HEXLOAD_LEGS; n++) {
         hexload_real_t* twist = columns[blocks->leg[n]];
+        hexload_real_t turned[3];
         for (int i = 0; i < 3; i++) {
             twist[3 + i] = n < 3 ? -share[i][n] : blocks->S_inverse[i][n - 3];
         }
+        hexload_times3(carried[0], &twist[3], turned);
         for (int i = 0; i < 3; i++) {
-            const hexload_real_t turned = dot3(carried[i], &twist[3]);
-            twist[i] = n < 3 ? blocks->E1_inverse[i][n] - turned : -turned;
+            twist[i] = n < 3 ? blocks->E1_inverse[i][n] - turned[i] : -turned[i];
         }
     }
 }

@@ -32,6 +32,13 @@ static inline void cross3(const hexload_real_t a[3], const hexload_real_t b[3], 
     out[2] = hexload_fma(a[0], b[1], -(a[1] * b[0]));
 }
 
+/// A x, A of three rows of three.
+static inline void times3(const hexload_real_t* A, const hexload_real_t x[3], hexload_real_t out[3]) {
+    out[0] = dot3(&A[0], x);
+    out[1] = dot3(&A[3], x);
+    out[2] = dot3(&A[6], x);
+}
+
 /// Inverse of A.
 /// @return false when A is singular to working precision: its determinant is below 64 epsilon of the product
 /// of its rows' lengths, which it is at most.
@@ -77,6 +84,12 @@ void hexload_cholesky6(hexload_real_t A[6][6]);
 #ifdef HEXLOAD_INLINE_KERNELS
 #include "algebra/linalg_kernels.h"
 #else
+/// The same as above, for code that is made small.
+hexload_real_t hexload_dot3(const hexload_real_t a[3], const hexload_real_t b[3]);
+void hexload_cross3(const hexload_real_t a[3], const hexload_real_t b[3], hexload_real_t out[3]);
+void hexload_times3(const hexload_real_t* A, const hexload_real_t x[3], hexload_real_t out[3]);
+bool hexload_cholesky3(hexload_real_t A[3][3], hexload_real_t L[3][3]);
+
 /// X = L^-1 X for the L of hexload_cholesky6() and a matrix X of six rows.
 void hexload_whiten6(hexload_real_t L[6][6], hexload_real_t* X, int columns);
 

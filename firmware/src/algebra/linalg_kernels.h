@@ -5,6 +5,24 @@
 #ifndef HEXLOAD_LINALG_KERNELS_H
 #define HEXLOAD_LINALG_KERNELS_H
 
+HEXLOAD_KERNEL hexload_real_t hexload_dot3(const hexload_real_t a[3], const hexload_real_t b[3]) {
+    return dot3(a, b);
+}
+
+HEXLOAD_KERNEL void hexload_cross3(const hexload_real_t a[3], const hexload_real_t b[3],
+                                   hexload_real_t out[3]) {
+    cross3(a, b, out);
+}
+
+HEXLOAD_KERNEL void hexload_times3(const hexload_real_t* A, const hexload_real_t x[3],
+                                   hexload_real_t out[3]) {
+    times3(A, x, out);
+}
+
+HEXLOAD_KERNEL bool hexload_cholesky3(hexload_real_t A[3][3], hexload_real_t L[3][3]) {
+    return cholesky3(A, L);
+}
+
 HEXLOAD_KERNEL void hexload_whiten6(hexload_real_t L[6][6], hexload_real_t* X, int columns) {
     hexload_real_t own[6][6];
     HEXLOAD_UNROLL

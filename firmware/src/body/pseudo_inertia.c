@@ -23,5 +23,5 @@ bool hexload_pseudo_inertia_is_positive(const hexload_real_t theta[HEXLOAD_LOAD_
         }
         moments[i][i] += hexload_abs(h[i]) * HEXLOAD_REAL(6.0) * sigma[HEXLOAD_LOAD_HX + i] / mass_kg;
     }
-    return cholesky3(moments, L);
+    return hexload_cholesky3(moments, L);
 }

@@ -7,11 +7,18 @@
 
 /// Numbers of the configuration that lie next to each other, and their range.
 typedef struct range {
-    uint16_t offset;      ///< of the first, bytes
-    uint16_t size;        ///< of all, bytes
-    hexload_real_t least; ///< is still good
-    hexload_real_t most;  ///< likewise
+    uint16_t offset; ///< of the first, bytes
+    uint16_t size;   ///< of all, bytes
+    uint8_t least;   ///< bound that is still good
+    uint8_t most;    ///< likewise
 } range_t;
+
+#define NAME(name, value) name,
+#define VALUE(name, value) (value),
+
+enum { CONFIG_BOUNDS(NAME) };
+
+static const hexload_real_t BOUNDS[] = {CONFIG_BOUNDS(VALUE)};
 
 #define SIZE_OF(field) sizeof(((const hexload_config_t*)NULL)->field)
 #define RANGE(field, least, most)                                                                            \
@@ -38,8 +45,8 @@ static bool are_in(const hexload_config_t* config, size_t offset, size_t size, h
 /// The first whose numbers are not all in their range. RANGE_COUNT: all are.
 static int first_out_of_range(const hexload_config_t* config) {
     int k = 0;
-    while (k < RANGE_COUNT &&
-           are_in(config, RANGES[k].offset, RANGES[k].size, RANGES[k].least, RANGES[k].most)) {
+    while (k < RANGE_COUNT && are_in(config, RANGES[k].offset, RANGES[k].size, BOUNDS[RANGES[k].least],
+                                     BOUNDS[RANGES[k].most])) {
         k++;
     }
     return k;

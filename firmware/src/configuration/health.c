@@ -9,7 +9,7 @@ hexload_status_t hexload_health_refuse(hexload_health_t* health, hexload_status_
 
 void hexload_health_count(hexload_health_t* health, uint32_t bits) {
     health->bits = bits;
-    for (int bit = 0; bit < HEXLOAD_HEALTH_BITS; bit++) {
+    for (int bit = 0; bits >> bit != 0; bit++) {
         if (((bits >> bit) & 1u) != 0 && health->count[bit] < UINT32_MAX) {
             health->count[bit]++;
         }

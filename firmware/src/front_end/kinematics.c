@@ -240,3 +240,10 @@ hexload_status_t hexload_kinematics_solve(hexload_kinematics_t* self, const hexl
     hexload_leg_blocks_solve(motion->jacobian, sample->velocity_m_s, motion->twist); // inverse of (3)
     return HEXLOAD_OK;
 }
+
+#ifndef HEXLOAD_INLINE_KERNELS
+void hexload_to_platform(const hexload_motion_t* motion, const hexload_real_t base_axes[3],
+                         hexload_real_t platform_axes[3]) {
+    hexload_motion_to_platform(motion, base_axes, platform_axes);
+}
+#endif

@@ -53,6 +53,17 @@ static inline void hexload_motion_to_platform(const hexload_motion_t* motion,
     }
 }
 
+/// The same as a function, for code that is made small.
+#ifdef HEXLOAD_INLINE_KERNELS
+static inline void hexload_to_platform(const hexload_motion_t* motion, const hexload_real_t base_axes[3],
+                                       hexload_real_t platform_axes[3]) {
+    hexload_motion_to_platform(motion, base_axes, platform_axes);
+}
+#else
+void hexload_to_platform(const hexload_motion_t* motion, const hexload_real_t base_axes[3],
+                         hexload_real_t platform_axes[3]);
+#endif
+
 HEXLOAD_DECLS_END
 
 #endif

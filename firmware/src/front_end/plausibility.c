@@ -416,15 +416,15 @@ static void balance(hexload_plausibility_t* self, const hexload_config_t* config
                                      self->wrench[1] - mass_kg * self->acceleration[1],
                                      self->wrench[2] / length_m};
     const hexload_real_t direction[3] = {row[0], row[1], row[5] / length_m};
-    const hexload_real_t total = dot3(whole, whole);
-    const hexload_real_t along_n = dot3(whole, direction) / dot3(direction, direction);
+    const hexload_real_t total = hexload_dot3(whole, whole);
+    const hexload_real_t along_n = hexload_dot3(whole, direction) / hexload_dot3(direction, direction);
     const bool is_dead = hexload_abs(self->look.force_n) < DEAD * hexload_abs(weight_n);
     hexload_real_t left[3];
     for (int k = 0; k < 3; k++) {
         const hexload_real_t part = k == 2 ? self->look.wrench[2] / length_m : self->look.wrench[k];
         left[k] = whole[k] - (is_dead ? along_n * direction[k] : HEXLOAD_REAL(2.0) * part);
     }
-    if (total > IMBALANCE_SQUARE * square(weight_n) && dot3(left, left) < LEFT_OF_IMBALANCE * total &&
+    if (total > IMBALANCE_SQUARE * square(weight_n) && hexload_dot3(left, left) < LEFT_OF_IMBALANCE * total &&
         (is_dead ? along_n : self->look.force_n) * weight_n < HEXLOAD_REAL(0.0)) {
         self->force_cause = is_dead ? HEXLOAD_INPUT_FORCE_DEAD : HEXLOAD_INPUT_FORCE_SIGN;
     } else if (weight_n < NEGATED * own_n) {

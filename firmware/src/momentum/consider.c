@@ -25,10 +25,10 @@ static void find_shift(const hexload_rig_direction_t* direction, const hexload_m
     hexload_real_t along_m[HEXLOAD_LEGS];
     for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
         for (int k = 0; k < 3; k++) {
-            shift->arm_m[leg][k] = dot3(motion->R[k], direction->platform_hinge_m[leg]);
+            shift->arm_m[leg][k] = hexload_dot3(motion->R[k], direction->platform_hinge_m[leg]);
             shift->hinge_m[leg][k] = shift->arm_m[leg][k] - direction->base_hinge_m[leg][k];
         }
-        along_m[leg] = -dot3(motion->J[leg], shift->hinge_m[leg]);
+        along_m[leg] = -hexload_dot3(motion->J[leg], shift->hinge_m[leg]);
     }
     hexload_leg_blocks_solve(motion->jacobian, along_m, shift->twist);
 }
@@ -46,16 +46,14 @@ static void shift_leg(const hexload_config_t* config, const hexload_delayed_tick
     hexload_real_t change_n[3];
     hexload_real_t of_arm[3];
     hexload_real_t of_force[3];
-    for (int k = 0; k < 3; k++) {
-        arm_m[k] = dot3(motion->R[k], config->geometry.platform_hinge_m[leg]);
-    }
-    cross3(&shift->twist[3], arm_m, turned_m);
+    hexload_times3(motion->R[0], config->geometry.platform_hinge_m[leg], arm_m);
+    hexload_cross3(&shift->twist[3], arm_m, turned_m);
     for (int k = 0; k < 3; k++) {
         change_n[k] = force_n / length_m * (shift->twist[k] + turned_m[k] + shift->hinge_m[leg][k]);
         turned_m[k] = force_n * (turned_m[k] + shift->arm_m[leg][k]);
     }
-    cross3(turned_m, e, of_arm);
-    cross3(arm_m, change_n, of_force);
+    hexload_cross3(turned_m, e, of_arm);
+    hexload_cross3(arm_m, change_n, of_force);
     for (int k = 0; k < 3; k++) {
         wrench[k] += change_n[k];
         wrench[3 + k] += of_arm[k] + of_force[k];
@@ -74,18 +72,18 @@ static void shift_gravity(const hexload_config_t* config, const hexload_real_t b
     hexload_real_t turned[3];
     hexload_real_t lever[3];
     hexload_real_t moment[3];
+    hexload_times3(motion->R[0], &body[HEXLOAD_LOAD_HX], h);
     for (int k = 0; k < 3; k++) {
-        h[k] = dot3(motion->R[k], &body[HEXLOAD_LOAD_HX]);
         lever[k] = hexload_fma(m, motion->p_m[k], h[k]);
         drive[k] += m * tilt_m_s2[k];
     }
-    cross3(lever, tilt_m_s2, moment);
-    cross3(&shift->twist[3], h, turned);
+    hexload_cross3(lever, tilt_m_s2, moment);
+    hexload_cross3(&shift->twist[3], h, turned);
     for (int k = 0; k < 3; k++) {
         drive[3 + k] += moment[k];
         lever[k] = hexload_fma(m, shift->twist[k], turned[k]);
     }
-    cross3(lever, gravity_m_s2, moment);
+    hexload_cross3(lever, gravity_m_s2, moment);
     for (int k = 0; k < 3; k++) {
         drive[3 + k] += moment[k];
     }
@@ -141,11 +139,11 @@ static void find_drive(const hexload_config_t* config, const hexload_real_t body
             push_n[k] = hexload_fma(force_n[leg], motion->J[leg][k], push_n[k]);
         }
     }
-    cross3(motion->p_m, drive, moved);
+    hexload_cross3(motion->p_m, drive, moved);
     for (int k = 0; k < 3; k++) {
         drive[3 + k] += moved[k];
     }
-    cross3(shift.twist, push_n, moved);
+    hexload_cross3(shift.twist, push_n, moved);
     for (int k = 0; k < 3; k++) {
         drive[3 + k] += moved[k];
     }

@@ -109,17 +109,19 @@ typedef struct push {
 /// By the legs' speeds of this tick and the acceleration of the one before.
 static void find_push(hexload_load_monitor_t* self, const hexload_config_t* config,
                       const hexload_present_tick_t* now, push_t* push) {
-    hexload_real_t acceleration[6];
-    hexload_real_t wrench[6];
     memcpy(push->force_n, now->sample->force_n, sizeof push->force_n);
     hexload_rig_compensate(&self->slide, config, now->sample->velocity_m_s, now->gap_ticks, push->force_n,
                            push->variance_n2);
     hexload_lost_channels_doubt(&now->lost, push->force_n, push->variance_n2);
     hexload_momentum_read_input(now->motion, push->force_n, &push->input);
-    memcpy(acceleration, self->acceleration, sizeof acceleration);
-    acceleration[2] -= config->gravity_m_s2;
-    hexload_rig_leg_wrench(config, now->sample, now->motion, now->motion->twist, acceleration, wrench);
-    hexload_momentum_take_off(now->motion, wrench, &push->input);
+    if (hexload_rig_has_leg_mass(config)) {
+        hexload_real_t acceleration[6];
+        hexload_real_t wrench[6];
+        memcpy(acceleration, self->acceleration, sizeof acceleration);
+        acceleration[2] -= config->gravity_m_s2;
+        hexload_rig_leg_wrench(config, now->sample, now->motion, now->motion->twist, acceleration, wrench);
+        hexload_momentum_take_off(now->motion, wrench, &push->input);
+    }
 }
 
 static void predict(hexload_load_monitor_t* self, const hexload_config_t* config,

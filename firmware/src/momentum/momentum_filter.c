@@ -5,6 +5,7 @@
 #include "algebra/linalg.h"
 #include "momentum/momentum_model.h"
 #include "configuration/momentum_prior.h"
+#include "rig/rig.h"
 
 #include <string.h>
 
@@ -301,7 +302,9 @@ void hexload_momentum_filter_step(hexload_momentum_filter_t* self, const hexload
     hexload_momentum_input_t input;
     find_residual(past, &residual);
     hexload_momentum_read_input(&past->motion, past->smooth.sample.force_n, &input);
-    hexload_momentum_take_off(&past->motion, past->smooth.leg_wrench, &input);
+    if (hexload_rig_has_leg_mass(config)) {
+        hexload_momentum_take_off(&past->motion, past->smooth.leg_wrench, &input);
+    }
     if (past->smooth.gap_ticks == 0) {
         seed_momentum(self, past, &residual);
         self->nis = CHI_SQUARE_6_MEAN;

@@ -11,10 +11,7 @@
 
 /// Components in base axes of a vector in platform axes: R x.
 static void to_base(const hexload_motion_t* motion, const hexload_real_t x[3], hexload_real_t out[3]) {
-    HEXLOAD_UNROLL
-    for (int k = 0; k < 3; k++) {
-        out[k] = dot3(motion->R[k], x);
-    }
+    hexload_times3(motion->R[0], x, out);
 }
 
 /// Product of a body's inertia tensor with a vector, platform axes.
@@ -24,10 +21,7 @@ static void times_inertia(const hexload_real_t theta[HEXLOAD_LOAD_DIM], const he
         {theta[HEXLOAD_LOAD_IXX], theta[HEXLOAD_LOAD_IXY], theta[HEXLOAD_LOAD_IXZ]},
         {theta[HEXLOAD_LOAD_IXY], theta[HEXLOAD_LOAD_IYY], theta[HEXLOAD_LOAD_IYZ]},
         {theta[HEXLOAD_LOAD_IXZ], theta[HEXLOAD_LOAD_IYZ], theta[HEXLOAD_LOAD_IZZ]}};
-    HEXLOAD_UNROLL
-    for (int k = 0; k < 3; k++) {
-        out[k] = dot3(rows[k], x);
-    }
+    hexload_times3(rows[0], x, out);
 }
 
 void hexload_momentum_of_body(const hexload_real_t theta[HEXLOAD_LOAD_DIM], const hexload_motion_t* motion,
@@ -42,16 +36,16 @@ void hexload_momentum_of_body(const hexload_real_t theta[HEXLOAD_LOAD_DIM], cons
     hexload_real_t lifted[3];
     hexload_real_t moved[3];
     to_base(motion, &theta[HEXLOAD_LOAD_HX], h);
-    hexload_motion_to_platform(motion, omega, omega_platform);
+    hexload_to_platform(motion, omega, omega_platform);
     times_inertia(theta, omega_platform, spin_platform);
     to_base(motion, spin_platform, spin);
-    cross3(omega, h, turned);
+    hexload_cross3(omega, h, turned);
     HEXLOAD_UNROLL
     for (int k = 0; k < 3; k++) {
         momentum[k] = hexload_fma(theta[HEXLOAD_LOAD_M], v[k], turned[k]);
     }
-    cross3(h, v, lifted);
-    cross3(motion->p_m, momentum, moved);
+    hexload_cross3(h, v, lifted);
+    hexload_cross3(motion->p_m, momentum, moved);
     HEXLOAD_UNROLL
     for (int k = 0; k < 3; k++) {
         momentum[3 + k] = moved[k] + lifted[k] + spin[k];
@@ -65,7 +59,7 @@ void hexload_momentum_regressor(const hexload_motion_t* motion, const hexload_re
     hexload_real_t moved[3];
     hexload_real_t w[3];
     cross3(motion->p_m, v, moved);
-    hexload_motion_to_platform(motion, omega, w);
+    hexload_to_platform(motion, omega, w);
     for (int k = 0; k < 3; k++) {
         const hexload_real_t* r = motion->R[k]; // k-th components of the platform's axes
         Y[k][HEXLOAD_LOAD_M] = v[k];
@@ -120,14 +114,19 @@ void hexload_momentum_read_arms(const hexload_motion_t* motion, hexload_momentum
 void hexload_momentum_read_input(const hexload_motion_t* motion, const hexload_real_t force_n[HEXLOAD_LEGS],
                                  hexload_momentum_input_t* input) {
     hexload_real_t moved[3];
+    hexload_real_t sum[6];
+    HEXLOAD_UNROLL
     for (int k = 0; k < 6; k++) {
-        hexload_real_t sum = force_n[0] * motion->J[0][k];
-        for (int leg = 1; leg < HEXLOAD_LEGS; leg++) {
-            sum = hexload_fma(force_n[leg], motion->J[leg][k], sum);
-        }
-        input->wrench[k] = sum;
+        sum[k] = force_n[0] * motion->J[0][k];
     }
-    cross3(motion->p_m, &input->wrench[0], moved);
+    for (int leg = 1; leg < HEXLOAD_LEGS; leg++) {
+        HEXLOAD_UNROLL
+        for (int k = 0; k < 6; k++) {
+            sum[k] = hexload_fma(force_n[leg], motion->J[leg][k], sum[k]);
+        }
+    }
+    memcpy(input->wrench, sum, sizeof input->wrench);
+    hexload_cross3(motion->p_m, &input->wrench[0], moved);
     for (int k = 0; k < 3; k++) {
         input->wrench[3 + k] += moved[k];
     }
@@ -137,7 +136,7 @@ void hexload_momentum_read_input(const hexload_motion_t* motion, const hexload_r
 void hexload_momentum_take_off(const hexload_motion_t* motion, const hexload_real_t wrench[6],
                                hexload_momentum_input_t* input) {
     hexload_real_t moved[3];
-    cross3(motion->p_m, &wrench[0], moved);
+    hexload_cross3(motion->p_m, &wrench[0], moved);
     for (int k = 0; k < 3; k++) {
         input->wrench[k] -= wrench[k];
         input->wrench[3 + k] -= wrench[3 + k] + moved[k];
@@ -184,10 +183,7 @@ static void turn_inertia(const hexload_real_t theta[HEXLOAD_LOAD_DIM], const hex
     for (int i = 0; i < 3; i++) {
         hexload_real_t row[3]; // of R I, as I is symmetric
         times_inertia(theta, motion->R[i], row);
-        HEXLOAD_UNROLL
-        for (int k = 0; k < 3; k++) {
-            tensor[i][k] = dot3(row, motion->R[k]);
-        }
+        to_base(motion, row, tensor[i]);
     }
 }
 

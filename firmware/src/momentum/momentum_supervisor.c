@@ -134,9 +134,9 @@ static body_motion_t motion_of_body(const hexload_momentum_supervisor_t* self, c
     const hexload_real_t specific_m_s2[3] = {self->acceleration[0], self->acceleration[1],
                                              self->acceleration[2] + config->gravity_m_s2};
     body_motion_t body = {{0}, {0}, {0}};
-    hexload_motion_to_platform(motion, specific_m_s2, body.specific_m_s2);
-    hexload_motion_to_platform(motion, &self->acceleration[3], body.alpha_rad_s2);
-    hexload_motion_to_platform(motion, &filter->smooth_twist[3], body.omega_rad_s);
+    hexload_to_platform(motion, specific_m_s2, body.specific_m_s2);
+    hexload_to_platform(motion, &self->acceleration[3], body.alpha_rad_s2);
+    hexload_to_platform(motion, &filter->smooth_twist[3], body.omega_rad_s);
     return body;
 }
 
@@ -150,10 +150,10 @@ static void wrench_of_unit(const body_motion_t* body, int parameter, hexload_rea
     } else if (parameter <= HEXLOAD_LOAD_HZ) {
         hexload_real_t unit[3] = {0};
         unit[parameter - HEXLOAD_LOAD_HX] = HEXLOAD_REAL(1.0);
-        cross3(unit, body->specific_m_s2, &wrench[3]);
-        cross3(body->omega_rad_s, unit, centripetal);
-        cross3(body->omega_rad_s, centripetal, &wrench[0]);
-        cross3(body->alpha_rad_s2, unit, centripetal);
+        hexload_cross3(unit, body->specific_m_s2, &wrench[3]);
+        hexload_cross3(body->omega_rad_s, unit, centripetal);
+        hexload_cross3(body->omega_rad_s, centripetal, &wrench[0]);
+        hexload_cross3(body->alpha_rad_s2, unit, centripetal);
         for (int k = 0; k < 3; k++) {
             wrench[k] += centripetal[k];
         }
@@ -163,7 +163,7 @@ static void wrench_of_unit(const body_motion_t* body, int parameter, hexload_rea
         hexload_real_t spin[3] = {0};
         spin[i] = body->omega_rad_s[j];
         spin[j] = body->omega_rad_s[i];
-        cross3(body->omega_rad_s, spin, &wrench[3]);
+        hexload_cross3(body->omega_rad_s, spin, &wrench[3]);
         wrench[3 + i] += body->alpha_rad_s2[j];
         wrench[3 + j] += i != j ? body->alpha_rad_s2[i] : HEXLOAD_REAL(0.0);
     }
@@ -177,8 +177,8 @@ static hexload_real_t information_of_tick(const hexload_delayed_tick_t* past,
     hexload_real_t base_axes[6];
     hexload_real_t sum = HEXLOAD_REAL(0.0);
     for (int k = 0; k < 3; k++) {
-        base_axes[k] = dot3(motion->R[k], &wrench[0]);
-        base_axes[3 + k] = dot3(motion->R[k], &wrench[3]);
+        base_axes[k] = hexload_dot3(motion->R[k], &wrench[0]);
+        base_axes[3 + k] = hexload_dot3(motion->R[k], &wrench[3]);
     }
     for (int k = 0; k < 6; k++) {
         hexload_real_t square = HEXLOAD_REAL(0.0);
@@ -269,7 +269,7 @@ static void find_scales(const hexload_momentum_filter_t* filter, hexload_real_t 
         third * (own[HEXLOAD_LOAD_IXX] + own[HEXLOAD_LOAD_IYY] + own[HEXLOAD_LOAD_IZZ]);
     const hexload_real_t moment =
         third * (theta[HEXLOAD_LOAD_IXX] + theta[HEXLOAD_LOAD_IYY] + theta[HEXLOAD_LOAD_IZZ]);
-    const hexload_real_t length = hexload_sqrt(dot3(h, h));
+    const hexload_real_t length = hexload_sqrt(hexload_dot3(h, h));
     const hexload_real_t least_h = HEXLOAD_REAL(0.1) * hexload_sqrt(own[HEXLOAD_LOAD_M] * own_moment);
     scale[HEXLOAD_LOAD_M] = hexload_max(hexload_abs(theta[HEXLOAD_LOAD_M]), own[HEXLOAD_LOAD_M]);
     for (int k = 0; k < 3; k++) {

@@ -214,7 +214,7 @@ static void enter(hexload_smoother_t* self) {
     for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
         uint64_t* sum = self->sum[leg];
         for (int n = 0; n < HEXLOAD_SMOOTHER_ORDERS; n++) {
-            sum[n] -= times(self->constants.leaving[n], out[leg]);
+            sum[n] += times(self->constants.leaving[n], -out[leg]);
         }
         move_on(sum);
         for (int n = 0; n < HEXLOAD_SMOOTHER_ORDERS; n++) {
@@ -338,12 +338,12 @@ static void read_middle(hexload_smoother_t* self, const hexload_sensors_t* senso
     for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
         out->sample.displacement_m[leg] = (hexload_real_t)steps[leg] / STEPS_PER_M;
         out->sample.velocity_m_s[leg] = self->velocity_m_s[at][leg];
+        out->force_variance_n2[leg] = HEXLOAD_REAL(0.0);
+        out->leg_wrench[leg] = HEXLOAD_REAL(0.0);
+        out->smooth_velocity_m_s[leg] = self->held_m_s[leg];
     }
     out->sample.tick = self->middle_tick;
     read_forces(self, middle, out->sample.force_n);
-    memset(out->force_variance_n2, 0, sizeof out->force_variance_n2);
-    memset(out->leg_wrench, 0, sizeof out->leg_wrench);
-    memcpy(out->smooth_velocity_m_s, self->held_m_s, sizeof self->held_m_s);
     if (self->entered >= window_ticks(self)) {
         fit_slopes(self, sensors->displacement_sigma_m, out->smooth_velocity_m_s);
     }

@@ -117,14 +117,19 @@ static void observe_open(hexload_wrench_monitor_t* self, const hexload_config_t*
     const hexload_real_t share = config->tick_s / MEMORY_S;
     hexload_real_t spread[PARTS][6];
     read_unknown(seen, spread);
+    for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
+        const hexload_real_t* push = &seen->motion->J[leg][2]; // F_z, M_x, M_y
+        const hexload_real_t variance_n2 = whole * seen->variance_n2[leg];
+        for (int i = 0; i < PARTS; i++) {
+            const hexload_real_t scaled = variance_n2 * push[i];
+            for (int j = 0; j <= i; j++) {
+                spread[i][FIRST + j] = hexload_fma(scaled, push[j], spread[i][FIRST + j]);
+            }
+        }
+    }
     for (int i = 0; i < PARTS; i++) {
         for (int j = 0; j <= i; j++) {
-            hexload_real_t sum = spread[i][FIRST + j];
-            for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
-                const hexload_real_t* push = &seen->motion->J[leg][2]; // F_z, M_x, M_y
-                sum = hexload_fma(whole * seen->variance_n2[leg] * push[i], push[j], sum);
-            }
-            self->open[ROW(i) + j] += share * (sum - self->open[ROW(i) + j]);
+            self->open[ROW(i) + j] += share * (spread[i][FIRST + j] - self->open[ROW(i) + j]);
         }
     }
 }
@@ -191,7 +196,7 @@ static hexload_real_t distance(const hexload_wrench_monitor_t* self, const hexlo
     hexload_real_t L[3][3];
     hexload_real_t x[3];
     find_spread(self, config, body, share, S);
-    if (!cholesky3(S, L)) {
+    if (!hexload_cholesky3(S, L)) {
         return HEXLOAD_REAL(0.0);
     }
     forward_substitute3(L, &self->residual[FIRST], x);

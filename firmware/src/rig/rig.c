@@ -151,6 +151,12 @@ void hexload_rig_compensate(hexload_rig_slide_t* self, const hexload_config_t* c
     }
 }
 
+bool hexload_rig_has_leg_mass(const hexload_config_t* config) {
+    const hexload_rig_config_t* rig = &config->rig;
+    return rig->leg_inertia_kg_m2 != HEXLOAD_REAL(0.0) || rig->leg_slide_kg_m != HEXLOAD_REAL(0.0) ||
+           rig->leg_tilt_kg_m != HEXLOAD_REAL(0.0);
+}
+
 void hexload_rig_twists_init(hexload_rig_twists_t* self) {
     memset(self, 0, sizeof *self);
 }
@@ -186,12 +192,10 @@ static void move_hinge(const hexload_config_t* config, const hexload_motion_t* m
     hexload_real_t turned[3];
     hexload_real_t pulled[3];
     hexload_real_t swung[3];
-    for (int k = 0; k < 3; k++) {
-        hinge->arm_m[k] = dot3(motion->R[k], config->geometry.platform_hinge_m[leg]);
-    }
-    cross3(&twist[3], hinge->arm_m, turned);
-    cross3(&twist[3], turned, pulled);
-    cross3(&acceleration[3], hinge->arm_m, swung);
+    hexload_times3(motion->R[0], config->geometry.platform_hinge_m[leg], hinge->arm_m);
+    hexload_cross3(&twist[3], hinge->arm_m, turned);
+    hexload_cross3(&twist[3], turned, pulled);
+    hexload_cross3(&acceleration[3], hinge->arm_m, swung);
     for (int k = 0; k < 3; k++) {
         hinge->speed_m_s[k] = twist[k] + turned[k];
         hinge->acceleration_m_s2[k] = acceleration[k] + swung[k] + pulled[k];
@@ -206,10 +210,10 @@ static void force_on_hinge(const hexload_config_t* config, const hinge_t* hinge,
     const hexload_real_t nu = inverse * (inverse * rig->leg_inertia_kg_m2 - rig->leg_slide_kg_m);
     const hexload_real_t slope =
         inverse * inverse * (rig->leg_slide_kg_m - HEXLOAD_REAL(2.0) * inverse * rig->leg_inertia_kg_m2);
-    const hexload_real_t along = dot3(e, hinge->speed_m_s);
-    const hexload_real_t drawn = dot3(e, hinge->acceleration_m_s2);
+    const hexload_real_t along = hexload_dot3(e, hinge->speed_m_s);
+    const hexload_real_t drawn = hexload_dot3(e, hinge->acceleration_m_s2);
     const hexload_real_t tilting = inverse * rig->leg_tilt_kg_m * config->gravity_m_s2;
-    const hexload_real_t across_square = dot3(hinge->speed_m_s, hinge->speed_m_s) - along * along;
+    const hexload_real_t across_square = hexload_dot3(hinge->speed_m_s, hinge->speed_m_s) - along * along;
     const hexload_real_t inwards = (nu * inverse + HEXLOAD_REAL(0.5) * slope) * across_square;
     const hexload_real_t turning = slope * along;
     const hexload_real_t of_e = -(nu * drawn + turning * along + inwards + tilting * e[2]);
@@ -223,16 +227,15 @@ static void force_on_hinge(const hexload_config_t* config, const hinge_t* hinge,
 void hexload_rig_leg_wrench(const hexload_config_t* config, const hexload_leg_sample_t* sample,
                             const hexload_motion_t* motion, const hexload_real_t twist[6],
                             const hexload_real_t acceleration[6], hexload_real_t wrench[6]) {
-    const bool has_mass = hexload_rig_has_leg_mass(config);
     memset(wrench, 0, 6 * sizeof wrench[0]);
-    for (int leg = 0; has_mass && leg < HEXLOAD_LEGS; leg++) {
+    for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
         const hexload_real_t length_m = config->geometry.home_leg_length_m[leg] + sample->displacement_m[leg];
         hinge_t hinge;
         hexload_real_t force_n[3];
         hexload_real_t moment[3];
         move_hinge(config, motion, leg, twist, acceleration, &hinge);
         force_on_hinge(config, &hinge, motion->J[leg], length_m, force_n);
-        cross3(hinge.arm_m, force_n, moment);
+        hexload_cross3(hinge.arm_m, force_n, moment);
         for (int k = 0; k < 3; k++) {
             wrench[k] += force_n[k];
             wrench[3 + k] += moment[k];

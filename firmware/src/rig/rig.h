@@ -41,11 +41,7 @@ void hexload_rig_compensate(hexload_rig_slide_t* self, const hexload_config_t* c
                             hexload_real_t force_n[HEXLOAD_LEGS], hexload_real_t variance_n2[HEXLOAD_LEGS]);
 
 /// Whether the legs have a mass of their own: without, no acceleration is needed.
-static inline bool hexload_rig_has_leg_mass(const hexload_config_t* config) {
-    const hexload_rig_config_t* rig = &config->rig;
-    return rig->leg_inertia_kg_m2 != HEXLOAD_REAL(0.0) || rig->leg_slide_kg_m != HEXLOAD_REAL(0.0) ||
-           rig->leg_tilt_kg_m != HEXLOAD_REAL(0.0);
-}
+bool hexload_rig_has_leg_mass(const hexload_config_t* config);
 
 void hexload_rig_twists_init(hexload_rig_twists_t* self);
 
