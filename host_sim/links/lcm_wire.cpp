@@ -41,6 +41,10 @@ std::optional<BusNews> LcmWire::read(std::chrono::microseconds timeout) {
 }
 
 void LcmWire::take(const estimate_t& message) {
+    if (received_[0]->has_two_sources()) {
+        throw LinkError(LinkFailure::second_controller,
+                        name_ + ": two controllers publish their answers: end one of the two");
+    }
     incomplete_ += estimate_ ? 1U : 0U;
     estimate_ = message;
     news_.emplace_back(AnswerPart{static_cast<std::uint32_t>(message.tick), false, std::nullopt});

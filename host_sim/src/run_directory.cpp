@@ -163,9 +163,11 @@ void RunDirectory::finish(const Scenario& scenario, const PlatformFile& platform
     log_->close();
     truth_->close();
     write_text(file("meta.json"), run_meta_json(scenario, platform, simulator, result));
+    sync_folder(partial_); // else a power cut after the renaming leaves empty files where a run was
     while (!take_place()) {
         // Another run has taken the place meanwhile.
     }
+    sync_names(target_.has_parent_path() ? target_.parent_path() : ".");
     finished_ = true;
 }
 

@@ -7,7 +7,9 @@
 
 #include <algorithm>
 #include <array>
+#include <cerrno>
 #include <cstdlib>
+#include <cstring>
 #include <fstream>
 #include <optional>
 #include <sstream>
@@ -202,6 +204,29 @@ PrivateFolder::PrivateFolder(const fs::path& target) {
 PrivateFolder::~PrivateFolder() {
     if (lock_ >= 0) {
         close(lock_);
+    }
+}
+
+void sync_folder(const fs::path& folder) {
+    for (const fs::directory_entry& entry : fs::directory_iterator(folder)) {
+        const int descriptor = open(entry.path().c_str(), O_RDONLY | O_CLOEXEC | O_NOFOLLOW);
+        const bool is_synced = descriptor >= 0 && fsync(descriptor) == 0;
+        const int fault = errno;
+        if (descriptor >= 0) {
+            close(descriptor);
+        }
+        if (!is_synced) {
+            throw InputError(entry.path().string() + ": cannot be written: " + std::strerror(fault));
+        }
+    }
+    sync_names(folder);
+}
+
+void sync_names(const fs::path& folder) noexcept {
+    const int descriptor = open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+    if (descriptor >= 0) {
+        (void)fsync(descriptor);
+        close(descriptor);
     }
 }
 

@@ -31,6 +31,12 @@ class PrivateFolder {
     int lock_ = -1;
 };
 
+// The files of a folder, and the folder itself, are on the disk when this returns. Throws InputError.
+void sync_folder(const std::filesystem::path& folder);
+
+// The names in a folder are on the disk; a file system that cannot say so is not asked twice.
+void sync_names(const std::filesystem::path& folder) noexcept;
+
 // Deletes the files that a run writes, and the folder if that leaves it empty: never anything else.
 void remove_run(const std::filesystem::path& folder) noexcept;
 

@@ -11,6 +11,7 @@ import msgpack
 import pytest
 
 from bus_frames import (
+    BY_ID,
     BY_NAME,
     COMMANDS,
     LOCKSTEP,
@@ -116,7 +117,9 @@ class Source:
                 message = self._bus.recv(left)
             except can.CanOperationError:  # what is no frame
                 continue
-            if message is not None and (frame := from_message(message)).name == name:
+            if message is None or message.arbitration_id not in BY_ID:
+                continue
+            if (frame := from_message(message)).name == name:
                 return decode(frame).values
         return None
 

@@ -5,6 +5,7 @@ import json
 import subprocess
 import sys
 
+import lcm
 import pytest
 
 from hexload import project
@@ -199,3 +200,20 @@ def test_an_option_that_is_no_lcm_url_is_refused(program, start, ecu, simulator,
     result = start(*words)
     assert result.wait() == 2
     result.wait_for(f"^{program}: LCM: found 'can0', expected lcm or lcm:URL, e.g. lcm:udpm://")
+
+
+def test_two_simulators_on_one_url_are_a_fault_of_the_controller_by_name(controller, url):
+    # GIVEN a controller on LCM that has been started
+    program = controller()
+    bus = lcm.LCM(url)
+    command, sample = project.message_type("command_t")(), project.message_type("leg_sample_t")()
+    command.kind = command.START
+    bus.publish("HEXLOAD_COMMAND", command.encode())
+    program.wait_for("armed")
+    # WHEN samples come of two publishers, each with numbers of its own
+    for n in range(6):
+        for first in (0, 500):
+            sample.sequence, sample.tick = first + n, n
+            bus.publish("HEXLOAD_LEG_SAMPLE", sample.encode())
+    # THEN the controller is in fault, and says what for
+    program.wait_for("fault: samples of two sources are on the bus", patience_s=5.0)

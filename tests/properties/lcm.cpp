@@ -5,7 +5,13 @@
 #include <doctest/doctest.h>
 
 #include <functional>
+#include <limits>
+#include <string>
 #include <vector>
+
+#include <netinet/in.h>
+#include <sys/socket.h>
+#include <unistd.h>
 
 using namespace hexload;
 using namespace std::chrono_literals;
@@ -74,6 +80,100 @@ TEST_CASE("lost messages are counted, a restarted source is not a loss") {
     CHECK(counter.received() == 8);
     CHECK(counter.lost() == 3);
     CHECK(counter.restarts() == 2);
+}
+
+TEST_CASE("two sources on one channel are told from one that is restarted") {
+    // GIVEN a channel WHEN its source is restarted five times, each time without its first messages but one
+    message::GapCounter restarted;
+    for (int n = 0; n < 5; ++n) {
+        for (std::int64_t sequence = n == 2 ? 3 : 0; sequence < 40; ++sequence) {
+            restarted.take(sequence);
+        }
+    }
+    // THEN there is one source
+    CHECK_FALSE(restarted.has_two_sources());
+    // WHEN a second one begins beside it THEN that is known after its fourth message
+    message::GapCounter both;
+    for (std::int64_t n = 0; n < 4; ++n) {
+        CHECK_FALSE(both.has_two_sources());
+        both.take(500 + n);
+        both.take(n);
+    }
+    CHECK(both.has_two_sources());
+    // and WHEN it has ended long ago THEN it is over
+    for (std::int64_t n = 504; n < 1503; ++n) {
+        both.take(n);
+        CHECK(both.has_two_sources());
+    }
+    both.take(1503);
+    CHECK_FALSE(both.has_two_sources());
+    // and numbers as far apart as numbers can be are counted, not added up beyond what a number holds
+    message::GapCounter any;
+    any.take(std::numeric_limits<std::int64_t>::min());
+    any.take(std::numeric_limits<std::int64_t>::max());
+    CHECK(any.lost() == std::numeric_limits<std::uint64_t>::max() - 1);
+}
+
+// A datagram as LCM sends it.
+std::vector<std::uint8_t> datagram_of(std::int64_t sequence) {
+    leg_sample_t sample{};
+    sample.sequence = sequence;
+    std::vector<std::uint8_t> encoded(static_cast<std::size_t>(sample.getEncodedSize()));
+    REQUIRE(sample.encode(encoded.data(), 0, static_cast<int>(encoded.size())) > 0);
+    std::vector<std::uint8_t> datagram{'L', 'C', '0', '2', 0, 0, 0, 1};
+    const std::string channel = message::channel_of<leg_sample_t>();
+    datagram.insert(datagram.end(), channel.c_str(), channel.c_str() + channel.size() + 1);
+    datagram.insert(datagram.end(), encoded.begin(), encoded.end());
+    return datagram;
+}
+
+// How many of this process's sockets at a port have a filter.
+int filters_at(std::uint16_t port) {
+    int found = 0;
+    for (int descriptor = 0; descriptor < 100; ++descriptor) {
+        sockaddr_in address{};
+        socklen_t length = sizeof address;
+        socklen_t instructions = 0;
+        const bool is_there = getsockname(descriptor, reinterpret_cast<sockaddr*>(&address), &length) == 0 &&
+                              address.sin_family == AF_INET && ntohs(address.sin_port) == port;
+        found += is_there && getsockopt(descriptor, SOL_SOCKET, SO_GET_FILTER, nullptr, &instructions) == 0 &&
+                         instructions > 0
+                     ? 1
+                     : 0;
+    }
+    return found;
+}
+
+TEST_CASE("a datagram from elsewhere is no message") {
+    // GIVEN a session that stays within this computer, and one that does not
+    constexpr std::uint16_t port = 7690;
+    const int sender = socket(AF_INET, SOCK_DGRAM, 0);
+    for (const bool is_local : {true, false}) {
+        CAPTURE(is_local);
+        message::Session session(std::string("udpm://239.255.76.67:7690?ttl=") + (is_local ? "0" : "1"));
+        std::vector<std::int64_t> heard;
+        session.subscribe<leg_sample_t>(
+            [&](const leg_sample_t& sample) { heard.push_back(sample.sequence); });
+        // WHEN whole messages are sent to the port at this computer's address, and then one to the group
+        sockaddr_in address{};
+        address.sin_family = AF_INET;
+        address.sin_port = htons(port);
+        address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+        const auto stray = datagram_of(7);
+        for (int n = 0; n < 3; ++n) {
+            REQUIRE(sendto(sender, stray.data(), stray.size(), 0, reinterpret_cast<sockaddr*>(&address),
+                           sizeof address) > 0);
+        }
+        message::Publisher<leg_sample_t> publisher(session);
+        leg_sample_t sample{};
+        REQUIRE(publisher.send(sample));
+        while ((heard.empty() || heard.back() != 0) && session.handle(2000ms)) {
+        }
+        // THEN that alone is heard, and of the local session the kernel drops what comes from outside
+        CHECK(heard == std::vector<std::int64_t>{0});
+        CHECK((filters_at(port) == 1) == is_local);
+    }
+    close(sender);
 }
 
 TEST_CASE("messages arrive in order with numbers that follow one another") {

@@ -1,6 +1,7 @@
 """The package hexload: what its parts may import, and its interface on arrays."""
 
 import ast
+import importlib.metadata
 import json
 import subprocess
 import sys
@@ -8,13 +9,16 @@ import tomllib
 
 import numpy as np
 import pytest
+from cyclonedx.schema import SchemaVersion
+from cyclonedx.validation.json import JsonStrictValidator
 
 import hexload
 from hexload import project
 from hexload.io.log_file import LegLog
 from hexload.theory import bound, chi_square
 from hexload.theory.excitation import Limits
-from hexload_dev.requirements import requirements
+from hexload_dev import lock, sbom
+from hexload_dev.requirements import canonical, chosen, read_lock, requirements
 
 PACKAGE = project.ROOT / "tools" / "python" / "hexload"
 DATA = project.ROOT / "tests" / "data"
@@ -106,6 +110,50 @@ def test_a_group_brings_those_that_it_names():
     projects = [project.ROOT / "pyproject.toml"]
     campaign, both = (set(requirements(projects, names)) for names in (["campaign"], ["report", "excite"]))
     assert both < campaign
+
+
+# The lock file, and the list of what hexload is made with
+
+
+@pytest.fixture(scope="module")
+def locked():
+    return read_lock(lock.LOCK.read_text())
+
+
+def test_the_lock_has_every_package_of_every_group_and_each_with_its_hashes(locked):
+    # GIVEN the groups of packages and the lock WHEN all that the groups need is looked up THEN nothing of the lock is left over
+    # but what belongs to other machines, and every package has a hash (read_lock refuses one without)
+    needed = chosen(locked, requirements(lock.PROJECTS, lock.groups()))
+    assert needed == locked
+    # and its packages are those that the tests run with, at those versions
+    installed = {canonical(entry.name): entry.version for entry in importlib.metadata.distributions()}
+    versions = {name: {package.version for package in locked if package.name == name} for name in installed}
+    assert not {name: installed[name] for name in installed if versions[name] and installed[name] not in versions[name]}
+
+
+def test_the_demo_gets_no_more_of_the_lock_than_it_needs(locked):
+    names = {package.name for package in chosen(locked, requirements(lock.PROJECTS, ["cli", "build", "report"]))}
+    assert {"numpy", "typer", "markupsafe"} <= names  # markupsafe: of jinja2
+    assert not names & {"scipy", "mujoco", "dask", "pytest", "ruff", "cyclonedx-python-lib", "uv", "pandas"}
+
+
+def test_a_package_without_a_hash_or_not_in_the_lock_is_refused(locked):
+    with pytest.raises(ValueError, match="numpy 2.0.0: found no hash"):
+        read_lock("numpy==2.0.0 \\\n    # via hexload\n")
+    with pytest.raises(KeyError, match="hexload lock.*: nosuch"):
+        chosen(locked, ["nosuch >=1"])
+
+
+def test_the_bill_of_materials_fits_its_schema_and_names_what_is_there():
+    # GIVEN this machine WHEN the list of what hexload is made with is written THEN it is CycloneDX 1.6
+    found = sbom.document()
+    assert JsonStrictValidator(SchemaVersion.V1_6).validate_str(json.dumps(found)) is None
+    # and it has Python packages with their hashes, Debian packages and the test framework, with licences
+    by_name = {component["name"]: component for component in found["components"]}
+    assert by_name["scipy"]["hashes"] and by_name["scipy"]["licenses"]
+    assert by_name["libeigen3-dev"]["purl"].startswith("pkg:deb/")
+    assert by_name["libeigen3-dev"]["licenses"] and by_name["unity"]["hashes"]
+    assert found == sbom.document()
 
 
 # The build

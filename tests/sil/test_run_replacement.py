@@ -3,6 +3,7 @@
 import errno
 import os
 import subprocess
+import sys
 import time
 from pathlib import Path
 
@@ -170,3 +171,91 @@ def test_a_disk_that_does_not_take_the_bytes_leaves_the_old_file(tmp_path, monke
         with replaced_when_done(path) as temporary:
             temporary.write_text("new")
     assert [file.read_text() for file in tmp_path.iterdir()] == ["old"]
+
+
+# Standard output that is full
+
+
+def full_output(*command) -> subprocess.CompletedProcess:
+    with open("/dev/full", "w") as full:
+        words = [str(word) for word in command]
+        return subprocess.run(words, stdout=full, stderr=subprocess.PIPE, text=True, timeout=PATIENCE_S)
+
+
+def test_a_program_whose_output_is_lost_says_so_and_its_status_too(tmp_path):
+    # GIVEN each program of the host side, and a verb that prints little, and one that prints much
+    hexload = (sys.executable, "-m", "hexload_dev")
+    build = project.build_directory()
+    scenario = project.SCENARIOS / "paper_clean.toml"
+    commands = [
+        (project.simulator(), scenario, "--duration", "0.05", "--out", tmp_path / "run"),
+        (project.simulator(), "--help"),
+        (project.controller(), "--help"),
+        (build / "host_sim" / "hexload_bridge", "--help"),
+        (*hexload, "--version"),
+        (*hexload, "faults", "--list"),
+    ]
+    for command in commands:
+        # WHEN it writes to a disk that is full THEN it says so in one line, with a status
+        result = full_output(*command)
+        assert result.returncode == 1, (command, result.stderr)
+        assert result.stderr.endswith("standard output cannot be written: No space left on device\n"), result.stderr
+        assert "Traceback" not in result.stderr and "Exception ignored" not in result.stderr
+    # and the run is there, whole
+    assert read_run(tmp_path / "run").meta["seed"] is not None
+
+
+def test_a_run_is_on_the_disk_before_it_takes_its_name(tmp_path):
+    # GIVEN a run WHEN the system's calls are watched THEN each of its files is synced, then renamed, then the folder synced
+    script = _watcher(tmp_path)
+    environment = os.environ | {"LD_PRELOAD": str(script), "HEXLOAD_WATCH": str(tmp_path / "calls")}
+    scenario = project.SCENARIOS / "paper_clean.toml"
+    command = [project.simulator(), scenario, "--duration", "0.05", "--quiet", "--out", tmp_path / "run"]
+    subprocess.run(command, env=environment, check=True)
+    calls = (tmp_path / "calls").read_text().splitlines()
+    renamed = calls.index("rename run")
+    assert set(calls[:renamed]) >= {f"fsync {name}" for name in FILES}
+    assert calls[renamed + 1] == f"fsync {tmp_path.name}"
+
+
+WATCHER = r"""
+#define _GNU_SOURCE
+#include <dlfcn.h>
+#include <libgen.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+static void tell(const char* call, const char* path) {
+    char copy[4096];
+    FILE* file = fopen(getenv("HEXLOAD_WATCH"), "a");
+    snprintf(copy, sizeof copy, "%s", path);
+    fprintf(file, "%s %s\n", call, basename(copy));
+    fclose(file);
+}
+
+int fsync(int descriptor) {
+    char link[64], path[4096] = {0};
+    snprintf(link, sizeof link, "/proc/self/fd/%d", descriptor);
+    (void)!readlink(link, path, sizeof path - 1);
+    tell("fsync", path);
+    return 0;
+}
+
+int rename(const char* from, const char* to) {
+    int (*real)(const char*, const char*) = (int (*)(const char*, const char*))dlsym(RTLD_NEXT, "rename");
+    int status = real(from, to);
+    if (status == 0) {
+        tell("rename", to);
+    }
+    return status;
+}
+"""
+
+
+def _watcher(folder: Path) -> Path:
+    (folder / "watcher.c").write_text(WATCHER)
+    command = ["cc", "-shared", "-fPIC", "-o", folder / "watcher.so", folder / "watcher.c", "-ldl"]
+    subprocess.run(command, check=True)
+    return folder / "watcher.so"

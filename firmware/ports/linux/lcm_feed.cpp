@@ -34,6 +34,9 @@ void LcmFeed::period(std::uint32_t periods) {
 }
 
 void LcmFeed::take(const leg_sample_t& message) {
+    if (samples_.has_two_sources()) {
+        hexload_app_set_fault(&app_, HEXLOAD_FAULT_SECOND_SOURCE);
+    }
     const auto sample = transport::leg_sample_of(message);
     if (!sample) {
         ++refused_;

@@ -9,6 +9,7 @@
 #include "platform_file/input_error.hpp"
 #include "platform_file/platform_file.hpp"
 #include "platform_file/rig_file.hpp"
+#include "platform_file/standard_output.hpp"
 #include "transport/bus_load.hpp"
 #include "transport/can_channel.hpp"
 #include "transport/key.hpp"
@@ -195,14 +196,15 @@ int main(int argc, char** argv) {
     try {
         app.parse(argc, argv);
     } catch (const CLI::ParseError& error) {
-        return app.exit(error) == 0 ? exit_ended : exit_bad_input;
+        return platform::status_with_output("hexload_ecu",
+                                            app.exit(error) == 0 ? exit_ended : exit_bad_input);
     }
     if (options.die_with_parent) {
         prctl(PR_SET_PDEATHSIG, SIGTERM);
     }
     block_ending_signals();
     try {
-        return run(options);
+        return platform::status_with_output("hexload_ecu", run(options));
     } catch (const std::exception& error) {
         fmt::print(stderr, "hexload_ecu: {}\n", error.what());
         return status_of(error);

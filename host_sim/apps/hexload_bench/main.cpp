@@ -2,6 +2,7 @@
 // thread and without files. Prints one JSON object; `hexload bench` reads it.
 #include "links/inproc_link.hpp"
 #include "platform_file/platform_file.hpp"
+#include "platform_file/standard_output.hpp"
 
 #include <hexload_sim/scenario.hpp>
 #include <hexload_sim/simulator.hpp>
@@ -51,5 +52,5 @@ int main(int argc, char** argv) {
         fmt::print(stderr, "hexload_bench: {}\n", error.what());
         return exit_bad_input;
     }
-    return 0;
+    return platform::status_with_output("hexload_bench", 0);
 }

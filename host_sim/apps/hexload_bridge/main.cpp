@@ -1,6 +1,7 @@
 // hexload_bridge --bus NAME: listens on a CAN bus, never sends, and publishes on LCM what the bus carried.
 #include "bus_monitor.hpp"
 
+#include "platform_file/standard_output.hpp"
 #include "transport/can_channel.hpp"
 #include "transport/lcm_messages.hpp"
 
@@ -166,10 +167,11 @@ int main(int argc, char** argv) {
     try {
         app.parse(argc, argv);
     } catch (const CLI::ParseError& error) {
-        return app.exit(error) == 0 ? exit_ended : exit_bad_input;
+        return hexload::platform::status_with_output("hexload_bridge",
+                                                     app.exit(error) == 0 ? exit_ended : exit_bad_input);
     }
     try {
-        return run(options);
+        return hexload::platform::status_with_output("hexload_bridge", run(options));
     } catch (const std::exception& error) {
         fmt::print(stderr, "hexload_bridge: {}\n", error.what());
         return status_of(error);

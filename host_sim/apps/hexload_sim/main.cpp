@@ -13,6 +13,7 @@
 #include "platform_file/firmware_config.hpp"
 #include "platform_file/input_error.hpp"
 #include "platform_file/rig_file.hpp"
+#include "platform_file/standard_output.hpp"
 #include "transport/bus_load.hpp"
 #include "transport/key.hpp"
 #include "transport/real_time.hpp"
@@ -411,10 +412,10 @@ ExitStatus status_of(const std::exception& error) {
 int main(int argc, char** argv) {
     Options options;
     if (const auto status = read_command_line(argc, argv, options)) {
-        return *status;
+        return platform::status_with_output("hexload_sim", *status);
     }
     try {
-        return simulate(options);
+        return platform::status_with_output("hexload_sim", simulate(options));
     } catch (const std::exception& error) {
         fmt::print(stderr, "hexload_sim: {}\n", error.what());
         return status_of(error);

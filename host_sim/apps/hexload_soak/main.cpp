@@ -4,6 +4,7 @@
 #include "links/firmware_sample.hpp"
 #include "platform_file/firmware_config.hpp"
 #include "platform_file/input_error.hpp"
+#include "platform_file/standard_output.hpp"
 
 #include <hexload_sim/scenario.hpp>
 #include <hexload_sim/simulator.hpp>
@@ -162,5 +163,5 @@ int main(int argc, char** argv) {
         fmt::print(stderr, "hexload_soak: {}\n", error.what());
         return exit_bad_input;
     }
-    return 0;
+    return platform::status_with_output("hexload_soak", 0);
 }

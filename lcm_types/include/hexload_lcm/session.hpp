@@ -19,7 +19,7 @@
 
 namespace hexload::message {
 
-// LCM's own group and port; time to live 0: no message leaves this computer.
+// LCM's own group and port; time to live 0: no message leaves this computer, and none from outside is heard.
 inline constexpr std::string_view default_url = "udpm://239.255.76.67:7667?ttl=0";
 
 // LCM cannot be used; what() says why and, where it is known, the command that mends it.
@@ -43,7 +43,7 @@ template <typename Message> std::string channel_of() {
 }
 
 // Counts the messages of a channel that did not arrive. A sequence number that is not later is a restarted
-// source.
+// source, which begins at 0, or a message of another one that publishes beside it.
 class GapCounter {
   public:
     void take(std::int64_t sequence);
@@ -66,8 +66,18 @@ class GapCounter {
         return restarts_;
     }
 
+    // Numbers have gone back and forth, and not a thousand messages ago.
+    bool has_two_sources() const {
+        return gone_back_ >= 3;
+    }
+
   private:
+    static constexpr std::uint32_t long_in_order = 1000;
+
     std::int64_t last_ = -1;
+    std::uint32_t gone_back_ =
+        0; // other than to the beginning, of which a restarted source may lose a message
+    std::uint32_t in_order_ = 0; // messages since
     std::uint64_t received_ = 0;
     std::uint64_t refused_ = 0;
     std::uint64_t lost_ = 0;
@@ -102,6 +112,7 @@ class Session {
 
   private:
     [[noreturn]] void refuse(const std::string& found) const;
+    void keep_strangers_out();
 
     std::string url_;
     ::lcm::LCM lcm_;
@@ -170,6 +181,7 @@ const GapCounter& Session::subscribe(std::function<void(const Message&)> handler
     if (subscription == nullptr) {
         refuse("that messages do not come back");
     }
+    keep_strangers_out();
     subscription->setQueueCapacity(0); // no limit: a full queue would drop messages silently
     return taker->counter;
 }

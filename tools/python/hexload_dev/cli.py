@@ -204,6 +204,33 @@ def doctor(as_json: AsJson = False) -> None:
     raise typer.Exit(verb.run_doctor(as_json))
 
 
+@app.command()
+def lock(
+    upgrade: Annotated[bool, typer.Option("--upgrade", help="With the newest versions.")] = False,
+) -> None:
+    """Writes tools/python/requirements.lock anew: every Python package that set-up installs, with version and hashes.
+
+    Example:  hexload lock --upgrade
+    """
+    from hexload_dev import lock as verb
+
+    print(f"{verb.run_lock(upgrade)} packages in {verb.LOCK.relative_to(project.ROOT)}")
+
+
+@app.command()
+def sbom(
+    out: Annotated[Path, typer.Option(help="File to write.")] = project.BUILD / "sbom.json",
+) -> None:
+    """Writes what hexload is made with as CycloneDX: Python packages, Debian packages and fetched sources, with versions,
+    licences and hashes.
+
+    Example:  hexload sbom --out hexload.cdx.json
+    """
+    from hexload_dev import sbom as verb
+
+    print(f"{verb.write(out)} components in {out}")
+
+
 @app.command(hidden=True)
 def bus_document() -> None:
     """Writes firmware/bus/README.md anew from hexload.dbc, after a change of the CAN contract.

@@ -1,6 +1,7 @@
 """The command line: verbs, their options and examples. Each verb's work is in the module of its name."""
 
 import contextlib
+import errno
 import functools
 import os
 import sys
@@ -1050,16 +1051,36 @@ def bridge(
 
 
 def main() -> None:
-    """Runs a verb; a refusal ends with one line on stderr and the status of its kind."""
+    """Runs a verb; a refusal ends with one line on stderr and the status of its kind, as does what cannot be printed."""
+    status = _run_verb()
     try:
-        sys.exit(app(prog_name="hexload", standalone_mode=False))
+        sys.stdout.flush()
+    except OSError as error:
+        status = _output_lost(error) if not status else status
+    sys.exit(status)
+
+
+def _run_verb() -> int:
+    try:
+        return app(prog_name="hexload", standalone_mode=False) or 0
     except (InputError, ToolFailed) as error:
         if str(error):
             print(f"hexload: {error}", file=sys.stderr)
-        sys.exit(error.exit_code)
+        return error.exit_code
     except typer.TyperException as error:  # a wrong option or argument
         if error.format_message():  # none of a verb without arguments, which has shown its help
             print(f"hexload: {error.format_message()} (see hexload --help)", file=sys.stderr)
-        sys.exit(2)
+        return 2
     except (typer.Abort, KeyboardInterrupt):
-        sys.exit(130)
+        return 130
+    except OSError as error:
+        if error.errno not in (errno.ENOSPC, errno.EPIPE, errno.EIO) or error.filename is not None:
+            raise
+        return _output_lost(error)
+
+
+def _output_lost(error: OSError) -> int:
+    """What is still to be written goes nowhere, else Python would try, and complain, once more at its end."""
+    print(f"hexload: standard output cannot be written: {error.strerror}", file=sys.stderr)
+    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+    return 1
