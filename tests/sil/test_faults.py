@@ -9,6 +9,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from forked_command import hexload
 from hexload.errors import InputError
 from hexload.faults import fault_report, verb
 from hexload.faults.kinds import ESTIMATORS, GROUPS, KINDS
@@ -182,7 +183,7 @@ def test_kinds_are_chosen_by_name_or_group():
     ],
 )
 def test_what_is_not_known_is_refused(options, said, tmp_path):
-    result = run(*options, "--seed-base", SEED, "--out", tmp_path / "out")
+    result = hexload("faults", *options, "--seed-base", SEED, "--out", tmp_path / "out")
     assert (result.returncode, result.stderr) == (2, f"hexload: {said}\n")
     assert not (tmp_path / "out").exists()
     with pytest.raises(InputError):
@@ -190,7 +191,7 @@ def test_what_is_not_known_is_refused(options, said, tmp_path):
 
 
 def test_the_list_names_every_fault_with_sizes_and_words():
-    result = run("--list")
+    result = hexload("faults", "--list")
     assert result.returncode == 0
     for name, kind in KINDS.items():
         assert not kind.is_fault or f"  {name} " in result.stdout
