@@ -41,6 +41,11 @@ hexload_status_t hexload_node_init(hexload_node_t* self, const hexload_config_t*
     self->heard_controller = false;
     self->acknowledges = 0;
     self->command = (hexload_bus_command_t){0};
+    self->challenge_wait_ms = HEXLOAD_NODE_CHALLENGE_MS;
+    self->refusal_wait_ms = HEXLOAD_NODE_REFUSAL_MS;
+    self->is_challenge_due = false;
+    const hexload_cipher_t cipher = {.context = port->context, .encrypt_block = port->aes128_encrypt_block};
+    hexload_authentication_init(&self->authentication, &cipher, port->nonce_seed);
     self->strangers = (hexload_node_events_t){0};
     self->foreign = (hexload_node_events_t){0};
     self->late = (hexload_node_events_t){0};
@@ -235,9 +240,61 @@ static hexload_bus_status_t check_counter(const hexload_bus_command_t* last,
     return is_echo ? HEXLOAD_BUS_ERR_TICK : HEXLOAD_BUS_ERR_CONTRADICTION;
 }
 
+static void send_challenge(hexload_node_t* self) {
+    hexload_bus_frame_t frame;
+    hexload_bus_encode_challenge(&self->authentication.nonce, &frame);
+    self->challenge_wait_ms = 0;
+    self->is_challenge_due = false;
+    (void)send(self, &frame);
+}
+
+/// Says that a command lacks the key's code, not too often.
+static APART void refuse(hexload_node_t* self, const hexload_bus_command_t* command) {
+    if (self->refusal_wait_ms < (uint32_t)HEXLOAD_NODE_REFUSAL_MS) {
+        return;
+    }
+    hexload_bus_acknowledge_t acknowledge = {.kind = command->kind,
+                                             .source = command->source,
+                                             .session = command->session,
+                                             .sequence = command->sequence,
+                                             .counter = self->acknowledges,
+                                             .result = HEXLOAD_RESULT_NOT_AUTHENTICATED,
+                                             .state = (uint8_t)self->app.state,
+                                             .fault = (uint8_t)self->app.fault,
+                                             .profile = self->status.profile};
+    hexload_bus_frame_t frame;
+    self->acknowledges++;
+    self->refusal_wait_ms = 0;
+    hexload_bus_encode_acknowledge(&acknowledge, &frame);
+    (void)send(self, &frame);
+}
+
+/// A frame of a command to a controller with a key.
+/// @param[out] command with HEXLOAD_BUS_OK.
+static APART hexload_bus_status_t authenticate(hexload_node_t* self, const hexload_bus_frame_t* frame,
+                                               hexload_bus_command_t* command) {
+    const uint64_t nonces = self->authentication.nonces;
+    hexload_bus_status_t status = hexload_bus_decode_command(frame, command);
+    if (status == HEXLOAD_BUS_OK && command->kind == (uint8_t)HEXLOAD_COMMAND_CHALLENGE) {
+        self->is_challenge_due = true;
+        return HEXLOAD_BUS_PARTIAL;
+    }
+    status = hexload_authentication_take(&self->authentication, frame, command);
+    if (self->authentication.nonces != nonces) { // before the acknowledge: who has that can go on
+        send_challenge(self);
+    }
+    if (status == HEXLOAD_BUS_ERR_AUTHENTICATION && command->kind != 0u) {
+        refuse(self, command);
+    }
+    return status;
+}
+
 static hexload_bus_status_t take_command(hexload_node_t* self, const hexload_bus_frame_t* frame) {
     hexload_bus_command_t command;
-    hexload_bus_status_t status = hexload_bus_decode_command(frame, &command);
+    hexload_bus_status_t status =
+        hexload_authentication_is_on(&self->authentication) && hexload_node_is_active(self)
+            ? authenticate(self, frame, &command)
+            : hexload_bus_decode_command(frame, &command);
     if (status != HEXLOAD_BUS_OK || !hexload_node_is_active(self)) {
         return status;
     }
@@ -251,6 +308,11 @@ static hexload_bus_status_t take_command(hexload_node_t* self, const hexload_bus
     return status;
 }
 
+static void count_refused(hexload_node_t* self) {
+    hexload_count(&self->status.frames_refused, 1);
+    (void)note_event(self, &self->refused);
+}
+
 void hexload_node_receive(hexload_node_t* self, const hexload_bus_frame_t* frame) {
     hexload_bus_status_t status = hear_controller(self, frame);
     if (status == HEXLOAD_BUS_OTHER) {
@@ -260,8 +322,7 @@ void hexload_node_receive(hexload_node_t* self, const hexload_bus_frame_t* frame
         status = take_sample_frame(self, frame);
     }
     if (status < 0) {
-        hexload_count(&self->status.frames_refused, 1);
-        (void)note_event(self, &self->refused);
+        count_refused(self);
     }
 }
 
@@ -289,6 +350,21 @@ static void send_status(hexload_node_t* self) {
     self->status_page = (uint8_t)((page + 1) % HEXLOAD_BUS_STATUS_PAGES);
 }
 
+/// Of commands to a controller with a key: what does not wait any longer, and the challenge that was asked
+/// for.
+static void elapse_authentication(hexload_node_t* self, uint32_t periods) {
+    hexload_bus_command_t command;
+    hexload_count(&self->challenge_wait_ms, periods);
+    hexload_count(&self->refusal_wait_ms, periods);
+    if (hexload_authentication_elapse(&self->authentication, periods, &command)) {
+        count_refused(self);
+        refuse(self, &command);
+    }
+    if (self->is_challenge_due && self->challenge_wait_ms >= (uint32_t)HEXLOAD_NODE_CHALLENGE_MS) {
+        send_challenge(self);
+    }
+}
+
 void hexload_node_period(hexload_node_t* self, uint32_t periods) {
     if (periods == 0) {
         return;
@@ -299,6 +375,7 @@ void hexload_node_period(hexload_node_t* self, uint32_t periods) {
     hexload_count(&self->leg_silence_ms, periods);
     hexload_count(&self->status_wait_ms, periods);
     hexload_app_elapse(&self->app, periods);
+    elapse_authentication(self, periods);
     if (self->app.pacing == HEXLOAD_PACING_REAL_TIME &&
         self->leg_silence_ms >= (uint32_t)(HEXLOAD_NODE_TICK_LOST * period_us(self) / 1000)) {
         hexload_sample_assembly_lose_tick(&self->assembly);

@@ -7,7 +7,8 @@
 /// was detected, and stays in the status. Frames that the node sent itself must not come back.
 ///
 /// A command is carried out when its counter is not that of the same session's last one: a doubled frame is
-/// refused, and one that says something else has another source.
+/// refused, and one that says something else has another source. With a key in the port it must also have the
+/// key's code, see app/authentication.h.
 ///
 /// A node that hears another controller while it listens stays silent until it is started anew: it neither
 /// answers nor carries out commands. One that is active and hears another goes on answering and sending its
@@ -16,6 +17,7 @@
 #define HEXLOAD_APP_NODE_H
 
 #include "app/app.h"
+#include "app/authentication.h"
 #include "app/port.h"
 #include "bus/sample_assembly.h"
 
@@ -29,6 +31,8 @@ enum {
     HEXLOAD_NODE_STRANGERS = 3,         ///< whole frames of a controller or of the other profile: a fault
     HEXLOAD_NODE_LATE_FRAMES = 60,      ///< late leg frames, ten samples' worth: another source is faster
     HEXLOAD_NODE_MANY_REFUSED = 10,     ///< frames: a health bit
+    HEXLOAD_NODE_CHALLENGE_MS = 10,     ///< between the challenges that are asked for, at least
+    HEXLOAD_NODE_REFUSAL_MS = 20,       ///< between acknowledges of commands that lack the key's code
 };
 
 /// Of one kind, since a time that is a second ago at most.
@@ -43,11 +47,14 @@ typedef struct hexload_node {
     hexload_sample_assembly_t assembly;
     hexload_bus_answer_t answer; ///< classic: the one whose pages are being sent
     hexload_bus_controller_status_t status;
-    hexload_bus_command_t command;   ///< the last one; kind 0: none so far
+    hexload_bus_command_t command; ///< the last one; kind 0: none so far
+    hexload_authentication_t authentication;
     uint32_t age_ms;                 ///< since the start, saturating
     uint32_t clock_ms;               ///< the same, wrapping
     uint32_t leg_silence_ms;         ///< since the last frame of a sample, saturating
     uint32_t status_wait_ms;         ///< since the last status page
+    uint32_t challenge_wait_ms;      ///< since the last challenge, saturating
+    uint32_t refusal_wait_ms;        ///< since a command without the key's code was acknowledged, saturating
     uint32_t send_failed;            ///< frames that the port could not queue, saturating
     uint16_t health_seen;            ///< classic: bits of the samples since the last page with them
     hexload_node_events_t strangers; ///< frames of another controller
@@ -58,6 +65,7 @@ typedef struct hexload_node {
     uint8_t status_page;             ///< next one
     uint8_t acknowledges;            ///< sent, wrapping
     bool heard_controller;           ///< while listening
+    bool is_challenge_due;           ///< asked for, and not yet sent
 } hexload_node_t;
 
 /// @return as hexload_app_init().

@@ -16,6 +16,13 @@ typedef struct hexload_port {
     uint32_t (*clock_us)(void* context);
     /// Bytes of stack never used so far. NULL: not measured.
     uint32_t (*stack_margin_bytes)(void* context);
+    /// AES-128 of one block with the key of this controller: hardware's, or a library's. Commands are then
+    /// carried out for who has the key alone. NULL: no key, commands of anybody.
+    void (*aes128_encrypt_block)(void* context, const uint8_t in[16], uint8_t out[16]);
+    /// With a key: a number that no start has had before with it, or commands recorded at that start could be
+    /// played again. Of a hardware random number generator, or a count of starts in non-volatile memory; it
+    /// need not be secret.
+    uint64_t nonce_seed;
 } hexload_port_t;
 
 HEXLOAD_DECLS_END

@@ -13,7 +13,8 @@ _Static_assert((int)HEXLOAD_DBC_COMMAND_COMMAND_START_CHOICE == HEXLOAD_COMMAND_
                    (int)HEXLOAD_DBC_COMMAND_COMMAND_STOP_CHOICE == HEXLOAD_COMMAND_STOP &&
                    (int)HEXLOAD_DBC_COMMAND_COMMAND_RESET_CHOICE == HEXLOAD_COMMAND_RESET &&
                    (int)HEXLOAD_DBC_COMMAND_COMMAND_SELECT_FILTER_CHOICE == HEXLOAD_COMMAND_SELECT_FILTER &&
-                   (int)HEXLOAD_DBC_COMMAND_COMMAND_SET_KNOWN_MASS_CHOICE == HEXLOAD_COMMAND_SET_KNOWN_MASS,
+                   (int)HEXLOAD_DBC_COMMAND_COMMAND_SET_KNOWN_MASS_CHOICE == HEXLOAD_COMMAND_SET_KNOWN_MASS &&
+                   (int)HEXLOAD_DBC_COMMAND_COMMAND_CHALLENGE_CHOICE == HEXLOAD_COMMAND_CHALLENGE,
                "commands of the DBC");
 _Static_assert((int)HEXLOAD_DBC_ACKNOWLEDGE_RESULT_DONE_CHOICE == HEXLOAD_RESULT_DONE &&
                    (int)HEXLOAD_DBC_ACKNOWLEDGE_RESULT_UNKNOWN_COMMAND_CHOICE ==
@@ -22,7 +23,9 @@ _Static_assert((int)HEXLOAD_DBC_ACKNOWLEDGE_RESULT_DONE_CHOICE == HEXLOAD_RESULT
                    (int)HEXLOAD_DBC_ACKNOWLEDGE_RESULT_BAD_ARGUMENT_CHOICE == HEXLOAD_RESULT_BAD_ARGUMENT &&
                    (int)HEXLOAD_DBC_ACKNOWLEDGE_RESULT_NOT_AVAILABLE_CHOICE == HEXLOAD_RESULT_NOT_AVAILABLE &&
                    (int)HEXLOAD_DBC_ACKNOWLEDGE_RESULT_OTHER_CONFIGURATION_CHOICE ==
-                       HEXLOAD_RESULT_OTHER_CONFIGURATION,
+                       HEXLOAD_RESULT_OTHER_CONFIGURATION &&
+                   (int)HEXLOAD_DBC_ACKNOWLEDGE_RESULT_NOT_AUTHENTICATED_CHOICE ==
+                       HEXLOAD_RESULT_NOT_AUTHENTICATED,
                "results of the DBC");
 _Static_assert((int)HEXLOAD_DBC_COMMAND_SOURCE_UNKNOWN_CHOICE == HEXLOAD_SOURCE_UNKNOWN &&
                    (int)HEXLOAD_DBC_COMMAND_SOURCE_SIMULATOR_CHOICE == HEXLOAD_SOURCE_SIMULATOR &&
@@ -367,6 +370,8 @@ const char* hexload_bus_status_name(hexload_bus_status_t status) {
         return "frame of the other profile";
     case HEXLOAD_BUS_ERR_CONTRADICTION:
         return "contradicts what came before";
+    case HEXLOAD_BUS_ERR_AUTHENTICATION:
+        return "not authenticated";
     default:
         return "unknown status";
     }
@@ -386,6 +391,8 @@ const char* hexload_bus_result_name(hexload_bus_result_t result) {
         return "not available";
     case HEXLOAD_RESULT_OTHER_CONFIGURATION:
         return "other configuration";
+    case HEXLOAD_RESULT_NOT_AUTHENTICATED:
+        return "not authenticated";
     default:
         return "unknown result";
     }

@@ -58,6 +58,7 @@ typedef enum hexload_bus_status {
     HEXLOAD_BUS_ERR_PROFILE = -5, ///< a leg sample or an answer of the other profile
     HEXLOAD_BUS_ERR_CONTRADICTION =
         -6, ///< the same once more with other numbers, or the tick goes back: two sources
+    HEXLOAD_BUS_ERR_AUTHENTICATION = -7, ///< a command without the key's code
 } hexload_bus_status_t;
 
 /// Commands to the controller. Values are those of the DBC (checked when compiling).
@@ -67,6 +68,7 @@ typedef enum hexload_bus_command_kind {
     HEXLOAD_COMMAND_RESET = 3,          ///< no argument: clears a fault, forgets the estimate
     HEXLOAD_COMMAND_SELECT_FILTER = 4,  ///< argument: hexload_kind_t
     HEXLOAD_COMMAND_SET_KNOWN_MASS = 5, ///< argument: load mass, kg
+    HEXLOAD_COMMAND_CHALLENGE = 6,      ///< no argument: a controller with a key answers with its nonce
 } hexload_bus_command_kind_t;
 
 /// Who sets the pace after START: decides which time-outs hold.
@@ -92,6 +94,7 @@ typedef enum hexload_bus_result {
     HEXLOAD_RESULT_BAD_ARGUMENT = 3,        ///< out of range
     HEXLOAD_RESULT_NOT_AVAILABLE = 4,       ///< this controller cannot do it
     HEXLOAD_RESULT_OTHER_CONFIGURATION = 5, ///< START by a source that works with another one
+    HEXLOAD_RESULT_NOT_AUTHENTICATED = 6,   ///< without the code that the controller's key makes
 } hexload_bus_result_t;
 
 /// What kind of program commands.

@@ -1,3 +1,19 @@
+// What toml++ takes for granted of a file is asked in every build, and refused: by itself it would end the
+// program, or with NDEBUG tell the compiler that it cannot be otherwise. "[=]" is such a file.
+#undef NDEBUG
+#define TOML_ASSERT(expr) hexload::platform::assert_of_parser((expr) ? true : false)
+#include <stdexcept>
+namespace hexload::platform {
+struct ParserFailed : std::logic_error {
+    using std::logic_error::logic_error;
+};
+constexpr void assert_of_parser(bool holds) {
+    if (!holds) {
+        throw ParserFailed("toml++");
+    }
+}
+} // namespace hexload::platform
+
 // The library's code, once; every other file sees its declarations only.
 #define TOML_IMPLEMENTATION
 #include "toml_fields.hpp"
@@ -44,6 +60,9 @@ toml::table parse_toml_file(const std::filesystem::path& path) {
     } catch (const toml::parse_error& error) {
         throw InputError(fmt::format("{}:{}: {}", path.string(), error.source().begin.line,
                                      std::string(error.description())));
+    } catch (const ParserFailed&) {
+        throw InputError(path.string() +
+                         ": found text that is no TOML, expected [table] headers and key = value");
     }
 }
 

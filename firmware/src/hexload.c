@@ -294,7 +294,7 @@ static uint32_t write_load(const hexload_momentum_t* momentum, hexload_real_t* c
 /// The filter's, widened as its sigmas are.
 static uint32_t write_paper(const hexload_paper_t* paper, hexload_real_t* covariance) {
     const hexload_real_t factor = paper->supervisor.factor;
-    const hexload_real_t weight_error = paper->supervisor.weight_error;
+    const hexload_real_t weight_error = paper->known_mass.weight_error;
     uint32_t written = 0;
     for (int i = 0; i < HEXLOAD_PAPER_DIM; i++) {
         for (int j = 0; j <= i; j++) {

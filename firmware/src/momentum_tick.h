@@ -108,6 +108,9 @@ static inline void watch_load(hexload_momentum_t* self, const hexload_config_t* 
         self->change_tick = now->sample->tick + config->sensors.half_window_ticks;
         hexload_momentum_supervisor_alarm(&self->supervisor);
         hexload_health_set(health, HEXLOAD_HEALTH_LOAD_CHANGED);
+        if (effects != NULL) {
+            hexload_actuator_effects_hold(&effects->filter, config);
+        }
     }
     hexload_momentum_supervisor_hear(&self->supervisor, config, &self->monitor);
 }
@@ -123,6 +126,7 @@ static inline void forget_load(hexload_momentum_t* self, const hexload_config_t*
     hexload_jackknife_forget(&self->jackknife);
     if (effects != NULL && self->is_mass_known) {
         hexload_actuator_effects_init(&effects->filter, config);
+        hexload_actuator_effects_hold(&effects->filter, config);
     } else if (effects != NULL) {
         hexload_actuator_effects_forget(&effects->filter);
     }

@@ -65,7 +65,7 @@ static inline void hexload_paper_identify(hexload_paper_t* self, const hexload_c
     if (step.is_used) {
         hexload_residual_test_step(&self->residual_test, config, step.whitened, false);
     }
-    hexload_paper_supervisor_weigh(&self->supervisor, config, &self->filter, now, &wrench);
+    hexload_known_mass_step(&self->known_mass, config, now, &wrench);
 }
 
 static inline hexload_status_t hexload_paper_run(hexload_paper_t* self, const hexload_config_t* config,
@@ -94,10 +94,9 @@ static inline hexload_status_t hexload_paper_run(hexload_paper_t* self, const he
     hexload_noise_estimator_read(&self->noise_estimator, &config->sensors, &now.sensors, &health);
     // With its gaps: a value that is missing keeps its half second from saying anything.
     hexload_plausibility_step(&self->plausibility, config, raw, &now, config->rig.velocity_delay_s);
-    hexload_known_mass_step(&self->known_mass, config, &now);
     hexload_paper_identify(self, config, &now, trace, &health);
-    hexload_paper_supervisor_judge(&self->supervisor, config, &self->filter, &self->residual_test, estimate,
-                                   &health);
+    hexload_paper_supervisor_judge(&self->supervisor, config, &self->filter, &self->residual_test,
+                                   self->known_mass.weight_error, estimate, &health);
     hexload_plausibility_judge(&self->plausibility, HEXLOAD_PAPER_DIM, estimate, &self->health.input,
                                &health);
     hexload_known_mass_judge(&self->known_mass, estimate, &self->health.input, &health);

@@ -4,11 +4,16 @@
 #include "bus_link.hpp"
 
 #include "transport/can_channel.hpp"
+#include "transport/key.hpp"
+
+#include <optional>
 
 namespace hexload::sim {
 
 struct CanLinkSettings : LinkSettings {
     hexload_bus_profile_t profile = HEXLOAD_BUS_FD;
+    // The controller's, for commands; nothing: it has none.
+    std::optional<transport::Key> key;
 };
 
 // In the classic profile only every HEXLOAD_BUS_ANSWER_PERIOD-th tick is answered, with one page of an

@@ -15,20 +15,55 @@ namespace hexload::sim {
 namespace {
 
 constexpr std::chrono::microseconds command_deadline{1000};
+constexpr std::chrono::seconds command_patience{1}; // for a challenge: later the command would surprise
 
 } // namespace
 
-CanWire::CanWire(std::unique_ptr<transport::CanChannel> channel, hexload_bus_profile_t profile)
+CanWire::CanWire(std::unique_ptr<transport::CanChannel> channel, hexload_bus_profile_t profile,
+                 const std::optional<transport::Key>& key)
     : channel_(std::move(channel)), profile_(profile) {
     hexload_answer_assembly_init(&assembly_, profile_);
+    if (key) {
+        aes_.emplace(*key);
+    }
 }
 
 void CanWire::send(const hexload_bus_command_t& command) {
     hexload_bus_frame_t frame;
-    if (hexload_bus_encode_command(&command, &frame) == HEXLOAD_BUS_OK) {
+    if (hexload_bus_encode_command(&command, &frame) != HEXLOAD_BUS_OK) {
+        return;
+    }
+    if (!aes_) {
         channel_->send(frame,
                        command_deadline); // a lost one is sent again by whoever waits for its acknowledge
+        return;
     }
+    waiting_ = frame;
+    waits_until_ = std::chrono::steady_clock::now() + command_patience;
+    if (nonce_) {
+        send_with_code();
+    } else {
+        ask_challenge(command);
+    }
+}
+
+void CanWire::ask_challenge(hexload_bus_command_t command) {
+    hexload_bus_frame_t frame;
+    command.kind = HEXLOAD_COMMAND_CHALLENGE;
+    command.argument = 0.0F;
+    if (hexload_bus_encode_command(&command, &frame) == HEXLOAD_BUS_OK) {
+        channel_->send(frame, command_deadline);
+    }
+}
+
+void CanWire::send_with_code() {
+    const hexload_cipher_t cipher = aes_->cipher();
+    hexload_bus_frame_t code;
+    hexload_bus_encode_command_mac(&cipher, &*nonce_, &*waiting_, &code);
+    channel_->send(*waiting_, command_deadline);
+    channel_->send(code, command_deadline);
+    nonce_.reset();
+    waiting_.reset();
 }
 
 bool CanWire::send(const LegSample& sample, std::chrono::microseconds deadline) {
@@ -58,6 +93,13 @@ std::optional<BusNews> CanWire::read(std::chrono::microseconds timeout) {
     }
     if (hexload_bus_decode_status(&*frame, &status_) == HEXLOAD_BUS_OK) {
         return status_;
+    }
+    hexload_nonce_t nonce;
+    if (aes_ && hexload_bus_decode_challenge(&*frame, &nonce) == HEXLOAD_BUS_OK) {
+        nonce_ = nonce;
+        if (waiting_ && std::chrono::steady_clock::now() < waits_until_) {
+            send_with_code();
+        }
     }
     hexload_bus_load_change_t change;
     if (hexload_bus_decode_load_change(&*frame, &change) == HEXLOAD_BUS_OK) {
@@ -114,12 +156,14 @@ BusCounts CanWire::counts() const {
 
 std::unique_ptr<EstimatorLink> make_lockstep_link(std::unique_ptr<transport::CanChannel> channel,
                                                   const CanLinkSettings& settings) {
-    return make_lockstep_link(std::make_unique<CanWire>(std::move(channel), settings.profile), settings);
+    return make_lockstep_link(std::make_unique<CanWire>(std::move(channel), settings.profile, settings.key),
+                              settings);
 }
 
 std::unique_ptr<EstimatorLink> make_real_time_link(std::unique_ptr<transport::CanChannel> channel,
                                                    const CanLinkSettings& settings) {
-    return make_real_time_link(std::make_unique<CanWire>(std::move(channel), settings.profile), settings);
+    return make_real_time_link(std::make_unique<CanWire>(std::move(channel), settings.profile, settings.key),
+                               settings);
 }
 
 } // namespace hexload::sim

@@ -4,15 +4,19 @@
 #include "controller_wire.hpp"
 
 #include "bus/answer_assembly.h"
+#include "bus/authentication.h"
 #include "transport/can_channel.hpp"
+#include "transport/key.hpp"
 
 #include <memory>
+#include <optional>
 
 namespace hexload::sim {
 
 class CanWire final : public ControllerWire {
   public:
-    CanWire(std::unique_ptr<transport::CanChannel> channel, hexload_bus_profile_t profile);
+    CanWire(std::unique_ptr<transport::CanChannel> channel, hexload_bus_profile_t profile,
+            const std::optional<transport::Key>& key);
 
     const std::string& name() const override {
         return channel_->name();
@@ -22,6 +26,9 @@ class CanWire final : public ControllerWire {
     }
     bool answers(std::uint32_t tick) const override {
         return profile_ == HEXLOAD_BUS_FD || tick % HEXLOAD_BUS_ANSWER_PERIOD == 0;
+    }
+    bool has_key() const override {
+        return aes_.has_value();
     }
     void send(const hexload_bus_command_t& command) override;
     bool send(const LegSample& sample, std::chrono::microseconds deadline) override;
@@ -36,9 +43,15 @@ class CanWire final : public ControllerWire {
 
   private:
     std::optional<BusNews> read_answer(const hexload_bus_frame_t& frame);
+    void ask_challenge(hexload_bus_command_t command);
+    void send_with_code();
 
     std::unique_ptr<transport::CanChannel> channel_;
     hexload_bus_profile_t profile_;
+    std::optional<transport::Aes128> aes_;
+    std::optional<hexload_nonce_t> nonce_;       // of the next command
+    std::optional<hexload_bus_frame_t> waiting_; // a command that has none yet
+    std::chrono::steady_clock::time_point waits_until_{};
     hexload_answer_assembly_t assembly_{};
     hexload_bus_controller_status_t status_{};
     std::uint32_t newest_tick_ = 0;

@@ -98,6 +98,7 @@ void ControllerSession::command(hexload_bus_command_kind_t kind, float argument,
                                 std::chrono::milliseconds timeout) {
     const auto end = now() + timeout;
     auto next = now();
+    is_unauthenticated_ = false;
     for (auto time = next; time < end; time = now()) {
         if (time >= next) {
             send_command(kind, argument);
@@ -106,7 +107,15 @@ void ControllerSession::command(hexload_bus_command_kind_t kind, float argument,
         const auto wait = std::chrono::ceil<std::chrono::microseconds>(std::min(next, end) - time);
         const auto news = read(std::max(wait, std::chrono::microseconds{1}));
         const auto* acknowledge = news ? std::get_if<hexload_bus_acknowledge_t>(&*news) : nullptr;
+        if (acknowledge != nullptr && acknowledge->kind == HEXLOAD_COMMAND_CHALLENGE) {
+            fail(LinkFailure::controller_fault, "the controller has no key: start it with --key too, or this "
+                                                "simulator without");
+        }
         if (acknowledge == nullptr || acknowledge->kind != kind) {
+            continue;
+        }
+        if (acknowledge->result == HEXLOAD_RESULT_NOT_AUTHENTICATED && wire_->has_key()) {
+            is_unauthenticated_ = true; // another's frames came in between, or it has another key
             continue;
         }
         if (acknowledge->result != HEXLOAD_RESULT_DONE) {
@@ -114,8 +123,19 @@ void ControllerSession::command(hexload_bus_command_kind_t kind, float argument,
         }
         return;
     }
+    fail_unacknowledged(kind, timeout);
+}
+
+void ControllerSession::fail_unacknowledged(hexload_bus_command_kind_t kind,
+                                            std::chrono::milliseconds timeout) const {
     if (!is_up()) {
         fail(LinkFailure::bus_down, "the bus is down");
+    }
+    if (is_unauthenticated_) {
+        fail(LinkFailure::controller_fault,
+             fmt::format("the controller refuses {} as not authenticated: give "
+                         "both the same key file (--key)",
+                         name_of(kind)));
     }
     fail(LinkFailure::silent_controller,
          fmt::format(
@@ -126,11 +146,13 @@ void ControllerSession::command(hexload_bus_command_kind_t kind, float argument,
 void ControllerSession::fail_refused(const hexload_bus_acknowledge_t& acknowledge) const {
     refuse_fault(acknowledge.fault, true);
     const auto result = static_cast<hexload_bus_result_t>(acknowledge.result);
-    const char* remedy =
-        result == HEXLOAD_RESULT_OTHER_CONFIGURATION
-            ? ": its machine, tuning or known mass is not this simulator's; give both the same "
-              "platform and rig files and options, or this one --any-configuration"
-            : "";
+    const char* remedy = "";
+    if (result == HEXLOAD_RESULT_OTHER_CONFIGURATION) {
+        remedy = ": its machine, tuning or known mass is not this simulator's; give both the same "
+                 "platform and rig files and options, or this one --any-configuration";
+    } else if (result == HEXLOAD_RESULT_NOT_AUTHENTICATED) {
+        remedy = ": it has a key; give this simulator the same key file (--key)";
+    }
     fail(LinkFailure::controller_fault,
          fmt::format("the controller refuses {}: {}{}",
                      name_of(static_cast<hexload_bus_command_kind_t>(acknowledge.kind)),
@@ -203,6 +225,9 @@ void ControllerSession::note_other(const hexload_bus_acknowledge_t& acknowledge)
 }
 
 void ControllerSession::check_acknowledge(const hexload_bus_acknowledge_t& acknowledge) {
+    if (acknowledge.result == HEXLOAD_RESULT_NOT_AUTHENTICATED) {
+        return; // of whoever sends this one's Command again
+    }
     if (acknowledged_.test(acknowledge.sequence)) {
         fail(LinkFailure::second_controller,
              "two acknowledges of one command: a second controller is on the bus");

@@ -83,6 +83,8 @@ class ControllerSession {
     void note_other(const hexload_bus_acknowledge_t& acknowledge);
     void check_acknowledge(const hexload_bus_acknowledge_t& acknowledge);
     [[noreturn]] void fail_refused(const hexload_bus_acknowledge_t& acknowledge) const;
+    [[noreturn]] void fail_unacknowledged(hexload_bus_command_kind_t kind,
+                                          std::chrono::milliseconds timeout) const;
     void note_answered(const AnswerPart& part);
     void note_load_change(const hexload_bus_load_change_t& change);
 
@@ -91,8 +93,9 @@ class ControllerSession {
     std::uint32_t newest_tick_ = 0;
     std::optional<std::uint32_t> last_answered_;
     std::uint8_t sequence_ = 0;
-    std::bitset<256> acknowledged_; // by sequence number of the command
-    std::string other_;             // who else commands the controller; empty: nobody so far
+    bool is_unauthenticated_ = false; // since the last command, and not by another's
+    std::bitset<256> acknowledged_;   // by sequence number of the command
+    std::string other_;               // who else commands the controller; empty: nobody so far
     std::vector<double> load_changes_s_;
     std::uint32_t changes_counted_ = 0; // by the controller since its start
     std::uint64_t events_missing_ = 0;

@@ -44,6 +44,12 @@ class ControllerWire {
     // Whether the controller is to answer the sample of this tick.
     virtual bool answers(std::uint32_t tick) const = 0;
 
+    // Whether commands are sent with the controller's key.
+    virtual bool has_key() const {
+        return false;
+    }
+
+    // With a key it may go when the controller has said what it must count in: read() sends it then.
     virtual void send(const hexload_bus_command_t& command) = 0;
 
     // False: not all of it could be sent until the deadline. Throws InputError for a channel that is not

@@ -67,7 +67,7 @@ int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
     uint8_t is_full = 0;
     const uint8_t options = take_byte(&bytes);
     const hexload_bus_profile_t profile = options % 2 == 0 ? HEXLOAD_BUS_FD : HEXLOAD_BUS_CLASSIC;
-    const hexload_port_t port = {&is_full, check_sent, NULL, NULL};
+    const hexload_port_t port = {.context = &is_full, .send = check_sent};
     hexload_config_t config;
     hexload_app_settings_t settings;
     uint32_t tick = 0;

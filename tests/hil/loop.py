@@ -27,6 +27,7 @@ SHORT_S = 0.5  # of the scenario, where it need not converge
 SHORT_TICKS = round(1000 * SHORT_S) + 1
 NOTHING_COMES_S = 1.0  # that long is waited for what may not come
 RECORDER_BUFFER_BYTES = 8 << 20
+OPEN = "--without-authentication"  # but for test_19_keys.py
 MARK = "1FFFFFFF"  # an extended identifier, which is none of the contract's
 ONLY_MARK = f"{MARK}:DFFFFFFF"
 
@@ -44,17 +45,17 @@ class Controller:
 
     @classmethod
     def linux(cls) -> "Controller":
-        return cls("linux", (project.controller(),), PROFILES, True, signal.SIGSTOP, signal.SIGCONT)
+        return cls("linux", (project.controller(), OPEN), PROFILES, True, signal.SIGSTOP, signal.SIGCONT)
 
     @classmethod
     def linux_separate(cls) -> "Controller":
         """With the arithmetic of a processor that rounds a b + c twice."""
         ecu = project.controller()
-        return replace(cls.linux(), command=(ecu.with_name(f"{ecu.name}_separate"),))
+        return replace(cls.linux(), command=(ecu.with_name(f"{ecu.name}_separate"), OPEN))
 
     @classmethod
     def zynqmp_r5(cls) -> "Controller":
-        command = (sys.executable, "-m", "hexload_dev.zynqmp_r5")
+        command = (sys.executable, "-m", "hexload_dev.zynqmp_r5", OPEN)
         return cls("zynqmp_r5", command, ("classic",), False, signal.SIGUSR1, signal.SIGUSR2)
 
 

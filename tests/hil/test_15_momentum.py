@@ -8,7 +8,7 @@ import pytest
 from bus_frames import LOAD_PARAMETERS, PROFILES, Frame, assert_fits_contract, decode
 from hexload import project
 from hexload.io.log_file import read_log
-from loop import Recording, estimates, read_meta
+from loop import OPEN, Recording, estimates, read_meta
 from momentum_scenario import HEAVY, PICK_UP_S, TICKS, platform_of, write
 from test_04_convergence import CHANNELS, quantised, step_of
 
@@ -88,7 +88,7 @@ def test_over_udp_multicast_all_ten_are_the_firmwares_and_a_new_load_is_an_event
     start, ecu, simulator, scenario, profile, free_bus, tmp_path
 ):
     # GIVEN the loop of two programs in lockstep, without a CAN bus
-    controller = start(ecu, "--bus", free_bus, "--profile", profile, "--platform", platform_of(scenario))
+    controller = start(ecu, OPEN, "--bus", free_bus, "--profile", profile, "--platform", platform_of(scenario))
     controller.wait_for("ready on")
     program = start(simulator, scenario, "--out", tmp_path / "run", "--bus", free_bus, "--profile", profile, *PATIENT)
     assert program.wait() == 0

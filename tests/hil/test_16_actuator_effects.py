@@ -6,7 +6,7 @@ import pytest
 
 import momentum_scenario
 from bus_frames import PROFILES
-from loop import estimates
+from loop import OPEN, estimates
 from momentum_scenario import platform_of
 from test_15_momentum import PATIENT, ROUND_TICKS, assert_same, last_estimate, replay
 
@@ -65,7 +65,16 @@ def test_over_udp_multicast_the_load_is_found_beside_friction(
 ):
     # GIVEN the loop of two programs in lockstep, without a CAN bus, and a controller that starts with another estimator
     controller = start(
-        ecu, "--bus", free_bus, "--profile", profile, "--platform", platform_of(scenario), "--estimator", "momentum"
+        ecu,
+        OPEN,
+        "--bus",
+        free_bus,
+        "--profile",
+        profile,
+        "--platform",
+        platform_of(scenario),
+        "--estimator",
+        "momentum",
     )
     controller.wait_for("ready on")
     program = start(simulator, scenario, "--out", tmp_path / "run", "--bus", free_bus, "--profile", profile, *PATIENT)

@@ -10,8 +10,21 @@ import can
 import msgpack
 import pytest
 
-from bus_frames import COMMANDS, LOCKSTEP, Frame, decode, encode, encode_command, from_message, to_message
+from bus_frames import (
+    BY_NAME,
+    COMMANDS,
+    LOCKSTEP,
+    Frame,
+    decode,
+    encode,
+    encode_code,
+    encode_command,
+    from_message,
+    to_message,
+)
 from hexload import project
+from hexload.io.key_file import new_key, read_key
+from loop import OPEN
 from test_32_lcm_bridge import open_bus
 
 PLATFORM = project.SCENARIOS / "platforms" / "paper.toml"
@@ -124,7 +137,7 @@ class Source:
 
 @pytest.fixture
 def source(start, ecu, free_bus):
-    start(ecu, "--bus", free_bus, "--platform", PLATFORM).wait_for("ready on")
+    start(ecu, OPEN, "--bus", free_bus, "--platform", PLATFORM).wait_for("ready on")
     with open_bus(free_bus) as bus:
         source = Source(bus)
         source.command("reset")
@@ -149,6 +162,103 @@ def test_what_somebody_else_sends_ends_a_run_with_its_name_or_does_nothing(sourc
         assert health["fault"] == attack.fault, attack.name
         assert health["state"] in (FAULT if attack.fault else ESTIMATING), attack.name
         time.sleep(1.05 if attack.name.startswith(("one status", "a hundred", "two samples")) else 0)  # it forgets
+
+
+# Against a controller with a key, of somebody without it who hears all that is on the bus.
+
+
+class KeyedSource(Source):
+    """With the controller's key; what it has said last stays in `said`."""
+
+    def __init__(self, bus: can.BusABC, key: bytes):
+        super().__init__(bus)
+        self._key = key
+        self.said: list[Frame] = []
+
+    def command(self, name: str, argument: float = 0.0) -> dict:
+        until = time.monotonic() + PATIENCE_S
+        while time.monotonic() < until:
+            self.counter += 1
+            if (nonce := self.challenge()) is not None:
+                command = encode_command(name, self.counter, argument, SESSION)
+                self.said = [command, encode_code(self._key, nonce, command)]
+                self.send(self.said)
+                if (acknowledge := self.receive("Acknowledge", 0.1)) is not None:
+                    return acknowledge
+        pytest.fail(f"{name} is not acknowledged")
+
+    def challenge(self) -> bytes | None:
+        self.send([encode_command("challenge", 0, 0.0, SESSION)])
+        nonce = self.receive("Challenge", 0.1)
+        return None if nonce is None else int(nonce["nonce"]).to_bytes(8, "little")
+
+
+def forged(name: str, counter: int) -> list[Frame]:
+    command = encode_command(name, counter, 0.0, SESSION)
+    return [command, encode_code(bytes(16), bytes(8), command)]
+
+
+def under_other_code(said: list[Frame]) -> list[Frame]:
+    return [encode_command("stop", 3, 0.0, SESSION), said[1]]
+
+
+class AttackOnKey(NamedTuple):
+    name: str
+    frames: Callable[[list[Frame], bytes], list[Frame]]  # of what the source said last, and the next challenge
+    refused: int  # frames that are counted as such
+
+
+ATTACKS_ON_KEY = [
+    AttackOnKey("STOP without a code", lambda said, nonce: [encode_command("stop", 3, 0.0, SESSION)], 1),
+    AttackOnKey("STOP with the code of another key", lambda said, nonce: forged("stop", 3), 1),
+    AttackOnKey("the source's START once more, with its code", lambda said, nonce: said, 1),
+    AttackOnKey("the same, ten times", lambda said, nonce: said * 10, 10),
+    AttackOnKey("its code before it", lambda said, nonce: said[::-1], 2),
+    AttackOnKey("STOP with START's code", lambda said, nonce: under_other_code(said), 1),
+    AttackOnKey("a code alone", lambda said, nonce: said[1:], 1),
+    AttackOnKey("a STOP with its counter", lambda said, nonce: forged("stop", said[0].data[1] & 15), 1),
+    AttackOnKey("the challenge as a code", lambda said, nonce: [forged("stop", 3)[0], said[1]._replace(data=nonce)], 1),
+    AttackOnKey(
+        "a false challenge", lambda said, nonce: [Frame(BY_NAME["Challenge"].frame_id, False, False, bytes(8))], 0
+    ),
+]
+
+
+@pytest.fixture
+def keyed_source(start, ecu, free_bus, tmp_path):
+    key = tmp_path / "of.key"
+    new_key(key)
+    start(ecu, "--key", key, "--bus", free_bus, "--platform", PLATFORM).wait_for("for commands with its key")
+    with open_bus(free_bus) as bus:
+        yield KeyedSource(bus, read_key(key))
+
+
+def refused_frames(source: Source) -> int:
+    until = time.monotonic() + PATIENCE_S
+    while time.monotonic() < until:
+        status = source.receive("ControllerStatus", PATIENCE_S)
+        if status is not None and "frames_refused" in status:
+            return status["frames_refused"]
+    pytest.fail("no status with the frames refused")
+
+
+def test_without_the_key_nobody_commands_the_controller(keyed_source):
+    source, refused = keyed_source, 0
+    tick = begin_run(source)
+    said = source.said
+    for attack in ATTACKS_ON_KEY:
+        # GIVEN a run under way on a controller with a key WHEN somebody without it sends this
+        source.send(attack.frames(said, source.challenge()))
+        time.sleep(0.08)  # a command waits for its code, and after a guess none is looked at
+        # THEN the run goes on
+        health = source.ask(tick)
+        tick += 1
+        assert (health["state"] in ESTIMATING, health["fault"]) == (True, NO_FAULT), attack.name
+        refused += attack.refused
+    # AND each was refused and counted
+    assert refused_frames(source) == refused
+    # AND the source still commands
+    assert source.command("stop")["result"] == 0
 
 
 def test_a_datagram_to_an_address_of_this_computer_is_not_of_the_bus(source, free_bus):

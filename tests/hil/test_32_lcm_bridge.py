@@ -17,7 +17,7 @@ from bus_frames import BY_ID, BY_THE_CLOCK, PARAMETERS, PROFILES
 from hexload import project
 from hexload_dev import bus_document
 from lcm_listener import PATIENCE_S, PATIENT, Listener, private_url
-from loop import read_meta
+from loop import OPEN, read_meta
 from momentum_scenario import TICKS as MOMENTUM_TICKS
 from momentum_scenario import platform_of, write
 
@@ -106,7 +106,7 @@ def run_bridged(start, ecu, simulator, bridge, url, tmp_path):
         relay = Relay(listener, FRAMES_PER_ANSWER[profile, filter_name], "--samples" in bridge_options)
         teller = start(bridge, "--bus", relay.controllers, "--profile", profile, "--lcm", url, *bridge_options)
         teller.wait_for("^hexload_bridge: ready on " + relay.controllers)
-        start(ecu, "--bus", relay.controllers, "--profile", profile, "--platform", platform).wait_for("ready on")
+        start(ecu, OPEN, "--bus", relay.controllers, "--profile", profile, "--platform", platform).wait_for("ready on")
         options = ["--out", tmp_path / "run", "--duration", duration_s, "--bus", relay.simulators, "--profile", profile]
         program = start(simulator, scenario, *options, *PATIENT)
         relay.run_with(program.process)

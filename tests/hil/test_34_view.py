@@ -15,6 +15,7 @@ from hexload.view import picture
 from hexload.view.live import KINDS
 from hexload.view.verb import live_page
 from lcm_listener import private_url
+from loop import OPEN
 
 SCENARIO = project.SCENARIOS / "multisine.toml"
 PLATFORM = project.SCENARIOS / "platforms" / "paper.toml"
@@ -53,7 +54,9 @@ def test_commands_are_the_contracts():
 @pytest.mark.parametrize("profile", ["fd", "classic"])
 def test_on_a_bus_a_button_reaches_the_controller_and_samples_are_shown(start, ecu, free_bus, profile):
     # GIVEN a controller on UDP multicast, and the page on the same bus
-    program = start(ecu, "--bus", free_bus, "--profile", profile, "--platform", PLATFORM, "--estimator", "momentum")
+    program = start(
+        ecu, OPEN, "--bus", free_bus, "--profile", profile, "--platform", PLATFORM, "--estimator", "momentum"
+    )
     program.wait_for("ready on")
     with live_page(PLATFORM, free_bus, profile, None, port=0) as page:
         # WHEN the button start is pressed THEN the controller says that it is armed

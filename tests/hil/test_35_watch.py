@@ -12,6 +12,7 @@ import time
 from hexload import project
 from hexload.theory.bound import THETA_NAMES
 from hexload.view.listening import listened_to
+from loop import OPEN
 from test_34_view import PATIENCE_S, send_samples, wait_until, words_of
 
 PLATFORM = project.SCENARIOS / "platforms" / "paper.toml"
@@ -29,7 +30,7 @@ def read_until(terminal, wanted):
 
 def test_a_controller_is_watched_by_a_script_and_by_a_person(start, ecu, free_bus):
     # GIVEN a controller on a bus, a script that reads JSON lines, and a person at a terminal
-    program = start(ecu, "--bus", free_bus, "--platform", PLATFORM, "--estimator", "momentum")
+    program = start(ecu, OPEN, "--bus", free_bus, "--platform", PLATFORM, "--estimator", "momentum")
     program.wait_for("ready on")
     terminal, end = pty.openpty()
     person = subprocess.Popen([*WATCH, "--bus", free_bus], stdin=end, stdout=end, stderr=end)

@@ -145,7 +145,8 @@ const std::array<Refusal, 27> scenario_refusals{{
     {"kind = \"multisine\"", "kind = \"file\"", "12: trajectory.path: found nothing, expected this key"},
     {"name = \"test\"", "", "1: name: found nothing, expected this key"},
     {"name = \"test\"", "name = \"test\"\ncolour = 3",
-     "2: colour: found an unknown key, expected one of controller, description, electric, hydraulics, legs, limits, "
+     "2: colour: found an unknown key, expected one of controller, description, electric, hydraulics, legs, "
+     "limits, "
      "load, "
      "machine, name, "
      "platform, sensors, simulation, trajectory"},
@@ -205,6 +206,14 @@ SCENARIO("platform files with a mistake are refused") {
                     CHECK(message_of(load_platform_file,
                                      scratch.write("p.toml", edited(platform_text, refusal))) ==
                           refusal.message);
+                }
+            }
+        }
+        WHEN("it has a table's header at which toml++ would end the program") {
+            THEN("it is refused as any other") {
+                for (const char* header : {"[=]\n", "[[=]]\n", "a = 1\n[ ,"}) {
+                    CHECK(message_of(load_platform_file, scratch.write("p.toml", header)) ==
+                          " found text that is no TOML, expected [table] headers and key = value");
                 }
             }
         }

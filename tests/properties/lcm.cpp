@@ -120,12 +120,17 @@ TEST_CASE("a message that claims more than it holds is refused and counted") {
         }
         taker.take(std::span(encoded).first(at));
     }
-    auto without_end = encoded; // the verdict, a text of no length: before the two numbers at the end
+    // and a text of no length, which has not even its end, of a negative one and of the most negative one:
+    // the verdict, before the two numbers at the end
     const std::size_t verdict_at = encoded.size() - 8 - message.verdict.size() - 1 - 4;
-    std::fill_n(without_end.begin() + static_cast<std::ptrdiff_t>(verdict_at), 4, std::uint8_t{0});
-    taker.take(without_end);
+    for (const std::uint8_t first : std::initializer_list<std::uint8_t>{0, 0xFF, 0x80}) {
+        auto without_end = encoded;
+        std::fill_n(without_end.begin() + static_cast<std::ptrdiff_t>(verdict_at), 4, std::uint8_t{0});
+        without_end[verdict_at] = first;
+        taker.take(without_end);
+    }
     CHECK(heard == 1);
-    CHECK(taker.counter.refused() == 9);
+    CHECK(taker.counter.refused() == 11);
 }
 
 TEST_CASE("an answer of either filter is the same after its two messages") {

@@ -23,6 +23,7 @@ from scipy.optimize import brentq
 from scipy.spatial.transform import Rotation
 
 from hexload import project
+from hexload.cli.excite_check import native_load
 from hexload.cli.excite import Wish, design, summary_of
 from hexload.errors import InputError
 
@@ -101,8 +102,7 @@ def try_machine(seed: int, folder: Path, duration_s: float = 1.0, iterations: in
     seconds = time.process_time() - begin
     summary = json.loads(summary_of(out).read_text())
     loads = [[0.0] * 10, summary["theta"], summary["heaviest_theta"]]
-    heaviest_kg = summary["heaviest_theta"][0]
-    faults = [fault for theta in loads for fault in faults_of_run(platform, out, theta, duration_s, heaviest_kg)]
+    faults = [fault for theta in loads for fault in faults_of_run(platform, out, theta, duration_s, loads[-1])]
     return Outcome(seed, "; ".join(faults) or "safe", seconds, f"scaled {summary['scaled']:.2f}")
 
 
@@ -158,12 +158,12 @@ def forward_kinematics(geometry: dict, displacement_m: np.ndarray) -> Poses:
     return Poses(position - position[0], rotation, jacobian, direction, is_found)
 
 
-def faults_of_run(platform: Path, motion: Path, theta: list[float], duration_s: float, heaviest_kg: float) -> list[str]:
+def faults_of_run(platform: Path, motion: Path, theta: list[float], duration_s: float, heaviest: list[float]) -> list[str]:
     """What a run of the simulator's program shows, by this file's kinematics."""
     machine = hexload_native.load_platform(str(platform))
     folder = motion.parent
     scenario = folder / "scenario.toml"
-    scenario.write_text(scenario_toml(machine, motion, (theta, heaviest_kg), duration_s))
+    scenario.write_text(scenario_toml(machine, motion, (theta, heaviest), duration_s))
     run = folder / "run"
     command = [project.simulator(), scenario, "--out", run, "--force", "--quiet"]
     result = subprocess.run(command, capture_output=True, text=True)
@@ -212,10 +212,10 @@ def legs_of_pose(geometry: dict, pose: np.ndarray) -> np.ndarray:
     return np.linalg.norm(legs, axis=2) - length
 
 
-def scenario_toml(machine, motion: Path, load: tuple[list[float], float], duration_s: float) -> str:
-    """The machine's own servo on the motion, with one load (theta, heaviest mass) on its axis and time to come to rest."""
-    theta, heaviest_kg = load
-    own = hexload_native.scaled_machine(machine, machine.actuators, heaviest_kg)
+def scenario_toml(machine, motion: Path, load: tuple[list[float], list[float]], duration_s: float) -> str:
+    """The machine's own servo on the motion, with one load (theta; the heaviest one's) on its axis and time to come to rest."""
+    theta, heaviest = load
+    own = hexload_native.scaled_machine(machine, machine.actuators, native_load(hexload_native, np.array(heaviest)))
     resolved = own.to_toml()
     servo = resolved[resolved.index("[controller]") :]
     tables = [part for part in servo.split("\n\n") if part.startswith(("[controller]", "[hydraulics]"))]

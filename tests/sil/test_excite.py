@@ -16,13 +16,24 @@ from scipy.spatial.transform import Rotation
 
 from excite_machines import faults_of_run, random_platform, try_machine
 from hexload import project
-from hexload.cli.excite import ACTUATOR_KEYS, Wish, design, machine_of, problem_of, summary_of
+from hexload.cli import platform_new
+from hexload.cli.excite import (
+    ACTUATOR_KEYS,
+    Wish,
+    design,
+    heaviest_kg,
+    load_on_axis,
+    machine_of,
+    problem_of,
+    summary_of,
+)
 from hexload.cli.excite_check import QUANTITIES
 from hexload.errors import InputError
 from hexload.estimation import commission as commissioning
 from hexload.estimation.commission import commission
 from hexload.io.toml_document import read_toml, to_toml
 from hexload.theory import bound, excitation
+from servo_poles import growth_1_s
 
 PLATFORM = project.SCENARIOS / "platforms" / "paper.toml"
 PAPER_LIKE = (1.2, 19e3, 2.6)  # unloaded speed, stall force and pump of the default hydraulics, rounded
@@ -405,9 +416,41 @@ def test_the_judge_of_the_runs_sees_a_platform_that_flips(tmp_path):
     platform, motion = tmp_path / "0.toml", tmp_path / "0.csv"
     platform.write_text(random_platform(0))
     motion.write_text("t,x,y,z,roll,pitch,yaw\n0,0,0,0,0,0,0\n1,0,0,0,1.05,0,0\n2,0,0,0,0,0,0\n")
+    heavy = [100.0, 0.0, 0.0, 20.0, 10.0, 10.0, 4.0, 0.0, 0.0, 0.0]
     # WHEN it is run THEN tilt and end stop are named
-    faults = faults_of_run(platform, motion, [0.0] * 10, 2.0, 100.0)
+    faults = faults_of_run(platform, motion, [0.0] * 10, 2.0, heavy)
     assert "mass 0 kg: tilt" in faults
+
+
+@pytest.mark.parametrize("seed", range(40))
+def test_the_servo_of_a_random_machine_lets_every_resonance_decay(seed, tmp_path):
+    # GIVEN a random machine, whose servo is made for it
+    file = tmp_path / "machine.toml"
+    file.write_text(random_platform(seed))
+    platform = hexload_native.load_platform(str(file))
+    wish = replace(WISH, platform_file=file, scenario=None)
+    scenario = machine_of(hexload_native, wish, platform)
+    # WHEN its sampled loop is taken apart, empty and with the heaviest load, at home and where oil columns are short
+    heaviest = load_on_axis(wish, platform, heaviest_kg(wish, platform))
+    for theta in (np.zeros(10), heaviest):
+        for displacement_m in (0.0, 0.9 * platform.stroke_m[0]):
+            # THEN all poles are inside the unit circle
+            assert growth_1_s(platform, scenario, theta, displacement_m) < 0.0
+
+
+def test_a_light_platform_on_strong_legs_is_commissioned(tmp_path):
+    # GIVEN a disc of 100 kg on legs of 19 kN, whose rotations swing at 125 Hz on the oil, so that a servo made for its mass
+    # alone shakes it
+    file, out = tmp_path / "machine.toml", tmp_path / "empty.csv"
+    given = {
+        **{"platform-radius": "400mm", "platform-angle": "15", "base-radius": "600mm", "base-angle": "10"},
+        **{"leg-length": "874mm", "stroke": "300mm", "mass": "100kg", "leg-speed": "1.2", "leg-force": "19e3"},
+        **{"speed-sum": "2.6", "displacement-sigma": "20um", "velocity-sigma": "1mm/s", "force-sigma": "5N"},
+    }
+    platform_new.new(given, file, force=False)
+    # WHEN a motion of the empty platform is wanted THEN it is written, as found
+    wish = replace(WISH, platform_file=file, scenario=None, empty=True, duration_s=2.0, iterations=4)
+    assert design(wish, out).scaled == 1.0
 
 
 def test_a_motion_that_the_machine_does_not_follow_is_refused_with_the_reason(tmp_path):

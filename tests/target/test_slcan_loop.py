@@ -99,7 +99,9 @@ def test_the_controller_answers_as_the_hosts_firmware_does_to_the_byte(filter_na
     samples = target.samples_of(log_of("paper_noisy"), 1.0)[: SECOND + 1]
     platform = {"paper": built_in, "momentum": unknown_load}[filter_name]
     with line() as (near, far), Peer(f"socket://127.0.0.1:{near}") as peer:
-        with running_controller(platform, ("--bus", f"slcan:127.0.0.1:{far}", "--profile", "classic")):
+        with running_controller(
+            platform, ("--without-authentication", "--bus", f"slcan:127.0.0.1:{far}", "--profile", "classic")
+        ):
             host = answers(peer, filter_name, samples)
     # WHEN python-can sends the same frames to the emulated Cortex-M7
     with mps2.running_mps2(tmp_path) as controller, Peer(controller.python_can_channel) as peer:

@@ -320,7 +320,7 @@ static void test_an_acknowledge_comes_back(void) {
 
 static void test_an_acknowledge_with_an_unknown_code_is_refused(void) {
     const hexload_bus_acknowledge_t unknown[4] = {
-        {.result = 6}, {.state = 5, .kind = 1}, {.fault = 7}, {.profile = 2}};
+        {.result = 7}, {.state = 5, .kind = 1}, {.fault = 7}, {.profile = 2}};
     for (int n = 0; n < 4; n++) {
         hexload_bus_frame_t frame;
         hexload_bus_acknowledge_t found = some_acknowledge;

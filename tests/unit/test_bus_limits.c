@@ -141,7 +141,7 @@ static uint32_t look_at_clock(void* context) {
 
 static hexload_node_t active_node(hexload_kind_t kind, bool* is_free) {
     hexload_config_t config = paper_machine();
-    const hexload_port_t port = {is_free, queue, look_at_clock, NULL};
+    const hexload_port_t port = {.context = is_free, .send = queue, .clock_us = look_at_clock};
     hexload_app_settings_t settings;
     static hexload_node_t node;
     config.kind = kind;

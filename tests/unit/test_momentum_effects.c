@@ -778,6 +778,64 @@ static void test_a_load_change_leaves_the_actuator_effects_known(void) {
     TEST_ASSERT_EQUAL_INT(HEXLOAD_VERDICT_CONVERGED, bench.estimate.verdict);
 }
 
+static void test_two_changes_of_the_load_at_once_leave_the_actuator_effects_known(void) {
+    const uint32_t apart[] = {50, 80, 120};
+    for (int n = 0; n < 3; n++) {
+        // GIVEN a load and actuator effects that have been identified
+        const effects_t effects = random_effects(77);
+        const body_t last = {380.0, {-0.05, 0.02, 0.30}, {20.0, 22.0, 15.0, 0.0, 0.0, 0.0}};
+        static bench_t bench;
+        begin(&bench, paper_machine(), random_motion(31, 0.05, 0.1), &effects, 5);
+        run(&bench, &eccentric, 3000);
+        // WHEN another load takes its place, and a third one before the second one's samples have been passed
+        run(&bench, &heavier, apart[n]);
+        run(&bench, &last, 400);
+        // THEN both changes are reported, AND the effects are right: of twenty one is beyond 4.5 sigmas in
+        // one of 7,000 runs. The second load's samples are taken for the third's, or the other way round,
+        // till then
+        TEST_ASSERT_EQUAL_UINT32(2, bench.alarms);
+        for (int i = 0; i < DIM; i++) {
+            TEST_ASSERT_DOUBLE_WITHIN(4.5 * (double)bench.answer.sigma[i], effects.value[i],
+                                      (double)bench.answer.value[i]);
+        }
+    }
+}
+
+static void test_held_effects_stay_and_their_errors_count(void) {
+    // GIVEN a filter at work WHEN the load has just changed, so that effects are held
+    const motion_t motion = random_motion(17, 0.05, 0.1);
+    const effects_t effects = random_effects(86);
+    static step_t free, held;
+    begin_step(&free);
+    for (uint32_t tick = 0; tick < 100; tick++) {
+        next_step(&free, &motion, &effects, tick, 1e-3);
+        take_step(&free);
+    }
+    next_step(&free, &motion, &effects, 100, 1e-3);
+    held = free;
+    const step_t before = free;
+    hexload_actuator_effects_hold(&held.effects, &held.config);
+    take_step(&free);
+    take_step(&held);
+    // THEN load and momentum change as they would with free effects, and so does what they have in common
+    TEST_ASSERT_EQUAL_MEMORY(&free.load, &held.load, sizeof held.load);
+    for (int i = 0; i < DIM; i++) {
+        TEST_ASSERT_EQUAL_MEMORY(&free.effects.covariance[EFFECT_ROW(i)],
+                                 &held.effects.covariance[EFFECT_ROW(i)], KNOWN * sizeof(hexload_real_t));
+        // AND the effects themselves stay, as well known as before but for the inflation of rounding
+        TEST_ASSERT_TRUE(held.effects.effect[i] == before.effects.effect[i]);
+        TEST_ASSERT_TRUE(free.effects.effect[i] != before.effects.effect[i]);
+        const hexload_real_t known = effects_covariance(&before.effects, i, i);
+        TEST_ASSERT_TRUE(effects_covariance(&held.effects, i, i) == known * HEXLOAD_COVARIANCE_INFLATION);
+    }
+    // AND when the lag and twice the longest one have passed, they are free again
+    for (uint32_t tick = 1; tick < held.config.momentum.lag_ticks + 2 * HEXLOAD_LAG_TICKS_MAX; tick++) {
+        TEST_ASSERT_TRUE(held.effects.held_ticks > 0);
+        take_step(&held);
+    }
+    TEST_ASSERT_EQUAL_UINT32(0, held.effects.held_ticks);
+}
+
 static void test_a_known_mass_that_is_wrong_comes_out(void) {
     // GIVEN a load that is said to weigh half as much again, and actuators of which nothing is known
     const effects_t effects = random_effects(79);
@@ -1035,6 +1093,8 @@ int main(void) {
     RUN_TEST(test_effects_of_sigma_zero_are_none);
     RUN_TEST(test_errors_are_as_large_as_the_filter_says);
     RUN_TEST(test_a_load_change_leaves_the_actuator_effects_known);
+    RUN_TEST(test_two_changes_of_the_load_at_once_leave_the_actuator_effects_known);
+    RUN_TEST(test_held_effects_stay_and_their_errors_count);
     RUN_TEST(test_a_known_mass_that_is_wrong_comes_out);
     RUN_TEST(test_standstill_says_that_bias_and_load_are_confounded);
     RUN_TEST(test_identifiability_is_the_conditional_variance);

@@ -50,7 +50,10 @@ static uint32_t measure_stack(void* context) {
 
 static void begin_listening(hexload_bus_profile_t profile) {
     const hexload_config_t config = paper_machine();
-    const hexload_port_t port = {&machine, log_frame, look_at_clock, measure_stack};
+    const hexload_port_t port = {.context = &machine,
+                                 .send = log_frame,
+                                 .clock_us = look_at_clock,
+                                 .stack_margin_bytes = measure_stack};
     hexload_app_settings_t settings;
     hexload_app_settings_default(&settings);
     is_heavy = false;
@@ -945,7 +948,7 @@ static void test_the_time_margin_is_the_least_since_it_was_last_reported(void) {
 
 static void test_a_port_without_clock_and_stack_measure_will_do(void) {
     const hexload_config_t config = paper_machine();
-    const hexload_port_t port = {&machine, log_frame, NULL, NULL};
+    const hexload_port_t port = {.context = &machine, .send = log_frame};
     hexload_app_settings_t settings;
     hexload_app_settings_default(&settings);
     TEST_ASSERT_EQUAL_INT(HEXLOAD_OK, hexload_node_init(&node, &config, &settings, HEXLOAD_BUS_FD, &port));

@@ -127,6 +127,26 @@ static void test_an_untold_estimator_has_ordinary_tolerances_and_still_converges
     TEST_ASSERT_EQUAL_INT(HEXLOAD_VERDICT_CONVERGED, estimate.verdict);
 }
 
+static void test_what_is_declared_open_keeps_no_parameter_from_having_converged(void) {
+    // GIVEN a platform of which half is open WHEN a load moves for three seconds
+    hexload_config_t config = momentum_machine();
+    hexload_estimate_t estimate;
+    hexload_real_t covariance[HEXLOAD_COVARIANCES_MAX];
+    config.tolerances.platform_mass = HEXLOAD_REAL(0.5);
+    config.tolerances.platform_inertia = HEXLOAD_REAL(0.5);
+    identify(&config, &config, 0.0, &estimate, covariance);
+    // THEN sigma says so, AND as more motion would not lower it, all has converged
+    TEST_ASSERT_TRUE(estimate.sigma[HEXLOAD_LOAD_IZZ] >
+                     HEXLOAD_REAL(0.49) * config.platform.inertia_kg_m2[2]);
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_VERDICT_CONVERGED, estimate.verdict);
+    // AND where nothing has moved yet, nothing has
+    hexload_momentum_t first;
+    const hexload_leg_sample_t rest = {.force_n = {HEXLOAD_REAL(0.0)}};
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_OK, hexload_momentum_init(&first, &config));
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_OK, hexload_momentum_tick(&first, &config, &rest, &estimate));
+    TEST_ASSERT_TRUE(estimate.verdict > HEXLOAD_VERDICT_CONVERGED);
+}
+
 static void test_without_tolerances_sigmas_stay_as_they_are(void) {
     // GIVEN a filter without tolerances WHEN they are added THEN every bit of sigma stays
     const hexload_config_t config = momentum_machine();
@@ -146,6 +166,7 @@ int main(void) {
     RUN_TEST(test_a_common_gain_is_off_by_that_share_of_load_and_platform_and_sigma_has_it);
     RUN_TEST(test_what_the_platform_is_off_the_load_is_off_and_sigma_has_it);
     RUN_TEST(test_an_untold_estimator_has_ordinary_tolerances_and_still_converges);
+    RUN_TEST(test_what_is_declared_open_keeps_no_parameter_from_having_converged);
     RUN_TEST(test_without_tolerances_sigmas_stay_as_they_are);
     return UNITY_END();
 }

@@ -222,11 +222,11 @@ void bind_scenario(nb::module_& module) {
         .def("to_toml", &to_toml, "the scenario with every default filled in");
     module.def(
         "scaled_machine",
-        [](const PlatformFile& platform, const std::array<double, 3>& actuators, double heaviest_load_kg) {
+        [](const PlatformFile& platform, const std::array<double, 3>& actuators, const Load& heaviest_load) {
             const ActuatorLimits limits{actuators[0], actuators[1], actuators[2]};
-            return scaled_machine(platform, limits, heaviest_load_kg);
+            return scaled_machine(platform, limits, heaviest_load);
         },
-        nb::arg("platform"), nb::arg("actuators"), nb::arg("heaviest_load_kg"),
+        nb::arg("platform"), nb::arg("actuators"), nb::arg("heaviest_load"),
         "A scenario with hydraulic legs and a servo that suit actuators [leg_speed_m_s, leg_force_n, "
         "speed_sum_m_s].");
     module.def("load_scenario", &load_scenario, nb::arg("path"), "Reads and checks a scenario file.");

@@ -87,7 +87,8 @@ typedef struct hexload_tolerances {
     /// Of platform.mass_kg, with hoses and what of the legs hangs on it, kg/kg; 0..1.
     hexload_real_t platform_mass;
     hexload_real_t platform_com_m; ///< of each of platform.com_m; 0..1
-    /// Of each moment of inertia, and of the mean one for each product, 1; 0..1.
+    /// Of each moment of inertia, and of the mean one for each product, 1; 0..1. Mass at the rim of a disc
+    /// counts twice in its inertia.
     hexload_real_t platform_inertia;
 } hexload_tolerances_t;
 
@@ -206,7 +207,7 @@ typedef enum hexload_prior {
 } hexload_prior_t;
 
 /// Fills in the paper's machine (Table 1 with hinge half angles of 15 and 10 degrees), nominal sensors
-/// (20 um, 1 mm/s, 5 N) and tolerances (0.5 % of force; 3 %, 2 mm and 3 % of the platform), 1 ms, the paper's
+/// (20 um, 1 mm/s, 5 N) and tolerances (0.5 % of force; 3 %, 2 mm and 6 % of the platform), 1 ms, the paper's
 /// 500 kg and the safe prior. The one place where defaults stand.
 void hexload_config_default(hexload_config_t* config);
 

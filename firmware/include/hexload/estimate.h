@@ -61,7 +61,9 @@ enum {
 /// health bit is needed to read it. Up to MISFIT sigma holds what is known, widened where the machine is not
 /// its model; beyond CONVERGED it is no number to work with.
 typedef enum hexload_verdict {
-    HEXLOAD_VERDICT_CONVERGED,   ///< sigma below converged_relative_sigma of the parameter's scale
+    /// Sigma is below converged_relative_sigma of the parameter's scale, but for the tolerances, which no
+    /// motion lowers.
+    HEXLOAD_VERDICT_CONVERGED,
     HEXLOAD_VERDICT_CONVERGING,  ///< the motion goes on lowering its sigma
     HEXLOAD_VERDICT_NOT_EXCITED, ///< the motion has shown (nearly) nothing of it
     HEXLOAD_VERDICT_MISFIT, ///< the machine is not its model, or channels contradict each other: mend that

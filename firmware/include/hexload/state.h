@@ -153,6 +153,7 @@ typedef struct hexload_known_mass {
     hexload_real_t excess_n;       ///< the legs' force upwards beyond that of platform and stated load
     hexload_real_t turn_rad_s2[2]; ///< angular acceleration, base axes x and y
     hexload_real_t square_rad2_s2; ///< of the angular velocity
+    hexload_real_t weight_error;   ///< share by which the weight is not that of the masses, where it counts
     hexload_real_t last_rate[4];   ///< v_z, omega of the last sample, base axes, m/s, rad/s
     bool has_last;                 ///< there is such a sample
     bool is_contradicted;          ///< the legs do not carry that mass
@@ -239,11 +240,8 @@ typedef struct hexload_paper_filter {
 } hexload_paper_filter_t;
 
 typedef struct hexload_paper_supervisor {
-    hexload_real_t nis_mean;    ///< leaky mean; starts at its ideal, 3
-    hexload_real_t weight_m_s2; ///< leaky mean of the acceleration that the vertical force is too large for
-    hexload_real_t
-        weight_error; ///< share by which the weight is not that of the masses, where it counts; 0 or more
-    hexload_real_t factor; ///< by which the filter's sigma is too small for its innovations; 1 or more
+    hexload_real_t nis_mean; ///< leaky mean; starts at its ideal, 3
+    hexload_real_t factor;   ///< by which the filter's sigma is too small for its innovations; 1 or more
 } hexload_paper_supervisor_t;
 
 /// Sizes of the smoother's rings. HEXLOAD_LAG_TICKS_MAX, the longest lag they have room for, is an option of
@@ -470,6 +468,7 @@ typedef struct hexload_actuator_effects {
     hexload_real_t residual_m2_s2;
     uint32_t ticks;      ///< that it goes back
     uint32_t rest_ticks; ///< how long no motion has stood out of the smoother's noise
+    uint32_t held_ticks; ///< for which no sample changes the effects
 } hexload_actuator_effects_t;
 
 typedef struct hexload_identifiability {

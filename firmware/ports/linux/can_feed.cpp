@@ -13,7 +13,7 @@ constexpr std::chrono::microseconds send_deadline{200};
 
 CanFeed::CanFeed(std::unique_ptr<transport::CanChannel> channel, hexload_bus_profile_t profile,
                  const hexload_config_t& config, const hexload_app_settings_t& settings,
-                 const PaintedStack& stack)
+                 const PaintedStack& stack, const std::optional<transport::Key>& key)
     : channel_(std::move(channel)), profile_(profile), stack_(stack) {
     hexload_port_t port{};
     port.context = this;
@@ -25,6 +25,14 @@ CanFeed::CanFeed(std::unique_ptr<transport::CanChannel> channel, hexload_bus_pro
         return static_cast<std::uint32_t>(std::chrono::floor<std::chrono::microseconds>(time).count());
     };
     port.stack_margin_bytes = [](void* self) { return static_cast<CanFeed*>(self)->stack_.margin_bytes(); };
+    if (key) {
+        aes_.emplace(*key);
+        port.aes128_encrypt_block = [](void* self, const std::uint8_t* in, std::uint8_t* out) {
+            const hexload_cipher_t cipher = static_cast<CanFeed*>(self)->aes_->cipher();
+            cipher.encrypt_block(cipher.context, in, out);
+        };
+        port.nonce_seed = transport::draw_nonce_seed();
+    }
     const hexload_status_t status = hexload_node_init(&node_, &config, &settings, profile, &port);
     if (status != HEXLOAD_OK) {
         throw std::invalid_argument(std::string("the controller refuses its configuration: ") +
@@ -57,7 +65,8 @@ void CanFeed::tell_bus_state() {
 }
 
 std::string CanFeed::description() const {
-    return fmt::format("{}, profile {}", channel_->name(), hexload_bus_profile_name(profile_));
+    return fmt::format("{}, profile {}{}", channel_->name(), hexload_bus_profile_name(profile_),
+                       aes_ ? ", for commands with its key" : "");
 }
 
 std::string CanFeed::summary() const {

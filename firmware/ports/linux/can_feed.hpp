@@ -6,16 +6,19 @@
 
 #include "app/node.h"
 #include "transport/can_channel.hpp"
+#include "transport/key.hpp"
+
+#include <optional>
 
 namespace hexload::port {
 
 class CanFeed final : public Feed {
   public:
     // `config` and `settings` are such that hexload_node_init() takes them, else std::invalid_argument.
-    // `stack` is the one that the calls below run on.
+    // `stack` is the one that the calls below run on. With a key only who has it too commands the controller.
     CanFeed(std::unique_ptr<transport::CanChannel> channel, hexload_bus_profile_t profile,
-            const hexload_config_t& config, const hexload_app_settings_t& settings,
-            const PaintedStack& stack);
+            const hexload_config_t& config, const hexload_app_settings_t& settings, const PaintedStack& stack,
+            const std::optional<transport::Key>& key);
 
     int descriptor() const override {
         return channel_->descriptor();
@@ -43,6 +46,7 @@ class CanFeed final : public Feed {
     std::unique_ptr<transport::CanChannel> channel_;
     hexload_bus_profile_t profile_;
     const PaintedStack& stack_;
+    std::optional<transport::Aes128> aes_;
     hexload_node_t node_{};
     bool was_up_ = true;
 };

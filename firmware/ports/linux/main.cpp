@@ -11,6 +11,7 @@
 #include "platform_file/rig_file.hpp"
 #include "transport/bus_load.hpp"
 #include "transport/can_channel.hpp"
+#include "transport/key.hpp"
 #include "transport/real_time.hpp"
 
 #include <CLI/CLI.hpp>
@@ -44,7 +45,7 @@ enum ExitStatus {
 constexpr const char* footer =
     "Exit status: 0 ended by SIGINT or SIGTERM, 2 bad option or file, 3 another controller was "
     "heard on the bus\nbefore this one spoke, 4 the bus cannot be opened, 5 the system refused a "
-    "resource.\nExample: hexload_ecu --bus socketcan:vcan0 --platform platform.toml";
+    "resource.\nExample: hexload_ecu --bus socketcan:vcan0 --platform platform.toml --key platform.key";
 
 struct Options {
     std::string bus;
@@ -55,6 +56,8 @@ struct Options {
     std::optional<platform::EstimatorKind> estimator;
     std::optional<platform::PaperPrior> prior;
     std::optional<std::uint32_t> sample_timeout_ms;
+    std::string key;
+    bool without_authentication = false;
     bool real_time_priority = false;
     bool die_with_parent = false;
     bool quiet = false;
@@ -90,6 +93,14 @@ void declare(CLI::App& app, Options& options) {
     app.add_option("--sample-timeout-ms", options.sample_timeout_ms,
                    "silence of the samples in real time that is a fault (default 100)")
         ->check(CLI::Range(5, 60000));
+    auto* key = app.add_option("--key", options.key,
+                               "key file: only commands of who has the same key are carried out "
+                               "(hexload key new FILE makes one)")
+                    ->needs(bus);
+    app.add_flag("--without-authentication", options.without_authentication,
+                 "carry out commands of anybody on the bus; one of the two must be given")
+        ->needs(bus)
+        ->excludes(key);
     app.add_flag("--real-time-priority", options.real_time_priority, "ask for SCHED_FIFO and locked memory");
     app.add_flag("--die-with-parent", options.die_with_parent,
                  "end when the process that started this one ends");
@@ -113,6 +124,17 @@ platform::PlatformFile platform_of(const Options& options) {
     return options.rig.empty() ? file : platform::with_rig_file(std::move(file), options.rig);
 }
 
+std::optional<transport::Key> key_of(const Options& options) {
+    if (!options.key.empty()) {
+        return transport::read_key(options.key);
+    }
+    if (!options.without_authentication) {
+        throw platform::InputError("--bus: found neither --key nor --without-authentication, expected one: "
+                                   "without a key anybody on the bus commands this controller");
+    }
+    return std::nullopt;
+}
+
 std::unique_ptr<port::Feed> make_feed(const Options& options, const port::PaintedStack& stack) {
     const platform::PlatformFile file = platform_of(options);
     const hexload_config_t config =
@@ -123,11 +145,12 @@ std::unique_ptr<port::Feed> make_feed(const Options& options, const port::Painte
     if (!options.feed.empty()) {
         return std::make_unique<port::LcmFeed>(message::url_of(options.feed), config, settings);
     }
+    const std::optional<transport::Key> key = key_of(options);
     if (const auto overload = transport::find_overload(options.bus, options.profile, file.sensors.tick_s)) {
         throw platform::InputError(*overload);
     }
     return std::make_unique<port::CanFeed>(transport::open_can_channel(options.bus, options.profile),
-                                           options.profile, config, settings, stack);
+                                           options.profile, config, settings, stack, key);
 }
 
 ExitStatus run(const Options& options) {

@@ -20,6 +20,10 @@ enum {
 /// How far back the smoother's residual counts.
 #define RESIDUAL_S HEXLOAD_REAL(2.0)
 
+/// From the first sample of a load on, as long as it takes until another one that comes after it is detected:
+/// the load monitor looks at a new load's samples from SETTLED_TICKS on, as far from the filter's ticks.
+enum { UNCERTAIN_TICKS = 2 * HEXLOAD_LAG_TICKS_MAX };
+
 /// A platform at rest gives no more information after that.
 #define LONGEST_REST_S HEXLOAD_REAL(2.0)
 
@@ -390,34 +394,45 @@ static void project_rows(hexload_momentum_update_t* left, const hexload_real_t* 
     hexload_read_columns6(&both[0][0], 2, 0, u);
 }
 
-/// Rows of the effects: what the momentum filter's update of theta and mu says of them.
+/// P_ee, and the effects themselves, of two rows.
+static inline void correct_own(hexload_actuator_effects_t* self, int i, hexload_real_t u[DIM][6],
+                               const hexload_real_t e[6]) {
+    hexload_real_t* row = &self->covariance[EFFECT_ROW(i) + KNOWN];
+    hexload_real_t* next_row = &self->covariance[EFFECT_ROW(i + 1) + KNOWN];
+    hexload_real_t correction[2] = {HEXLOAD_REAL(0.0), HEXLOAD_REAL(0.0)};
+    for (int a = 0; a < 6; a++) {
+        correction[0] += u[i][a] * e[a];
+        correction[1] += u[i + 1][a] * e[a];
+    }
+    self->effect[i] += correction[0];
+    self->effect[i + 1] += correction[1];
+    for (int j = 0; j <= i; j++) {
+        row[j] -= dot6(u[i], u[j]);
+        next_row[j] -= dot6(u[i + 1], u[j]);
+    }
+    next_row[i + 1] -= dot6(u[i + 1], u[i + 1]);
+}
+
+/// Rows of the effects: what the momentum filter's update of theta and mu says of them. While they are held,
+/// what they have in common with theta and mu changes alone, as theta's and mu's own gain makes it.
 static void correct(hexload_actuator_effects_t* self, hexload_consider_t* consider,
                     const hexload_config_t* config, hexload_momentum_update_t* left) {
-    const hexload_real_t* e = left->innovation;
+    const bool is_held = self->held_ticks > 0;
     hexload_real_t u[DIM][6];
     for (int i = 0; i < DIM; i += 2) {
         hexload_real_t* row = &self->covariance[EFFECT_ROW(i)];
         hexload_real_t* next_row = &self->covariance[EFFECT_ROW(i + 1)];
-        hexload_real_t correction[2] = {HEXLOAD_REAL(0.0), HEXLOAD_REAL(0.0)};
         project_rows(left, row, next_row, &u[i]);
-        for (int a = 0; a < 6; a++) {
-            correction[0] += u[i][a] * e[a];
-            correction[1] += u[i + 1][a] * e[a];
-        }
-        self->effect[i] += correction[0];
-        self->effect[i + 1] += correction[1];
         hexload_downdate6(row, next_row, &u[i], &left->U.load[0][0], LOAD, LOAD);
         hexload_downdate6(&row[LOAD], &next_row[LOAD], &u[i], &left->U.momentum[0][0], 6, 6);
-        for (int j = 0; j <= i; j++) {
-            row[KNOWN + j] -= dot6(u[i], u[j]);
-            next_row[KNOWN + j] -= dot6(u[i + 1], u[j]);
+        if (!is_held) {
+            correct_own(self, i, u, left->innovation);
         }
-        next_row[KNOWN + i + 1] -= dot6(u[i + 1], u[i + 1]);
     }
     for (uint32_t n = 0; n < config->rig.direction_count; n += 2) {
         hexload_real_t of_open[2][6];
         hexload_consider_follow(consider, config, n, left, of_open);
-        for (int i = 0; i < DIM; i++) {
+        for (int i = 0; i < DIM && !is_held; i++) {
             self->considered[n][i] += dot6(u[i], of_open[0]);
             self->considered[n + 1][i] += dot6(u[i], of_open[1]);
         }
@@ -510,8 +525,13 @@ bool hexload_actuator_effects_step(hexload_actuator_effects_t* self, hexload_mom
         hexload_momentum_filter_step(load, config, past, update);
         correct(self, consider, config, update);
     }
+    self->held_ticks -= self->held_ticks < past->smooth.gap_ticks ? self->held_ticks : past->smooth.gap_ticks;
     self->last = now.at;
     return true;
+}
+
+void hexload_actuator_effects_hold(hexload_actuator_effects_t* self, const hexload_config_t* config) {
+    self->held_ticks = config->momentum.lag_ticks + config->sensors.half_window_ticks + UNCERTAIN_TICKS;
 }
 
 void hexload_actuator_effects_forget(hexload_actuator_effects_t* self) {

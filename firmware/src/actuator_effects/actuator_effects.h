@@ -31,6 +31,11 @@ hexload_actuator_effects_step(hexload_actuator_effects_t* self, hexload_momentum
 /// with the old load goes. With hexload_momentum_filter_forget(load).
 void hexload_actuator_effects_forget(hexload_actuator_effects_t* self);
 
+/// The load has changed, as the present sample shows: until the filter, which runs behind, has passed the
+/// ticks that may be another load's than it takes them for, no sample changes the effects. Their errors count
+/// in all else as before (Schmidt's filter).
+void hexload_actuator_effects_hold(hexload_actuator_effects_t* self, const hexload_config_t* config);
+
 /// False when a number is not finite: then only hexload_actuator_effects_init() helps.
 bool hexload_actuator_effects_is_finite(const hexload_actuator_effects_t* self);
 

@@ -42,7 +42,7 @@ static const paper_machine_t paper_machine = {
     .tolerances = {.force_gain = HEXLOAD_REAL(0.005), // six load cells of 1 %, and gravity's 0.3 %
                    .platform_mass = HEXLOAD_REAL(0.03),
                    .platform_com_m = HEXLOAD_REAL(0.002),
-                   .platform_inertia = HEXLOAD_REAL(0.03)},
+                   .platform_inertia = HEXLOAD_REAL(0.06)}, // that mass, at a disc's rim
     .paper = {.load_mass_kg = HEXLOAD_REAL(500.0),
               .gate_nis = HEXLOAD_REAL(40.0), // chi-square, 3 degrees of freedom: 1e-8 of good innovations
               .inconsistent_nis = HEXLOAD_REAL(270000.0), // a factor of 300 on sigma, as the other filters'

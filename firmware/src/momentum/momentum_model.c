@@ -222,19 +222,30 @@ void hexload_momentum_of_leg_speeds(const hexload_real_t theta[HEXLOAD_LOAD_DIM]
 void hexload_momentum_add_noise(hexload_real_t columns[HEXLOAD_LEGS][6],
                                 const hexload_real_t variance[HEXLOAD_LEGS],
                                 hexload_real_t covariance[6][6]) {
+    hexload_real_t sum[6][6]; // in registers, which have room for the triangle and a column
+    HEXLOAD_UNROLL
     for (int a = 0; a < 6; a++) {
-        hexload_real_t scaled[HEXLOAD_LEGS];
         HEXLOAD_UNROLL
-        for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
-            scaled[leg] = variance[leg] * columns[leg][a];
-        }
         for (int b = 0; b <= a; b++) {
-            hexload_real_t sum = covariance[a][b];
+            sum[a][b] = covariance[a][b];
+        }
+    }
+    for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
+        const hexload_real_t* x = columns[leg];
+        HEXLOAD_UNROLL
+        for (int a = 0; a < 6; a++) {
+            const hexload_real_t scaled = variance[leg] * x[a];
             HEXLOAD_UNROLL
-            for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
-                sum = hexload_fma(scaled[leg], columns[leg][b], sum);
+            for (int b = 0; b <= a; b++) {
+                sum[a][b] = hexload_fma(scaled, x[b], sum[a][b]);
             }
-            covariance[a][b] = sum;
+        }
+    }
+    HEXLOAD_UNROLL
+    for (int a = 0; a < 6; a++) {
+        HEXLOAD_UNROLL
+        for (int b = 0; b <= a; b++) {
+            covariance[a][b] = sum[a][b];
         }
     }
 }

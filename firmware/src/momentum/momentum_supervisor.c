@@ -3,6 +3,7 @@
 #include "algebra/chi_square.h"
 #include "algebra/linalg.h"
 #include "body/pseudo_inertia.h"
+#include "momentum/tolerances.h"
 
 #include <string.h>
 
@@ -20,6 +21,10 @@ enum { DIM = HEXLOAD_LOAD_DIM };
 
 /// Two alarms within that time are rather the machine's than the load's.
 #define STORM_S HEXLOAD_REAL(5.0)
+
+/// For so long after an alarm a large NIS is rather another change's, of which the filter takes the samples
+/// for the first one's: the load monitor looks again a lag and SETTLED_TICKS after it, and says so.
+#define ANOTHER_S HEXLOAD_REAL(0.25)
 
 /// Variance of the estimate from block to block over the one that it should have, beyond which the machine
 /// has more than noise; and beyond which it has when something else says so too. Ideal runs of work motion
@@ -205,7 +210,7 @@ static void measure_fit(hexload_momentum_supervisor_t* self, const hexload_confi
         config->tick_s / FIT_S, HEXLOAD_REAL(1.0) / (hexload_real_t)(FEWEST_TICKS + self->fit_ticks));
     self->fit_ticks += self->fit_ticks < UINT32_MAX / 2 ? 1 : 0;
     self->fit_nis += share * (hexload_min(filter->nis, LARGEST_NIS) - self->fit_nis);
-    if (self->fit_nis > FIT_NIS || residual_test->factor > HEXLOAD_REAL(1.0) ||
+    if ((self->fit_nis > FIT_NIS && self->calm_s > ANOTHER_S) || residual_test->factor > HEXLOAD_REAL(1.0) ||
         is_beyond(jackknife, config, UNFIT_VARIANCE)) {
         self->unfit_s = UNFIT_S;
     }
@@ -295,13 +300,14 @@ static bool is_spoilt(const hexload_residual_test_t* residual_test, hexload_real
     return own_sigma <= limit && residual_test->factor * own_sigma > limit;
 }
 
-/// @param limit that sigma has to come below. @param ticks of the excitation's time constant.
-static hexload_verdict_t judge_parameter(hexload_real_t sigma, hexload_real_t limit,
+/// @param variance that a motion can lower: without that of the tolerances. @param limit that its root has to
+/// come below. @param ticks of the excitation's time constant.
+static hexload_verdict_t judge_parameter(hexload_real_t variance, hexload_real_t limit,
                                          hexload_real_t information, hexload_real_t ticks) {
-    if (sigma <= limit) {
+    if (variance <= limit * limit) {
         return HEXLOAD_VERDICT_CONVERGED;
     }
-    const hexload_real_t gain = sigma * sigma * information * ticks;
+    const hexload_real_t gain = variance * information * ticks;
     return gain > HEXLOAD_REAL(1.25) ? HEXLOAD_VERDICT_CONVERGING // 1 / (2 / 3)^2 - 1
                                      : HEXLOAD_VERDICT_NOT_EXCITED;
 }
@@ -323,7 +329,9 @@ void hexload_momentum_supervisor_judge(hexload_momentum_supervisor_t* self, cons
     const hexload_real_t ticks = config->momentum.excitation_time_constant_s / config->tick_s;
     for (int k = 0; k < DIM; k++) {
         const hexload_real_t limit = config->momentum.converged_relative_sigma * scale[k];
-        hexload_verdict_t verdict = judge_parameter(estimate->sigma[k], limit, self->information[k], ticks);
+        const hexload_real_t variance =
+            hexload_fma(estimate->sigma[k], estimate->sigma[k], -hexload_tolerances_covariance(filter, k, k));
+        hexload_verdict_t verdict = judge_parameter(variance, limit, self->information[k], ticks);
         if (!is_body) {
             verdict = HEXLOAD_VERDICT_INCONSISTENT;
         } else if (is_misfit || is_spoilt(residual_test, estimate->own_sigma[k], limit)) {

@@ -66,14 +66,18 @@ void hexload_motion_directions_learn(hexload_motion_directions_t* self,
 void hexload_motion_directions_keep(const hexload_motion_directions_t* self,
                                     hexload_real_t slope_m_s[HEXLOAD_LEGS]) {
     hexload_real_t y[HEXLOAD_LEGS]; // L^-1 c, then L^-T L^-1 c
+    HEXLOAD_UNROLL_FOR_SPEED
     for (int i = 0; i < HEXLOAD_LEGS; i++) {
         y[i] = slope_m_s[i];
+        HEXLOAD_UNROLL_FOR_SPEED
         for (int k = 0; k < i; k++) {
             y[i] = hexload_fma(-self->factor[ROW(i) + k], y[k], y[i]);
         }
         y[i] *= self->factor[ROW(i) + i];
     }
+    HEXLOAD_UNROLL_FOR_SPEED
     for (int i = HEXLOAD_LEGS - 1; i >= 0; i--) {
+        HEXLOAD_UNROLL_FOR_SPEED
         for (int k = i + 1; k < HEXLOAD_LEGS; k++) {
             y[i] = hexload_fma(-self->factor[ROW(k) + i], y[k], y[i]);
         }

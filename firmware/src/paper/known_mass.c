@@ -17,6 +17,9 @@ enum { LONGEST_GAP_TICKS = 8 }; ///< over which one acceleration is taken
 #define LEAST_SHARE HEXLOAD_REAL(0.02)
 #define STILL_CONTRADICTED HEXLOAD_REAL(0.8)
 
+/// Share of the weight that widens no sigma.
+#define GRANTED_SHARE HEXLOAD_REAL(0.004)
+
 /// Of the sensors' offsets and gains that commissioning has found, and of friction with all legs moving the
 /// same way.
 static hexload_real_t rig_n(const hexload_rig_config_t* rig, hexload_real_t weight_n) {
@@ -48,15 +51,13 @@ void hexload_known_mass_init(hexload_known_mass_t* self, const hexload_config_t*
 
 /// The means with this sample: of all since the start, then of the last MEMORY_S. Those of accelerations are
 /// of the rates' differences.
-static void add(hexload_known_mass_t* self, const hexload_config_t* config,
-                const hexload_present_tick_t* now) {
+static void add(hexload_known_mass_t* self, const hexload_config_t* config, const hexload_present_tick_t* now,
+                const hexload_wrench_t* wrench) {
     const hexload_motion_t* motion = now->motion;
     const hexload_real_t* rate = &motion->twist[2];
     const hexload_real_t dt_s = config->tick_s * (hexload_real_t)now->gap_ticks;
-    hexload_real_t excess_n = -self->mass_kg * config->gravity_m_s2;
-    for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
-        excess_n = hexload_fma(motion->J[leg][2], now->sample->force_n[leg], excess_n);
-    }
+    const hexload_real_t excess_n =
+        dot3(motion->R[2], wrench->force_n) - self->mass_kg * config->gravity_m_s2;
     self->time_s = hexload_min(self->time_s + dt_s, MEMORY_S);
     const hexload_real_t per_s = HEXLOAD_REAL(1.0) / self->time_s;
     const hexload_real_t weight = dt_s * per_s;
@@ -78,12 +79,20 @@ static bool is_beyond(const hexload_known_mass_t* self) {
     return hexload_abs(self->excess_n) > hexload_fma(self->lever_kg_m, turned, part * self->limit_n);
 }
 
+/// Of a mean that is still short the motion of a centre of mass beside the axis has much, so only the part
+/// counts that it is of the whole memory.
+static hexload_real_t weight_error(const hexload_known_mass_t* self, hexload_real_t weight_n) {
+    const hexload_real_t share = hexload_abs(self->excess_n) / weight_n * (self->time_s / MEMORY_S);
+    return share > GRANTED_SHARE ? share : HEXLOAD_REAL(0.0);
+}
+
 void hexload_known_mass_step(hexload_known_mass_t* self, const hexload_config_t* config,
-                             const hexload_present_tick_t* now) {
-    if (self->has_last && now->gap_ticks <= LONGEST_GAP_TICKS) {
-        add(self, config, now);
-        self->is_contradicted =
-            self->time_s > SETTLED_S && config->gravity_m_s2 > HEXLOAD_REAL(0.0) && is_beyond(self);
+                             const hexload_present_tick_t* now, const hexload_wrench_t* wrench) {
+    const hexload_real_t weight_n = self->mass_kg * config->gravity_m_s2;
+    if (self->has_last && now->gap_ticks <= LONGEST_GAP_TICKS && weight_n > HEXLOAD_REAL(0.0)) {
+        add(self, config, now, wrench);
+        self->weight_error = weight_error(self, weight_n);
+        self->is_contradicted = self->time_s > SETTLED_S && is_beyond(self);
     }
     memcpy(self->last_rate, &now->motion->twist[2], sizeof self->last_rate);
     self->has_last = true;

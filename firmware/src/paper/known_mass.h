@@ -6,17 +6,20 @@
 /// under gravity and the platform's mean acceleration. What is left counts beyond five sigma of what force
 /// sensors and platform are off by (hexload_tolerances_t), beyond what the rig's own effects do, which this
 /// filter does not take off, and beyond what a centre of mass anywhere within the hinges' reach does in this
-/// motion. The momentum filters find the mass themselves. EQUATIONS.md has the equations (P4).
+/// motion. Of the same mean a share of the weight that is more than granted widens sigma (R16). The momentum
+/// filters find the mass themselves. EQUATIONS.md has the equations (P4).
 #ifndef HEXLOAD_KNOWN_MASS_H
 #define HEXLOAD_KNOWN_MASS_H
 
 #include "front_end/present_tick.h"
+#include "front_end/wrench.h"
 
 void hexload_known_mass_init(hexload_known_mass_t* self, const hexload_config_t* config);
 
-/// Takes an accepted sample; some 90 instructions, reentrant.
+/// Takes an accepted sample that lacks no force; some 90 instructions, reentrant.
+/// @param wrench of the legs.
 void hexload_known_mass_step(hexload_known_mass_t* self, const hexload_config_t* config,
-                             const hexload_present_tick_t* now);
+                             const hexload_present_tick_t* now, const hexload_wrench_t* wrench);
 
 /// While the stated mass is contradicted all verdicts are "inconsistent". hexload_plausibility_judge() comes
 /// before it: what that has found may be the reason, and is what is reported.

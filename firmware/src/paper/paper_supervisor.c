@@ -1,12 +1,8 @@
 #include "paper/paper_supervisor.h"
 
-#include "algebra/linalg.h"
 #include "paper/paper_tolerances.h"
 
 #include <stdbool.h>
-
-/// Over which the weight is taken: long against a motion, whose accelerations come off.
-#define WEIGHING_S HEXLOAD_REAL(2.0)
 
 /// Mean NIS of a filter that fits its model: the number of measured rates.
 #define IDEAL_NIS HEXLOAD_REAL(3.0)
@@ -17,28 +13,8 @@
 /// Prior sigmas beyond which no load of that mass is.
 #define FARTHEST_SIGMAS HEXLOAD_REAL(10.0)
 
-/// Share of the weight that does not count.
-#define GRANTED_WEIGHT HEXLOAD_REAL(0.004)
-
 void hexload_paper_supervisor_init(hexload_paper_supervisor_t* self) {
     *self = (hexload_paper_supervisor_t){.nis_mean = IDEAL_NIS, .factor = HEXLOAD_REAL(1.0)};
-}
-
-void hexload_paper_supervisor_weigh(hexload_paper_supervisor_t* self, const hexload_config_t* config,
-                                    const hexload_paper_filter_t* filter, const hexload_present_tick_t* now,
-                                    const hexload_wrench_t* wrench) {
-    const hexload_real_t mass_kg = config->paper.load_mass_kg / filter->constants.mass_share;
-    const hexload_real_t push_m_s2 =
-        dot3(now->motion->R[2], wrench->force_n) / mass_kg - config->gravity_m_s2;
-    const hexload_real_t moved_m_s2 = now->motion->twist[2] / WEIGHING_S;
-    if (now->gap_ticks == 0 || now->gap_ticks > config->paper.longest_gap_ticks) {
-        self->weight_m_s2 = moved_m_s2;
-    }
-    const hexload_real_t share = config->tick_s * (hexload_real_t)now->gap_ticks / WEIGHING_S;
-    self->weight_m_s2 += hexload_min(share, HEXLOAD_REAL(1.0)) * (push_m_s2 + moved_m_s2 - self->weight_m_s2);
-    const hexload_real_t error = hexload_abs(self->weight_m_s2 - moved_m_s2);
-    self->weight_error =
-        error > GRANTED_WEIGHT * config->gravity_m_s2 ? error / config->gravity_m_s2 : HEXLOAD_REAL(0.0);
 }
 
 /// How well the innovations of now and of the whole run fit the model.
@@ -56,9 +32,9 @@ static void measure_fit(hexload_paper_supervisor_t* self, const hexload_config_t
 
 /// The filter's sigmas widened by what its innovations have too much and by what no motion tells.
 static void widen(const hexload_paper_supervisor_t* self, const hexload_paper_filter_t* filter,
-                  hexload_estimate_t* estimate) {
+                  hexload_real_t weight_error, hexload_estimate_t* estimate) {
     for (int k = 0; k < HEXLOAD_PAPER_DIM; k++) {
-        const hexload_real_t open = hexload_paper_tolerances_covariance(filter, self->weight_error, k, k);
+        const hexload_real_t open = hexload_paper_tolerances_covariance(filter, weight_error, k, k);
         estimate->sigma[k] = self->factor * estimate->own_sigma[k];
         if (open > HEXLOAD_REAL(0.0)) {
             estimate->sigma[k] = hexload_sqrt(hexload_fma(estimate->sigma[k], estimate->sigma[k], open));
@@ -104,17 +80,21 @@ static bool make_possible(hexload_paper_supervisor_t* self, const hexload_paper_
     return needed <= most;
 }
 
-/// Whether the motion has shown a parameter is a matter of the filter's own sigma: what widens it no motion
-/// lowers. Where innovations show that the machine is not its model, sigma has that by its order of magnitude
-/// only, and nothing counts as converged.
+/// Whether the motion has shown a parameter is a matter of what it can lower: of sigma without the declared
+/// tolerances, and before that of the filter's own. Where innovations show that the machine is not its model,
+/// sigma has that by its order of magnitude only, and nothing counts as converged.
 static hexload_verdict_t judge_parameter(const hexload_paper_config_t* paper,
+                                         const hexload_paper_filter_t* filter,
                                          const hexload_estimate_t* estimate, int parameter, bool is_misfit) {
     const hexload_real_t scale =
         hexload_max(hexload_abs(estimate->value[parameter]), prior_sigma(paper, parameter));
+    const hexload_real_t limit = paper->converged_relative_sigma * scale;
+    const hexload_real_t open =
+        hexload_paper_tolerances_covariance(filter, HEXLOAD_REAL(0.0), parameter, parameter);
     if (is_misfit) {
         return HEXLOAD_VERDICT_MISFIT;
     }
-    if (estimate->sigma[parameter] <= paper->converged_relative_sigma * scale) {
+    if (estimate->sigma[parameter] * estimate->sigma[parameter] <= hexload_fma(limit, limit, open)) {
         return HEXLOAD_VERDICT_CONVERGED;
     }
     return estimate->own_sigma[parameter] <= HEXLOAD_REAL(0.5) * prior_sigma(paper, parameter)
@@ -124,7 +104,7 @@ static hexload_verdict_t judge_parameter(const hexload_paper_config_t* paper,
 
 void hexload_paper_supervisor_judge(hexload_paper_supervisor_t* self, const hexload_config_t* config,
                                     const hexload_paper_filter_t* filter,
-                                    const hexload_residual_test_t* residual_test,
+                                    const hexload_residual_test_t* residual_test, hexload_real_t weight_error,
                                     hexload_estimate_t* estimate, uint32_t* health) {
     const hexload_paper_config_t* paper = &config->paper;
     for (int k = HEXLOAD_PAPER_DIM; k < HEXLOAD_PARAMETERS_MAX; k++) {
@@ -135,15 +115,16 @@ void hexload_paper_supervisor_judge(hexload_paper_supervisor_t* self, const hexl
     }
     hexload_paper_filter_read(filter, estimate->value, estimate->own_sigma);
     measure_fit(self, config, filter, residual_test);
-    widen(self, filter, estimate);
+    widen(self, filter, weight_error, estimate);
     estimate->nis = filter->nis;
     estimate->nis_mean = self->nis_mean;
     estimate->verdict = HEXLOAD_VERDICT_CONVERGED;
     const bool fits_model = make_possible(self, paper, estimate) && self->nis_mean <= paper->inconsistent_nis;
     const bool is_misfit = self->factor > HEXLOAD_REAL(1.0);
     for (int parameter = 0; parameter < HEXLOAD_PAPER_DIM; parameter++) {
-        const hexload_verdict_t verdict = fits_model ? judge_parameter(paper, estimate, parameter, is_misfit)
-                                                     : HEXLOAD_VERDICT_INCONSISTENT;
+        const hexload_verdict_t verdict = fits_model
+                                              ? judge_parameter(paper, filter, estimate, parameter, is_misfit)
+                                              : HEXLOAD_VERDICT_INCONSISTENT;
         estimate->parameter_verdict[parameter] = verdict;
         if (verdict > estimate->verdict) {
             estimate->verdict = verdict;

@@ -8,17 +8,12 @@
 
 void hexload_paper_supervisor_init(hexload_paper_supervisor_t* self);
 
-/// Weighs what hangs on the legs against the masses that are given.
-/// @param wrench of the legs. Reentrant, constant time.
-void hexload_paper_supervisor_weigh(hexload_paper_supervisor_t* self, const hexload_config_t* config,
-                                    const hexload_paper_filter_t* filter, const hexload_present_tick_t* now,
-                                    const hexload_wrench_t* wrench);
-
 /// Fills in the estimate from the filter and judges it.
+/// @param weight_error share by which the weight is not that of the given masses (hexload_known_mass_t).
 /// @param[in,out] health sets NOT_EXCITED, INCONSISTENT, MODEL_MISFIT. Reentrant, constant time.
 void hexload_paper_supervisor_judge(hexload_paper_supervisor_t* self, const hexload_config_t* config,
                                     const hexload_paper_filter_t* filter,
-                                    const hexload_residual_test_t* residual_test,
+                                    const hexload_residual_test_t* residual_test, hexload_real_t weight_error,
                                     hexload_estimate_t* estimate, uint32_t* health);
 
 #endif

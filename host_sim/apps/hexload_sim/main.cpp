@@ -14,6 +14,7 @@
 #include "platform_file/input_error.hpp"
 #include "platform_file/rig_file.hpp"
 #include "transport/bus_load.hpp"
+#include "transport/key.hpp"
 #include "transport/real_time.hpp"
 
 #include <hexload/hexload.h>
@@ -99,6 +100,9 @@ std::unique_ptr<sim::EstimatorLink> make_link(const Options& options,
     settings.known_mass_crc = hexload_bus_known_mass_crc(static_cast<float>(
         config.kind == HEXLOAD_KIND_PAPER ? config.paper.load_mass_kg : config.momentum.prior_mass_kg));
     settings.configuration = options.any_configuration ? 0 : hexload_app_configuration(&config);
+    if (!options.key.empty()) {
+        settings.key = transport::read_key(options.key);
+    }
     settings.answer_timeout =
         std::chrono::ceil<std::chrono::milliseconds>(std::chrono::duration<double>(timeout_s));
     settings.report = [](const std::string& line) { fmt::print(stderr, "hexload_sim: {}\n", line); };

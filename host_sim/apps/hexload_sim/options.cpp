@@ -65,6 +65,9 @@ void declare_bus(CLI::App& app, Options& options) {
         ->excludes(bus, profile);
     app.add_option("--publish", options.publish,
                    "publish the run on LCM, samples and truth, for lcm-spy and lcm-logger: lcm, lcm:URL");
+    app.add_option("--key", options.key,
+                   "key file of a controller that has one: commands are sent with its codes")
+        ->needs(bus);
     auto* lockstep = app.add_flag("--lockstep", options.lockstep,
                                   "tick k + 1 follows when tick k is answered (default on a bus)");
     app.add_flag("--real-time", options.real_time, "ticks by the clock")->excludes(lockstep);

@@ -34,6 +34,7 @@ struct Options {
     hexload_bus_profile_t profile = HEXLOAD_BUS_FD;
     std::string feed;    // lcm or lcm:URL: the controller is there, not on a bus
     std::string publish; // lcm or lcm:URL: the run is published there
+    std::string key;     // file: the controller's
     bool any_configuration = false;
     std::optional<double> answer_timeout_s;
     bool lockstep = false;

@@ -8,9 +8,11 @@
 namespace hexload::sim {
 
 // A scenario at standstill whose hydraulics and servo are the defaults, scaled: piston area to the force,
-// valve to the speed, oil to area and stroke. The resonance of the platform on its oil columns, empty and
-// with the heaviest load, scales the valve's bandwidth, the pressure feedback and, where it is lower than the
-// default machine's, the loop gain, so that the servo is as well damped as the default one.
-Scenario scaled_machine(const PlatformFile& platform, const ActuatorLimits& limits, double heaviest_load_kg);
+// valve to the speed, oil to area and stroke. Its servo follows from the platform's six resonances on its oil
+// columns at home: the valve is twice as fast as the fastest of the empty platform, loop gain and pressure
+// feedback are the default machine's shares of the slowest with the heaviest load, less where the servo's
+// sampling would let a resonance grow.
+Scenario scaled_machine(const PlatformFile& platform, const ActuatorLimits& limits,
+                        const Load& heaviest_load);
 
 } // namespace hexload::sim

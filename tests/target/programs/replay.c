@@ -47,7 +47,7 @@ static uint32_t count_nops(void) {
     return instruction_counter_since(mark);
 }
 
-/// From the wrench to the weight, of a sample that lacks no force.
+/// From the wrench to the weight, which counts as plausibility, of a sample that lacks no force.
 static void run_filter(hexload_paper_t* self, const hexload_config_t* config,
                        const hexload_present_tick_t* now, uint32_t instructions[STAGES], uint32_t* health) {
     hexload_wrench_t wrench;
@@ -63,8 +63,8 @@ static void run_filter(hexload_paper_t* self, const hexload_config_t* config,
     }
     instructions[FILTER] = instruction_counter_since(mark);
     mark = instruction_counter_mark();
-    hexload_paper_supervisor_weigh(&self->supervisor, config, &self->filter, now, &wrench);
-    instructions[SUPERVISOR] = instruction_counter_since(mark);
+    hexload_known_mass_step(&self->known_mass, config, now, &wrench);
+    instructions[PLAUSIBILITY] += instruction_counter_since(mark);
 }
 
 /// hexload_paper_tick() without its bookkeeping, with marks. After a refusal the later stages have no
@@ -100,14 +100,13 @@ static void run_stages(hexload_paper_t* self, const hexload_config_t* config, co
     instructions[LEG_SAMPLE] += instruction_counter_since(mark);
     mark = instruction_counter_mark();
     hexload_plausibility_step(&self->plausibility, config, raw, &now, config->rig.velocity_delay_s);
-    hexload_known_mass_step(&self->known_mass, config, &now);
     instructions[PLAUSIBILITY] = instruction_counter_since(mark);
     if (hexload_paper_has_torque(self, &now)) {
         run_filter(self, config, &now, instructions, &health);
     }
     mark = instruction_counter_mark();
-    hexload_paper_supervisor_judge(&self->supervisor, config, &self->filter, &self->residual_test, &estimate,
-                                   &health);
+    hexload_paper_supervisor_judge(&self->supervisor, config, &self->filter, &self->residual_test,
+                                   self->known_mass.weight_error, &estimate, &health);
     instructions[SUPERVISOR] += instruction_counter_since(mark);
     mark = instruction_counter_mark();
     hexload_plausibility_judge(&self->plausibility, HEXLOAD_PAPER_DIM, &estimate, &self->health.input,

@@ -10,6 +10,7 @@
 // Written down from the contract, not taken from the generated codec.
 enum {
     ID_COMMAND = 0x010,
+    ID_COMMAND_MAC = 0x011,
     ID_SAMPLE_TICK = 0x07F,
     ID_LEG_SAMPLE_FD = 0x080,
     ID_LEG_SAMPLE_1 = 0x081,
@@ -21,6 +22,7 @@ enum {
     ID_LOAD_FD = 0x105,
     ID_LOAD_SIGMA_FD = 0x106,
     ID_ACKNOWLEDGE = 0x110,
+    ID_CHALLENGE = 0x111,
     ID_CONTROLLER_STATUS = 0x120,
 };
 

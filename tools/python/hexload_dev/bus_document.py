@@ -97,6 +97,7 @@ def bus_load(contract: Database, name: str, filter_name: str, data_mbit_s: float
     return sum(load(message, data_mbit_s) for message in messages_of(contract, name, filter_name))
 
 
+FLOOD_FRAMES_S = 50 + 50 + 100  # acknowledges of refusals, challenges for guesses and for questions
 UNPROTECTED_TICK_BYTES = 4  # of SampleTick in version 1 of the contract, which had no checksum there and in the legs
 
 
@@ -282,7 +283,7 @@ LoadFd, LoadSigmaFd and HealthFd, or 26 pages. A round of pages describes one ti
 {paper_age} ticks (paper) or {momentum_age} ticks (momentum) old when its last page comes. A load change is reported at once: by LoadChange, before the answer to the sample at which it was
 detected; by the health bit in that answer, or in the next page 0; and by a count that stays in ControllerStatus.
 
-Each frame is protected end to end, see below. Channels beyond a signal's range arrive as its end, and are counted; the most negative number of a channel is not used. Numbers that are not finite are not sent, and are
+Each frame is protected end to end, and commands by a key, see below. Channels beyond a signal's range arrive as its end, and are counted; the most negative number of a channel is not used. Numbers that are not finite are not sent, and are
 refused when they come. C code: [bus.h](bus.h) for single frames, [sample_assembly.h](sample_assembly.h) and
 [answer_assembly.h](answer_assembly.h) for whole samples and answers.
 
@@ -316,6 +317,31 @@ What the reader does:
 
 Protection keeps accidents out: lost, doubled, late, damaged and misdirected frames, a second simulator, a wrong file. It has no
 key: who forges frames on purpose and knows this page is not kept out by it.
+
+## Authentication of commands
+
+In the manner of AUTOSAR's "Specification of Secure Onboard Communication": a controller with a key of 128 bits carries out the
+commands of who has the key too, and no others. Challenge and response:
+
+1. The command *challenge*, which needs no key, is answered by Challenge with a number that is used once.
+2. A command is two frames: Command, and CommandMac with 64 bits of its AES-CMAC (RFC 4493, NIST SP 800-38B) over 20 bytes: the
+   Data ID 0x484C0011, least significant byte first, the number, the eight bytes of Command.
+3. The controller compares, takes another number whatever came of it, tells that by Challenge, and acknowledges.
+
+So a recorded command is worth nothing, and one with other bytes neither. What the controller does:
+
+- A Command whose code does not come within 50 ms, or before another Command, is refused: counted among the refused frames, and
+  acknowledged as *not authenticated*, 50 times a second at most.
+- After a code that does not match, none is looked at for 20 ms. So 50 in a second can be guessed at, each of them right once in
+  2^64 times.
+- The number is the first 64 bits of a CMAC too, over the Data ID 0x484C0111, a seed that the port gives once per start and never
+  twice, and a count. So no start repeats another's numbers, and nobody foretells one to have it answered beforehand.
+- Without a key a controller carries out anybody's commands, and says *unknown command* to *challenge*.
+
+The two frames have no checksum: a damaged one makes a code that does not match. Samples, answers, status and acknowledges are not
+authenticated: who forges those can end a run, or lie about it. Who keeps the bus busy can keep commands out. On LCM nothing is
+authenticated. C code: [authentication.h](authentication.h), [cmac.h](cmac.h); the key is the port's, and AES: its hardware's, or
+mbedTLS.
 """
 
 LOAD_TEXT = """\
@@ -332,7 +358,9 @@ Longest frames, with worst-case bit stuffing and the interframe space of 3 bits;
 Protection adds {added:.2f} % to the classic load: the two bytes by which SampleTick has grown; the legs gave up room for theirs, see
 Quantisation. It adds nothing to FD frames.
 
-Commands, acknowledges and LoadChange come on demand, {command_us:.0f} us each at 1 Mbit/s, and are not in the sums.
+Commands, acknowledges and LoadChange come on demand, {command_us:.0f} us each at 1 Mbit/s, and are not in the sums. A command to a
+controller with a key is four frames in place of two, {authenticated_us:.0f} us, six with its *challenge*. Who floods the bus with commands is told
+so by 50 acknowledges, 50 challenges for guesses and 100 for questions a second at most: {flood:.1f} % of the bus.
 """
 
 QUANTISATION_TEXT = """\
@@ -350,7 +378,12 @@ def document() -> str:
     for message in contract.messages:
         lines += [f"### `0x{message.frame_id:03X}` {message.name}", "", message.comment, "", *signals_table(message)]
     command_us = classic_bits(8) * NOMINAL_BIT_S * 1e6
-    lines += [PROTECTION_TEXT, LOAD_TEXT.format(command_us=command_us, added=100 * protection_load(contract))]
+    numbers = {
+        "command_us": command_us,
+        "authenticated_us": 4 * command_us,
+        "flood": FLOOD_FRAMES_S * command_us * 1e-4,
+    }
+    lines += [PROTECTION_TEXT, LOAD_TEXT.format(**numbers, added=100 * protection_load(contract))]
     lines += ["### Classic at 1 Mbit/s, either filter", "", *load_table(contract, "classic", "momentum")]
     for filter_name, title in FILTER_TITLES.items():
         lines += [f"### FD at 1 Mbit/s, data at {DATA_MBIT_S} Mbit/s, {title}", ""]

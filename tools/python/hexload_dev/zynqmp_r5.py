@@ -335,6 +335,9 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("--profile", default="classic", help="frames of the bus: classic, the only one it has")
     parser.add_argument("--sample-timeout-ms", type=int, help="silence of the samples in real time that is a fault")
     parser.add_argument(
+        "--without-authentication", action="store_true", help="carry out commands of anybody on the bus; must be given"
+    )
+    parser.add_argument(
         "--die-with-parent", action="store_true", help="end when the process that started this one ends"
     )
     parser.add_argument("--board", type=Path, help="folder of an emulator that runs already; default: one of its own")
@@ -353,6 +356,8 @@ def _check(options: argparse.Namespace) -> str:
         raise InputError(
             f"--profile: found '{options.profile}', expected classic: this CAN controller has no FD frames"
         )
+    if not options.without_authentication:
+        raise InputError("--bus: found no --without-authentication, expected it: the emulated controller has no key")
     timeout = options.sample_timeout_ms
     if timeout is not None and timeout not in SAMPLE_TIMEOUT_MS:
         raise InputError(f"--sample-timeout-ms: found {timeout}, expected 5..60000")

@@ -1,5 +1,6 @@
 """The command line: verbs, their options and examples. Each verb's work is in the module of its name."""
 
+import contextlib
 import functools
 import os
 import sys
@@ -107,6 +108,13 @@ def sim(
         bool, typer.Option("--lockstep", help="Tick k + 1 follows when tick k is answered (default on a bus).")
     ] = False,
     real_time: Annotated[bool, typer.Option("--real-time", help="One tick per millisecond, by the clock.")] = False,
+    key: Annotated[
+        Path | None,
+        typer.Option(
+            help="Key file of the controller on the bus (hexload key new).",
+            show_default="a new one for this run; with --external-controller none",
+        ),
+    ] = None,
     feed: Annotated[
         str | None,
         typer.Option(help="Run simulator and controller as two programs on LCM instead of a bus: lcm, lcm:URL."),
@@ -158,6 +166,9 @@ def sim(
         estimator, reason = fit
         if not (quiet or as_json):
             print(f"estimator {estimator}: {reason}", flush=True)
+    stack = contextlib.ExitStack()
+    if key is None and bus not in (None, "inproc") and not external_controller:
+        key = stack.enter_context(verb.key_for_one_run())
     given = {
         "--duration": duration,
         "--substeps": substeps,
@@ -165,6 +176,7 @@ def sim(
         "--prior": prior,
         "--rig": rig,
         "--bus": bus,
+        "--key": key,
         "--profile": profile,
         "--feed": feed,
         "--publish": publish,
@@ -176,13 +188,21 @@ def sim(
     controller = None
     if (bus not in (None, "inproc") or feed) and not external_controller:
         controller = verb.controller_options(
-            bus, feed, profile, estimator, prior, None if rig is None else str(rig), real_time
+            bus,
+            feed,
+            profile,
+            estimator,
+            prior,
+            None if rig is None else str(rig),
+            None if key is None else str(key),
+            real_time,
         )
     run = functools.partial(verb.run_simulation, scenario, out, seed, tuple(options), controller)
-    if view and real_time:
-        _view_simulation(verb.platform_file(verb.resolve_scenario(scenario)), bus, profile, publish, run)
-        return
-    directory = run()
+    with stack:
+        if view and real_time:
+            _view_simulation(verb.platform_file(verb.resolve_scenario(scenario)), bus, profile, publish, key, run)
+            return
+        directory = run()
     if as_json:
         output.print_json(verb.figures(directory))
     else:
@@ -642,6 +662,32 @@ def platform_check(
         raise typer.Exit(EXIT_IMPLAUSIBLE_INPUT)
 
 
+key_app = typer.Typer(
+    name="key", help="The key of a controller and of those who command it: new.", no_args_is_help=True
+)
+app.add_typer(key_app)
+
+
+@key_app.callback()
+def key_verb() -> None:
+    """The key of a controller and of those who command it: new."""
+
+
+@key_app.command("new")
+def key_new(file: Annotated[Path, typer.Argument(help="File to write, for its owner alone.")]) -> None:
+    """Writes a new key file: 32 random hexadecimal digits, mode 0600.
+
+    A controller that has it (hexload_ecu --key, at build HEXLOAD_KEY_FILE) carries out the commands of who has it too (sim,
+    view: --key), and no others. Copy it to their computers on a safe way.
+
+    Example:  hexload key new platform.key
+    """
+    from hexload.io.key_file import new_key
+
+    new_key(file)
+    print(file)
+
+
 @app.command("view")
 def view_verb(
     recorded: Annotated[
@@ -659,6 +705,9 @@ def view_verb(
     lcm: Annotated[str | None, typer.Option(help="Listen on LCM: its URL, or default.")] = None,
     estimator: Annotated[Estimator | None, typer.Option(help="Of a log: instead of the platform file's.")] = None,
     rig: Annotated[Path | None, typer.Option(help="Of a log: file of hexload commission.")] = None,
+    key: Annotated[
+        Path | None, typer.Option(help="Key file of the controller on the bus, for the buttons (hexload key new).")
+    ] = None,
     port: Annotated[
         int, typer.Option(min=0, max=65535, help="Of the page, on 127.0.0.1; the next free one is taken.")
     ] = 8080,
@@ -690,7 +739,7 @@ def view_verb(
         raise InputError("view: found nothing to show, expected a run directory, a log, --bus or --lcm")
     if platform is None or screenshot is not None:
         raise InputError("view: found --bus or --lcm, expected --platform with it, and no --screenshot")
-    verb.show_live(platform, bus, profile, _lcm_url(lcm), port)
+    verb.show_live(platform, bus, profile, _lcm_url(lcm), port, key)
 
 
 @app.command()
@@ -755,12 +804,18 @@ def _view_replay(platform: Path, log: Path, result: dict) -> None:
 
 
 def _view_simulation(
-    platform: Path, bus: str | None, profile: Profile | None, publish: str | None, run: Callable[[], Path]
+    platform: Path,
+    bus: str | None,
+    profile: Profile | None,
+    publish: str | None,
+    key: Path | None,
+    run: Callable[[], Path],
 ) -> None:
     """Live while it runs; then its recording, with a time slider."""
     from hexload.view import verb
 
-    with verb.live_page(platform, None if bus == "inproc" else bus, profile, _lcm_url(publish)) as page:
+    on = None if bus == "inproc" else bus
+    with verb.live_page(platform, on, profile, _lcm_url(publish), key_file=key) as page:
         verb.tell(page)
         verb.wait_for_browser(page)
         directory = run()

@@ -205,7 +205,8 @@ def machine_of(native: ModuleType, wish: Wish, platform):
             f"can do: {', '.join(ACTUATOR_KEYS)} in the section [actuators], or the options "
             f"{', '.join(ACTUATOR_OPTIONS)}, or --scenario for the hydraulics and servo of a scenario"
         )
-    return native.scaled_machine(platform, values, heaviest_kg(wish, platform))
+    heaviest = load_on_axis(wish, platform, heaviest_kg(wish, platform))
+    return native.scaled_machine(platform, values, excite_check.native_load(native, heaviest))
 
 
 def summary_of(out: Path) -> Path:
@@ -277,12 +278,8 @@ def heaviest_kg(wish: Wish, platform) -> float:
 
 def problem_of(wish: Wish, platform, scenario) -> tuple[Problem, Machine]:
     """The optimisation's problem, with a margin to the machine's limits, and these."""
-    radius_m = float(np.linalg.norm(platform.platform_hinges_m, axis=1).mean())
-    mass_kg = expected_kg(wish, platform)
-    height_m = wish.height_m or 0.75 * radius_m
-    if wish.empty:
-        mass_kg = platform.mass_kg
-    theta = _load_theta(mass_kg, height_m, radius_m)
+    radius_m = _hinge_radius_m(platform)
+    theta = load_on_axis(wish, platform, platform.mass_kg if wish.empty else expected_kg(wish, platform))
     scale = np.abs(theta)
     scale[1:3] = scale[3]
     scale[7:] = theta[4:7].mean()
@@ -304,7 +301,7 @@ def problem_of(wish: Wish, platform, scenario) -> tuple[Problem, Machine]:
         ),
         sigmas=Sigmas(platform.velocity_sigma_m_s, platform.force_sigma_n),
         theta=np.zeros(10) if wish.empty else theta,
-        heaviest_theta=np.zeros(10) if wish.empty else _load_theta(heaviest_kg(wish, platform), height_m, radius_m),
+        heaviest_theta=np.zeros(10) if wish.empty else load_on_axis(wish, platform, heaviest_kg(wish, platform)),
         scale=scale,
         prior_sigma=PRIOR_SCALES * scale,
         duration_s=wish.duration_s,
@@ -332,11 +329,17 @@ def _with_posture_limits(
     return replace(problem, limits=limits), Machine(bounds, full_valve_error_m)
 
 
-def _load_theta(mass_kg: float, height_m: float, radius_m: float) -> Array:
-    """A body as wide as the hinges' circle, its centre over O_A."""
+def load_on_axis(wish: Wish, platform, mass_kg: float) -> Array:
+    """Theta of a body as wide as the hinges' circle, its centre over O_A."""
+    radius_m = _hinge_radius_m(platform)
+    height_m = wish.height_m or 0.75 * radius_m
     central_kg_m2 = mass_kg * (0.5 * radius_m) ** 2
     tilting_kg_m2 = central_kg_m2 + mass_kg * height_m**2
     return np.array([mass_kg, 0, 0, mass_kg * height_m, tilting_kg_m2, tilting_kg_m2, central_kg_m2, 0, 0, 0], float)
+
+
+def _hinge_radius_m(platform) -> float:
+    return float(np.linalg.norm(platform.platform_hinges_m, axis=1).mean())
 
 
 def _motion_of(native: ModuleType, scenario, platform, duration_s: float, name: str) -> tuple[Array, bool] | None:

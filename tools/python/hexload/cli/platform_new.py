@@ -372,7 +372,7 @@ force_sigma_n = {_number(machine.sigmas["force"])}
 # force_gain_common = 0.005
 # platform_mass = 0.03
 # platform_com_m = 0.002
-# platform_inertia = 0.03
+# platform_inertia = 0.06
 
 {"[load]" if machine.load_kg is not None else "# [load] # when the load's mass is known"}
 {f"known_mass_kg = {_number(machine.load_kg)}" if machine.load_kg is not None else "# known_mass_kg ="}

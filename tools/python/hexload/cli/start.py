@@ -11,6 +11,7 @@ EXTRAS = {
     "can": "bus",
     "cantools": "bus",
     "lcm": "bus",
+    "cryptography": "bus",
     "dask": "campaign",
     "distributed": "campaign",
     "viser": "view",

@@ -1,12 +1,13 @@
 """The end-to-end protection of firmware/bus/hexload.dbc: checksums that count an identifier's Data ID in.
 
 Frames of up to 8 bytes are AUTOSAR's E2E Profile 22: CRC-8H2F in byte 0. Longer ones have its Profile 4's CRC-32P4 in the
-last four bytes. firmware/bus/frame.h has the same in C.
+last four bytes. firmware/bus/frame.h has the same in C. The two frames of commands' authentication have none.
 """
 
 import functools
 
 FIRST_OF_32 = 0x484C0000  # Data ID of a long frame: this and the identifier
+UNCHECKED = (0x011, 0x111)  # CommandMac, Challenge: a damaged one makes a code that does not match
 
 
 def protected(identifier: int, data: bytes) -> bytes:

@@ -1,7 +1,10 @@
 """`hexload sim`: resolves the scenario's name and runs the simulator, with the estimator in process or on a bus."""
 
 import subprocess
+import tempfile
 import tomllib
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 import numpy as np
@@ -9,6 +12,7 @@ import numpy as np
 from hexload import project
 from hexload.errors import InputError, ToolFailed
 from hexload.estimation.load_summary import inconsistent_words
+from hexload.io.key_file import new_key
 from hexload.io.run_directory import PAPER_PARAMETERS, read_run
 from hexload.simulation.virtual_controller import running_controller
 from hexload.theory.bound import THETA_NAMES
@@ -158,6 +162,7 @@ def controller_options(
     estimator: str | None,
     prior: str | None,
     rig: str | None,
+    key: str | None,
     real_time: bool,
 ) -> tuple:
     """Options of a hexload_ecu that fits a simulator with these."""
@@ -168,9 +173,19 @@ def controller_options(
         "--estimator": estimator,
         "--prior": prior,
         "--rig": rig,
+        "--key": key,
     }
     words = [word for name, value in given.items() if value is not None for word in (name, value)]
     return (*words, *(("--real-time-priority",) if real_time else ()))
+
+
+@contextmanager
+def key_for_one_run() -> Iterator[Path]:
+    """A key file of two programs that are started together."""
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder, "run.key")
+        new_key(path)
+        yield path
 
 
 def _run(command: list, scenario: Path, controller: tuple | None) -> int:

@@ -9,6 +9,7 @@ import numpy as np
 
 from hexload import project
 from hexload.errors import InputError, ToolFailed
+from hexload.io.authentication import ASK, CHALLENGE, Authenticator
 from hexload.io.run_directory import PAPER_PARAMETERS
 from hexload.theory.bound import THETA_NAMES
 from hexload.view.frame import Estimate
@@ -55,7 +56,7 @@ class Words:
 class BusListener:
     """Feeds `live` until `close`. Raises InputError for a name, ToolFailed where there is no such bus or no codec."""
 
-    def __init__(self, live: Live, name: str, profile: str = "fd"):
+    def __init__(self, live: Live, name: str, profile: str = "fd", key: bytes | None = None):
         project.ensure_built("hexload_native")
         codec = getattr(project.native_module(), "bus", None)
         if codec is None:
@@ -67,6 +68,7 @@ class BusListener:
         self._bus = open_bus(name, profile)
         answers = codec.AnswerAssembly(profile)
         self._tick = 0
+        self._authenticator = None if key is None else Authenticator(key, self._put, self._ask)
         self._readers = (
             (codec.SampleAssembly(profile).add, self._take_sample),
             (lambda frame: answers.add(frame, self._tick), self._take_answer),
@@ -94,6 +96,8 @@ class BusListener:
     def _take(self, frame: tuple) -> None:
         """To the readers whose frame it is: what a reader calls another's is not offered to it again."""
         identifier = frame[0]
+        if identifier == CHALLENGE and self._authenticator is not None:
+            self._authenticator.challenge(frame[2])
         mine = self._readers_of.setdefault(identifier, self._readers)
         for reader in mine:
             read, take = reader
@@ -129,10 +133,16 @@ class BusListener:
 
     def send(self, kind: int, number: int, argument: float) -> None:
         """A command to the controller."""
-        identifier, is_fd, data = self._codec.encode_command(kind, number, argument, MONITOR, self._session)
-        self._bus.send(
-            can.Message(arbitration_id=identifier, is_extended_id=False, is_fd=is_fd, data=data), timeout=WAIT_S
-        )
+        identifier, _, data = self._codec.encode_command(kind, number, argument, MONITOR, self._session)
+        put = self._put if self._authenticator is None else self._authenticator.command
+        put(identifier, data)
+
+    def _ask(self) -> None:
+        identifier, _, data = self._codec.encode_command(ASK, 0, 0.0, MONITOR, self._session)
+        self._put(identifier, data)
+
+    def _put(self, identifier: int, data: bytes) -> None:
+        self._bus.send(can.Message(arbitration_id=identifier, is_extended_id=False, data=data), timeout=WAIT_S)
 
     def close(self) -> None:
         self._ended.set()

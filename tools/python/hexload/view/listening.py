@@ -8,15 +8,18 @@ from hexload.view.live import Live
 
 
 @contextmanager
-def listened_to(bus: str | None, profile: str | None, url: str | None, tick_s: float = 1e-3) -> Iterator[Live]:
-    """Raises InputError for a name, ToolFailed where there is no such bus, no codec or no LCM."""
+def listened_to(
+    bus: str | None, profile: str | None, url: str | None, tick_s: float = 1e-3, key: bytes | None = None
+) -> Iterator[Live]:
+    """`key`: of the controller on the bus, for commands. Raises InputError for a name, ToolFailed where there is no such bus,
+    no codec or no LCM."""
     project.ensure_built("hexload_native")
     live = Live(f"live on {bus or 'LCM'}", tick_s)
     with ExitStack() as stack:
         if bus is not None:
             from hexload.view.bus_listener import BusListener
 
-            listener = stack.enter_context(closing(BusListener(live, bus, profile or "fd")))
+            listener = stack.enter_context(closing(BusListener(live, bus, profile or "fd", key)))
             live.sender = listener.send
         if url is not None:
             from hexload.view.lcm_listener import LcmListener

@@ -21,7 +21,7 @@ RATE_S = 1.0  # over which samples per second are counted
 NOTE_S = 0.05  # between the points of a curve
 COMMAND_NUMBERS = 256
 MONITOR, SESSIONS = 2, 4096  # the bus contract's kind of source that a page is; each has one of so many numbers
-KINDS = {"start": 1, "stop": 2, "reset": 3, "select filter": 4, "set known mass": 5}
+KINDS = {"start": 1, "stop": 2, "reset": 3, "select filter": 4, "set known mass": 5, "challenge": 6}
 
 
 class Sender(Protocol):

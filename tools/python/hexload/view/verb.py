@@ -11,6 +11,7 @@ from hexload import project
 from hexload.errors import InputError
 from hexload.estimation.replay import replay_log
 from hexload.io.atomic_file import replaced_when_done
+from hexload.io.key_file import read_key
 from hexload.platform import Platform
 from hexload.view.controls import add_controls, add_plant_controls
 from hexload.view.frame import Source
@@ -63,13 +64,20 @@ def tell(page: Page) -> None:
 
 @contextmanager
 def live_page(
-    platform_file: Path, bus: str | None, profile: str | None, url: str | None, port: int = PORT
+    platform_file: Path,
+    bus: str | None,
+    profile: str | None,
+    url: str | None,
+    port: int = PORT,
+    key_file: Path | None = None,
 ) -> Iterator[Page]:
-    """A page that listens on a bus, on LCM, or on both: then the samples are the bus', the truth LCM's."""
+    """A page that listens on a bus, on LCM, or on both: then the samples are the bus', the truth LCM's. `key_file`: of the
+    controller on the bus."""
     project.ensure_built("hexload_native")
     platform = Platform.of(platform_file)
+    key = None if key_file is None else read_key(key_file)
     with (
-        listened_to(bus, profile, url, platform.native().tick_s) as live,
+        listened_to(bus, profile, url, platform.native().tick_s, key) as live,
         closing(page_of(platform, live, port)) as page,
     ):
         mass_kg = platform.native().known_mass_kg or GUESSED_MASS_KG
@@ -79,8 +87,10 @@ def live_page(
         yield page
 
 
-def show_live(platform_file: Path, bus: str | None, profile: str | None, url: str | None, port: int) -> None:
-    with live_page(platform_file, bus, profile, url, port) as page:
+def show_live(
+    platform_file: Path, bus: str | None, profile: str | None, url: str | None, port: int, key_file: Path | None
+) -> None:
+    with live_page(platform_file, bus, profile, url, port, key_file) as page:
         tell(page)
         page.wait()
 

@@ -1,0 +1,17 @@
+# cmake -DFROM=folder -DTO=folder -P check_lengths.cmake: the headers that lcm-gen writes, with the lengths of texts checked on
+# both sides. As they come, a text of length -2^31 is read as one of 2^31 - 1 bytes: 2 GB of memory that is not the message's.
+file(GLOB headers "${FROM}/*.hpp")
+foreach(header IN LISTS headers)
+    file(READ "${header}" text)
+    string(REGEX MATCHALL "[.]assign\\(" texts "${text}")
+    set(check "if\\((__[a-z_]+_len(__)?) > maxlen - pos\\) return -1")
+    string(REGEX MATCHALL "${check}" checks "${text}")
+    list(LENGTH texts texts)
+    list(LENGTH checks checks)
+    if(NOT texts EQUAL checks)
+        message(FATAL_ERROR "${header}: found ${checks} checks of ${texts} texts, expected one of each, as lcm-gen 1.5 writes it")
+    endif()
+    string(REGEX REPLACE "${check}" "if(\\1 < 1 || \\1 > maxlen - pos) return -1" text "${text}")
+    cmake_path(GET header FILENAME name)
+    file(WRITE "${TO}/${name}" "${text}")
+endforeach()
