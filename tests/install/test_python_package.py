@@ -13,7 +13,7 @@ ROOT = Path(os.environ["HEXLOAD_SOURCE_DIR"])
 DATA = ROOT / "tests" / "data"
 SIGMAS = 5.0  # a Gaussian error is larger once in two million times
 # Not optimised, which takes half as long to compile: optimised it is the module that the preset host builds.
-QUICKLY = ("-Ccmake.build-type=Debug", "-Ccmake.define.CMAKE_CXX_FLAGS_DEBUG=-O0")
+QUICKLY = [f"--config-settings=cmake.{key}" for key in ("build-type=Debug", "define.CMAKE_CXX_FLAGS_DEBUG=-O0")]
 
 
 @pytest.fixture(scope="module")
