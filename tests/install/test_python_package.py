@@ -12,8 +12,6 @@ import pytest
 ROOT = Path(os.environ["HEXLOAD_SOURCE_DIR"])
 DATA = ROOT / "tests" / "data"
 SIGMAS = 5.0  # a Gaussian error is larger once in two million times
-# Not optimised, which takes half as long to compile: optimised it is the module that the preset host builds.
-QUICKLY = [f"--config-settings=cmake.{key}" for key in ("build-type=Debug", "define.CMAKE_CXX_FLAGS_DEBUG=-O0")]
 
 
 @pytest.fixture(scope="module")
@@ -22,7 +20,7 @@ def environment(tmp_path_factory):
     folder = tmp_path_factory.mktemp("environment") / "venv"
     subprocess.run([sys.executable, "-m", "venv", folder], check=True)
     python = folder / "bin" / "python"
-    install = [python, "-m", "pip", "install", "--disable-pip-version-check", "--no-compile", *QUICKLY, ROOT]
+    install = [python, "-m", "pip", "install", "--disable-pip-version-check", "--no-compile", ROOT]
     result = subprocess.run(install, capture_output=True, text=True, env=clean_environment())
     assert result.returncode == 0, result.stdout[-4000:] + result.stderr[-4000:]
     return python
