@@ -92,8 +92,8 @@ static inline void watch_load(hexload_momentum_t* self, const hexload_config_t* 
         without_effects = *now;
         clean = *now->sample;
         without_effects.sample = &clean;
-        hexload_actuator_effects_clean(&effects->filter, &self->filter, config, HEXLOAD_LOAD_MONITOR_MEMORY_S,
-                                       now->motion, &clean, &without_effects.sensors);
+        hexload_actuator_effects_clean(&effects->filter, &self->filter, config, now->motion, &clean,
+                                       &without_effects.sensors);
         seen = &without_effects;
     }
     const hexload_fit_t fit = fit_of(self, config);
@@ -286,8 +286,8 @@ static inline hexload_status_t hexload_momentum_run(hexload_momentum_t* self, co
         restart(self, config, effects, &health);
     }
     read_load(self, config, estimate);
-    hexload_momentum_supervisor_judge(&self->supervisor, config, &self->filter, &self->jackknife,
-                                      &self->residual_test, estimate, &health);
+    health |= hexload_momentum_supervisor_judge(&self->supervisor, config, &self->filter, &self->jackknife,
+                                                &self->residual_test, estimate);
     if (effects != NULL) {
         hexload_identifiability_judge(&effects->identifiability, estimate, &health);
     }

@@ -95,8 +95,8 @@ static inline hexload_status_t hexload_paper_run(hexload_paper_t* self, const he
     // With its gaps: a value that is missing keeps its half second from saying anything.
     hexload_plausibility_step(&self->plausibility, config, raw, &now, config->rig.velocity_delay_s);
     hexload_paper_identify(self, config, &now, trace, &health);
-    hexload_paper_supervisor_judge(&self->supervisor, config, &self->filter, &self->residual_test,
-                                   self->known_mass.weight_error, estimate, &health);
+    health |= hexload_paper_supervisor_judge(&self->supervisor, config, &self->filter, &self->residual_test,
+                                             self->known_mass.weight_error, estimate);
     hexload_plausibility_judge(&self->plausibility, HEXLOAD_PAPER_DIM, estimate, &self->health.input,
                                &health);
     hexload_known_mass_judge(&self->known_mass, estimate, &self->health.input, &health);

@@ -9,6 +9,7 @@ from bus_frames import DBC, encode
 from hexload import project
 from hexload.errors import InputError
 from hexload_dev import boot_options, mps2, zynqmp_r5
+from loop import PLATFORM, Controller
 
 IDLE, ARMED, ESTIMATING, FAULT = 0, 1, 2, 4
 SAMPLE_TIMEOUT = 1
@@ -86,3 +87,22 @@ def test_a_platform_that_no_controller_can_have_is_refused(tmp_path, keys, words
     options = argparse.Namespace(platform=file, rig=None, sample_timeout_ms=None)
     with pytest.raises(InputError, match=re.escape(words)):
         zynqmp_r5.boot_options_of(options)
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        (["--profile", "fd"], "--profile: found 'fd', expected classic: this CAN controller has no FD frames"),
+        (
+            ["--bus", "udp_multicast:239.74.163.2"],
+            "--bus: found 'udp_multicast:239.74.163.2', expected socketcan:INTERFACE",
+        ),
+        (["--sample-timeout-ms", "4"], "--sample-timeout-ms: found 4, expected 5..60000"),
+    ],
+)
+def test_what_it_cannot_be_is_refused_with_the_reason(start, options, words):
+    # GIVEN an option that this controller cannot honour WHEN it is started THEN it ends before it looks for a bus
+    command = Controller.zynqmp_r5().command
+    program = start(*command, "--bus", "socketcan:vcan0", "--platform", PLATFORM, *options)
+    assert program.wait() == zynqmp_r5.BAD_INPUT
+    program.wait_for(re.escape(words))

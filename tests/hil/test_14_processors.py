@@ -11,7 +11,7 @@ import pytest
 
 from bus_frames import answers_of, sent_with_the_ticks
 from hexload_dev import zynqmp_r5
-from loop import PAPER_S, PAPER_TICKS, PLATFORM, Controller, Loop
+from loop import PAPER_S, PAPER_TICKS, Controller, Loop
 
 pytestmark = [pytest.mark.vcan, pytest.mark.needs("emulator")]
 
@@ -55,21 +55,3 @@ def test_a_processor_that_cannot_go_on_says_why_and_leaves_the_bus(loop, monkeyp
     assert abs(int(said[1], 16) - address) <= 4
     # and nothing was on the bus
     assert peer.can.recv(0) is None
-
-
-@pytest.mark.parametrize(
-    ("options", "words"),
-    [
-        (["--profile", "fd"], "--profile: found 'fd', expected classic: this CAN controller has no FD frames"),
-        (
-            ["--bus", "udp_multicast:239.74.163.2"],
-            "--bus: found 'udp_multicast:239.74.163.2', expected socketcan:INTERFACE",
-        ),
-        (["--sample-timeout-ms", "4"], "--sample-timeout-ms: found 4, expected 5..60000"),
-    ],
-)
-def test_what_it_cannot_be_is_refused_with_the_reason(start, kind, can_interface, options, words):
-    # GIVEN an option that this controller cannot honour WHEN it is started THEN it ends and says so
-    program = start(*kind.command, "--bus", f"socketcan:{can_interface}", "--platform", PLATFORM, *options)
-    assert program.wait() == zynqmp_r5.BAD_INPUT
-    program.wait_for(re.escape(words))

@@ -3,8 +3,6 @@
 import csv
 import gzip
 import json
-import subprocess
-import sys
 from functools import cache
 from pathlib import Path
 
@@ -14,6 +12,7 @@ import numpy as np
 import pytest
 from scipy.optimize import nnls
 
+from forked_command import hexload
 from hexload.campaign.cases import Case
 from hexload.campaign.one_case import scale_of, simulate
 from hexload.estimation.firmware_run import run_firmware
@@ -188,10 +187,6 @@ def short_log(tmp_path) -> Path:
     with gzip.open(DATA / "work_motion.csv.gz", "rt") as log:
         path.write_text("".join(log.readline() for _ in range(901)))
     return path
-
-
-def hexload(*arguments) -> subprocess.CompletedProcess:
-    return subprocess.run([sys.executable, "-m", "hexload_dev", *map(str, arguments)], capture_output=True, text=True)
 
 
 def test_replay_tells_the_body_and_the_nearest_one_when_no_body_has_the_estimate(short_log, tmp_path):

@@ -1,20 +1,14 @@
 """A run and its replay are the same firmware on the same values: their estimates agree to the byte."""
 
-import subprocess
-import sys
-
 import pytest
 
+from forked_command import hexload
 from hexload.estimation import load_summary
 from hexload.io.run_directory import read_run
 from hexload.report import table3
 from hexload.report.page import write_report
 
 DURATION_S = "1.5"
-
-
-def hexload(*arguments):
-    return subprocess.run([sys.executable, "-m", "hexload_dev", *map(str, arguments)], capture_output=True, text=True)
 
 
 @pytest.fixture(scope="module", params=["safe", "printed"])

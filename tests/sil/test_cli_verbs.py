@@ -9,6 +9,7 @@ import tomllib
 
 import pytest
 
+from forked_command import ENVIRONMENT, hexload
 from hexload import project
 from hexload.io.log_file import COLUMNS
 from hexload.io.run_directory import read_run
@@ -33,12 +34,13 @@ VERBS = (
 GOOD_LOG = "\n".join([",".join(COLUMNS), *(f"{k / 1000}" + ",0" * 12 + ",1070" * 6 for k in range(20)), ""])
 
 
-def hexload(*arguments, environment=None):
+def started(*arguments, environment=None):
+    """The command line from its start."""
     return subprocess.run(
         [sys.executable, "-m", "hexload_dev", *map(str, arguments)],
         capture_output=True,
         text=True,
-        env=os.environ | {"COLUMNS": "200", "TERM": "dumb", "NO_COLOR": "1"} | (environment or {}),
+        env=os.environ | ENVIRONMENT | (environment or {}),
     )
 
 
@@ -65,7 +67,7 @@ def platform(tmp_path):
 
 
 def test_help_names_every_verb():
-    result = hexload("--help")
+    result = started("--help")
     assert result.returncode == 0
     assert all(verb in result.stdout for verb in VERBS)
 
@@ -101,7 +103,7 @@ def test_the_help_of_the_platform_verbs_has_an_example(verb):
 def test_the_version_is_the_projects():
     # GIVEN the version that the package is built with WHEN it is asked for THEN it is told, in one line
     described = tomllib.loads((project.ROOT / "pyproject.toml").read_text())
-    result = hexload("--version")
+    result = started("--version")
     assert (result.returncode, result.stdout) == (0, f"hexload {described['project']['version']}\n")
 
 
@@ -109,17 +111,17 @@ def test_a_shell_is_told_how_verbs_and_options_go_on():
     # GIVEN what bash asks of a command WHEN a verb or an option has been begun THEN it is completed
     for words, expected in (("hexload comm", "commission"), ("hexload excite --leg-s", "--leg-speed")):
         asked = {"COMP_WORDS": words, "COMP_CWORD": str(words.count(" ")), "_HEXLOAD_COMPLETE": "complete_bash"}
-        result = hexload(environment=asked)
+        result = started(environment=asked)
         assert result.stdout.split() == [expected]
 
 
 def test_without_a_verb_help_is_shown_and_nothing_else():
-    result = hexload()
+    result = started()
     assert (result.returncode, result.stderr) == (2, "")
 
 
 def test_an_unknown_verb_is_refused():
-    assert_refused(hexload("identify"), "No such command 'identify'")
+    assert_refused(started("identify"), "No such command 'identify'")
 
 
 def test_an_unknown_option_is_refused():
@@ -149,7 +151,7 @@ def test_a_scenario_is_found_by_name_from_any_folder(tmp_path, monkeypatch):
 def test_sim_says_what_the_estimator_was_given_of_the_load_and_where_it_is_not_true(tmp_path):
     # GIVEN a scenario whose platform begins empty, and a platform file that knows of a load of 500 kg
     # WHEN it runs until this load has come, but not the next
-    result = hexload("sim", "load_change", "--estimator", "paper", "--duration", 8.5, "--out", tmp_path / "run")
+    result = started("sim", "load_change", "--estimator", "paper", "--duration", 8.5, "--out", tmp_path / "run")
     # THEN the summary tells the mass, the key, and the time in which there is another load
     assert result.returncode == 0, result.stderr
     assert "given beforehand: the load weighs 500 kg (load.known_mass_kg of paper.toml)" in result.stdout

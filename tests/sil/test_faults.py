@@ -9,6 +9,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from forked_command import hexload
 from hexload.errors import InputError
 from hexload.faults import fault_report, verb
 from hexload.faults.kinds import ESTIMATORS, GROUPS, KINDS
@@ -40,6 +41,12 @@ def finished(tmp_path_factory):
     result = run(*options)
     assert result.returncode == 0, result.stderr
     return out, result.stdout
+
+
+@pytest.fixture(scope="module")
+def logs(tmp_path_factory):
+    """Clean runs, which tests share as the cases of a campaign do."""
+    return tmp_path_factory.mktemp("logs")
 
 
 def outcomes(out):
@@ -111,9 +118,9 @@ def test_cases_are_all_kinds_sizes_motions_and_estimators():
     assert len(quick) == len(KINDS) - 1
 
 
-def test_scales_are_those_of_the_true_platform_not_of_the_told_one(tmp_path):
+def test_scales_are_those_of_the_true_platform_not_of_the_told_one(logs):
     # GIVEN a platform whose inertia is told half as large again as it is
-    base = clean_recording("multisine", SEED, verb.DURATION_S, "momentum", str(tmp_path))
+    base = clean_recording("multisine", SEED, verb.DURATION_S, "momentum", str(logs))
     told = KINDS["platform_inertia"].apply(base, 0.5, np.random.default_rng(1))
     assert told.platform["platform"] != base.platform["platform"]
     # THEN errors are compared with the same scales as before
@@ -137,40 +144,40 @@ def test_what_is_true_of_a_load_is_no_false_report(tmp_path):
 
 
 @pytest.mark.parametrize("estimator", ESTIMATORS)
-def test_every_estimator_is_right_about_a_clean_run(estimator, tmp_path):
+def test_every_estimator_is_right_about_a_clean_run(estimator, logs):
     # GIVEN a multisine with a load that the estimator's model has WHEN nothing is wrong THEN no parameter is
-    result = run_fault(FaultCase("none", 0.0, "multisine", estimator, SEED, verb.DURATION_S), tmp_path)
+    result = run_fault(FaultCase("none", 0.0, "multisine", estimator, SEED, verb.DURATION_S), logs)
     assert result["wrong"] == [] and result["outcome"] in ("right", "false_alarm")
     assert is_possible(FaultCase("none", 0.0, "multisine", estimator, SEED, verb.DURATION_S))
 
 
-def test_a_commissioned_machine_knows_the_fault_that_it_had_when_empty(tmp_path):
+def test_a_commissioned_machine_knows_the_fault_that_it_had_when_empty(logs):
     # GIVEN force sensors of one leg 100 N off, which are reported WHEN the empty machine has been commissioned
     # with them
     case = FaultCase("force_bias", 100.0, "multisine", "momentum", SEED, verb.DURATION_S)
-    before = run_fault(case, tmp_path)
-    after = run_fault(replace(case, is_commissioned=True), tmp_path)
+    before = run_fault(case, logs)
+    after = run_fault(replace(case, is_commissioned=True), logs)
     # THEN the numbers are right, and without a word; before there was one
     assert "misfit" in before["words"]
     assert after["outcome"] == "right" and after["largest_sigmas"] < 5.0
     # AND the rig file is kept for the other motions; the fault is the same one on each of them
-    (rig,) = tmp_path.glob("force_bias-100-*.rig.toml")
+    (rig,) = logs.glob("force_bias-100-*.rig.toml")
     made = rig.stat().st_mtime_ns
-    assert run_fault(replace(case, motion="work", is_commissioned=True), tmp_path)["largest_sigmas"] < 5.0
+    assert run_fault(replace(case, motion="work", is_commissioned=True), logs)["largest_sigmas"] < 5.0
     assert rig.stat().st_mtime_ns == made
     # AND lost rows, or a load that falls off, are no faults of the empty machine: its rig file is that of the clean one
     for kind, size in (("lost", 0.01), ("falling", 0.1)):
         passing = FaultCase(kind, size, "multisine", "momentum", SEED, verb.DURATION_S, is_commissioned=True)
-        assert run_fault(passing, tmp_path)["outcome"] == "right"
-    assert sorted(path.name.split("-")[0] for path in tmp_path.glob("*.rig.toml")) == ["force_bias", "none"]
+        assert run_fault(passing, logs)["outcome"] == "right"
+    assert sorted(path.name.split("-")[0] for path in logs.glob("*.rig.toml")) == ["force_bias", "none"]
 
 
-def test_a_machine_that_cannot_be_commissioned_is_refused(tmp_path):
+def test_a_machine_that_cannot_be_commissioned_is_refused(logs):
     # GIVEN velocities and displacements in other units WHEN the empty machine is commissioned THEN the reason is told
     case = FaultCase("displacement_unit", 1e3, "multisine", "momentum", SEED, verb.DURATION_S, is_commissioned=True)
-    result = run_fault(case, tmp_path)
+    result = run_fault(case, logs)
     assert result["outcome"] == "refused" and result["words"][0].startswith("commissioning: empty.csv")
-    assert str(tmp_path) not in result["words"][0]
+    assert str(logs) not in result["words"][0]
 
 
 def test_kinds_are_chosen_by_name_or_group():
@@ -192,7 +199,7 @@ def test_kinds_are_chosen_by_name_or_group():
     ],
 )
 def test_what_is_not_known_is_refused(options, said, tmp_path):
-    result = run(*options, "--seed-base", SEED, "--out", tmp_path / "out")
+    result = hexload("faults", *options, "--seed-base", SEED, "--out", tmp_path / "out")
     assert (result.returncode, result.stderr) == (2, f"hexload: {said}\n")
     assert not (tmp_path / "out").exists()
     with pytest.raises(InputError):
@@ -200,7 +207,7 @@ def test_what_is_not_known_is_refused(options, said, tmp_path):
 
 
 def test_the_list_names_every_fault_with_sizes_and_words():
-    result = run("--list")
+    result = hexload("faults", "--list")
     assert result.returncode == 0
     for name, kind in KINDS.items():
         assert not kind.is_fault or f"  {name} " in result.stdout

@@ -1,9 +1,6 @@
 """`hexload platform new` and `platform check`: a machine as its owner knows it, and every wrong number by its key."""
 
 import json
-import os
-import subprocess
-import sys
 import tomllib
 from itertools import combinations
 from pathlib import Path
@@ -14,6 +11,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from excite_machines import forward_kinematics, random_platform
+from forked_command import hexload
 from hexload import project
 from hexload.cli import platform_new
 from hexload.errors import InputError
@@ -46,17 +44,6 @@ def made(tmp_path: Path, **changes: str | None) -> Path:
     given = PAPER | {name.replace("_", "-"): text for name, text in changes.items()}
     platform_new.new({name: text for name, text in given.items() if text is not None}, out, force=True)
     return out
-
-
-def hexload(*arguments: object) -> subprocess.CompletedProcess:
-    environment = os.environ | {"COLUMNS": "200", "TERM": "dumb", "NO_COLOR": "1"}
-    return subprocess.run(
-        [sys.executable, "-m", "hexload_dev", *map(str, arguments)],
-        capture_output=True,
-        text=True,
-        env=environment,
-        stdin=subprocess.DEVNULL,
-    )
 
 
 def test_the_papers_machine_is_made_of_its_radii_and_angles(tmp_path):

@@ -1,5 +1,6 @@
 """Leg logs from CAN and LCM: from every kind of file the same samples give the same estimates, and what is wrong is named."""
 
+import functools
 import gzip
 import os
 import subprocess
@@ -15,6 +16,7 @@ import pytest
 
 from hexload import project
 from hexload.errors import InputError
+from hexload.estimation.replay import replay_log
 from hexload.io.end_to_end import checksum, found_checksum, protected
 from hexload.io.log_file import COLUMNS, LegLog, read_log
 from hexload.io.log_formats import read_any_log
@@ -22,7 +24,7 @@ from hexload.io.log_formats import read_any_log
 SOURCE = Path(os.environ["HEXLOAD_SOURCE_DIR"])
 DATA = SOURCE / "tests" / "data"
 CONTRACT = cantools.database.load_file(SOURCE / "firmware" / "bus" / "hexload.dbc")
-ROWS = 3000
+ROWS = 1000
 LEGS = range(1, 7)
 CHANNELS = ("displacement", "velocity", "force")
 FD, CLASSIC = map(CONTRACT.get_message_by_name, ("LegSampleFd", "LegSample1"))
@@ -33,20 +35,20 @@ STEPS = {  # of displacement (m), velocity (m/s), force (N), from the contract
 NOMINAL_SIGMA = [20e-6, 1e-3, 5.0]
 
 
+@functools.cache
 def first_rows(name):
     log = read_log(DATA / f"{name}.csv.gz")
     return LegLog(log.t_s[:ROWS], log.displacement_m[:ROWS], log.velocity_m_s[:ROWS], log.force_n[:ROWS])
 
 
-@pytest.fixture(scope="module")
+@functools.cache
+def frames_of_rows(name, profile):
+    return tuple(frames_of(first_rows(name), profile))
+
+
+@pytest.fixture
 def recorded():
-    return first_rows("paper_noisy")
-
-
-@pytest.fixture(scope="module")
-def of_unknown_load():
-    """For the momentum filter."""
-    return first_rows("multisine_eccentric")
+    return first_rows(RECORDED)
 
 
 def quantised(log, profile):
@@ -135,6 +137,7 @@ def lcm_samples(log):
 
 
 PAPER, MOMENTUM = DATA / "paper_load.toml", DATA / "unknown_load.toml"
+RECORDED, OF_UNKNOWN_LOAD = "paper_noisy", "multisine_eccentric"  # logs, the second one for the momentum filter
 
 
 def replay(log, out, platform=PAPER):
@@ -143,60 +146,66 @@ def replay(log, out, platform=PAPER):
 
 
 def estimates(log, out, platform=PAPER):
-    result = replay(log, out, platform)
-    assert result.returncode == 0, result.stderr
+    """Without the command line, which takes longer to start than the firmware to run."""
+    replay_log(log, platform, None, None, out)
     return out.read_bytes()
+
+
+@pytest.fixture(scope="module")
+def of_csv(tmp_path_factory):
+    """of_csv(name, profile): the estimates of a CSV log; without a profile of all digits. Made once."""
+    folder = tmp_path_factory.mktemp("csv")
+
+    @functools.cache
+    def made(name, profile=None):
+        log = first_rows(name) if profile is None else quantised(first_rows(name), profile)
+        platform = {RECORDED: PAPER, OF_UNKNOWN_LOAD: MOMENTUM}[name]
+        return estimates(write_csv(folder / "log.csv", log), folder / "estimates.csv", platform)
+
+    return made
 
 
 @pytest.mark.parametrize(
     ("name", "profile"),
     [(f"log.{suffix}", profile) for suffix in ("log", "blf", "asc") for profile in ("fd", "classic")],
 )
-def test_a_can_log_replays_to_the_estimates_of_what_the_bus_carried(recorded, tmp_path, name, profile):
+def test_a_can_log_replays_to_the_estimates_of_what_the_bus_carried(of_csv, tmp_path, name, profile):
     # GIVEN the samples as the bus carries them, in a CSV log and in a CAN log
-    carried = quantised(recorded, profile)
-    csv = write_csv(tmp_path / "log.csv", carried)
-    bus = write_frames(tmp_path / name, frames_of(recorded, profile))
+    bus = write_frames(tmp_path / name, frames_of_rows(RECORDED, profile))
     # WHEN both are replayed THEN every byte of the estimates is the same
-    assert estimates(bus, tmp_path / "bus.csv") == estimates(csv, tmp_path / "csv.csv")
+    assert estimates(bus, tmp_path / "bus.csv") == of_csv(RECORDED, profile)
 
 
-def test_an_lcm_log_replays_to_the_same_estimates(recorded, tmp_path):
+def test_an_lcm_log_replays_to_the_same_estimates(of_csv, recorded, tmp_path):
     # GIVEN the samples in a CSV log and in an LCM log, which carries the controller's own float32
-    csv = write_csv(tmp_path / "log.csv", recorded)
     bus = write_lcm(tmp_path / "lcmlog-2026-11-21.00", lcm_samples(recorded))
     # WHEN both are replayed THEN every byte of the estimates is the same
-    assert estimates(bus, tmp_path / "bus.csv") == estimates(csv, tmp_path / "csv.csv")
+    assert estimates(bus, tmp_path / "bus.csv") == of_csv(RECORDED)
 
 
 @pytest.mark.parametrize(
-    ("name", "profile"), [("log.log", "fd"), ("log.blf", "classic"), ("lcmlog-2026-11-21.00", "fd")]
+    ("name", "profile"), [("log.log", "fd"), ("log.blf", "classic"), ("lcmlog-2026-11-21.00", None)]
 )
-def test_a_log_of_any_kind_replays_to_the_ten_parameters_of_what_was_carried(of_unknown_load, tmp_path, name, profile):
+def test_a_log_of_any_kind_replays_to_the_ten_parameters_of_what_was_carried(of_csv, tmp_path, name, profile):
     # GIVEN samples of a load of which nothing is known, in a CSV log and in a log of a bus or of LCM
-    is_lcm = name.startswith("lcm")
-    csv = write_csv(tmp_path / "log.csv", of_unknown_load if is_lcm else quantised(of_unknown_load, profile))
-    if is_lcm:
-        bus = write_lcm(tmp_path / name, lcm_samples(of_unknown_load))
+    if profile is None:
+        bus = write_lcm(tmp_path / name, lcm_samples(first_rows(OF_UNKNOWN_LOAD)))
     else:
-        bus = write_frames(tmp_path / name, frames_of(of_unknown_load, profile))
+        bus = write_frames(tmp_path / name, frames_of_rows(OF_UNKNOWN_LOAD, profile))
     # WHEN both are replayed THEN every byte of the estimates is the same, of all ten
     found = estimates(bus, tmp_path / "bus.csv", MOMENTUM)
-    assert found == estimates(csv, tmp_path / "csv.csv", MOMENTUM)
+    assert found == of_csv(OF_UNKNOWN_LOAD, profile)
     assert found.decode().startswith("t,m,hx,hy,hz,Ixx,Iyy,Izz,Ixy,Ixz,Iyz,s_m,")
 
 
 @pytest.mark.parametrize("profile", ["fd", "classic"])
-@pytest.mark.parametrize(
-    ("log_name", "platform", "parameters"), [("recorded", PAPER, 4), ("of_unknown_load", MOMENTUM, 10)]
-)
+@pytest.mark.parametrize(("name", "platform", "parameters"), [(RECORDED, PAPER, 4), (OF_UNKNOWN_LOAD, MOMENTUM, 10)])
 def test_quantisation_moves_the_estimates_by_a_small_part_of_sigma(
-    request, tmp_path, profile, log_name, platform, parameters
+    of_csv, tmp_path, profile, name, platform, parameters
 ):
     # GIVEN the samples with all their digits and as the bus carries them
-    log = request.getfixturevalue(log_name)
-    exact = estimates(write_csv(tmp_path / "exact.csv", log), tmp_path / "a.csv", platform)
-    carried = estimates(write_frames(tmp_path / "log.log", frames_of(log, profile)), tmp_path / "b.csv", platform)
+    exact = of_csv(name)
+    carried = estimates(write_frames(tmp_path / "log.log", frames_of_rows(name, profile)), tmp_path / "b.csv", platform)
     last = [text.decode().splitlines()[-1:] for text in (exact, carried)]
     a, b = (np.genfromtxt(line, delimiter=",")[1 : 1 + 2 * parameters] for line in last)
     # WHEN the last estimates are compared THEN they differ by no more than rounding adds to the sensors' noise: an error

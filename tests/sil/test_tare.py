@@ -1,10 +1,8 @@
 """`hexload tare` and `replay --tare`: a platform that is not the one of its file, first empty, then loaded."""
 
 import json
-import os
 import re
 import subprocess
-import sys
 import tomllib
 from dataclasses import replace
 from pathlib import Path
@@ -14,6 +12,7 @@ import numpy as np
 import pytest
 from scipy.stats import chi2
 
+from forked_command import hexload
 from hexload import project
 from hexload.campaign.cases import LEG_BARS, Case
 from hexload.campaign.one_case import LARGEST_TARE, TARE_RUN, scale_of, simulate
@@ -377,13 +376,6 @@ def test_a_wrong_tare_file_is_refused_and_file_and_key_are_named(rig, tmp_path, 
     assert str(wrong) in str(refusal.value)
     assert message in str(refusal.value)
     assert not (tmp_path / "estimates.csv").exists()
-
-
-def hexload(*arguments):
-    environment = os.environ | {"COLUMNS": "200", "TERM": "dumb", "NO_COLOR": "1"}
-    return subprocess.run(
-        [sys.executable, "-m", "hexload_dev", *map(str, arguments)], capture_output=True, text=True, env=environment
-    )
 
 
 def test_both_verbs_on_the_command_line(rig, tmp_path):

@@ -60,6 +60,9 @@ INCLUDE_PATHS = ("firmware", "firmware/src", PUBLIC, "host_sim", "host_sim/inclu
 OURS = re.compile(r"hexload\w*/|options\.h$")
 GENERATED = {"hexload_dbc.h": "firmware/bus"}
 
+COMMENT = re.compile(r"//.*")
+FUNCTION = re.compile(r"^[A-Za-z_][\w \*]*?\b(\w+)\(([^;{}()]*)\) \{", re.MULTILINE)  # its name and its parameters
+
 CONTROLLERS = ("hexload_ecu", "hexload_ecu_separate")
 PLANT_ARCHIVES = (
     "host_sim/libhexload_sim.a",
@@ -154,6 +157,15 @@ def test_every_source_has_a_room():
 def test_includes_stay_inside_their_borders():
     # GIVEN all their includes WHEN each is held against the borders THEN none crosses one
     found = crossings()
+    assert not found, "\n".join(found)
+
+
+def test_no_function_of_the_firmware_takes_more_than_six_parameters():
+    # GIVEN all functions that the firmware's C defines WHEN their parameters are counted THEN none has more than six
+    found = []
+    for path in sorted(ROOT.glob("firmware/**/*.[ch]")):
+        for name, parameters in FUNCTION.findall(COMMENT.sub("", path.read_text())):
+            found += [f"{path.relative_to(ROOT)}: {name}"] if parameters.count(",") > 5 else []
     assert not found, "\n".join(found)
 
 

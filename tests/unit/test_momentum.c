@@ -487,11 +487,10 @@ static void test_broken_covariance_begins_anew(void) {
 
 /// The verdict a tick later if nothing changes.
 static hexload_verdict_t judge_again(bench_t* bench) {
-    uint32_t health = 0;
     hexload_momentum_filter_read(&bench->estimator.filter, bench->estimate.value, bench->estimate.sigma);
-    hexload_momentum_supervisor_judge(&bench->estimator.supervisor, &bench->config, &bench->estimator.filter,
-                                      &bench->estimator.jackknife, &bench->estimator.residual_test,
-                                      &bench->estimate, &health);
+    (void)hexload_momentum_supervisor_judge(&bench->estimator.supervisor, &bench->config,
+                                            &bench->estimator.filter, &bench->estimator.jackknife,
+                                            &bench->estimator.residual_test, &bench->estimate);
     return bench->estimate.verdict;
 }
 

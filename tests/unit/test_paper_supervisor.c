@@ -35,9 +35,8 @@ static hexload_estimate_t judge_misfit(const hexload_config_t* config, const hex
     hexload_estimate_t estimate;
     hexload_paper_supervisor_init(&supervisor);
     for (int n = 0; n < ticks; n++) {
-        *health = 0;
-        hexload_paper_supervisor_judge(&supervisor, config, filter, &residual_test, HEXLOAD_REAL(0.0),
-                                       &estimate, health);
+        *health = hexload_paper_supervisor_judge(&supervisor, config, filter, &residual_test,
+                                                 HEXLOAD_REAL(0.0), &estimate);
     }
     return estimate;
 }

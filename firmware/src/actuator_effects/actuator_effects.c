@@ -4,6 +4,7 @@
 #include "algebra/leg_blocks.h"
 #include "algebra/linalg.h"
 #include "actuator_effects/actuator_effects_model.h"
+#include "momentum/load_monitor.h"
 #include "momentum/momentum_model.h"
 
 #include <string.h>
@@ -586,9 +587,9 @@ static void level(const hexload_actuator_effects_t* self, const hexload_momentum
 
 void hexload_actuator_effects_clean(const hexload_actuator_effects_t* self,
                                     const hexload_momentum_filter_t* load, const hexload_config_t* config,
-                                    hexload_real_t memory_s, const hexload_motion_t* motion,
-                                    hexload_leg_sample_t* sample, hexload_sensors_t* sensors) {
-    const hexload_real_t memory_ticks = memory_s / config->tick_s;
+                                    const hexload_motion_t* motion, hexload_leg_sample_t* sample,
+                                    hexload_sensors_t* sensors) {
+    const hexload_real_t memory_ticks = HEXLOAD_LOAD_MONITOR_MEMORY_S / config->tick_s;
     hexload_real_t of_tilt_n2[HEXLOAD_LEGS] = {0};
     hexload_real_t most = HEXLOAD_REAL(0.0);
     if (config->actuator_effects.prior_tilt_sigma_m_s2 > HEXLOAD_REAL(0.0)) {

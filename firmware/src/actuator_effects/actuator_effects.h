@@ -46,11 +46,11 @@ void hexload_actuator_effects_read(const hexload_actuator_effects_t* self,
 
 /// A sample of the present without the known effects, as on a level base, and sensors whose force sigma
 /// covers the unknown ones.
-/// @param memory_s how long the errors of the effects add up in what is to be computed from the sample.
+/// @param load whose monitor is to look at it: the errors of the effects add up over that one's memory.
 /// @param motion of the sample.
 void hexload_actuator_effects_clean(const hexload_actuator_effects_t* self,
                                     const hexload_momentum_filter_t* load, const hexload_config_t* config,
-                                    hexload_real_t memory_s, const hexload_motion_t* motion,
-                                    hexload_leg_sample_t* sample, hexload_sensors_t* sensors);
+                                    const hexload_motion_t* motion, hexload_leg_sample_t* sample,
+                                    hexload_sensors_t* sensors);
 
 #endif

@@ -312,12 +312,14 @@ static hexload_verdict_t judge_parameter(hexload_real_t variance, hexload_real_t
                                      : HEXLOAD_VERDICT_NOT_EXCITED;
 }
 
-void hexload_momentum_supervisor_judge(hexload_momentum_supervisor_t* self, const hexload_config_t* config,
-                                       const hexload_momentum_filter_t* filter,
-                                       const hexload_jackknife_t* jackknife,
-                                       const hexload_residual_test_t* residual_test,
-                                       hexload_estimate_t* estimate, uint32_t* health) {
+uint32_t hexload_momentum_supervisor_judge(hexload_momentum_supervisor_t* self,
+                                           const hexload_config_t* config,
+                                           const hexload_momentum_filter_t* filter,
+                                           const hexload_jackknife_t* jackknife,
+                                           const hexload_residual_test_t* residual_test,
+                                           hexload_estimate_t* estimate) {
     hexload_real_t scale[DIM];
+    uint32_t health = 0;
     estimate->nis = filter->nis;
     estimate->nis_mean = self->nis_mean;
     estimate->verdict = HEXLOAD_VERDICT_CONVERGED;
@@ -342,15 +344,16 @@ void hexload_momentum_supervisor_judge(hexload_momentum_supervisor_t* self, cons
             estimate->verdict = verdict;
         }
         if (verdict == HEXLOAD_VERDICT_NOT_EXCITED) {
-            hexload_health_set(health, HEXLOAD_HEALTH_NOT_EXCITED);
+            hexload_health_set(&health, HEXLOAD_HEALTH_NOT_EXCITED);
         }
     }
     if (estimate->verdict == HEXLOAD_VERDICT_INCONSISTENT) {
-        hexload_health_set(health, HEXLOAD_HEALTH_INCONSISTENT);
+        hexload_health_set(&health, HEXLOAD_HEALTH_INCONSISTENT);
     }
     if (estimate->verdict >= HEXLOAD_VERDICT_MISFIT) {
-        hexload_health_set(health, HEXLOAD_HEALTH_MODEL_MISFIT);
+        hexload_health_set(&health, HEXLOAD_HEALTH_MODEL_MISFIT);
     }
+    return health;
 }
 
 void hexload_momentum_supervisor_hold_back(const hexload_momentum_supervisor_t* self,

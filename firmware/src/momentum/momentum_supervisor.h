@@ -40,12 +40,13 @@ void hexload_momentum_supervisor_watch(hexload_momentum_supervisor_t* self, cons
 /// have the values. A parameter that has not converged is converging when the motion of the last
 /// excitation_time_constant_s, gone on for as long again, would lower its sigma by a third at least. A
 /// mismatch that widens sigmas beyond what counts as converged is a misfit too, if no contradiction.
-/// @param[in,out] health sets NOT_EXCITED, INCONSISTENT, MODEL_MISFIT. Reentrant, constant time.
-void hexload_momentum_supervisor_judge(hexload_momentum_supervisor_t* self, const hexload_config_t* config,
-                                       const hexload_momentum_filter_t* filter,
-                                       const hexload_jackknife_t* jackknife,
-                                       const hexload_residual_test_t* residual_test,
-                                       hexload_estimate_t* estimate, uint32_t* health);
+/// @return health bits: NOT_EXCITED, INCONSISTENT, MODEL_MISFIT. Reentrant, constant time.
+uint32_t hexload_momentum_supervisor_judge(hexload_momentum_supervisor_t* self,
+                                           const hexload_config_t* config,
+                                           const hexload_momentum_filter_t* filter,
+                                           const hexload_jackknife_t* jackknife,
+                                           const hexload_residual_test_t* residual_test,
+                                           hexload_estimate_t* estimate);
 
 /// Nothing counts as converged while innovations and blocks have not said yet whether the machine fits its
 /// model. After all that judges.

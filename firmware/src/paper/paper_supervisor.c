@@ -102,11 +102,12 @@ static hexload_verdict_t judge_parameter(const hexload_paper_config_t* paper,
                : HEXLOAD_VERDICT_NOT_EXCITED;
 }
 
-void hexload_paper_supervisor_judge(hexload_paper_supervisor_t* self, const hexload_config_t* config,
-                                    const hexload_paper_filter_t* filter,
-                                    const hexload_residual_test_t* residual_test, hexload_real_t weight_error,
-                                    hexload_estimate_t* estimate, uint32_t* health) {
+uint32_t hexload_paper_supervisor_judge(hexload_paper_supervisor_t* self, const hexload_config_t* config,
+                                        const hexload_paper_filter_t* filter,
+                                        const hexload_residual_test_t* residual_test,
+                                        hexload_real_t weight_error, hexload_estimate_t* estimate) {
     const hexload_paper_config_t* paper = &config->paper;
+    uint32_t health = 0;
     for (int k = HEXLOAD_PAPER_DIM; k < HEXLOAD_PARAMETERS_MAX; k++) {
         estimate->value[k] = HEXLOAD_REAL(0.0);
         estimate->sigma[k] = HEXLOAD_REAL(0.0);
@@ -130,15 +131,16 @@ void hexload_paper_supervisor_judge(hexload_paper_supervisor_t* self, const hexl
             estimate->verdict = verdict;
         }
         if (verdict == HEXLOAD_VERDICT_NOT_EXCITED) {
-            hexload_health_set(health, HEXLOAD_HEALTH_NOT_EXCITED);
+            hexload_health_set(&health, HEXLOAD_HEALTH_NOT_EXCITED);
         }
     }
     if (!fits_model) {
-        hexload_health_set(health, HEXLOAD_HEALTH_INCONSISTENT);
+        hexload_health_set(&health, HEXLOAD_HEALTH_INCONSISTENT);
     }
     if (is_misfit) {
-        hexload_health_set(health, HEXLOAD_HEALTH_MODEL_MISFIT);
+        hexload_health_set(&health, HEXLOAD_HEALTH_MODEL_MISFIT);
     }
+    return health;
 }
 
 const char* hexload_verdict_name(hexload_verdict_t verdict) {

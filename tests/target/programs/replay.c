@@ -105,8 +105,8 @@ static void run_stages(hexload_paper_t* self, const hexload_config_t* config, co
         run_filter(self, config, &now, instructions, &health);
     }
     mark = instruction_counter_mark();
-    hexload_paper_supervisor_judge(&self->supervisor, config, &self->filter, &self->residual_test,
-                                   self->known_mass.weight_error, &estimate, &health);
+    health |= hexload_paper_supervisor_judge(&self->supervisor, config, &self->filter, &self->residual_test,
+                                             self->known_mass.weight_error, &estimate);
     instructions[SUPERVISOR] += instruction_counter_since(mark);
     mark = instruction_counter_mark();
     hexload_plausibility_judge(&self->plausibility, HEXLOAD_PAPER_DIM, &estimate, &self->health.input,

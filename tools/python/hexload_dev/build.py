@@ -1,4 +1,7 @@
-"""Configures and builds a CMake preset: silent when nothing is to do, one line and a log file otherwise."""
+"""Configures and builds a CMake preset: silent when nothing is to do, one line and a log file otherwise.
+
+`python -m hexload_dev.build TARGET...` builds targets (none: all) of the default preset; only the standard library is used.
+"""
 
 import re
 import shutil
@@ -89,3 +92,10 @@ def _counted(title: str, command: list[str], output: TextIO) -> int:
                 print(f"\r[hexload] {title} ... {step[0]}", end="", file=sys.stderr, flush=True)
     print(file=sys.stderr, flush=True)
     return process.returncode
+
+
+if __name__ == "__main__":
+    try:
+        build(project.DEFAULT_PRESET, *sys.argv[1:])
+    except ToolFailed as error:
+        sys.exit(error.exit_code)

@@ -64,9 +64,9 @@ def run_tests(presets: list[str] | None, regex: str | None, labels: str | None =
     """Returns the exit status: 0 only when at least one test ran and none failed."""
     chosen = _checked(presets)
     selection = Selection(regex, labels)
-    builder = ThreadPoolExecutor(max_workers=1, initializer=_leave_processors_to_tests)
+    builder = ThreadPoolExecutor(max_workers=1)
     try:
-        builds = [builder.submit(build.build, preset, *selection.targets(PLANS[preset])) for preset in chosen]
+        builds = [builder.submit(_build, preset, selection, preset != chosen[0]) for preset in chosen]
         outcomes = [_run_preset(preset, selection, built) for preset, built in zip(chosen, builds, strict=True)]
     finally:
         builder.shutdown(cancel_futures=True)
@@ -77,6 +77,12 @@ def run_tests(presets: list[str] | None, regex: str | None, labels: str | None =
     skipped = sum(len(outcome.skipped) for outcome in outcomes)
     print(f"{passed} passed, {failed} failed" + (f", {skipped} skipped" if skipped else ""), flush=True)
     return 0 if passed and not failed else 1
+
+
+def _build(preset: str, selection: Selection, is_beside_tests: bool) -> None:
+    if is_beside_tests:
+        _leave_processors_to_tests()
+    build.build(preset, *selection.targets(PLANS[preset]))
 
 
 def _leave_processors_to_tests() -> None:
