@@ -19,8 +19,8 @@ std::uint16_t draw_session();
 struct LinkSettings {
     // Whose commands these are.
     std::uint16_t session = draw_session();
-    // hexload_app_configuration() that the controller must have to start: tick, machine, sensors and tuning are
-    // in it; 0: any.
+    // hexload_app_configuration() that the controller must have to start: tick, machine, sensors and tuning
+    // are in it; 0: any.
     std::uint32_t configuration = 0;
     // Which one the controller is to run.
     EstimatorKind estimator = EstimatorKind::paper;

@@ -68,9 +68,9 @@ class PaperTrajectory : public Trajectory {
     Vector6 amplitude_;
 };
 
-// sin and cos of many phases w t + phi. At whole milliseconds by the angle sum from the tick at which a block of them
-// began: with what a sine turns by since then, known from a table, that takes a product in place of both
-// functions, is right within a few roundings of 1, and depends on t alone, not on what was asked before.
+// sin and cos of many phases w t + phi. At whole milliseconds by the angle sum from the tick at which a block
+// of them began: with what a sine turns by since then, known from a table, that takes a product in place of
+// both functions, is right within a few roundings of 1, and depends on t alone, not on what was asked before.
 class Phases {
   public:
     struct Unit {
@@ -90,7 +90,8 @@ class Phases {
     // In the order of add(); valid until the next call.
     const std::vector<Unit>& at(double t_s) const {
         const double ticks = std::round(t_s / default_tick_s);
-        if (ticks < 0.0 || ticks > most_ticks || std::abs(ticks * default_tick_s - t_s) > same_instant * t_s) {
+        if (ticks < 0.0 || ticks > most_ticks ||
+            std::abs(ticks * default_tick_s - t_s) > same_instant * t_s) {
             evaluate(t_s, now_);
             return now_;
         }

@@ -44,7 +44,7 @@ struct RunResult {
     std::vector<HealthCount> health = {};
     std::vector<double> load_changes_s = {}; // when the estimator detected a load change
     std::vector<InputFault> input_faults = {};
-    std::optional<BusCounts> bus = {};       // nothing: in process
+    std::optional<BusCounts> bus = {}; // nothing: in process
     PacingResult pacing = {};
 };
 
