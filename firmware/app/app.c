@@ -104,8 +104,8 @@ hexload_status_t hexload_app_init(hexload_app_t* self, const hexload_config_t* c
 }
 
 /// Whether a source works with the configuration in force, or does not say.
-static bool has_same_configuration(const hexload_app_t* self, uint32_t told) {
-    return told == 0 || (told ^ self->configuration) % (HEXLOAD_BUS_CONFIGURATION_MASK + 1) == 0;
+static bool has_same_configuration(const hexload_app_t* self, uint32_t stated) {
+    return stated == 0 || (stated ^ self->configuration) % (HEXLOAD_BUS_CONFIGURATION_MASK + 1) == 0;
 }
 
 static hexload_bus_result_t start(hexload_app_t* self, float argument, uint32_t configuration) {

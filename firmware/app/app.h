@@ -110,7 +110,7 @@ bool hexload_app_has_load_changed(const hexload_app_t* self, uint32_t tick);
 /// Health of the estimator since START.
 const hexload_health_t* hexload_app_health(const hexload_app_t* self);
 
-/// Mass of the load that was told, by the configuration or by SET_KNOWN_MASS, and is in force for the kind
+/// Mass of the load that was stated, by the configuration or by SET_KNOWN_MASS, and is in force for the kind
 /// that is selected; 0: none.
 hexload_real_t hexload_app_known_mass_kg(const hexload_app_t* self);
 

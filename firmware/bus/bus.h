@@ -167,7 +167,7 @@ typedef struct hexload_bus_controller_status {
     uint16_t load_changes; ///< load changes detected since START
     hexload_input_fault_t
         input;              ///< what is wrong with the samples; on the page of load_changes, and excess_n
-    float known_mass_kg;    ///< of the load, told and in force; 0: none
+    float known_mass_kg;    ///< of the load, stated and in force; 0: none
     uint32_t configuration; ///< hexload_app_configuration() of what is in force
 } hexload_bus_controller_status_t;
 

@@ -4,8 +4,7 @@
 /// Frames longer than 8 bytes have the FD format, all others the classic one. Each is protected end to end,
 /// in the manner of AUTOSAR's "E2E Protocol Specification":
 ///
-/// - Classic: Profile 22. CRC-8H2F in byte 0, a counter in the low half of byte 1; the CRC goes over the
-/// bytes
+/// - Classic: Profile 22. CRC-8H2F in byte 0, a counter in the low half of byte 1. The CRC is over the bytes
 ///   after it and the Data ID, whose list of sixteen is of one number: a Data ID that changes with the
 ///   counter would cost the CRC its Hamming distance of 4.
 /// - FD: as Profile 4, without its header. CRC-32P4 in the last four bytes, over the bytes before it and the

@@ -15,11 +15,11 @@ void hexload_sample_assembly_init(hexload_sample_assembly_t* self, hexload_bus_p
 
 /// Ends the present tick: if legs are missing, the sample is given up.
 static void end_tick(hexload_sample_assembly_t* self) {
-    const bool is_told = self->legs != ALL_LEGS && !self->is_forgiven;
+    const bool is_reported = self->legs != ALL_LEGS && !self->is_forgiven;
     const uint8_t legs = self->legs;
     self->legs = ALL_LEGS;
     self->is_forgiven = false;
-    if (!is_told) {
+    if (!is_reported) {
         return;
     }
     self->missing_legs = (uint8_t)(ALL_LEGS & ~legs);

@@ -271,7 +271,7 @@ static void test_unknown_codes_and_numbers_that_are_not_finite_are_refused(void)
     const uint32_t minus_one_bits = 0xBF800000u; // a sigma below the DBC's range
     assert_refused(&fd, frames.part[SIGMA], 8, 4, minus_one_bits);
     assert_refused(&classic, page_frame(0, parameters + 1), 4, 4, minus_one_bits);
-    const uint32_t beyond[4] = {1, 5, 7, 5}; // status, state, fault, verdict
+    const uint32_t beyond[4] = {1, 5, 8, 5}; // status, state, fault, verdict
     for (int code = 0; code < 4 + parameters; code++) {
         assert_refused(&fd, frames.part[HEALTH], 4 + code, 1, code < 4 ? beyond[code] : 5);
     }
@@ -280,7 +280,7 @@ static void test_unknown_codes_and_numbers_that_are_not_finite_are_refused(void)
     assert_refused(&classic, page_frame(0, 0), 1, 1, 0x01);    // counter
     assert_refused(&classic, page_frame(0, 0), 6, 1, 0x05);    // state
     assert_refused(&classic, page_frame(0, 0), 6, 1, 0x50);    // verdict
-    assert_refused(&classic, page_frame(0, 0), 7, 1, 0x07);    // fault
+    assert_refused(&classic, page_frame(0, 0), 7, 1, 0x08);    // fault
     assert_refused(&classic, page_frame(0, 0), 7, 1, 0x20);    // filter
     for (int page = 1; page <= 2 * parameters + 2; page++) {   // values, sigmas, NIS and its mean
         assert_refused(&classic, page_frame(0, page), 4, 4, nan_bits);

@@ -88,19 +88,9 @@ static void test_a_damaged_fd_frame_is_refused_and_no_sample_comes_out(void) {
         TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_ERR_CRC, add(&bench, frame));
         frame->data[bit / 8] ^= (uint8_t)(1u << (bit % 8));
     }
-    // another version of the contract, the number that the range leaves unused, in the last force
+    // another version of the contract
     hexload_bus_frame_t other = *frame;
     other.data[58] = 1;
-    seal(&other);
-    TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_ERR_VALUE, add(&bench, &other));
-    other = *frame;
-    other.data[55] = other.data[56] = 0x00;
-    other.data[57] = 0x80;
-    seal(&other);
-    TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_ERR_VALUE, add(&bench, &other));
-    other = *frame; // and in the first displacement
-    other.data[4] = other.data[5] = 0x00;
-    other.data[6] = 0x80;
     seal(&other);
     TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_ERR_VALUE, add(&bench, &other));
     // length and format
@@ -377,14 +367,6 @@ static void test_classic_frames_with_a_wrong_length_format_or_number_are_refused
         seal(&wrong[n]);
         TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_ERR_VALUE, add(&bench, &wrong[n]));
     }
-    memset(frames.legs[0].data, 0, 8); // the force that the range leaves unused: -2^17
-    frames.legs[0].data[7] = 0x80;
-    seal(&frames.legs[0]);
-    TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_ERR_VALUE, add(&bench, &frames.legs[0]));
-    memset(frames.legs[0].data, 0, 8); // and the displacement: -2^18
-    frames.legs[0].data[3] = 0x40;
-    seal(&frames.legs[0]);
-    TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_ERR_VALUE, add(&bench, &frames.legs[0]));
     frames.legs[1].is_fd = true;
     TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_ERR_LENGTH, add(&bench, &frames.legs[1]));
     TEST_ASSERT_EQUAL_HEX8(0, bench.assembly.legs);
