@@ -174,7 +174,7 @@ int hexload_bus_encode_sample(hexload_bus_profile_t profile, const hexload_leg_s
 }
 
 /// NaN where a channel has no sensor.
-static hexload_real_t or_none(bool is_in_range, double value) {
+static hexload_real_t or_none(bool is_in_range, float value) {
     return is_in_range ? (hexload_real_t)value : (hexload_real_t)NAN;
 }
 

@@ -242,15 +242,14 @@ static inline void restart(hexload_momentum_t* self, const hexload_config_t* con
     hexload_health_set(health, HEXLOAD_HEALTH_FILTER_RESTARTED);
 }
 
-/// The filter's values and sigmas, and these widened by what its model leaves out: by what varies, by what is
-/// open of the rig's constants, and by what no motion tells.
+/// The filter's values and sigmas, and these widened by what its model leaves out: by what varies and by what
+/// is open of the rig's constants. The supervisor adds what no motion tells.
 static inline void read_load(const hexload_momentum_t* self, const hexload_config_t* config,
                              hexload_estimate_t* estimate) {
     hexload_momentum_filter_read(&self->filter, estimate->value, estimate->own_sigma);
     memcpy(estimate->sigma, estimate->own_sigma, sizeof estimate->sigma);
     hexload_jackknife_widen(&self->jackknife, self->residual_test.factor, estimate->sigma);
     hexload_consider_widen(&self->consider, config, estimate->sigma);
-    hexload_tolerances_widen(&self->filter, estimate->sigma);
 }
 
 /// @param[out] update of the filter. NULL: not wanted.

@@ -33,7 +33,7 @@ TILTED = "tilt_sigma_rad = 0.01\n"  # goes on in the last section, [estimator]
 # taken a rig's own parameters in, that of real machines.
 MOST_BYTES = {
     "core_text": 24 * 1024,
-    "momentum_text": 35_000,  # 32 KiB were asked, before contradictions, lost channels, tolerances, residual sums and frozen channels
+    "momentum_text": 35_400,  # 32 KiB were asked, before contradictions, lost channels, tolerances, residual sums and frozen channels
     "estimator": 2 * 1024,
     "momentum_estimator": 20 * 1024,
 }

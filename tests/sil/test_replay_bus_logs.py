@@ -367,11 +367,14 @@ def test_a_wrong_length_is_refused(tmp_path):
     assert refusal(path) == (f"{path}: line 8: LegSample1: found 7 bytes of classic CAN, expected 8 of classic CAN")
 
 
-def test_a_value_that_the_contract_does_not_use_is_refused(tmp_path):
-    # GIVEN a displacement of -2^18 steps, one beyond the range
-    beyond = frame("LegSample1", None, protected(0x081, (1 << 8 | 1 << (12 + 18)).to_bytes(8, "little")))
-    path = write_frames(tmp_path / "log.log", [*classic_ticks(0), beyond])
-    assert refusal(path) == (f"{path}: line 8: LegSample1: displacement: found -1.04858, expected -1.04857 .. 1.04857")
+def test_one_step_below_the_range_is_a_channel_without_sensor(tmp_path):
+    # GIVEN a second tick with a displacement of -2^18 steps, one below the range, of leg 1
+    none = frame("LegSample1", None, protected(0x081, (1 << 8 | 1 << (12 + 18)).to_bytes(8, "little")))
+    others = [leg_frame(leg, 1) for leg in LEGS if leg != 1]
+    # WHEN the log is read THEN that one number is missing, and no other
+    log = read_any_log(write_frames(tmp_path / "log.log", [*classic_ticks(0), none, *others]))
+    assert np.argwhere(np.isnan(log.displacement_m)).tolist() == [[1, 0]]
+    assert np.isfinite(log.force_n).all()
 
 
 def test_the_ends_of_the_range_are_accepted(tmp_path):

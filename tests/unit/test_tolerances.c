@@ -157,8 +157,12 @@ static void test_without_tolerances_sigmas_stay_as_they_are(void) {
         sigma[k] = HEXLOAD_REAL(0.1) + HEXLOAD_REAL(0.07) * (hexload_real_t)k;
     }
     memcpy(before, sigma, sizeof before);
-    hexload_tolerances_widen(&filter, sigma);
+    hexload_real_t added[DIM];
+    hexload_tolerances_widen(&filter, sigma, added);
     TEST_ASSERT_EQUAL_MEMORY(before, sigma, sizeof before);
+    for (int k = 0; k < DIM; k++) {
+        TEST_ASSERT_TRUE(added[k] == HEXLOAD_REAL(0.0));
+    }
 }
 
 int main(void) {

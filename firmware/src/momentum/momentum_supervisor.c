@@ -319,7 +319,9 @@ uint32_t hexload_momentum_supervisor_judge(hexload_momentum_supervisor_t* self,
                                            const hexload_residual_test_t* residual_test,
                                            hexload_estimate_t* estimate) {
     hexload_real_t scale[DIM];
+    hexload_real_t open[DIM];
     uint32_t health = 0;
+    hexload_tolerances_widen(filter, estimate->sigma, open);
     estimate->nis = filter->nis;
     estimate->nis_mean = self->nis_mean;
     estimate->verdict = HEXLOAD_VERDICT_CONVERGED;
@@ -331,8 +333,7 @@ uint32_t hexload_momentum_supervisor_judge(hexload_momentum_supervisor_t* self,
     const hexload_real_t ticks = config->momentum.excitation_time_constant_s / config->tick_s;
     for (int k = 0; k < DIM; k++) {
         const hexload_real_t limit = config->momentum.converged_relative_sigma * scale[k];
-        const hexload_real_t variance =
-            hexload_fma(estimate->sigma[k], estimate->sigma[k], -hexload_tolerances_covariance(filter, k, k));
+        const hexload_real_t variance = hexload_fma(estimate->sigma[k], estimate->sigma[k], -open[k]);
         hexload_verdict_t verdict = judge_parameter(variance, limit, self->information[k], ticks);
         if (!is_body) {
             verdict = HEXLOAD_VERDICT_INCONSISTENT;

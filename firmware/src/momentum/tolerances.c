@@ -31,14 +31,14 @@ hexload_real_t hexload_tolerances_covariance(const hexload_momentum_filter_t* fi
     return of_gain(filter, i, j) + of_platform * of_platform;
 }
 
-void hexload_tolerances_widen(const hexload_momentum_filter_t* filter,
-                              hexload_real_t sigma[HEXLOAD_LOAD_DIM]) {
+void hexload_tolerances_widen(const hexload_momentum_filter_t* filter, hexload_real_t sigma[HEXLOAD_LOAD_DIM],
+                              hexload_real_t variance[HEXLOAD_LOAD_DIM]) {
     const hexload_real_t mean = mean_moment(filter->platform);
     for (int k = 0; k < HEXLOAD_LOAD_DIM; k++) {
         const hexload_real_t of_platform = platform_sigma(filter, mean, k);
-        const hexload_real_t variance = of_gain(filter, k, k) + of_platform * of_platform;
-        if (variance > HEXLOAD_REAL(0.0)) {
-            sigma[k] = hexload_sqrt(hexload_fma(sigma[k], sigma[k], variance));
+        variance[k] = of_gain(filter, k, k) + of_platform * of_platform;
+        if (variance[k] > HEXLOAD_REAL(0.0)) {
+            sigma[k] = hexload_sqrt(hexload_fma(sigma[k], sigma[k], variance[k]));
         }
     }
 }

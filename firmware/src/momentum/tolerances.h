@@ -14,10 +14,11 @@
 /// Covariance that the tolerances add to parameters i and j of the load. Constant time.
 hexload_real_t hexload_tolerances_covariance(const hexload_momentum_filter_t* filter, int i, int j);
 
-/// Adds it to the standard deviations; without tolerances they stay as they are, to the bit. Some 150
-/// instructions. Reentrant.
+/// Adds that of each parameter to its standard deviation; without tolerances they stay as they are, to the
+/// bit. Some 150 instructions. Reentrant.
 /// @param[in,out] sigma of the load's parameters.
-void hexload_tolerances_widen(const hexload_momentum_filter_t* filter,
-                              hexload_real_t sigma[HEXLOAD_LOAD_DIM]);
+/// @param[out] variance that was added.
+void hexload_tolerances_widen(const hexload_momentum_filter_t* filter, hexload_real_t sigma[HEXLOAD_LOAD_DIM],
+                              hexload_real_t variance[HEXLOAD_LOAD_DIM]);
 
 #endif

@@ -88,23 +88,32 @@ static void observe(hexload_wrench_monitor_t* self, const hexload_config_t* conf
     }
 }
 
+/// Components of a wrench that y is made of: all but M_z.
+enum { READ = 5 };
+
+/// y of a wrench about the home point: F_z, M_x - p_y F_z + p_z F_y, M_y - p_z F_x + p_x F_z.
+static void read_parts(const hexload_motion_t* motion, const hexload_real_t wrench[READ],
+                       hexload_real_t parts[PARTS]) {
+    const hexload_real_t* p = motion->p_m;
+    parts[0] = wrench[2];
+    parts[1] = wrench[3] - (p[1] * wrench[2] - p[2] * wrench[1]);
+    parts[2] = wrench[4] - (p[2] * wrench[0] - p[0] * wrench[2]);
+}
+
 /// Of y y^T, what theta's errors make of it: of a leaky mean the square is no more than the mean of the
 /// squares.
-static void read_unknown(const hexload_push_t* seen, hexload_real_t spread[PARTS][6]) {
-    hexload_real_t rows[6][6];
-    for (int a = 0; a < 6; a++) {
-        hexload_real_t row[6];
-        for (int b = 0; b < 6; b++) {
+static void read_unknown(const hexload_push_t* seen, hexload_real_t spread[PARTS][PARTS]) {
+    hexload_real_t rows[READ][PARTS];
+    for (int a = 0; a < READ; a++) {
+        hexload_real_t row[READ];
+        for (int b = 0; b < READ; b++) {
             row[b] = seen->unknown[b <= a ? a : b][b <= a ? b : a];
         }
-        move_wrench(seen->motion, row, rows[a]);
+        read_parts(seen->motion, row, rows[a]);
     }
     for (int i = 0; i < PARTS; i++) {
-        hexload_real_t column[6];
-        for (int a = 0; a < 6; a++) {
-            column[a] = rows[a][FIRST + i];
-        }
-        move_wrench(seen->motion, column, spread[i]);
+        const hexload_real_t column[READ] = {rows[0][i], rows[1][i], rows[2][i], rows[3][i], rows[4][i]};
+        read_parts(seen->motion, column, spread[i]);
     }
 }
 
@@ -115,7 +124,7 @@ static void observe_open(hexload_wrench_monitor_t* self, const hexload_config_t*
     const hexload_real_t whole =
         FRICTION_SHARE / (hexload_rig_unknown_ticks(config) * RIG_UNKNOWN_SHARE * RIG_UNKNOWN_SHARE);
     const hexload_real_t share = config->tick_s / MEMORY_S;
-    hexload_real_t spread[PARTS][6];
+    hexload_real_t spread[PARTS][PARTS];
     read_unknown(seen, spread);
     for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
         const hexload_real_t* push = &seen->motion->J[leg][2]; // F_z, M_x, M_y
@@ -123,13 +132,13 @@ static void observe_open(hexload_wrench_monitor_t* self, const hexload_config_t*
         for (int i = 0; i < PARTS; i++) {
             const hexload_real_t scaled = variance_n2 * push[i];
             for (int j = 0; j <= i; j++) {
-                spread[i][FIRST + j] = hexload_fma(scaled, push[j], spread[i][FIRST + j]);
+                spread[i][j] = hexload_fma(scaled, push[j], spread[i][j]);
             }
         }
     }
     for (int i = 0; i < PARTS; i++) {
         for (int j = 0; j <= i; j++) {
-            self->open[ROW(i) + j] += share * (spread[i][FIRST + j] - self->open[ROW(i) + j]);
+            self->open[ROW(i) + j] += share * (spread[i][j] - self->open[ROW(i) + j]);
         }
     }
 }

@@ -89,11 +89,11 @@ static hexload_verdict_t judge_parameter(const hexload_paper_config_t* paper,
     const hexload_real_t scale =
         hexload_max(hexload_abs(estimate->value[parameter]), prior_sigma(paper, parameter));
     const hexload_real_t limit = paper->converged_relative_sigma * scale;
-    const hexload_real_t open =
-        hexload_paper_tolerances_covariance(filter, HEXLOAD_REAL(0.0), parameter, parameter);
     if (is_misfit) {
         return HEXLOAD_VERDICT_MISFIT;
     }
+    const hexload_real_t open =
+        hexload_paper_tolerances_covariance(filter, HEXLOAD_REAL(0.0), parameter, parameter);
     if (estimate->sigma[parameter] * estimate->sigma[parameter] <= hexload_fma(limit, limit, open)) {
         return HEXLOAD_VERDICT_CONVERGED;
     }

@@ -1054,9 +1054,10 @@ def main() -> None:
     """Runs a verb; a refusal ends with one line on stderr and the status of its kind, as does what cannot be printed."""
     status = _run_verb()
     try:
-        sys.stdout.flush()
+        if sys.stdout is not None:  # as it is when the verb was started with none
+            sys.stdout.flush()
     except OSError as error:
-        status = _output_lost(error) if not status else status
+        status = status or _output_lost(error)
     sys.exit(status)
 
 
