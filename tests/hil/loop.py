@@ -27,7 +27,7 @@ SHORT_S = 0.5  # of the scenario, where it need not converge
 SHORT_TICKS = round(1000 * SHORT_S) + 1
 NOTHING_COMES_S = 1.0  # that long is waited for what may not come
 RECORDER_BUFFER_BYTES = 8 << 20
-OPEN = "--without-authentication"  # but for test_19_keys.py
+OPEN = "--without-authentication"  # but for test_20_keys.py
 MARK = "1FFFFFFF"  # an extended identifier, which is none of the contract's
 ONLY_MARK = f"{MARK}:DFFFFFFF"
 

@@ -571,15 +571,15 @@ static void test_every_code_has_a_name_of_its_own(void) {
                                      hexload_bus_result_name((hexload_bus_result_t)99),
                                      hexload_bus_profile_name((hexload_bus_profile_t)99),
                                      hexload_bus_filter_name((hexload_bus_filter_t)99)};
-    const char* names[4][8] = {{0}};
-    for (int n = 0; n < 8; n++) {
-        names[0][n] = hexload_bus_status_name((hexload_bus_status_t)(n - 5));
-        names[1][n] = n < 6 ? hexload_bus_result_name((hexload_bus_result_t)n) : NULL;
+    const char* names[4][10] = {{0}};
+    for (int n = 0; n < 10; n++) {
+        names[0][n] = hexload_bus_status_name((hexload_bus_status_t)(n - 7));
+        names[1][n] = n < 7 ? hexload_bus_result_name((hexload_bus_result_t)n) : NULL;
         names[2][n] = n < 2 ? hexload_bus_profile_name((hexload_bus_profile_t)n) : NULL;
         names[3][n] = n < 2 ? hexload_bus_filter_name((hexload_bus_filter_t)n) : NULL;
     }
     for (int kind = 0; kind < 4; kind++) {
-        for (int n = 0; n < 8 && names[kind][n] != NULL; n++) {
+        for (int n = 0; n < 10 && names[kind][n] != NULL; n++) {
             TEST_ASSERT_NOT_EQUAL(0, strcmp(names[kind][n], fallback[kind]));
             for (int m = 0; m < n; m++) {
                 TEST_ASSERT_NOT_EQUAL(0, strcmp(names[kind][n], names[kind][m]));

@@ -402,6 +402,24 @@ static void test_what_pushes_sideways_is_no_other_load_and_what_weighs_is_one(vo
     }
 }
 
+static void test_of_a_new_load_a_missing_weight_below_two_percent_is_no_other_load(void) {
+    // GIVEN a platform and load of 500 kg at rest, two percent of whose weight are 98.1 N
+    const hexload_config_t config = paper_machine();
+    hexload_load_monitor_t monitor = {.acceleration = {0, 0, HEXLOAD_REAL(9.81), 0, 0, 0}};
+    monitor.theta[HEXLOAD_LOAD_M] = HEXLOAD_REAL(500.0) - config.platform.mass_kg;
+    // WHEN less is missing THEN it is another load once the machine has proven to be its model, not before
+    monitor.wrench.lasting[2] = HEXLOAD_REAL(90.0);
+    TEST_ASSERT_FALSE(hexload_load_monitor_is_weight(&monitor, &config, HEXLOAD_FIT_UNPROVEN));
+    TEST_ASSERT_TRUE(hexload_load_monitor_is_weight(&monitor, &config, HEXLOAD_FIT_NOISE));
+    // AND WHEN more is THEN it is one
+    monitor.wrench.lasting[2] = HEXLOAD_REAL(110.0);
+    TEST_ASSERT_TRUE(hexload_load_monitor_is_weight(&monitor, &config, HEXLOAD_FIT_UNPROVEN));
+    // AND as much from the side is none
+    monitor.wrench.lasting[0] = monitor.wrench.lasting[2];
+    monitor.wrench.lasting[2] = HEXLOAD_REAL(0.0);
+    TEST_ASSERT_FALSE(hexload_load_monitor_is_weight(&monitor, &config, HEXLOAD_FIT_NOISE));
+}
+
 static void test_missing_samples_cost_little(void) {
     // GIVEN a motion of which every hundredth sample is missing
     bench_t bench;
@@ -770,6 +788,7 @@ int main(void) {
     RUN_TEST(test_friction_that_is_not_known_is_no_load_change_and_hides_no_larger_load);
     RUN_TEST(test_what_pushes_sideways_is_no_other_load_and_what_weighs_is_one);
     RUN_TEST(test_a_machine_of_which_no_motion_is_known_has_no_load_change_unless_it_is_commissioned);
+    RUN_TEST(test_of_a_new_load_a_missing_weight_below_two_percent_is_no_other_load);
     RUN_TEST(test_missing_samples_cost_little);
     RUN_TEST(test_long_gap_restarts_the_momentum_and_keeps_the_load);
     RUN_TEST(test_known_mass_stays);

@@ -430,10 +430,11 @@ static void correct(hexload_actuator_effects_t* self, hexload_consider_t* consid
             correct_own(self, i, u, left->innovation);
         }
     }
+    const int corrected = is_held ? 0 : DIM;
     for (uint32_t n = 0; n < config->rig.direction_count; n += 2) {
         hexload_real_t of_open[2][6];
         hexload_consider_follow(consider, config, n, left, of_open);
-        for (int i = 0; i < DIM && !is_held; i++) {
+        for (int i = 0; i < corrected; i++) {
             self->considered[n][i] += dot6(u[i], of_open[0]);
             self->considered[n + 1][i] += dot6(u[i], of_open[1]);
         }
