@@ -190,18 +190,24 @@ static void test_factors_are_those_of_all_blocks_at_once(void) {
     TEST_ASSERT_EQUAL_DOUBLE(50.0, (double)sigma[0]);
 }
 
+/// Another run of so many blocks, which spread by so much more than they say.
+static const hexload_jackknife_t* run_of(int count, double spread, uint64_t* seed) {
+    static blocks_t blocks;
+    static hexload_jackknife_t jackknife;
+    draw(&blocks, count, spread, seed);
+    hexload_jackknife_init(&jackknife);
+    show_all(&jackknife, &blocks, count);
+    return &jackknife;
+}
+
 /// Mean of the pooled square over runs of MANY blocks.
 static double mean_pooled(double spread, uint64_t seed) {
     enum { RUNS = 24 };
-    static blocks_t blocks;
-    static hexload_jackknife_t jackknife;
     double sum = 0.0;
     for (int run = 0; run < RUNS; run++) {
-        draw(&blocks, MANY, spread, &seed);
-        hexload_jackknife_init(&jackknife);
-        show_all(&jackknife, &blocks, MANY);
-        TEST_ASSERT_TRUE(jackknife.blocks < HEXLOAD_JACKKNIFE_BLOCKS);
-        sum += (double)jackknife.pooled / RUNS;
+        const hexload_jackknife_t* jackknife = run_of(MANY, spread, &seed);
+        TEST_ASSERT_TRUE(jackknife->blocks < HEXLOAD_JACKKNIFE_BLOCKS);
+        sum += (double)jackknife->pooled / RUNS;
     }
     return sum;
 }
@@ -219,15 +225,11 @@ static void test_an_honest_filter_is_left_alone_and_another_is_widened(void) {
 /// Mean over runs and parameters of the factors' squares.
 static double mean_square_factor(double spread, uint64_t seed) {
     enum { RUNS = 24 };
-    static blocks_t blocks;
-    static hexload_jackknife_t jackknife;
     double sum = 0.0;
     for (int run = 0; run < RUNS; run++) {
-        draw(&blocks, 15, spread, &seed);
-        hexload_jackknife_init(&jackknife);
-        show_all(&jackknife, &blocks, 15);
+        const hexload_jackknife_t* jackknife = run_of(15, spread, &seed);
         for (int k = 0; k < DIM; k++) {
-            sum += (double)(jackknife.factor[k] * jackknife.factor[k]) / (RUNS * DIM);
+            sum += (double)(jackknife->factor[k] * jackknife->factor[k]) / (RUNS * DIM);
         }
     }
     return sum;

@@ -9,9 +9,11 @@ hexload_status_t hexload_health_refuse(hexload_health_t* health, hexload_status_
 
 void hexload_health_count(hexload_health_t* health, uint32_t bits) {
     health->bits = bits;
-    for (int bit = 0; bits >> bit != 0; bit++) {
-        if (((bits >> bit) & 1u) != 0 && health->count[bit] < UINT32_MAX) {
+    uint32_t left = bits & ((1u << HEXLOAD_HEALTH_BITS) - 1u);
+    for (int bit = 0; left != 0; bit++) {
+        if ((left & 1u) != 0 && health->count[bit] < UINT32_MAX) {
             health->count[bit]++;
         }
+        left >>= 1;
     }
 }

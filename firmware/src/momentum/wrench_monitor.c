@@ -91,7 +91,7 @@ static void observe(hexload_wrench_monitor_t* self, const hexload_config_t* conf
 /// Components of a wrench that y is made of: all but M_z.
 enum { READ = 5 };
 
-/// y of a wrench about the home point: F_z, M_x - p_y F_z + p_z F_y, M_y - p_z F_x + p_x F_z.
+/// y alone of move_wrench(), for the many rows of a spread.
 static void read_parts(const hexload_motion_t* motion, const hexload_real_t wrench[READ],
                        hexload_real_t parts[PARTS]) {
     const hexload_real_t* p = motion->p_m;
