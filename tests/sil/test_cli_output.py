@@ -11,6 +11,7 @@ import typer
 
 from hexload import project
 from hexload.cli.app import app
+from hexload.errors import InputError
 from hexload.io.log_columns import COLUMNS
 from hexload.io.log_file import read_log
 from hexload.simulation import sim
@@ -164,7 +165,7 @@ def test_runs_of_the_virtual_machine_come_home(tmp_path):
     for folder in ("out/runs/paper-1", "home/paper-1", "home/other-1"):
         (tmp_path / folder).mkdir(parents=True)
     (tmp_path / "out/runs/paper-1/meta.json").write_text("new")
-    (tmp_path / "home/paper-1/old").touch()
+    (tmp_path / "home/paper-1/report.html").touch()
     brought = vm.bring_home(tmp_path / "out" / "runs", tmp_path / "home")
     # THEN it is in place of the older one, and the rest stays
     assert brought == [tmp_path / "home" / "paper-1"]
@@ -172,3 +173,15 @@ def test_runs_of_the_virtual_machine_come_home(tmp_path):
     assert (tmp_path / "home" / "other-1").is_dir() and not (tmp_path / "out/runs/paper-1").exists()
     # and the guest is told where to write
     assert vm.guest_environment({})["HEXLOAD_RUNS"] == "/out/runs"
+
+
+def test_a_run_of_the_virtual_machine_deletes_nothing_but_a_run(tmp_path):
+    # GIVEN two runs that a guest has left, and a user's file where one of them is to lie WHEN they are brought home
+    for folder in ("out/runs/paper-1", "out/runs/work-1", "home/work-1"):
+        (tmp_path / folder).mkdir(parents=True)
+    (tmp_path / "home/work-1/notes.txt").write_text("mine")
+    with pytest.raises(InputError, match=r"work-1: found notes.txt in it, expected nothing but a run; the guest's run"):
+        vm.bring_home(tmp_path / "out" / "runs", tmp_path / "home")
+    # THEN all is where it was
+    assert (tmp_path / "home/work-1/notes.txt").read_text() == "mine"
+    assert (tmp_path / "out/runs/work-1").is_dir() and (tmp_path / "out/runs/paper-1").is_dir()

@@ -22,6 +22,7 @@ from pathlib import Path
 
 from hexload import project
 from hexload.errors import InputError, ToolFailed
+from hexload.io.run_directory import ADDED_FILES, FILES
 from hexload_dev import build
 from hexload_dev.sandbox import QEMU_SANDBOX
 
@@ -75,15 +76,30 @@ def run_in_guest(command: list[str], machine: Machine = Machine()) -> int:
 
 
 def bring_home(runs: Path, home: Path) -> list[Path]:
-    """What verbs in the guest have written without --out, instead of what lay there under the same name."""
-    brought = []
-    for directory in sorted(runs.iterdir()) if runs.is_dir() else []:
-        target = home / directory.name
-        home.mkdir(parents=True, exist_ok=True)
+    """What verbs in the guest have written without --out, instead of a run that lay there under the same name.
+
+    Raises InputError where something else lies there, before anything is moved.
+    """
+    directories = sorted(runs.iterdir()) if runs.is_dir() else []
+    targets = [home / directory.name for directory in directories]
+    for directory, target in zip(directories, targets, strict=True):
+        if (found := _foreign_content(target)) is not None:
+            raise InputError(
+                f"{target}: found {found}, expected nothing but a run; the guest's run stays in {directory}"
+            )
+    home.mkdir(parents=True, exist_ok=True)
+    for directory, target in zip(directories, targets, strict=True):
         shutil.rmtree(target, ignore_errors=True)
         shutil.move(directory, target)
-        brought.append(target)
-    return brought
+    return targets
+
+
+def _foreign_content(target: Path) -> str | None:
+    """What is no part of a run directory; None: nothing, or there is nothing at all."""
+    if not target.is_dir() or target.is_symlink():
+        return "no folder" if target.exists() or target.is_symlink() else None
+    foreign = sorted(path.name for path in target.iterdir() if path.name not in FILES + ADDED_FILES or path.is_dir())
+    return f"{foreign[0]} in it" if foreign else None
 
 
 def _fill_standard_streams() -> None:
