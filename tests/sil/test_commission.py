@@ -14,6 +14,7 @@ from hexload.estimation.commission import GROWTH_TOLERANCE_N_N, Wish, commission
 from hexload.estimation.firmware_run import native_firmware
 from hexload.estimation.load_summary import load_changes_s
 from hexload.estimation.replay import replay_log
+from hexload.estimation.rig_model import FrictionLaw, slides
 from hexload.io.log_file import COLUMNS
 from rig_plant import ROD_KG, Machine, log_of, multisine
 
@@ -100,6 +101,23 @@ def test_every_constant_is_found_within_its_sigma(found):
     # AND what is left of the forces is noise: 5 N of which a band of 15 Hz in 500 Hz stays, and 1 N of the friction law
     assert result["residual_n"] < 5.0 * np.sqrt(15.0 / 500.0) + 1.0
     assert result["words"]["coulomb"] == result["words"]["tilt"] == "found"
+
+
+@pytest.mark.parametrize("presliding_m", [5e-6, 4e-5, 1e-2])
+@pytest.mark.parametrize("ticks", [1, 2, 3, 1000])
+def test_friction_turns_from_tick_to_tick_as_its_law_says(presliding_m, ticks):
+    # GIVEN speeds of six legs, some of which stand still for a while
+    random = np.random.default_rng(ticks)
+    speed_m_s = 0.2 * np.sin(random.uniform(0.5, 20.0, 6) * 1e-3 * np.arange(ticks)[:, None])
+    speed_m_s[ticks // 3 : ticks // 2, :3] = 0.0
+    law = FrictionLaw(0.01, 0.001, presliding_m)
+    # WHEN their shape is found THEN it is that of ds = |dx| / presliding (tanh(v / reversal) - s) with v held for a tick,
+    # to the rounding of log2(ticks) additions
+    shape = np.zeros(6)
+    for speed, found in zip(speed_m_s, slides(speed_m_s, law, 1e-3), strict=True):
+        kept = np.exp(-np.abs(speed) * 1e-3 / presliding_m)
+        shape = kept * shape + (1.0 - kept) * np.tanh(speed / law.reversal_speed_m_s)
+        assert np.abs(found - shape).max() < 1e-13
 
 
 def test_the_page_says_what_was_found_and_how_well(found, platform):

@@ -19,6 +19,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.linalg import block_diag
 from scipy.signal import butter, sosfiltfilt
 
 from hexload.estimation import rig_model
@@ -380,24 +381,32 @@ def _scan(
     g = rig_model.gravity_vector(gravity, value[SLICES["tilt"]])
     rigid = _rigid(record, moved(geometry, value), g, value)
     weight = _weights(record, value, _noise(record, residual, value))
-    rubbing = np.concatenate([np.arange(UNKNOWNS)[SLICES[name]] for name in FRICTION])
-    rubbing = rubbing[start.sigma[rubbing] > 0]
+    shape = (LEGS, len(FRICTION))
+    own = np.array([SLICES[name].start + np.arange(LEGS) for name in FRICTION]).T  # the unknowns of each leg's friction
+    is_free = start.sigma[own].ravel() > 0
     others = np.concatenate([np.arange(UNKNOWNS)[SLICES[name]] for name in ("theta", "leg_mass", "offset")])
     others = others[start.sigma[others] > 0]
-    basis, _ = np.linalg.qr(_weighted(weight, matrix[:, :, others]))
-
-    def without_others(columns: Array) -> Array:
-        return columns - basis @ (basis.T @ columns)
-
-    due = without_others((weight * (residual + matrix[:, :, rubbing] @ value[rubbing])).ravel())
+    basis = np.linalg.qr((weight[:, :, None] * matrix[:, :, others]).reshape(-1, len(others)))[0]
+    basis = basis.reshape(*weight.shape, -1).transpose(
+        1, 0, 2
+    )  # (6, rows, others), as `due`, `weight` and the columns below
+    weight = weight.T
+    due = weight * (residual + matrix[:, :, own.ravel()] @ np.where(is_free, value[own.ravel()], 0.0)).T
+    due -= basis @ np.tensordot(basis, due, ((0, 1), (0, 1)))
+    gained = weight * (1.0 + value[SLICES["gain"]])[:, None]
 
     @functools.cache
     def cost(law: FrictionLaw) -> float:
         columns = friction_columns(_friction_rows(record, law), rigid)
-        _put_friction(matrix, _as_rows(record, columns), 1.0 + value[SLICES["gain"]])
-        A = without_others(_weighted(weight, matrix[:, :, rubbing]))
-        left = due - A @ np.linalg.lstsq(A.T @ A, A.T @ due, rcond=WORST_CONDITION)[0]
-        return float(np.sum((left / weight.ravel()) ** 2))
+        columns = gained[:, :, None] * _as_rows(record, columns).transpose(1, 0, 2)
+        # A leg's friction is in its own rows alone: normal equations by legs, less what the others explain.
+        overlap = (basis.transpose(0, 2, 1) @ columns).transpose(1, 0, 2).reshape(len(others), -1)
+        normal = block_diag(*(columns.transpose(0, 2, 1) @ columns)) - overlap.T @ overlap
+        right = np.einsum("lnk,ln->lk", columns, due).ravel()
+        found = np.zeros(is_free.size)
+        found[is_free] = np.linalg.lstsq(normal[np.ix_(is_free, is_free)], right[is_free], rcond=WORST_CONDITION)[0]
+        left = due - np.einsum("lnk,lk->ln", columns, found.reshape(shape)) + basis @ (overlap @ found)
+        return float(np.sum((left / weight) ** 2))
 
     law = min(laws, key=cost)
     for _ in range(SCANS):
@@ -413,10 +422,6 @@ def _scan(
             finer = min((replace(law, **{name: number * k}) for k in (factor, 1.0 / factor)), key=cost)
             law = finer if cost(finer) < (1.0 - FINER_GAIN) * cost(law) else law
     return law
-
-
-def _weighted(weight: Array, matrix: Array) -> Array:
-    return (weight[:, :, None] * matrix).reshape(-1, matrix.shape[2])
 
 
 def _put_friction(matrix: Array, columns: Array, gain: Array) -> None:
