@@ -410,6 +410,27 @@ def test_the_page_is_whole_and_loads_nothing(finished):
     assert "src=" not in markup and "<link" not in page
 
 
+def test_the_page_plays_the_run_of_each_class_that_ended_farthest_off(finished):
+    # GIVEN two cases of which one ended farther off its bound
+    results = [json.loads(text) for text in contents(finished).values()]
+    off = {
+        result["case"]["seed"]: np.mean(
+            (np.array(result["estimators"]["momentum"]["error"]) / np.array(result["bound"])) ** 2
+        )
+        for result in results
+    }
+    # WHEN the page is read
+    page = (finished / "report.html").read_text()
+    # THEN it names that one and has its motion, with the true load and the one that its filter found
+    worst = max(off, key=off.get)
+    assert f"The run that ended farthest off, seed {worst}: {np.sqrt(off[worst]):.1f} bounds" in page
+    moving = json.loads(re.search(r'id="multisine-motion".*?<script type="application/json">(.*?)</script>', page)[1])
+    assert moving["duration"] == pytest.approx(SHORT_S) and moving["true"]["v"] and moving["estimated"]["v"]
+    found = next(result for result in results if result["case"]["seed"] == worst)
+    mass_kg = found["theta"][0] + found["estimators"]["momentum"]["error"][0]
+    assert moving["words"][-1].startswith(f"m = {mass_kg:.2f} ±")
+
+
 def test_replay_tells_the_covariance_of_the_momentum_filter(tmp_path):
     # GIVEN a recorded log
     data = project.ROOT / "tests" / "data"

@@ -19,6 +19,7 @@ from hexload.faults import fault_report
 from hexload.faults.kinds import ESTIMATORS, GROUPS, KINDS, NONE
 from hexload.faults.one_fault import MOTIONS, FaultCase, code_version, is_possible, run_fault
 from hexload.faults.tally import tally
+from hexload.faults.worst_runs import worst_runs
 from hexload.io.atomic_file import replaced_when_done
 
 DEFAULT_OUT = project.RUNS / "faults"
@@ -139,7 +140,7 @@ def _conclude(settings: FaultSettings, code: str, results: Mapping[FaultCase, di
         "summary.json": json.dumps(plain(tallies), indent=1) + "\n",
         "table.md": fault_report.markdown(tallies),
         "cases.csv": fault_report.as_csv(results),
-        "report.html": fault_report.render(settings, code, tallies, results),
+        "report.html": fault_report.render(settings, code, tallies, results, worst_runs(results, out / LOGS)),
     }
     for name, text in files.items():
         with replaced_when_done(out / name) as temporary:
