@@ -2,16 +2,15 @@
 
 import json
 import shutil
-import sys
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
 from rich import box
-from rich.console import Console
 from rich.table import Table
 
 from hexload import project
+from hexload.campaign import terminal
 from hexload.campaign.progress import complete
 from hexload.campaign.store import Store, plain
 from hexload.errors import InputError
@@ -116,7 +115,7 @@ def print_list() -> None:
         for kind in (kind for kind in KINDS.values() if kind.group == group and kind.is_fault):
             sizes = "; ".join(kind.size_in_words(size) for size in kind.sizes)
             table.add_row(f"  {kind.name}", kind.says, sizes, kind.words)
-    Console(width=None if sys.stdout.isatty() else TABLE_WIDTH).print(table)
+    terminal.console(TABLE_WIDTH).print(table)
 
 
 def run_faults(settings: FaultSettings, out: Path, restart: bool) -> Path:
@@ -145,7 +144,7 @@ def _conclude(settings: FaultSettings, code: str, results: Mapping[FaultCase, di
     for name, text in files.items():
         with replaced_when_done(out / name) as temporary:
             temporary.write_text(text, encoding="utf-8")
-    console = Console(width=None if sys.stdout.isatty() else TABLE_WIDTH)
+    console = terminal.console(TABLE_WIDTH)
     for entry in tallies:
-        console.print(fault_report.terminal_table(entry))
+        console.print(*terminal.in_parts(fault_report.terminal_table(entry), console.width))
     return out / "report.html"
