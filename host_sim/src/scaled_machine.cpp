@@ -40,6 +40,11 @@ double oil_stiffness_n_m(const HydraulicSettings& oil, const Geometry& geometry,
     return oil.bulk_modulus_pa * (area_a_m2 * area_a_m2 / volume_a_m3 + area_b_m2 * area_b_m2 / volume_b_m3);
 }
 
+double end_stiffness_n_m(const HydraulicSettings& oil, const Geometry& geometry) {
+    return std::max(oil_stiffness_n_m(oil, geometry, stroke_share * geometry.stroke_min_m),
+                    oil_stiffness_n_m(oil, geometry, stroke_share * geometry.stroke_max_m));
+}
+
 // Of the six ways in which alike legs swing with the body at home: l'' = J M^-1 J^T f, in 1/kg, increasing.
 Vector6 inverse_masses_1_kg(const Geometry& geometry, const MassProperties& body) {
     const Matrix6 J = jacobian(geometry, Pose{});
@@ -55,18 +60,22 @@ double in_phase(const HydraulicSettings& oil, double frequency_rad_s) {
     return (std::polar(1.0, -0.5 * servo_s * frequency_rad_s) / valve).real();
 }
 
+double leakage_1_s(const HydraulicSettings& oil, double stiffness_n_m) {
+    return oil.leakage_m3_s_pa / (oil.piston_area_m2 * oil.piston_area_m2) * stiffness_n_m;
+}
+
 // The largest share of loop gain and pressure feedback with which every resonance decays. With a pressure
 // feedback that damps by d and a loop gain K, both in 1/s, one at w decays by (leakage + (d - K) in_phase) /
 // 2 to first order in d / w and K / w.
-double stable_share(const HydraulicSettings& oil, double leakage_1_s, double difference_1_s,
-                    double from_rad_s, double to_rad_s) {
+double stable_share(const HydraulicSettings& oil, double leakage, double difference_1_s, double from_rad_s,
+                    double to_rad_s) {
     double least = 0.0;
     for (double w = from_rad_s; w < to_rad_s; w *= 1.05) {
         least = std::min(least, in_phase(oil, w));
     }
     least = std::min(least, in_phase(oil, to_rad_s));
     const double taken_1_s = -least * difference_1_s;
-    return taken_1_s > kept_leakage * leakage_1_s ? kept_leakage * leakage_1_s / taken_1_s : 1.0;
+    return taken_1_s > kept_leakage * leakage ? kept_leakage * leakage / taken_1_s : 1.0;
 }
 
 void scale_oil(HydraulicSettings& oil, double force_ratio, double stroke_ratio, double speed_ratio) {
@@ -83,8 +92,7 @@ void suit_servo(Scenario& scenario, const PlatformFile& platform, double heavies
     const Geometry& geometry = platform.geometry;
     const MassProperties empty = mass_properties(platform.platform);
     const double stiffness_n_m = oil_stiffness_n_m(oil, geometry, 0.0);
-    const double end_n_m = std::max(oil_stiffness_n_m(oil, geometry, stroke_share * geometry.stroke_min_m),
-                                    oil_stiffness_n_m(oil, geometry, stroke_share * geometry.stroke_max_m));
+    const double end_n_m = end_stiffness_n_m(oil, geometry);
     const Vector6 unloaded_1_kg = inverse_masses_1_kg(geometry, empty);
     const double loaded_rad_s = std::sqrt(0.5 * stiffness_n_m / (empty.mass_kg + heaviest_load_kg));
     const double fastest_rad_s = std::sqrt(stiffness_n_m * unloaded_1_kg.maxCoeff());
@@ -97,10 +105,8 @@ void suit_servo(Scenario& scenario, const PlatformFile& platform, double heavies
     const double default_gain_1_s = servo.proportional_1_m * default_speed_m_s();
     const double loop_gain_1_s = std::min(default_gain_1_s, loop_gain_share * loaded_rad_s);
     const double damping_1_s = damping_share * loaded_rad_s;
-    const double leakage_1_s =
-        oil.leakage_m3_s_pa / (oil.piston_area_m2 * oil.piston_area_m2) * stiffness_n_m;
-    const double share =
-        stable_share(oil, leakage_1_s, damping_1_s - loop_gain_1_s, loaded_rad_s, at_end_rad_s);
+    const double share = stable_share(oil, leakage_1_s(oil, stiffness_n_m), damping_1_s - loop_gain_1_s,
+                                      loaded_rad_s, at_end_rad_s);
     servo.proportional_1_m = share * loop_gain_1_s / speed_m_s;
     servo.integral_1_m_s = integral_1_s * servo.proportional_1_m;
     servo.pressure_feedback_1_n = share * damping_1_s / (speed_m_s * stiffness_n_m);
@@ -122,6 +128,35 @@ Scenario scaled_machine(const PlatformFile& platform, const ActuatorLimits& limi
     scenario.limits.pump_flow_m3_s = limits.speed_sum_m_s * oil.piston_area_m2;
     suit_servo(scenario, platform, heaviest_load_kg, limits.leg_speed_m_s);
     return scenario;
+}
+
+void suit_default_servo(Scenario& scenario, const PlatformFile& platform) {
+    if (scenario.states_servo || scenario.electric.exists()) {
+        return;
+    }
+    const HydraulicSettings& oil = scenario.hydraulics;
+    const Geometry& geometry = platform.geometry;
+    const auto heaviest = std::max_element(
+        scenario.loads.begin(), scenario.loads.end(),
+        [](const LoadChange& a, const LoadChange& b) { return a.load.mass_kg < b.load.mass_kg; });
+    const MassProperties body = mass_properties(platform.platform) + mass_properties(heaviest->load);
+    const Vector6 inverse_1_kg = inverse_masses_1_kg(geometry, body);
+    const double stiffness_n_m = oil_stiffness_n_m(oil, geometry, 0.0);
+    const Vector6 resonances_rad_s = (stiffness_n_m * inverse_1_kg).cwiseSqrt();
+
+    const double leakage = leakage_1_s(oil, stiffness_n_m);
+    const double speed_m_s = actuator_limits(geometry, scenario).leg_speed_m_s;
+    const double loop_gain_1_s = scenario.controller.proportional_1_m * speed_m_s;
+    double& feedback_1_n = scenario.controller.pressure_feedback_1_n;
+    const double difference_1_s = feedback_1_n * speed_m_s * stiffness_n_m - loop_gain_1_s;
+    const auto grows = [&](double w) { return leakage + difference_1_s * in_phase(oil, w) < 0.0; };
+    if (difference_1_s <= 0.0 ||
+        std::none_of(resonances_rad_s.data(), resonances_rad_s.data() + resonances_rad_s.size(), grows)) {
+        return;
+    }
+    const double at_end_rad_s = std::sqrt(end_stiffness_n_m(oil, geometry) * inverse_1_kg.maxCoeff());
+    const double kept = stable_share(oil, leakage, difference_1_s, resonances_rad_s.minCoeff(), at_end_rad_s);
+    feedback_1_n = (loop_gain_1_s + kept * difference_1_s) / (speed_m_s * stiffness_n_m);
 }
 
 } // namespace hexload::sim

@@ -180,6 +180,7 @@ Scenario load_scenario(const std::filesystem::path& path) {
     scenario.hydraulics = read_hydraulics(reader.table("hydraulics"));
     scenario.electric = read_electric(reader.table("electric"));
     TomlReader controller = reader.table("controller");
+    scenario.states_servo = controller.has("proportional_1_m") || controller.has("pressure_feedback_1_n");
     visit_controller(controller, scenario.controller);
     controller.refuse_unknown_keys();
     TomlReader sensors = reader.table("sensors");

@@ -1,6 +1,7 @@
 """hexload campaign as a user meets it: the same numbers each time, going on where it stopped, on clusters too."""
 
 import importlib
+import io
 import json
 import os
 import re
@@ -14,9 +15,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 from distributed import Client, LocalCluster, Security
+from rich import box
+from rich.console import Console
+from rich.table import Table
 
 from hexload import project
-from hexload.campaign import schedule, verb
+from hexload.campaign import schedule, terminal, verb
 from hexload.campaign.cases import LARGEST_BIAS_N, TARE_S, Case, draw
 from hexload.campaign.store import Settings
 from hexload.errors import InputError, ToolFailed
@@ -410,6 +414,27 @@ def test_the_page_is_whole_and_loads_nothing(finished):
     assert "src=" not in markup and "<link" not in page
 
 
+def test_the_page_plays_the_run_of_each_class_that_ended_farthest_off(finished):
+    # GIVEN two cases of which one ended farther off its bound
+    results = [json.loads(text) for text in contents(finished).values()]
+    off = {
+        result["case"]["seed"]: np.mean(
+            (np.array(result["estimators"]["momentum"]["error"]) / np.array(result["bound"])) ** 2
+        )
+        for result in results
+    }
+    # WHEN the page is read
+    page = (finished / "report.html").read_text()
+    # THEN it names that one and has its motion, with the true load and the one that its filter found
+    worst = max(off, key=off.get)
+    assert f"The run that ended farthest off, seed {worst}: {np.sqrt(off[worst]):.1f} bounds" in page
+    moving = json.loads(re.search(r'id="multisine-motion".*?<script type="application/json">(.*?)</script>', page)[1])
+    assert moving["duration"] == pytest.approx(SHORT_S) and moving["true"]["v"] and moving["estimated"]["v"]
+    found = next(result for result in results if result["case"]["seed"] == worst)
+    mass_kg = found["theta"][0] + found["estimators"]["momentum"]["error"][0]
+    assert moving["words"][-1].startswith(f"m = {mass_kg:.2f} ±")
+
+
 def test_replay_tells_the_covariance_of_the_momentum_filter(tmp_path):
     # GIVEN a recorded log
     data = project.ROOT / "tests" / "data"
@@ -430,3 +455,23 @@ def test_replay_tells_the_covariance_of_the_momentum_filter(tmp_path):
     assert np.sqrt(covariance.diagonal()) == pytest.approx(result["sigma"][-1], rel=1e-6)
     # and the paper's filter, which has other states, tells none
     assert "covariance" not in replay("paper")
+
+
+def test_a_table_that_is_wider_than_the_terminal_is_shown_in_parts_with_every_letter():
+    # GIVEN a table of 7 columns that takes 132 letters
+    table = Table(title="title", box=box.SIMPLE_HEAD, padding=(0, 1, 0, 0))
+    for k in range(7):
+        table.add_column(f"column {k}", no_wrap=True)
+    for row in range(2):
+        table.add_row(*(f"row {row}, column {k} long" for k in range(7)))
+    # WHEN it is printed on 80 letters
+    text = io.StringIO()
+    narrow = Console(width=80, file=text)
+    parts = terminal.in_parts(table, narrow.width)
+    narrow.print(*parts)
+    # THEN no cell is cut, and each part has the first column; on a wide terminal it is one table
+    printed = text.getvalue()
+    assert "…" not in printed
+    assert all(f"row {row}, column {k} long" in printed for row in range(2) for k in range(7))
+    assert printed.count("column 0 long") == 2 * len(parts) > 2
+    assert terminal.in_parts(table, 200) == [table]

@@ -5,6 +5,7 @@ import os
 import re
 import subprocess
 import sys
+import tomllib
 from dataclasses import replace
 from pathlib import Path
 
@@ -436,6 +437,30 @@ def test_the_servo_of_a_random_machine_lets_every_resonance_decay(seed, tmp_path
         for displacement_m in (0.0, 0.9 * platform.stroke_m[0]):
             # THEN all poles are inside the unit circle
             assert growth_1_s(platform, scenario, theta, displacement_m) < 0.0
+
+
+def test_the_default_servo_does_not_shake_a_platform_that_is_too_light_for_it(tmp_path):
+    # GIVEN the paper's platform at rest, empty, with a light load, with one that the servo was made for, and empty with a
+    # servo of the file's own, which shakes it
+    own = "[controller]\npressure_feedback_1_n = 7e-6\n"
+    cases = ((0.0, ""), (50.0, ""), (500.0, ""), (0.0, own))
+    platform = hexload_native.load_platform(str(PLATFORM))
+    feedback, growth = [], []
+    for mass_kg, table in cases:
+        file, run = tmp_path / "rest.toml", tmp_path / "run"
+        load = f"[[load]]\nat_s = 0.0\nmass_kg = {mass_kg}\n"
+        file.write_text(f'name = "rest"\nplatform = "{PLATFORM}"\n{load}[trajectory]\nkind = "standstill"\n{table}')
+        # WHEN it is run
+        command = [project.simulator(), file, "--duration", "0.002", "--out", run, "--force", "--quiet"]
+        subprocess.run(command, check=True, capture_output=True)
+        resolved = hexload_native.load_scenario(str(run / "scenario.toml"))
+        feedback.append(tomllib.loads(resolved.to_toml())["controller"]["pressure_feedback_1_n"])
+        growth.append(growth_1_s(platform, resolved, mass_kg * np.eye(10)[0]))
+    # THEN every resonance decays, faster than the integral (1 1/s), with less feedback where there is too little mass for
+    # the default; what the file says stays
+    assert max(growth[:3]) < -1.0 and growth[3] > 0.9
+    assert feedback[2:] == [7e-6, 7e-6]
+    assert max(feedback[:2]) < 5e-6
 
 
 def test_a_light_platform_on_strong_legs_is_commissioned(tmp_path):

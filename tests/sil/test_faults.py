@@ -2,6 +2,7 @@
 
 import csv
 import json
+import re
 import subprocess
 import sys
 from dataclasses import replace
@@ -79,6 +80,10 @@ def test_a_campaign_tells_what_came_of_each_fault(finished):
     page = (out / "report.html").read_text()
     assert "Faults: 4 runs of 4 kinds" in page and "legs renumbered" in page
     assert "http://" not in page.split("</style>")[0]
+    # AND the page plays the worst run that was answered of each group of faults, with the true load and the estimated one
+    worst = re.findall(r"<details><summary>(.*?): .*?application/json\">(.*?)</script>", page, flags=re.DOTALL)
+    assert [group for group, _ in worst] == ["stuck, dead, negated", "wiring"]  # millimetres are refused
+    assert all(json.loads(text)["true"]["v"] and json.loads(text)["estimated"]["v"] for _, text in worst)
 
 
 def test_the_same_command_goes_on_and_does_nothing_twice(finished, capsys):

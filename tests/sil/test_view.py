@@ -213,8 +213,22 @@ def test_in_the_browser_a_report_draws_every_panel_and_fits_a_narrow_screen(brow
             )
             > 10
         )
+        narrow = printed(tab)
         # WHEN the screen is wide THEN they stand side by side
         tab.call(
             "Emulation.setDeviceMetricsOverride", width=1200, height=900, deviceScaleFactor=1, mobile=False
         )  # fmt: skip
         tab.wait_for(f"new Set({PANELS}.map(each => each.offsetLeft)).size > 4")
+        # and they are printed as from the narrow one
+        assert printed(tab) == narrow
+
+
+def printed(tab):
+    """The panels' measures as they are drawn for paper; they are drawn for the window again afterwards."""
+    measures = f"{PANELS}.map(each => each.querySelector('svg').getAttribute('viewBox'))"
+    before = tab.evaluate(measures)
+    tab.evaluate("dispatchEvent(new Event('beforeprint'))")
+    found = tab.evaluate(measures)
+    tab.evaluate("dispatchEvent(new Event('afterprint'))")
+    assert tab.evaluate(measures) == before != found
+    return found

@@ -1,6 +1,8 @@
 """The controller's tables of `hexload bench`."""
 
+from hexload import project
 from hexload_dev import controller_bench, target
+from hexload_dev.bench_page import write_page
 
 SHORT_MOTION_S = 1.0  # the figures of a longer motion are those of the budgets
 PUBLISHED = ("TinyEKF", "kalman-clib", "CMSIS-DSP, dense", "Eigen fixed-size, dense", "Eigen, block-structured")
@@ -39,3 +41,29 @@ def test_bench_prints_stages_filters_and_memory(capsys, monkeypatch):
         assert paper < plain < machine
     assert numbers["a bus node, either estimator included"][0] > numbers["an estimator, momentum"][0]
     print(output)
+
+
+def test_the_page_has_every_table_and_plays_the_run(tmp_path):
+    # GIVEN the figures of a bench
+    table = {"Memory": [{"what": "an estimator", "-O2": "1,560", "-O3": "1,568"}]}
+    figures = {
+        "tick_s": 5.8e-6,
+        "simulator": {"Speed": [{"simulator": "MuJoCo", "x real time": "23"}]},
+        "cortex_m7": table,
+    }
+    page = tmp_path / "bench" / "report.html"
+    # WHEN the page is written
+    write_page(page, figures, "a processor", project.SCENARIOS / "paper.toml")
+    # THEN it has them, and the run as an animated view, in one file below 2 MB
+    text = page.read_text()
+    for words in (
+        "<h2>Memory</h2>",
+        "<td>1,568</td>",
+        "<td>MuJoCo</td>",
+        "5800 ns",
+        "a processor",
+        'id="bench-motion"',
+    ):
+        assert words in text
+    assert len(text) < 2_000_000
+    assert "src=" not in text and "<link" not in text

@@ -20,6 +20,7 @@
 
 #include <hexload/hexload.h>
 #include <hexload_sim/run_directory.hpp>
+#include <hexload_sim/scaled_machine.hpp>
 #include <hexload_sim/scenario.hpp>
 #include <hexload_sim/simulator.hpp>
 
@@ -313,6 +314,7 @@ void cut(sim::Scenario& scenario, std::uint32_t ticks, double tick_s) {
 ExitStatus simulate(const Options& options) {
     sim::Scenario scenario = scenario_of(options);
     const platform::PlatformFile platform = platform_of(options, scenario);
+    sim::suit_default_servo(scenario, platform);
     scenario.sensors.velocity_sensor = platform.sensors.has_velocity;
     sim::Simulator simulator(platform, scenario);
     const auto link = make_link(options, known_platform(options, platform));

@@ -6,6 +6,7 @@
 #include "platform_file/input_error.hpp"
 #include "platform_file/standard_output.hpp"
 
+#include <hexload_sim/scaled_machine.hpp>
 #include <hexload_sim/scenario.hpp>
 #include <hexload_sim/simulator.hpp>
 
@@ -158,6 +159,7 @@ int main(int argc, char** argv) {
         sim::Scenario scenario = sim::load_scenario(argv[1]);
         scenario.duration_s = std::stod(argv[2]);
         scenario.seed = std::stoll(argv[3]);
+        sim::suit_default_servo(scenario, platform::load_platform_file(scenario.platform));
         soak(scenario);
     } catch (const std::exception& error) {
         fmt::print(stderr, "hexload_soak: {}\n", error.what());

@@ -45,6 +45,7 @@ struct Scenario {
     HydraulicSettings hydraulics;
     ElectricSettings electric; // where it exists, in place of hydraulics but for its end stops
     ControllerSettings controller;
+    bool states_servo = false; // loop gain or pressure feedback are the file's; else suit_default_servo's
     SensorSettings sensors;
 };
 

@@ -20,22 +20,23 @@ from hexload import project
 from hexload.errors import ToolFailed
 from hexload.theory.bound import read_platform
 from hexload_dev import build
-from hexload_dev.controller_bench import TICK_S, print_controller_tables
+from hexload_dev.bench_page import write_page
+from hexload_dev.controller_bench import TICK_S, print_controller_tables, rows_of
 
 SCENARIO = project.SCENARIOS / "paper.toml"
+PAGE = project.RUNS / "bench" / "report.html"
 RIVAL_LEG_MASS_KG = 2.0  # of cylinder and of rod; MuJoCo's joints need some
 RIVAL_SIMULATED_S = 10.0
 REPETITIONS = 3  # the shortest counts: what disturbs it only makes it longer
 
 
-def run_bench() -> dict:
-    """Returns the figures too."""
+def run_bench(page: Path = PAGE) -> dict:
+    """Writes the page; returns the figures too."""
     build.ensure_built("hexload_bench")
     own = _own_speed()
     rival = rival_speed(SCENARIO)
-    table = Table(
-        title=f"{_processor()}, one thread, {own['simulated_s']:g} s of {SCENARIO.stem}", title_justify="left"
-    )
+    processor = _processor()
+    table = Table(title=f"{processor}, one thread, {own['simulated_s']:g} s of {SCENARIO.stem}", title_justify="left")
     for heading in ("simulator", "x real time", "x MuJoCo"):
         table.add_column(heading, justify="left" if heading == "simulator" else "right")
     plant = own["simulated_s"] / own["plant_s"]
@@ -50,7 +51,11 @@ def run_bench() -> dict:
     tick_s = (own["closed_loop_s"] - own["plant_s"]) / own["simulated_s"] * TICK_S
     print(f"A tick of the firmware on this machine, with its sample and its link: {1e9 * tick_s:.0f} ns")
     speeds = {"plant": plant, "closed_loop": closed_loop, "mujoco": rival}
-    return {"times_real_time": speeds, "tick_s": tick_s, "cortex_m7": print_controller_tables()}
+    tables = {"simulator": {str(table.title): rows_of(table)}, "cortex_m7": print_controller_tables()}
+    figures = {"times_real_time": speeds, "tick_s": tick_s, **tables, "page": page}
+    write_page(page, figures, processor, SCENARIO)
+    print(page)
+    return figures
 
 
 def _own_speed() -> dict:

@@ -130,7 +130,8 @@ def fuzz(
 def bench(as_json: AsJson = False) -> None:
     """Measures the simulator's speed beside MuJoCo's, and the firmware's instructions and memory on a Cortex-M7.
 
-    The controller is emulated; its instructions are counted stage by stage, and beside those of other filters.
+    The controller is emulated; its instructions are counted stage by stage, and beside those of other filters. Writes a page with
+    all of it, build/runs/bench/report.html.
 
     Example:  hexload bench
     """

@@ -50,17 +50,17 @@ class Measured:
 
 
 def print_controller_tables() -> dict[str, list[dict[str, str]]]:
-    """Returns them too: by title, a row as its cells by heading."""
+    """Returns them too: rows_of each, by title."""
     measured = _measure()
     console, tables = Console(), (_stage_table(measured), _filter_table(measured), _memory_table(measured))
     for table in tables:
         console.print(table)
-    return {str(table.title): _rows(table) for table in tables}
+    return {str(table.title): rows_of(table) for table in tables}
 
 
-def _rows(table: Table) -> list[dict[str, str]]:
+def rows_of(table: Table) -> list[dict[str, str]]:
+    """A row as its cells by heading."""
     headings = [str(column.header) for column in table.columns]
-    headings = [name if headings.count(name) == 1 else f"{headings[k - 1]}: {name}" for k, name in enumerate(headings)]
     return [dict(zip(headings, map(str, cells))) for cells in zip(*(column.cells for column in table.columns))]
 
 
@@ -105,7 +105,7 @@ def _stage_table(measured: dict[str, Measured]) -> Table:
     table = _table(f"Instructions on a Cortex-M7: longest tick of {MOTION_S:g} s of motion, and of any input", "stage")
     for optimisation in measured:
         table.add_column(f"{optimisation}, motion", justify="right")
-        table.add_column("any input", justify="right")
+        table.add_column(f"{optimisation}, any input", justify="right")
     for row, stage in enumerate(target.STAGES):
         counts = [answers["stage_instructions"][:, row].max() for each in measured.values() for answers in _both(each)]
         table.add_row(stage, *(f"{count:,}" for count in counts))

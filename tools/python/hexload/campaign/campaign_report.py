@@ -12,6 +12,7 @@ from hexload.campaign.cases import CLASSES, TARED
 from hexload.campaign.one_case import code_version
 from hexload.campaign.statistics import ALARM_DUE_S, FAILURE_NEES, Alarms, ClassStatistics, FailedCase, Times
 from hexload.campaign.store import Settings
+from hexload.campaign.worst_runs import worst_run
 from hexload.estimation.load_summary import EFFECT_UNITS, EFFECT_WORDS
 from hexload.report.charts import to_html
 from hexload.report.page import templates
@@ -41,7 +42,8 @@ def render(
     by_class: dict[str, list[dict]],
     failed: dict[str, tuple[FailedCase, ...]],
 ) -> str:
-    """`by_class`: results with numbers, of the classes in `statistics`. `failed`: the other cases of every class."""
+    """`by_class`: results with numbers, of the classes in `statistics`. `failed`: the other cases of every class. Raises
+    ToolFailed, InputError."""
     drawn = {}
     if statistics:
         drawn = {
@@ -66,6 +68,7 @@ def render(
         has_effects=any(entry.effects is not None for entry in statistics),
         statistics=statistics,
         failed=[case for cases in failed.values() for case in cases],
+        worst={name: worst_run(results) for name, results in by_class.items()},
         failure_nees=FAILURE_NEES,
         alarm_due_s=ALARM_DUE_S,
         figures={name: to_html(chart, f"{name}-figure") for name, chart in drawn.items()},

@@ -11,6 +11,7 @@ import subprocess
 import tempfile
 from dataclasses import asdict, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -106,12 +107,11 @@ def _evaluate(setup: Setup, folder: Path, directory: Path) -> dict:
     meta = json.loads((directory / "meta.json").read_text())
     load = meta["loads"][-1]
     theta, since_s = np.array(load["theta"]), load["at_s"]
-    found = None if setup.tare_scenario is None else _make_tare(folder)
+    whole = _as_float32(read_log(directory / "log.csv"))
+    found, tared = _tared(setup, folder, whole)
     platform = bound.read_platform(folder / "platform.toml")
     if found is not None:
         platform = replace(platform, theta=platform.theta + found.offset.theta)
-    whole = _as_float32(read_log(directory / "log.csv"))
-    tared = whole if found is None else _as_float32(found.taken_off(whole))
     log = _from(tared, since_s)
     t_s = log.t_s - since_s
 
@@ -152,12 +152,8 @@ def _evaluate_rig(setup: Setup, folder: Path, directory: Path) -> dict:
     load = meta["loads"][-1]
     theta, since_s = np.array(load["theta"]), load["at_s"]
     machine = folder / "platform.toml"
-    commission.commission(commission.Wish(folder / COMMISSIONING_RUN / "log.csv", machine, folder / "rig.toml"))
-    native = project.native_module()
-    platform = rig_file.platform_with_rig(folder / "rig.toml", native, native.load_platform(str(machine)))
     log = _as_float32(read_log(directory / "log.csv"))
-    legs = (log.displacement_m, log.velocity_m_s, log.force_n)
-    replay = native.replay(platform, setup.kind, None, log.t_s, *legs, str(folder / "estimates.csv"))
+    replay = _replay_rig(setup, folder, log)
 
     sigma = bound.Sigmas(meta["sensors"]["velocity_sigma_m_s"], meta["sensors"]["force_sigma_n"])
     truth = bound.read_truth(directory / "truth.csv", from_s=since_s)
@@ -178,6 +174,41 @@ def _evaluate_rig(setup: Setup, folder: Path, directory: Path) -> dict:
         "verdict": replay["verdict"][-1],
         "health": {name: ticks for name, ticks in replay["health_counts"].items() if ticks},
     }
+
+
+def repeat(case: Case) -> tuple[Any, dict, list[dict]]:
+    """The case once more, to be looked at: its platform, what the controller's filter says, with the log, as replay_log returns
+    it, and the true loads. Raises ToolFailed, InputError."""
+    with tempfile.TemporaryDirectory(prefix="hexload-campaign-") as name:
+        folder = Path(name)
+        setup, directory = cases.draw(case), simulate(case, folder)
+        log = _as_float32(read_log(directory / "log.csv"))
+        if setup.commissioning_scenario is None:
+            found, tared = _tared(setup, folder, log)
+            replay = _replay_filter(folder, setup.filters[0], tared, found)
+        else:
+            replay = _replay_rig(setup, folder, log)
+        loads = json.loads((directory / "meta.json").read_text())["loads"]
+        platform = project.native_module().load_platform(str(folder / "platform.toml"))
+        return platform, replay | {"log": log, "rows": len(log.t_s)}, loads
+
+
+def _tared(setup: Setup, folder: Path, log: LegLog) -> tuple[tare.MachineTare | None, LegLog]:
+    """Where the class has a tare, that tare and the log without what it explains. Raises InputError."""
+    if setup.tare_scenario is None:
+        return None, log
+    found = _make_tare(folder)
+    return found, _as_float32(found.taken_off(log))
+
+
+def _replay_rig(setup: Setup, folder: Path, log: LegLog) -> dict:
+    """By the controller's filter, with what commissioning has found. Raises InputError."""
+    machine, rig = folder / "platform.toml", folder / "rig.toml"
+    commission.commission(commission.Wish(folder / COMMISSIONING_RUN / "log.csv", machine, rig))
+    native = project.native_module()
+    platform = rig_file.platform_with_rig(rig, native, native.load_platform(str(machine)))
+    legs = (log.displacement_m, log.velocity_m_s, log.force_n)
+    return native.replay(platform, setup.kind, None, log.t_s, *legs, str(folder / "estimates.csv"))
 
 
 def _score_rig(replay: dict, theta: Array) -> dict:

@@ -2,13 +2,10 @@
 
 import json
 import subprocess
-import sys
 from pathlib import Path
 
-from rich.console import Console
-
 from hexload import project
-from hexload.campaign import campaign_report
+from hexload.campaign import campaign_report, terminal
 from hexload.campaign.cases import CLASSES, DEFAULT_CLASSES, Case
 from hexload.campaign.one_case import FAILURE, code_version, run_case
 from hexload.campaign.progress import complete
@@ -85,10 +82,10 @@ def _conclude(settings: Settings, done: dict[Case, dict], out: Path) -> Path:
     with replaced_when_done(page) as temporary:
         text = campaign_report.render(settings, statistics, with_numbers, failed)
         temporary.write_text(text, encoding="utf-8")
-    console = Console(width=None if sys.stdout.isatty() else TABLE_WIDTH)
-    console.print(campaign_report.terminal_table(statistics, failed))
+    console = terminal.console(TABLE_WIDTH)
+    console.print(*terminal.in_parts(campaign_report.terminal_table(statistics, failed), console.width))
     if (rigs := campaign_report.rig_table(statistics)) is not None:
-        console.print(rigs)
+        console.print(*terminal.in_parts(rigs, console.width))
     for case in (case for cases in failed.values() for case in cases):
         console.print(f"failed: {case.name}: {case.reason}", markup=False, highlight=False)
     return page

@@ -3,6 +3,7 @@
 import contextlib
 import errno
 import functools
+import inspect
 import os
 import sys
 from collections.abc import Callable
@@ -1061,7 +1062,17 @@ def main() -> None:
     sys.exit(status)
 
 
+def _join_lines(verbs: typer.Typer) -> None:
+    """Of help texts: typer would break paragraphs where the source does, and once more at the edge of the terminal."""
+    for verb in verbs.registered_commands:
+        paragraphs = inspect.cleandoc(verb.callback.__doc__ or "").split("\n\n")
+        verb.help = "\n\n".join(paragraph.replace("\n", " ") for paragraph in paragraphs)
+    for group in verbs.registered_groups:
+        _join_lines(group.typer_instance)
+
+
 def _run_verb() -> int:
+    _join_lines(app)
     try:
         return app(prog_name="hexload", standalone_mode=False) or 0
     except (InputError, ToolFailed) as error:

@@ -3,6 +3,7 @@
 from pathlib import Path
 
 import numpy as np
+from rich import box
 from rich.console import Console
 from rich.table import Table
 
@@ -12,12 +13,13 @@ from hexload.estimation.rig_model import LEGS
 def print_summary(result: dict, out: Path) -> None:
     """What was found, on the terminal."""
     rig, sigma = result["rig"], result["sigma"]
-    table = Table()
-    for heading in ("leg", "offset, N", "gain, %", "Coulomb, N", "at rest + N", "with force, %", "viscous, N s/m"):
-        table.add_column(heading, justify="right")
+    table = Table(box=box.SIMPLE_HEAD, padding=0)  # a leg in a line of 80 letters
+    headings = ("leg", "offset,\nN", "gain,\n%", "Coulomb,\nN", "at rest\n+ N", "with\nforce, %", "viscous,\nN s/m")
+    for heading in headings:
+        table.add_column(heading, justify="right", no_wrap=True)
     for leg in range(LEGS):
         cells = (
-            f"{factor * rig[key][leg]:.{digits}f} +- {factor * sigma[key][leg]:.{digits}f}"
+            f"{factor * rig[key][leg]:.{digits}f} ± {factor * sigma[key][leg]:.{digits}f}"
             for key, factor, digits in (
                 ("force_offset_n", 1.0, 1),
                 ("force_gain", 100.0, 2),

@@ -406,7 +406,7 @@ def print_summary(found: Design, wish: Wish, out: Path) -> None:
     _print_limits(found)
     columns = found.columns
     what = "the platform's own parameters" if wish.empty else "the load"
-    print(f"Cramer-Rao bound on {what} after {wish.duration_s:g} s in % of scale:")
+    print(f"Cramer-Rao bound on {what} after {wish.duration_s:g} s in % of scale, beside that of other motions:")
     table = Table(box=box.SIMPLE_HEAD, padding=(0, 1, 0, 0))
     table.add_column("")
     for column in columns:

@@ -86,7 +86,7 @@ def print_summary(
     if "followed" in result:
         print(f"legs:      {result['followed'].words}")
     for finding in result["diagnosis"].findings:
-        print(f"cause:     {finding.words}{_how_much(finding)}")
+        print(f"cause:     {finding.words}{_how_much(finding)}{'; too small to matter' if finding.is_harmless else ''}")
     for t_s, words in result["input_faults"]:
         print(f"input:     from {t_s:.3f} s on: {words}")
     if times_s := load_summary.load_changes_s(result):

@@ -36,6 +36,14 @@ class Diagnosis:
         """The most likely one that does harm."""
         return next((finding for finding in self.findings if not finding.is_harmless), None)
 
+    def of_commissioned(self) -> "Diagnosis":
+        """The same of a machine that has a rig file."""
+        mended = (
+            replace(each, mend=each.mend.replace(phrases.COMMISSION, phrases.COMMISSION_AGAIN))
+            for each in self.findings
+        )
+        return replace(self, findings=tuple(mended))
+
     @property
     def input_words(self) -> str:
         """Of the first that makes the input unfit for any estimate."""

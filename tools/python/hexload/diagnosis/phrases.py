@@ -9,6 +9,7 @@ from hexload.diagnosis.finding import LEGS, Finding, legs_in_words
 from hexload.diagnosis.search import Change
 
 COMMISSION = "commission the machine (hexload commission), then replay with --rig"
+COMMISSION_AGAIN = "commission the machine again: it is not as its rig file says"
 CALIBRATE = "calibrate the sensor, or commission the machine"
 ALL = tuple(range(LEGS))
 HARMLESS = 0.5  # of a force sensor's sigma, rms
@@ -19,10 +20,11 @@ DEAD_GAIN, SIGN_GAIN = -0.7, -1.5
 def finding_of(selected: Selected, alternatives: tuple[str, ...], force_sigma_n: float) -> Finding:
     cause, words, mend, size, unit, legs = _worded(selected)
     z = float(np.sqrt(max(selected.wald, 0.0)))
+    is_harmless = selected.rms_n < HARMLESS * force_sigma_n
     return Finding(
         cause,
         words,
-        mend,
+        "too small to matter" if is_harmless else mend,
         legs,
         size,
         unit,
@@ -31,7 +33,7 @@ def finding_of(selected: Selected, alternatives: tuple[str, ...], force_sigma_n:
         selected.mass_kg,
         selected.share,
         alternatives,
-        is_harmless=selected.rms_n < HARMLESS * force_sigma_n,
+        is_harmless=is_harmless,
         is_input=cause in ("force sign", "force dead"),
     )
 

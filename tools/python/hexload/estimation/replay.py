@@ -170,7 +170,8 @@ def _mend(error: str) -> str:
 def _diagnosis(result: dict, legs: LegLog, platform, rig: Path | None) -> Diagnosis:
     machine = machine_of(platform)
     machine, legs = (machine, in_time(platform, legs)) if rig is None else with_rig(rig, machine, legs)
-    return diagnose(legs, machine, load_summary.load_changes_s(result))
+    found = diagnose(legs, machine, load_summary.load_changes_s(result))
+    return found if rig is None else found.of_commissioned()
 
 
 def _geometry_in_words(platform_file: Path) -> str:

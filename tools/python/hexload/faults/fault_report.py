@@ -14,6 +14,7 @@ from hexload.faults.kinds import KINDS
 from hexload.faults.one_fault import FaultCase
 from hexload.faults.score import LAST_S, OUTCOMES, WRONG_SHARE, WRONG_SIGMAS
 from hexload.faults.tally import EstimatorTally, Tally
+from hexload.faults.worst_runs import WorstRun
 from hexload.report.page import templates
 
 TEMPLATE = "fault_report.html.jinja"
@@ -122,7 +123,13 @@ def as_csv(results: Mapping[FaultCase, dict]) -> str:
     return file.getvalue()
 
 
-def render(settings: object, code: str, tallies: Sequence[EstimatorTally], results: Mapping[FaultCase, dict]) -> str:
+def render(
+    settings: object,
+    code: str,
+    tallies: Sequence[EstimatorTally],
+    results: Mapping[FaultCase, dict],
+    worst: Sequence[WorstRun],
+) -> str:
     environment = templates("hexload.faults")
     environment.filters |= {"counts": counts, "said": words_of, "named": named_of, "sentence": sentence_of}
     return environment.get_template(TEMPLATE).render(
@@ -133,6 +140,8 @@ def render(settings: object, code: str, tallies: Sequence[EstimatorTally], resul
         headings=HEADINGS,
         tallies=tallies,
         results=results,
+        worst=worst,
+        outcome_words=OUTCOME_WORDS,
         outcomes=[(outcome, OUTCOME_WORDS[outcome], COLOURS[outcome]) for outcome in OUTCOMES],
         wrong_sigmas=WRONG_SIGMAS,
         wrong_percent=100.0 * WRONG_SHARE,

@@ -9,6 +9,7 @@ import zlib
 from collections.abc import Callable
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -20,7 +21,7 @@ from hexload.errors import InputError
 from hexload.estimation import commission, firmware_run, rig_file, rig_model, rig_regression
 from hexload.faults import kinds, load_faults, machine_faults, naming, recording, score, sensor_faults, timing_faults
 from hexload.faults.kinds import KINDS, NONE
-from hexload.faults.recording import Recording
+from hexload.faults.recording import LoadStep, Recording
 from hexload.faults.score import Reported, Score, Truth
 from hexload.io.atomic_file import replaced_when_done
 from hexload.io.log_file import COLUMNS, read_log
@@ -76,9 +77,7 @@ def code_version() -> str:
 
 def run_fault(case: FaultCase, logs: Path) -> dict:
     """What is stored of a case. `logs`: the folder of clean runs, which are made when they are missing. Raises ToolFailed."""
-    base = clean_recording(case.motion, case.seed, case.duration_s, case.estimator, str(logs))
-    faulty = KINDS[case.kind].apply(base, case.size, _random(case))
-    rig = (lambda: _rig_file(case, logs)) if case.is_commissioned else None
+    base, faulty, rig = _of_case(case, logs)
     named = asdict(naming.name_cause(faulty, base, case.kind)) if case.names_cause else None
     scored = plain(score_of(faulty, case.estimator, rig))
     return {"code": code_version(), "case": asdict(case), **scored, "named": named}
@@ -86,15 +85,35 @@ def run_fault(case: FaultCase, logs: Path) -> dict:
 
 def score_of(faulty: Recording, estimator: str, rig: Callable[[], Path] | None = None) -> Score:
     """`rig`: makes the rig file that the estimator is given beside the platform, or refuses with InputError."""
-    log, native = faulty.log, project.native_module()
     try:
-        machine = Platform.of(faulty.platform).with_estimator(estimator).native()
-        if rig is not None:
-            machine = rig_file.platform_with_rig(rig(), native, machine)
-        answer = firmware_run.run_firmware(native, machine, log, Path(os.devnull))
+        _, answer = _answer(faulty, estimator, rig)
     except (InputError, ValueError) as refused:
         return score.refusal(str(refused))
-    return score.score(reported_by(answer, log.t_s), truth_of(faulty, estimator), twin_of(faulty, estimator))
+    return score.score(reported_by(answer, faulty.log.t_s), truth_of(faulty, estimator), twin_of(faulty, estimator))
+
+
+def repeat(case: FaultCase, logs: Path) -> tuple[Any, dict, tuple[LoadStep, ...]]:
+    """A case that was answered, once more, to be looked at: its platform, what the estimator says with the true motion and forces
+    as its "log", as replay_log returns it, and the true loads. Raises ToolFailed, InputError, ValueError."""
+    _, faulty, rig = _of_case(case, logs)
+    machine, answer = _answer(faulty, case.estimator, rig)
+    return machine, answer | {"log": faulty.clean, "rows": len(faulty.log.t_s)}, faulty.loads
+
+
+def _of_case(case: FaultCase, logs: Path) -> tuple[Recording, Recording, Callable[[], Path] | None]:
+    """The clean recording, the faulty one, and what makes the rig file, if it has one."""
+    base = clean_recording(case.motion, case.seed, case.duration_s, case.estimator, str(logs))
+    faulty = KINDS[case.kind].apply(base, case.size, _random(case))
+    return base, faulty, (lambda: _rig_file(case, logs)) if case.is_commissioned else None
+
+
+def _answer(faulty: Recording, estimator: str, rig: Callable[[], Path] | None) -> tuple[Any, dict]:
+    """The machine as the estimator knows it, and what hexload_native.replay returns. Raises InputError, ValueError."""
+    native = project.native_module()
+    machine = Platform.of(faulty.platform).with_estimator(estimator).native()
+    if rig is not None:
+        machine = rig_file.platform_with_rig(rig(), native, machine)
+    return machine, firmware_run.run_firmware(native, machine, faulty.log, Path(os.devnull))
 
 
 def reported_by(answer: dict, sample_t_s: np.ndarray) -> Reported:

@@ -2,16 +2,15 @@
 
 import json
 import shutil
-import sys
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
 from rich import box
-from rich.console import Console
 from rich.table import Table
 
 from hexload import project
+from hexload.campaign import terminal
 from hexload.campaign.progress import complete
 from hexload.campaign.store import Store, plain
 from hexload.errors import InputError
@@ -19,6 +18,7 @@ from hexload.faults import fault_report
 from hexload.faults.kinds import ESTIMATORS, GROUPS, KINDS, NONE
 from hexload.faults.one_fault import MOTIONS, FaultCase, code_version, is_possible, run_fault
 from hexload.faults.tally import tally
+from hexload.faults.worst_runs import worst_runs
 from hexload.io.atomic_file import replaced_when_done
 
 DEFAULT_OUT = project.RUNS / "faults"
@@ -115,7 +115,7 @@ def print_list() -> None:
         for kind in (kind for kind in KINDS.values() if kind.group == group and kind.is_fault):
             sizes = "; ".join(kind.size_in_words(size) for size in kind.sizes)
             table.add_row(f"  {kind.name}", kind.says, sizes, kind.words)
-    Console(width=None if sys.stdout.isatty() else TABLE_WIDTH).print(table)
+    terminal.console(TABLE_WIDTH).print(table)
 
 
 def run_faults(settings: FaultSettings, out: Path, restart: bool) -> Path:
@@ -139,12 +139,12 @@ def _conclude(settings: FaultSettings, code: str, results: Mapping[FaultCase, di
         "summary.json": json.dumps(plain(tallies), indent=1) + "\n",
         "table.md": fault_report.markdown(tallies),
         "cases.csv": fault_report.as_csv(results),
-        "report.html": fault_report.render(settings, code, tallies, results),
+        "report.html": fault_report.render(settings, code, tallies, results, worst_runs(results, out / LOGS)),
     }
     for name, text in files.items():
         with replaced_when_done(out / name) as temporary:
             temporary.write_text(text, encoding="utf-8")
-    console = Console(width=None if sys.stdout.isatty() else TABLE_WIDTH)
+    console = terminal.console(TABLE_WIDTH)
     for entry in tallies:
-        console.print(fault_report.terminal_table(entry))
+        console.print(*terminal.in_parts(fault_report.terminal_table(entry), console.width))
     return out / "report.html"

@@ -55,11 +55,19 @@ class Run:
 
     def theta(self, t_s: NDArray[np.float64]) -> NDArray[np.float64]:
         """The true ten parameters at each time, (n, 10)."""
-        return np.array([load["theta"] for load in self.meta["loads"]])[self._load_at(t_s)]
+        return theta_at(self.meta["loads"], t_s)
 
     def _load_at(self, t_s: NDArray[np.float64]) -> NDArray[np.int64]:
-        starts_s = [load["at_s"] for load in self.meta["loads"]]
-        return np.maximum(np.searchsorted(starts_s, t_s + 1e-9, side="right") - 1, 0)
+        return _row_of_load(self.meta["loads"], t_s)
+
+
+def theta_at(loads: list[dict], t_s: NDArray[np.float64]) -> NDArray[np.float64]:
+    """The true ten parameters at each time, (n, 10). `loads`: of a run's meta.json."""
+    return np.array([load["theta"] for load in loads])[_row_of_load(loads, t_s)]
+
+
+def _row_of_load(loads: list[dict], t_s: NDArray[np.float64]) -> NDArray[np.int64]:
+    return np.maximum(np.searchsorted([load["at_s"] for load in loads], t_s + 1e-9, side="right") - 1, 0)
 
 
 def read_run(directory: Path) -> Run:

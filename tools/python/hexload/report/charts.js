@@ -5,6 +5,7 @@
   const STEPS = 65534;
   const LEFT = 52, RIGHT = 8, TOP = 22, BOTTOM = 36;
   const INK = "#24292f", GRID = "#e4e7eb", AXIS = "#9aa3ad", BAND = "rgba(0, 114, 178, 0.16)", TRUTH = "#111418";
+  const PAPER = { tall: 920, broad: 1200 }; // px across a printed A4 page, which makes its letters 6 points
   const VIRIDIS = [[68, 1, 84], [59, 82, 139], [33, 145, 140], [94, 201, 98], [253, 231, 37]];
 
   const escaped = text => text.replace(/[&<>"]/g, mark => ({ "&": "&amp;", "<": "&lt;", ">": "&gt;", "\"": "&quot;" })[mark]);
@@ -112,8 +113,8 @@
     return [bottom - 0.06 * (top - bottom), top + 0.06 * (top - bottom)];
   }
 
-  function draw(panel, zoom) {
-    const width = panel.place.clientWidth, height = panel.height;
+  function draw(panel, zoom, width = panel.place.clientWidth) {
+    const height = panel.height;
     if (!width) return;
     const isZoomed = zoom && panel.xt === "time, s";
     let x = isZoomed ? zoom : panel.x, y = isZoomed ? sight(panel, zoom) : panel.y;
@@ -227,6 +228,11 @@
     const redraw = () => chart.panels.forEach(panel => draw(panel, chart.zoom));
     redraw();
     new ResizeObserver(redraw).observe(place);
+    // For the paper, whatever the window: letters keep their size.
+    const columns = parseInt(getComputedStyle(place).getPropertyValue("--columns"), 10);
+    const paper = place.closest(".broad") ? PAPER.broad : PAPER.tall;
+    addEventListener("beforeprint", () => chart.panels.forEach(panel => draw(panel, chart.zoom, paper / columns)));
+    addEventListener("afterprint", redraw);
   }
 
   for (const swatch of document.querySelectorAll("svg.swatch")) {

@@ -16,15 +16,16 @@ from hexload.view.recorded import Recording
 Array = NDArray[np.float64]
 
 FRAMES = 300
+FRAMES_OF_MANY = 200  # of a page with many runs
 FRAME_S = 0.04
 LONGEST_S = 20.0  # that the whole run is shown in
 ROUGHEST = 2.0  # radii of the platform: a box that is larger tells nothing
 SIGMAS = 3.0
 
 
-def to_html(platform: Any, recording: Recording, identifier: str) -> str:
-    """`platform`: hexload_native.Platform. Nothing where no pose can be told."""
-    data = _data(platform, recording)
+def to_html(platform: Any, recording: Recording, identifier: str, frames: int = FRAMES) -> str:
+    """`platform`: hexload_native.Platform; `frames`: at most. Nothing where no pose can be told."""
+    data = _data(platform, recording, frames)
     if data is None:
         return ""
     text = json.dumps(data, ensure_ascii=False, separators=(",", ":")).replace("<", "\\u003c")
@@ -35,10 +36,10 @@ def to_html(platform: Any, recording: Recording, identifier: str) -> str:
     )
 
 
-def _data(platform: Any, recording: Recording) -> dict | None:
+def _data(platform: Any, recording: Recording, frames: int) -> dict | None:
     module = project.native_module()
     radius = float(np.linalg.norm(platform.platform_hinges_m[:, :2], axis=1).max())
-    count = int(np.clip(recording.duration_s / FRAME_S, 2, FRAMES))
+    count = int(np.clip(recording.duration_s / FRAME_S, 2, frames))
     times = np.linspace(0.0, recording.duration_s, count)
     pose, force = np.full((count, 6), np.nan), np.full((count, 6), np.nan)
     estimated, true = np.full((count, 12), np.nan), np.full((count, 12), np.nan)

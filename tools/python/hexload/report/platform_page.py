@@ -11,7 +11,7 @@ from hexload.theory.workspace import Machine, Map
 Array = NDArray[np.float64]
 
 TEMPLATE = "platform.html.jinja"
-VIEWS = (("from above, mm", 0, 1), ("from the front, mm", 0, 2), ("from the side, mm", 1, 2))  # title, axes
+VIEWS = (("from above", 0, 1), ("from the front", 0, 2), ("from the side", 1, 2))  # title, axes
 NAMES = "xyz"
 
 
@@ -49,7 +49,7 @@ def pictures(machine: Machine) -> Chart:
             labels = (str(leg + 1), "") if up == 1 else ()
             look = {"kind": "both", "width": 3.0, "size": 3.5, "labels": labels}
             series.append(Series(ends[:, across], ends[:, up], colour, f"leg {leg + 1}", **look))
-        panels.append(Panel(title, series, x_title=NAMES[across], y_title=NAMES[up], same_scale=True))
+        panels.append(Panel(title, series, x_title=f"{NAMES[across]}, mm", y_title=f"{NAMES[up]}, mm", same_scale=True))
     return Chart(panels, columns=3, height=340)
 
 

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from hexload.estimation import load_summary
 from hexload.io.log_file import LegLog
-from hexload.io.run_directory import PAPER_PARAMETERS, Run, read_run
+from hexload.io.run_directory import PAPER_PARAMETERS, Run, read_run, theta_at
 from hexload.platform import Platform
 from hexload.theory.bound import THETA_NAMES
 from hexload.view.frame import CURVE_POINTS, Curves, Estimate, Event, Frame, Health, Truth
@@ -115,8 +115,8 @@ def _verdicts_of(directory: Path) -> tuple[str, ...]:
         return tuple(line.rstrip("\n").split(",")[column] for line in file)
 
 
-def recording_of_replay(title: str, result: dict) -> Recording:
-    """Of what replay_log returned."""
+def recording_of_replay(title: str, result: dict, loads: list[dict] | None = None) -> Recording:
+    """Of what replay_log returned. `loads`: the true ones, as in a run's meta.json."""
     log = result["log"]
     count = min(len(result["names"]), len(THETA_NAMES))  # the machine's effects are no load
     answers = Answers(
@@ -126,7 +126,8 @@ def recording_of_replay(title: str, result: dict) -> Recording:
         np.asarray(result["sigma"])[:, :count],
         tuple(result["verdict"]),
     )
-    recording = Recording(title, log, answers, None)
+    truths = None if loads is None else 2 * (theta_at(loads, answers.t_s),)
+    recording = Recording(title, log, answers, truths)
     recording.load_changes_s = tuple(load_summary.load_changes_s(result))
     recording.input_faults = tuple(result["input_faults"])
     remark = load_summary.health_in_words(result["health_counts"]) or "no remark"

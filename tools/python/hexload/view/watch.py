@@ -163,7 +163,7 @@ def _centre(frame: Frame, known_mass_kg: float | None) -> Text:
         f"{axis} {1e3 * value:.2f} ± {1e3 * SIGMAS * sigma:.2f}"
         for axis, value, sigma in zip("xyz", body.com_m, body.com_sigma_m)
     )
-    return Text(f"mass {body.mass_kg:.2f} kg; centre of mass, mm (± 3σ): {centre}")
+    return Text(f"mass {body.mass_kg:.2f} kg\ncentre of mass, mm (± 3σ): {centre}")
 
 
 def _table(frame: Frame) -> Table:
