@@ -20,8 +20,9 @@ constexpr std::chrono::seconds command_patience{1}; // for a challenge: later th
 } // namespace
 
 CanWire::CanWire(std::unique_ptr<transport::CanChannel> channel, hexload_bus_profile_t profile,
-                 const std::optional<transport::Key>& key, bool has_sample_codes)
-    : channel_(std::move(channel)), profile_(profile), has_sample_codes_(key && has_sample_codes) {
+                 const std::optional<transport::Key>& key, bool has_sample_codes, Clock now)
+    : channel_(std::move(channel)), profile_(profile), now_(std::move(now)),
+      has_sample_codes_(key && has_sample_codes) {
     hexload_answer_assembly_init(&assembly_, profile_);
     if (key) {
         aes_.emplace(*key);
@@ -43,7 +44,7 @@ void CanWire::send(const hexload_bus_command_t& wanted) {
         return;
     }
     waiting_ = frame;
-    waits_until_ = std::chrono::steady_clock::now() + command_patience;
+    waits_until_ = now_() + command_patience;
     if (nonce_) {
         send_with_code();
     } else {
@@ -129,7 +130,7 @@ std::optional<BusNews> CanWire::read(std::chrono::microseconds timeout) {
     hexload_nonce_t nonce;
     if (aes_ && hexload_bus_decode_challenge(&*frame, &nonce) == HEXLOAD_BUS_OK) {
         nonce_ = nonce;
-        if (waiting_ && std::chrono::steady_clock::now() < waits_until_) {
+        if (waiting_ && now_() < waits_until_) {
             send_with_code();
         }
     }
@@ -189,14 +190,14 @@ BusCounts CanWire::counts() const {
 std::unique_ptr<EstimatorLink> make_lockstep_link(std::unique_ptr<transport::CanChannel> channel,
                                                   const CanLinkSettings& settings) {
     return make_lockstep_link(std::make_unique<CanWire>(std::move(channel), settings.profile, settings.key,
-                                                        settings.has_sample_codes),
+                                                        settings.has_sample_codes, settings.now),
                               settings);
 }
 
 std::unique_ptr<EstimatorLink> make_real_time_link(std::unique_ptr<transport::CanChannel> channel,
                                                    const CanLinkSettings& settings) {
     return make_real_time_link(std::make_unique<CanWire>(std::move(channel), settings.profile, settings.key,
-                                                         settings.has_sample_codes),
+                                                         settings.has_sample_codes, settings.now),
                                settings);
 }
 

@@ -9,6 +9,7 @@
 #include "transport/can_channel.hpp"
 #include "transport/key.hpp"
 
+#include <functional>
 #include <memory>
 #include <optional>
 
@@ -16,8 +17,10 @@ namespace hexload::sim {
 
 class CanWire final : public ControllerWire {
   public:
+    using Clock = std::function<std::chrono::steady_clock::time_point()>;
+
     CanWire(std::unique_ptr<transport::CanChannel> channel, hexload_bus_profile_t profile,
-            const std::optional<transport::Key>& key, bool has_sample_codes);
+            const std::optional<transport::Key>& key, bool has_sample_codes, Clock now);
 
     const std::string& name() const override {
         return channel_->name();
@@ -52,6 +55,7 @@ class CanWire final : public ControllerWire {
 
     std::unique_ptr<transport::CanChannel> channel_;
     hexload_bus_profile_t profile_;
+    Clock now_;
     std::optional<transport::Aes128> aes_;
     std::optional<hexload_nonce_t> nonce_;       // of the next command
     std::optional<hexload_bus_frame_t> waiting_; // a command that has none yet
