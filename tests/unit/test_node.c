@@ -953,6 +953,20 @@ static void test_a_sample_that_comes_again_and_again_is_refused_and_not_answered
     TEST_ASSERT_BITS_HIGH(1u << HEXLOAD_HEALTH_FRAMES_REFUSED, answer.health);
 }
 
+static void test_samples_far_ahead_are_not_late_ones(void) {
+    // GIVEN a run with one late sample WHEN many come from far ahead THEN there are not ten late ones
+    begin_run(HEXLOAD_BUS_FD, HEXLOAD_PACING_REAL_TIME);
+    give(HEXLOAD_BUS_FD, 5);
+    give(HEXLOAD_BUS_FD, 6);
+    give(HEXLOAD_BUS_FD, 5);
+    TEST_ASSERT_EQUAL_UINT32(HEXLOAD_LEGS, node.late.count);
+    for (uint32_t n = 0; n < 15; n++) {
+        give(HEXLOAD_BUS_FD, 100000 + n);
+    }
+    TEST_ASSERT_EQUAL_UINT32(HEXLOAD_LEGS, node.late.count);
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_FAULT_NONE, node.app.fault);
+}
+
 static void test_a_forged_sample_that_hides_behind_one_far_ahead_is_a_fault(void) {
     // GIVEN a run WHEN each of the source's samples comes after a forged one of its tick and one far ahead
     begin_run(HEXLOAD_BUS_FD, HEXLOAD_PACING_REAL_TIME);
@@ -1244,6 +1258,7 @@ int main(void) {
     RUN_TEST(test_too_few_that_follow_one_another_are_not_followed_however_silent_the_source);
     RUN_TEST(test_the_line_that_is_followed_stays_so_beside_a_flood_from_far_ahead);
     RUN_TEST(test_a_sample_that_comes_again_and_again_is_refused_and_not_answered);
+    RUN_TEST(test_samples_far_ahead_are_not_late_ones);
     RUN_TEST(test_a_forged_sample_that_hides_behind_one_far_ahead_is_a_fault);
     RUN_TEST(test_many_refused_frames_are_a_health_bit_for_a_second_or_two);
     RUN_TEST(test_samples_of_the_other_profile_are_a_fault);
