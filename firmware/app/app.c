@@ -78,6 +78,7 @@ static void begin_anew(hexload_app_t* self) {
     self->samples_missing = 0;
     self->last_tick = 0;
     self->jump_samples = 0;
+    self->has_codes = false;
     self->change_tick = 0;
 }
 
@@ -244,7 +245,14 @@ static void take_estimate(hexload_app_t* self, uint32_t tick) {
         self->estimate.verdict == HEXLOAD_VERDICT_CONVERGED ? HEXLOAD_APP_CONVERGED : HEXLOAD_APP_ESTIMATING;
 }
 
-/// Whether a sample is so far ahead that only others after it make it believable.
+/// Silence of the source that is a fault.
+static uint32_t silence_limit_ms(const hexload_app_t* self) {
+    return self->pacing == HEXLOAD_PACING_LOCKSTEP ? self->settings.lockstep_timeout_ms
+                                                   : self->settings.sample_timeout_ms;
+}
+
+/// Whether a sample is so far ahead that only the silence of the source, and others after it, make it
+/// believable.
 static bool is_jump(hexload_app_t* self, uint32_t tick) {
     const uint32_t ahead = tick - self->last_tick;
     if (self->state == HEXLOAD_APP_ARMED || ahead <= (uint32_t)HEXLOAD_APP_FARTHEST_JUMP ||
@@ -252,23 +260,31 @@ static bool is_jump(hexload_app_t* self, uint32_t tick) {
         return false;
     }
     const bool follows = self->jump_samples > 0 && tick - self->jump_tick - 1u < HEXLOAD_APP_JUMP_SAMPLES;
-    self->jump_samples = follows ? self->jump_samples + 1 : 1;
+    if (!follows) {
+        self->jump_samples = 0;
+    }
+    if (self->jump_samples < (uint16_t)HEXLOAD_APP_JUMP_SAMPLES) {
+        self->jump_samples++;
+    }
     self->jump_tick = tick;
-    return self->jump_samples < (uint32_t)HEXLOAD_APP_JUMP_SAMPLES;
+    const bool is_silent = self->silence_ms >= silence_limit_ms(self) / 2u;
+    return self->has_codes || !is_silent || self->jump_samples < (uint16_t)HEXLOAD_APP_JUMP_SAMPLES;
 }
 
 static hexload_status_t run(hexload_app_t* self, const hexload_leg_sample_t* sample) {
+    if (is_jump(self, sample->tick)) { // not the source's, whose silence goes on
+        return HEXLOAD_ERR_TICK;
+    }
     self->silence_ms = 0;
-    const hexload_status_t status =
-        is_jump(self, sample->tick) ? HEXLOAD_ERR_TICK
-                                    : hexload_tick(&self->estimator, &self->config, sample, &self->estimate);
+    const hexload_status_t status = hexload_tick(&self->estimator, &self->config, sample, &self->estimate);
     if (status == HEXLOAD_OK) {
         take_estimate(self, sample->tick);
         return status;
     }
     hexload_count(&self->refused_in_a_row, 1);
     if (self->refused_in_a_row >= self->settings.refused_limit) {
-        hexload_app_set_fault(self, HEXLOAD_FAULT_SAMPLES_REFUSED);
+        hexload_app_set_fault(self, status == HEXLOAD_ERR_TICK ? HEXLOAD_FAULT_SECOND_SOURCE
+                                                               : HEXLOAD_FAULT_SAMPLES_REFUSED);
     }
     return status;
 }
@@ -292,9 +308,7 @@ void hexload_app_elapse(hexload_app_t* self, uint32_t elapsed_ms) {
         return;
     }
     hexload_count(&self->silence_ms, elapsed_ms);
-    const uint32_t limit_ms = self->pacing == HEXLOAD_PACING_LOCKSTEP ? self->settings.lockstep_timeout_ms
-                                                                      : self->settings.sample_timeout_ms;
-    if (self->silence_ms >= limit_ms) {
+    if (self->silence_ms >= silence_limit_ms(self)) {
         hexload_app_set_fault(self, HEXLOAD_FAULT_SAMPLE_TIMEOUT);
     }
 }

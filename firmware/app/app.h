@@ -28,18 +28,22 @@ typedef enum hexload_app_state {
 typedef enum hexload_app_fault {
     HEXLOAD_FAULT_NONE = 0,
     HEXLOAD_FAULT_SAMPLE_TIMEOUT = 1,    ///< the source of samples fell silent; ARMED waits without limit
-    HEXLOAD_FAULT_SAMPLES_REFUSED = 2,   ///< refused_limit samples in a row
+    HEXLOAD_FAULT_SAMPLES_REFUSED = 2,   ///< by the estimator, refused_limit in a row
     HEXLOAD_FAULT_WRONG_PROFILE = 3,     ///< samples of the other profile are on the bus
     HEXLOAD_FAULT_SECOND_CONTROLLER = 4, ///< another node sends a controller's frames
     HEXLOAD_FAULT_BUS_DOWN = 5,          ///< the port cannot send or receive
-    HEXLOAD_FAULT_SECOND_SOURCE = 6, ///< samples come from two sources: doubled with other numbers, or late
+    HEXLOAD_FAULT_SECOND_SOURCE = 6,     ///< samples come from two sources, or of one that began anew without
+                                         ///< START: doubled with other numbers, or late
     HEXLOAD_FAULT_NOT_AUTHENTICATED = 7, ///< samples lack the key's code, which START has promised
 } hexload_app_fault_t;
 
 enum {
-    /// Ticks that a sample may be ahead of the last one. One that is farther is refused, until so many
-    /// have followed one another there: then the source has gone on, and the estimator with it. More than
-    /// HEXLOAD_BUS_TICK_PERIOD, so that one false SampleTick is over before.
+    /// Ticks that a sample may be ahead of the last one. One that is farther is refused, and counts as none
+    /// of
+    /// the source's: that goes on where it was, or falls silent. When it has been silent for half the time
+    /// that is a fault, and so many have followed one another there, it has gone on, and the estimator with
+    /// it; not when samples have codes. More than HEXLOAD_BUS_TICK_PERIOD, so that one false SampleTick is
+    /// over before.
     HEXLOAD_APP_FARTHEST_JUMP = 1000,
     HEXLOAD_APP_JUMP_SAMPLES = 20,
 };
@@ -47,7 +51,7 @@ enum {
 typedef struct hexload_app_settings {
     uint32_t sample_timeout_ms;   ///< silence in real time after which ESTIMATING ends in FAULT; 5..60000
     uint32_t lockstep_timeout_ms; ///< the same in lockstep, where the source may be slow; 5..600000
-    uint32_t refused_limit;       ///< samples refused in a row that end in FAULT; >= 1
+    uint32_t refused_limit;       ///< samples refused or late in a row that end in FAULT; >= 1
 } hexload_app_settings_t;
 
 typedef struct hexload_app {
@@ -61,12 +65,13 @@ typedef struct hexload_app {
     hexload_app_state_t state;
     hexload_app_fault_t fault;
     hexload_pacing_t pacing;
-    uint32_t silence_ms; ///< since the last sample
+    uint32_t silence_ms; ///< since the last sample that was not too far ahead
     uint32_t refused_in_a_row;
     uint32_t samples_missing; ///< ticks without a sample since START, saturating
     uint32_t last_tick;       ///< of the last accepted sample
     uint32_t jump_tick;       ///< of the last sample beyond HEXLOAD_APP_FARTHEST_JUMP
-    uint32_t jump_samples;    ///< that have followed one another there
+    uint16_t jump_samples;    ///< that have followed one another there, HEXLOAD_APP_JUMP_SAMPLES at most
+    bool has_codes;           ///< samples have: none too far ahead is followed; set by node.h after START
     uint32_t change_tick;     ///< of the sample at which a load change was last detected
 } hexload_app_t;
 

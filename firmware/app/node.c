@@ -44,7 +44,6 @@ hexload_status_t hexload_node_init(hexload_node_t* self, const hexload_config_t*
     self->challenge_wait_ms = HEXLOAD_NODE_CHALLENGE_MS;
     self->refusal_wait_ms = HEXLOAD_NODE_REFUSAL_MS;
     self->is_challenge_due = false;
-    self->has_codes = false;
     const hexload_cipher_t cipher = {.context = port->context, .encrypt_block = port->aes128_encrypt_block};
     hexload_authentication_init(&self->authentication, &cipher, port->nonce_seed);
     self->strangers = (hexload_node_events_t){0};
@@ -90,7 +89,7 @@ static bool take_codes(const hexload_node_t* self, hexload_bus_command_t* comman
 }
 
 static void begin_codes(hexload_node_t* self, bool has_codes) {
-    self->has_codes = has_codes;
+    self->app.has_codes = has_codes;
     self->is_proven = false;
     self->code_window = UINT32_MAX; // of no tick
     self->unproven = 0;
@@ -187,14 +186,17 @@ static void note_late(hexload_node_t* self, uint32_t frames) {
     }
 }
 
-/// Whether a sample comes after one that is of a later tick, and was accepted: not so when a source begins
-/// anew, which has nothing accepted in between.
+/// Whether a sample comes after one that is of its tick or a later one, and was accepted: not so when a
+/// source begins anew, which has nothing accepted in between.
 static bool is_overtaken(const hexload_app_t* app, const hexload_bus_answer_t* answer) {
     return answer->status == HEXLOAD_ERR_TICK && app->refused_in_a_row == 1 &&
-           answer->tick - app->last_tick > UINT32_MAX / 2;
+           app->last_tick - answer->tick <= UINT32_MAX / 2;
 }
 
-static void process(hexload_node_t* self, const hexload_leg_sample_t* sample) {
+/// @return HEXLOAD_BUS_ERR_TICK for a sample that is not of the line of ticks that is followed. When it is
+/// late
+///         the source may wait for the answer; when it is too far ahead it does not.
+static hexload_bus_status_t process(hexload_node_t* self, const hexload_leg_sample_t* sample) {
     const bool has_clock = self->port.clock_us != NULL;
     const uint32_t begin_us = has_clock ? self->port.clock_us(self->port.context) : 0;
     hexload_bus_answer_t answer;
@@ -205,6 +207,10 @@ static void process(hexload_node_t* self, const hexload_leg_sample_t* sample) {
     if (is_overtaken(&self->app, &answer)) {
         note_late(self, HEXLOAD_LEGS);
     }
+    const bool is_of_line = answer.status != HEXLOAD_ERR_TICK;
+    if (!is_of_line && answer.tick - self->app.last_tick - 1u < UINT32_MAX / 2) {
+        return HEXLOAD_BUS_ERR_TICK;
+    }
     answer.missing_legs = self->assembly.missing_legs;
     if (has_events(self, &self->refused, HEXLOAD_NODE_MANY_REFUSED)) {
         answer.health |= (uint16_t)(1u << HEXLOAD_HEALTH_FRAMES_REFUSED);
@@ -213,6 +219,7 @@ static void process(hexload_node_t* self, const hexload_leg_sample_t* sample) {
     if (has_clock) {
         note_time(self, begin_us);
     }
+    return is_of_line ? HEXLOAD_BUS_OK : HEXLOAD_BUS_ERR_TICK;
 }
 
 /// Counts a frame of a sample into the code. A run whose samples lack theirs for too long is not the source's
@@ -223,6 +230,10 @@ static APART void prove(hexload_node_t* self, const hexload_bus_frame_t* frame, 
     if (ends_tick && tick / (uint32_t)HEXLOAD_BUS_CODE_TICKS != self->code_window) {
         self->code_window = tick / (uint32_t)HEXLOAD_BUS_CODE_TICKS;
         hexload_count(&self->unproven, 1);
+        if (self->is_proven &&
+            self->unproven > 1u) { // the window before lacks its code: as if all were refused
+            self->refused = (hexload_node_events_t){self->clock_ms, HEXLOAD_NODE_MANY_REFUSED};
+        }
         if (self->unproven > (uint32_t)HEXLOAD_NODE_UNPROVEN && hexload_app_is_running(&self->app)) {
             hexload_app_set_fault(&self->app, HEXLOAD_FAULT_NOT_AUTHENTICATED);
         }
@@ -246,14 +257,15 @@ static hexload_bus_status_t take_sample_code(hexload_node_t* self, const hexload
 static hexload_bus_status_t take_sample_frame(hexload_node_t* self, const hexload_bus_frame_t* frame) {
     hexload_leg_sample_t sample;
     const hexload_bus_status_t status = hexload_sample_assembly_add(&self->assembly, frame, &sample);
+    if (status == HEXLOAD_BUS_OK && hexload_node_is_active(self) &&
+        process(self, &sample) == HEXLOAD_BUS_ERR_TICK) {
+        return HEXLOAD_BUS_ERR_TICK;
+    }
     if (status == HEXLOAD_BUS_OK || status == HEXLOAD_BUS_PARTIAL) {
         self->leg_silence_ms = 0;
-        if (self->has_codes) {
+        if (self->app.has_codes) {
             prove(self, frame, status == HEXLOAD_BUS_OK, status == HEXLOAD_BUS_OK ? sample.tick : 0);
         }
-    }
-    if (status == HEXLOAD_BUS_OK && hexload_node_is_active(self)) {
-        process(self, &sample);
     }
     if (status == HEXLOAD_BUS_ERR_PROFILE &&
         note_event(self, &self->foreign) >= (uint32_t)HEXLOAD_NODE_STRANGERS) {
@@ -261,7 +273,8 @@ static hexload_bus_status_t take_sample_frame(hexload_node_t* self, const hexloa
     }
     if (status == HEXLOAD_BUS_ERR_CONTRADICTION && hexload_app_is_running(&self->app)) {
         hexload_app_set_fault(&self->app, HEXLOAD_FAULT_SECOND_SOURCE);
-    } else if (status == HEXLOAD_BUS_ERR_TICK && hexload_app_is_running(&self->app)) {
+    } else if (status == HEXLOAD_BUS_ERR_TICK && hexload_app_is_running(&self->app) &&
+               self->assembly.profile == HEXLOAD_BUS_CLASSIC) { // FD: an echo, which says nothing new
         note_late(self, 1);
     }
     return status;
@@ -369,7 +382,7 @@ void hexload_node_receive(hexload_node_t* self, const hexload_bus_frame_t* frame
     if (status == HEXLOAD_BUS_OTHER) {
         status = take_command(self, frame);
     }
-    if (status == HEXLOAD_BUS_OTHER && self->has_codes) {
+    if (status == HEXLOAD_BUS_OTHER && self->app.has_codes) {
         status = take_sample_code(self, frame);
     }
     if (status == HEXLOAD_BUS_OTHER) {

@@ -3,8 +3,9 @@
 ///
 /// A port calls hexload_node_receive() for each received frame and hexload_node_period() every millisecond,
 /// from one thread, frames first. A sample is processed when its last frame arrives: the answer does not wait
-/// for the next period. A change of the load is sent as an event, before the answer to the sample at which it
-/// was detected, and stays in the status. Frames that the node sent itself must not come back.
+/// for the next period. One that comes twice or too far ahead is refused and not answered: no source waits
+/// for that. A change of the load is sent as an event, before the answer to the sample at which it was
+/// detected, and stays in the status. Frames that the node sent itself must not come back.
 ///
 /// A command is carried out when its counter is not that of the same session's last one: a doubled frame is
 /// refused, and one that says something else has another source. With a key in the port it must also have the
@@ -70,7 +71,6 @@ typedef struct hexload_node {
     uint8_t status_page;             ///< next one
     uint8_t acknowledges;            ///< sent, wrapping
     bool heard_controller;           ///< while listening
-    bool has_codes;                  ///< samples must have them
     bool is_proven;                  ///< a code has matched since START
     bool is_challenge_due;           ///< asked for, and not yet sent
 } hexload_node_t;

@@ -89,6 +89,21 @@ static hexload_bus_status_t add_leg(hexload_sample_assembly_t* self, const hexlo
     return HEXLOAD_BUS_OK;
 }
 
+/// Whether a whole tick follows one that the legs did not count. When both are ahead, the legs must also have
+/// counted on meanwhile as far as a source goes between two of them, which confirms them where it is.
+static bool follows_claim(const hexload_sample_assembly_t* self, uint32_t tick) {
+    const bool is_behind = tick - self->sample.tick > UINT32_MAX / 2;
+    const uint16_t counted = (uint16_t)(self->sample.tick - self->claim_at);
+    return self->has_claim && tick - self->claim == HEXLOAD_BUS_TICK_PERIOD &&
+           (is_behind || counted >= (uint16_t)HEXLOAD_BUS_TICK_PERIOD);
+}
+
+static void make_claim(hexload_sample_assembly_t* self, uint32_t tick) {
+    self->has_claim = true;
+    self->claim = tick;
+    self->claim_at = (uint16_t)self->sample.tick;
+}
+
 /// The whole tick is believed when nothing is known yet, or a run begins; then it only confirms what the
 /// legs' four bits count, and another one is believed when the one that follows it comes too. If that is
 /// behind, others have driven the count ahead of the source.
@@ -99,9 +114,10 @@ static hexload_bus_status_t add_whole_tick(hexload_sample_assembly_t* self, uint
         self->has_claim = false;
         return HEXLOAD_BUS_PARTIAL;
     }
-    if (is_known && (!self->has_claim || tick - self->claim != HEXLOAD_BUS_TICK_PERIOD)) {
-        self->has_claim = self->has_claim || ahead != 0;
-        self->claim = ahead != 0 ? tick : self->claim;
+    if (is_known && !follows_claim(self, tick)) {
+        if (ahead != 0) {
+            make_claim(self, tick);
+        }
         return HEXLOAD_BUS_ERR_TICK;
     }
     self->has_claim = false;
@@ -138,8 +154,8 @@ static hexload_bus_status_t add_fd(hexload_sample_assembly_t* self, const hexloa
         return status;
     }
     memcpy(&crc, &frame->data[HEXLOAD_BUS_FRAME_BYTES - sizeof crc], sizeof crc);
-    if (self->has_tick && found.tick == self->sample.tick && crc != self->crc) {
-        return HEXLOAD_BUS_ERR_CONTRADICTION;
+    if (self->has_tick && found.tick == self->sample.tick) {
+        return crc == self->crc ? HEXLOAD_BUS_ERR_TICK : HEXLOAD_BUS_ERR_CONTRADICTION;
     }
     self->has_tick = true;
     self->sample.tick = found.tick;

@@ -20,8 +20,9 @@ constexpr std::chrono::seconds command_patience{1}; // for a challenge: later th
 } // namespace
 
 CanWire::CanWire(std::unique_ptr<transport::CanChannel> channel, hexload_bus_profile_t profile,
-                 const std::optional<transport::Key>& key, bool has_sample_codes)
-    : channel_(std::move(channel)), profile_(profile), has_sample_codes_(key && has_sample_codes) {
+                 const std::optional<transport::Key>& key, bool has_sample_codes, Clock now)
+    : channel_(std::move(channel)), profile_(profile), now_(std::move(now)),
+      has_sample_codes_(key && has_sample_codes) {
     hexload_answer_assembly_init(&assembly_, profile_);
     if (key) {
         aes_.emplace(*key);
@@ -43,7 +44,7 @@ void CanWire::send(const hexload_bus_command_t& wanted) {
         return;
     }
     waiting_ = frame;
-    waits_until_ = std::chrono::steady_clock::now() + command_patience;
+    waits_until_ = now_() + command_patience;
     if (nonce_) {
         send_with_code();
     } else {
@@ -115,29 +116,54 @@ std::optional<BusNews> CanWire::read(std::chrono::microseconds timeout) {
     if (!frame) {
         return std::nullopt;
     }
+    if (is_echo(*frame)) {
+        ++refused_;
+        return Echo{};
+    }
     if (auto answer = read_answer(*frame)) {
         return answer;
     }
     hexload_bus_acknowledge_t acknowledge;
-    if (hexload_bus_decode_acknowledge(&*frame, &acknowledge) == HEXLOAD_BUS_OK) {
+    if (is_taken(hexload_bus_decode_acknowledge(&*frame, &acknowledge))) {
         begin_sample_codes(acknowledge);
         return acknowledge;
     }
-    if (hexload_bus_decode_status(&*frame, &status_) == HEXLOAD_BUS_OK) {
+    if (is_taken(hexload_bus_decode_status(&*frame, &status_))) {
         return status_;
     }
     hexload_nonce_t nonce;
-    if (aes_ && hexload_bus_decode_challenge(&*frame, &nonce) == HEXLOAD_BUS_OK) {
+    if (aes_ && is_taken(hexload_bus_decode_challenge(&*frame, &nonce))) {
         nonce_ = nonce;
-        if (waiting_ && std::chrono::steady_clock::now() < waits_until_) {
+        if (waiting_ && now_() < waits_until_) {
             send_with_code();
         }
     }
     hexload_bus_load_change_t change;
-    if (hexload_bus_decode_load_change(&*frame, &change) == HEXLOAD_BUS_OK) {
+    if (is_taken(hexload_bus_decode_load_change(&*frame, &change))) {
         return change;
     }
     return UnrelatedFrame{};
+}
+
+bool CanWire::is_echo(const hexload_bus_frame_t& frame) {
+    if (!hexload_bus_is_from_controller(&frame)) {
+        return false;
+    }
+    const auto is_same = [&frame](const hexload_bus_frame_t& before) {
+        return before.id == frame.id && before.length == frame.length &&
+               std::equal(frame.data, frame.data + frame.length, before.data);
+    };
+    if (std::any_of(heard_.begin(), heard_.end(), is_same)) {
+        return true;
+    }
+    heard_.at(heard_next_) = frame;
+    heard_next_ = (heard_next_ + 1) % heard_.size();
+    return false;
+}
+
+bool CanWire::is_taken(hexload_bus_status_t status) {
+    refused_ += status < 0 ? 1U : 0U;
+    return status == HEXLOAD_BUS_OK;
 }
 
 std::optional<BusNews> CanWire::read_answer(const hexload_bus_frame_t& frame) {
@@ -166,7 +192,8 @@ std::optional<BusNews> CanWire::read_answer(const hexload_bus_frame_t& frame) {
                         fmt::format("{}: a controller answers in another profile than {}", name(),
                                     hexload_bus_profile_name(profile_)));
     default:
-        return UnrelatedFrame{}; // damaged: the answer stays incomplete and is missed
+        ++refused_; // damaged: the answer stays incomplete and is missed
+        return UnrelatedFrame{};
     }
 }
 
@@ -177,6 +204,7 @@ BusCounts CanWire::counts() const {
     counts.profile = hexload_bus_profile_name(profile_);
     counts.advice = channel_->advice();
     counts.saturated = saturated_;
+    counts.refused = refused_;
     counts.frames_sent = channel.sent;
     counts.frames_received = channel.received;
     counts.send_retries = channel.send_retries;
@@ -189,14 +217,14 @@ BusCounts CanWire::counts() const {
 std::unique_ptr<EstimatorLink> make_lockstep_link(std::unique_ptr<transport::CanChannel> channel,
                                                   const CanLinkSettings& settings) {
     return make_lockstep_link(std::make_unique<CanWire>(std::move(channel), settings.profile, settings.key,
-                                                        settings.has_sample_codes),
+                                                        settings.has_sample_codes, settings.now),
                               settings);
 }
 
 std::unique_ptr<EstimatorLink> make_real_time_link(std::unique_ptr<transport::CanChannel> channel,
                                                    const CanLinkSettings& settings) {
     return make_real_time_link(std::make_unique<CanWire>(std::move(channel), settings.profile, settings.key,
-                                                         settings.has_sample_codes),
+                                                         settings.has_sample_codes, settings.now),
                                settings);
 }
 

@@ -9,6 +9,8 @@
 #include "transport/can_channel.hpp"
 #include "transport/key.hpp"
 
+#include <array>
+#include <functional>
 #include <memory>
 #include <optional>
 
@@ -16,8 +18,10 @@ namespace hexload::sim {
 
 class CanWire final : public ControllerWire {
   public:
+    using Clock = std::function<std::chrono::steady_clock::time_point()>;
+
     CanWire(std::unique_ptr<transport::CanChannel> channel, hexload_bus_profile_t profile,
-            const std::optional<transport::Key>& key, bool has_sample_codes);
+            const std::optional<transport::Key>& key, bool has_sample_codes, Clock now);
 
     const std::string& name() const override {
         return channel_->name();
@@ -44,6 +48,8 @@ class CanWire final : public ControllerWire {
 
   private:
     std::optional<BusNews> read_answer(const hexload_bus_frame_t& frame);
+    bool is_echo(const hexload_bus_frame_t& frame);
+    bool is_taken(hexload_bus_status_t status);
     void ask_challenge(hexload_bus_command_t command);
     void send_with_code();
     void begin_sample_codes(const hexload_bus_acknowledge_t& acknowledge);
@@ -52,6 +58,7 @@ class CanWire final : public ControllerWire {
 
     std::unique_ptr<transport::CanChannel> channel_;
     hexload_bus_profile_t profile_;
+    Clock now_;
     std::optional<transport::Aes128> aes_;
     std::optional<hexload_nonce_t> nonce_;       // of the next command
     std::optional<hexload_bus_frame_t> waiting_; // a command that has none yet
@@ -63,6 +70,9 @@ class CanWire final : public ControllerWire {
     hexload_bus_controller_status_t status_{};
     std::uint32_t newest_tick_ = 0;
     std::uint32_t saturated_ = 0;
+    std::uint64_t refused_ = 0;
+    std::array<hexload_bus_frame_t, 8> heard_{}; // the last ones of the controller: two FD answers
+    std::size_t heard_next_ = 0;
 };
 
 } // namespace hexload::sim

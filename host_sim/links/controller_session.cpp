@@ -2,7 +2,7 @@
 
 #include "estimate_row.hpp"
 
-#include "app/app.h"
+#include "app/node.h"
 #include "platform_file/estimator_code.hpp"
 
 #include <fmt/format.h>
@@ -59,6 +59,7 @@ bool ends_with_new_start(hexload_app_fault_t fault) {
 }
 
 constexpr int sequences = 16; // of commands, on a CAN bus
+constexpr std::chrono::milliseconds echo_memory{HEXLOAD_NODE_MEMORY_MS};
 
 bool has_input_implausible(std::uint32_t health_bits) {
     return (health_bits >> HEXLOAD_HEALTH_INPUT_IMPLAUSIBLE & 1U) != 0;
@@ -167,7 +168,9 @@ bool ControllerSession::send(const LegSample& sample, std::chrono::microseconds 
 std::optional<BusNews> ControllerSession::read(std::chrono::microseconds timeout) {
     auto news = wire_->read(timeout);
     if (news) {
-        if (const auto* part = std::get_if<AnswerPart>(&*news)) {
+        if (std::holds_alternative<Echo>(*news)) {
+            note_echo();
+        } else if (const auto* part = std::get_if<AnswerPart>(&*news)) {
             note_answered(*part);
         } else if (const auto* acknowledge = std::get_if<hexload_bus_acknowledge_t>(&*news)) {
             if (!is_own(*acknowledge)) {
@@ -198,6 +201,25 @@ BusCounts ControllerSession::counts() const {
     BusCounts counts = wire_->counts();
     counts.events_missing = events_missing_;
     return counts;
+}
+
+// As the controller does: a bus that carries a frame twice now and then does not do it at three ticks in a
+// second; a second controller that does as the first is told by it. Others send what the first did not.
+void ControllerSession::note_echo() {
+    if (now() - first_echo_ >= echo_memory) {
+        echoes_ = 0;
+        first_echo_ = now();
+    }
+    if (echoes_ > 0 && echo_tick_ == newest_tick_) { // more frames of the same answer
+        return;
+    }
+    echo_tick_ = newest_tick_;
+    if (++echoes_ >= HEXLOAD_NODE_STRANGERS) {
+        fail(LinkFailure::second_controller,
+             fmt::format(
+                 "all that the controller sends comes twice, near tick {}: a second controller is on the bus",
+                 newest_tick_));
+    }
 }
 
 void ControllerSession::note_answered(const AnswerPart& part) {

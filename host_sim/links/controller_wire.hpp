@@ -21,7 +21,10 @@ struct AnswerPart {
 
 struct UnrelatedFrame {};
 
-using BusNews = std::variant<UnrelatedFrame, AnswerPart, hexload_bus_acknowledge_t,
+// A frame of a controller, to the last bit one of those before.
+struct Echo {};
+
+using BusNews = std::variant<UnrelatedFrame, Echo, AnswerPart, hexload_bus_acknowledge_t,
                              hexload_bus_controller_status_t, hexload_bus_load_change_t>;
 
 class ControllerWire {

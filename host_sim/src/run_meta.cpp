@@ -129,6 +129,7 @@ toml::table bus(const std::optional<BusCounts>& bus, Pacing pacing) {
     if (pacing == Pacing::real_time) {
         table.insert("frames_sent", whole(bus->frames_sent));
         table.insert("frames_received", whole(bus->frames_received));
+        table.insert("frames_refused", whole(bus->refused));
         table.insert("send_retries", whole(bus->send_retries));
         table.insert("send_failures", whole(bus->send_failures));
         table.insert("receive_drops", whole(bus->receive_drops));

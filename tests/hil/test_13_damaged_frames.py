@@ -89,17 +89,21 @@ def test_doubled_and_late_leg_frames_are_counted_and_change_nothing(lockstep, pe
 
 
 @pytest.mark.needs("fd")
-def test_doubled_and_late_fd_samples_are_answered_as_refused_and_counted(lockstep, peer, short_run):
-    # GIVEN an FD sample WHEN it comes twice, and then the one before it
+def test_doubled_fd_samples_are_refused_and_late_ones_answered_as_refused(lockstep, peer, short_run):
+    # GIVEN three FD samples WHEN the last comes again
     lockstep("fd")
     samples = sample_frames_by_tick(short_run("fd").frames)
     for sample in samples[:3]:
         peer.ask(sample, 3)
-    for refused, sample in enumerate((samples[2], samples[1]), start=1):
-        # THEN the answer says that the tick is not later than the last one, and how many samples were refused
-        health = decode(peer.ask(sample, 3)[2]).values
-        assert (health["status"], health["refused"]) == (-3, refused)
-    assert peer.status("samples_refused") == 2
+    (again,) = samples[2]
+    peer.send(again)
+    # THEN it is not answered, and counted
+    assert peer.receive("HealthFd", patience_s=NOTHING_COMES_S / 4) is None
+    assert peer.status("frames_refused") == 1
+    # WHEN the one before it comes THEN the answer says that its tick is late, and that a sample was refused
+    health = decode(peer.ask(samples[1], 3)[2]).values
+    assert (health["status"], health["refused"]) == (-3, 1)
+    assert peer.status("samples_refused") == 1
     # and the next sample is estimated with as if nothing had come
     answer = peer.ask(samples[3], 3)
     assert answer[:2] == answers_of(short_run("fd").frames)[9:11]

@@ -15,7 +15,6 @@ from test_18_attacks import (
     FAULT,
     NO_FAULT,
     PLATFORM,
-    SAMPLES_REFUSED,
     SECOND_CONTROLLER,
     SECOND_SOURCE,
     SESSION,
@@ -28,10 +27,10 @@ from test_18_attacks import (
 from test_32_lcm_bridge import open_bus
 
 FLOOD = 1500  # frames: five times what the socket holds
+DRAINED_S = 0.02
 AGAIN_S = 0.3  # a flood may push a sample out of the socket: the source sends it again
 BY_FAULT = {
     NO_FAULT: "the run goes on",
-    SAMPLES_REFUSED: "fault: samples refused",
     WRONG_PROFILE: "fault: wrong profile",
     SECOND_CONTROLLER: "fault: second controller",
     SECOND_SOURCE: "fault: second source",
@@ -45,10 +44,10 @@ class Flood(NamedTuple):
 
 
 FLOODS = [
-    Flood("flood of the last sample", SAMPLES_REFUSED, lambda tick, n: [sample(tick - 1)]),
-    Flood("flood of old samples", SAMPLES_REFUSED, lambda tick, n: [sample(max(tick - 2 - n % 40, 0))]),
+    Flood("flood of the last sample", NO_FAULT, lambda tick, n: [sample(tick - 1)]),
+    Flood("flood of old samples", SECOND_SOURCE, lambda tick, n: [sample(max(tick - 2 - n % 40, 0))]),
     Flood("flood of damaged samples of the next tick", NO_FAULT, lambda tick, n: [damaged(sample(tick, 1.1))]),
-    Flood("flood of samples far ahead, again and again", SAMPLES_REFUSED, lambda tick, n: [sample(tick + 2**20 + n)]),
+    Flood("flood of samples far ahead, one after the other", NO_FAULT, lambda tick, n: [sample(tick + 2**20 + n)]),
     Flood("flood of damaged commands", NO_FAULT, lambda tick, n: [damaged(encode_command("stop", n, 0.0, SESSION))]),
     Flood(
         "flood of foreign identifiers",
@@ -100,6 +99,7 @@ def test_ticks_behind_a_flood_are_answered(source, artefacts):
         burst = [frame for n in range(FLOOD // 10) for frame in flood.frames(tick, n)]
         for _ in range(10):
             source.send(burst)
+            source.receive("Acknowledge", DRAINED_S)  # its own frames, which would push the answer out of its socket
         health = [answered(source, tick + n) for n in range(3)][-1]
         # THEN it is answered as if nothing had been, or with the fault that such a flood is
         assert health["fault"] == flood.fault, flood.name
@@ -112,13 +112,14 @@ def test_ticks_behind_a_flood_are_answered(source, artefacts):
 def test_a_source_that_jumps_ahead_goes_on_from_there_and_what_it_left_out_is_counted(source):
     # GIVEN a run under way WHEN the source leaves out so many ticks, once and again
     tick = begin_run(source)
-    for jump in (1, 7, 100, 1000):
+    for jump in (1, 7, 100, 999):
         tick += jump
         health = [answered(source, tick + n) for n in range(5)][-1]
         tick += 5
         # THEN the run goes on from there without a fault
         assert health["fault"] == NO_FAULT, jump
         assert health["state"] in ESTIMATING, jump
+        assert health["status"] == 0, jump
 
 
 def test_a_simulator_that_is_started_again_in_the_middle_begins_a_run_of_its_own(source, free_bus):

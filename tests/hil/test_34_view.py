@@ -6,16 +6,19 @@ import time
 import numpy as np
 import pytest
 
-from bus_frames import DBC
+from bus_frames import DBC, to_message
 from conftest import ended_programs
 from hexload import project
 from hexload.io.run_directory import read_run
 from hexload.theory.bound import THETA_NAMES
 from hexload.view import picture
+from hexload.view.listening import listened_to
 from hexload.view.live import KINDS
 from hexload.view.verb import live_page
 from lcm_listener import private_url
 from loop import OPEN
+from test_18_attacks import ACKNOWLEDGE, STATUS, damaged, shortened
+from test_32_lcm_bridge import open_bus
 
 SCENARIO = project.SCENARIOS / "multisine.toml"
 PLATFORM = project.SCENARIOS / "platforms" / "paper.toml"
@@ -70,6 +73,17 @@ def test_on_a_bus_a_button_reaches_the_controller_and_samples_are_shown(start, e
         assert frame.estimate.names == tuple(THETA_NAMES)
         np.testing.assert_allclose(frame.displacement_m, np.arange(6) * 1e-3, atol=1e-6)
         np.testing.assert_allclose(frame.force_n, 1074.0, atol=0.5)
+
+
+def test_frames_of_a_controller_that_come_damaged_are_counted(free_bus):
+    # GIVEN the page's listener WHEN a status and an acknowledge come with a wrong checksum, and a short one
+    with listened_to(free_bus, "fd", None) as live, open_bus(free_bus) as sender:
+        for frame in (damaged(STATUS), damaged(ACKNOWLEDGE), shortened(ACKNOWLEDGE), STATUS):
+            sender.send(to_message(frame))
+        # THEN each is counted under what is wrong with it, and the whole one is not
+        wait_until(lambda: len([line for line in live.health().lines if "refused" in line]) == 2, "the counts")
+        assert "2 frames refused: wrong checksum" in live.health().lines
+        assert "1 frames refused: wrong length or format" in live.health().lines
 
 
 def send_samples(bus, profile, ticks):

@@ -32,6 +32,7 @@ struct Controller {
     int deaf_to = 0;                               // commands that it does not hear
     bool doubles_acknowledges = false;
     bool doubles_answers = false;
+    bool doubles_differ = false;                    // those answers, from the first
     std::uint32_t silent_from = UINT32_MAX;         // tick
     std::set<std::uint32_t> unanswered;             // ticks
     std::map<std::uint32_t, std::uint32_t> instead; // answers to another tick than the one asked
@@ -92,7 +93,7 @@ class ScriptedChannel final : public hexload::transport::CanChannel {
         }
         const bool is_refused = command.kind == HEXLOAD_COMMAND_START && controller_.configuration != 0 &&
                                 command.configuration != controller_.configuration;
-        const hexload_bus_acknowledge_t acknowledge{
+        hexload_bus_acknowledge_t acknowledge{
             .kind = command.kind,
             .source = command.source,
             .session = command.session,
@@ -106,7 +107,12 @@ class ScriptedChannel final : public hexload::transport::CanChannel {
             .known_mass_crc = hexload_bus_known_mass_crc(controller_.known_mass_kg)};
         hexload_bus_frame_t frame;
         hexload_bus_encode_acknowledge(&acknowledge, &frame);
-        coming_.insert(coming_.end(), controller_.doubles_acknowledges ? 2 : 1, frame);
+        coming_.push_back(frame);
+        if (controller_.doubles_acknowledges) { // a second controller counts its own
+            acknowledge.counter += 8;
+            hexload_bus_encode_acknowledge(&acknowledge, &frame);
+            coming_.push_back(frame);
+        }
     }
 
     void answer(std::uint32_t tick) {
@@ -160,13 +166,15 @@ class ScriptedChannel final : public hexload::transport::CanChannel {
         paged_ = page_ == 0 ? answer : paged_; // all pages are of the answer that page 0 began
         paged_.tick = tick;
         const bool is_fd = controller_.profile == HEXLOAD_BUS_FD;
-        hexload_bus_frame_t frames[HEXLOAD_BUS_ANSWER_FRAMES];
-        const int count =
-            hexload_bus_encode_answer(controller_.profile, is_fd ? &answer : &paged_, page_, frames);
-        page_ = (page_ + 1) % hexload_bus_answer_pages(paged_.filter);
         for (int time = 0; time < (controller_.doubles_answers ? 2 : 1); ++time) {
+            hexload_bus_frame_t frames[HEXLOAD_BUS_ANSWER_FRAMES];
+            hexload_bus_answer_t given = is_fd ? answer : paged_;
+            given.estimate.value[0] += time == 1 && controller_.doubles_differ ? HEXLOAD_REAL(1.0) : 0;
+            given.health = time == 1 && controller_.doubles_differ ? 1 : 0;
+            const int count = hexload_bus_encode_answer(controller_.profile, &given, page_, frames);
             coming_.insert(coming_.end(), frames, frames + count);
         }
+        page_ = (page_ + 1) % hexload_bus_answer_pages(paged_.filter);
     }
 
     Controller& controller_;
@@ -566,11 +574,24 @@ SCENARIO("a second controller on the bus is detected") {
         WHEN("the link starts and runs") {
             const std::string failure = failure_of([&] {
                 bench.link().start();
-                bench.step(0);
+                bench.steps(0, 9);
             });
             THEN("it says so") {
                 CHECK(contains(failure,
                                "second: scripted: two acknowledges of one command: a second controller"));
+            }
+        }
+    }
+    GIVEN("two answers to a tick that differ, in lockstep or in real time") {
+        for (const bool real_time : {false, true}) {
+            Bench bench(real_time);
+            bench.controller.doubles_answers = bench.controller.doubles_differ = true;
+            bench.link().start();
+            WHEN("another tick is run") {
+                const std::string failure = failure_of([&] { bench.steps(0, 1); });
+                THEN("it says so at once") {
+                    CHECK(contains(failure, "second: scripted: two answers to"));
+                }
             }
         }
     }
@@ -583,11 +604,33 @@ SCENARIO("a second controller on the bus is detected") {
                 bench.controller.doubles_answers = true;
                 bench.link().start();
                 WHEN("a few ticks are run") {
-                    const std::string failure = failure_of([&] { bench.steps(0, 4); });
+                    const std::string failure = failure_of([&] { bench.steps(0, 9); });
                     THEN("it says so") {
-                        CHECK(contains(failure, "second: scripted: two answers to"));
+                        CHECK(
+                            contains(failure, "second: scripted: all that the controller sends comes twice"));
                         CHECK(contains(failure, "a second controller is on the bus"));
                     }
+                }
+            }
+        }
+    }
+}
+
+SCENARIO("a frame that comes twice now and then is no second controller") {
+    GIVEN("a controller whose answers come twice at two ticks a second") {
+        for (const auto profile : {HEXLOAD_BUS_FD, HEXLOAD_BUS_CLASSIC}) {
+            Bench bench(true, profile);
+            bench.link().start();
+            std::size_t answered = 0;
+            WHEN("three seconds are run") {
+                for (std::uint32_t tick = 0; tick < 3000; ++tick) {
+                    bench.controller.doubles_answers = tick % 1000 == 100;
+                    answered += bench.step(tick).size();
+                }
+                THEN("it goes on, and the frames are counted") {
+                    CHECK(answered > 0);
+                    CHECK(bench.counts().refused >= 3);
+                    CHECK(bench.counts().missing == 0);
                 }
             }
         }

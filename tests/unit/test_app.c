@@ -459,13 +459,42 @@ static void test_as_many_refused_samples_in_a_row_as_allowed_end_in_fault(void) 
     }
     (void)give(&app, 100); // one good sample in between: the row is broken
     for (uint32_t n = 0; n < 99; n++) {
-        TEST_ASSERT_EQUAL_UINT8(HEXLOAD_APP_ESTIMATING, give(&app, 100).state); // an old tick
+        TEST_ASSERT_EQUAL_UINT8(HEXLOAD_APP_ESTIMATING, give_bad(&app, 101 + n).state);
     }
-    const hexload_bus_answer_t last = give(&app, 100);
+    const hexload_bus_answer_t last = give_bad(&app, 200);
     TEST_ASSERT_EQUAL_UINT8(HEXLOAD_APP_FAULT, last.state);
     TEST_ASSERT_EQUAL_UINT8(HEXLOAD_FAULT_SAMPLES_REFUSED, last.fault);
-    TEST_ASSERT_EQUAL_INT8(HEXLOAD_ERR_TICK, last.status);
     TEST_ASSERT_EQUAL_UINT32(199, last.refused);
+}
+
+static void test_as_many_late_samples_in_a_row_are_of_another_source(void) {
+    hexload_app_t app = app_in(HEXLOAD_APP_ARMED);
+    (void)give(&app, 100);
+    for (uint32_t n = 0; n < 99; n++) {
+        TEST_ASSERT_EQUAL_UINT8(HEXLOAD_APP_ESTIMATING, give(&app, 100 - n).state);
+    }
+    const hexload_bus_answer_t last = give(&app, 1);
+    TEST_ASSERT_EQUAL_UINT8(HEXLOAD_FAULT_SECOND_SOURCE, last.fault);
+    TEST_ASSERT_EQUAL_INT8(HEXLOAD_ERR_TICK, last.status);
+}
+
+static void test_without_a_node_samples_have_no_codes_and_a_silent_source_may_go_on_far_ahead(void) {
+    // GIVEN an application in memory that was used before WHEN its source goes on far ahead after a silence
+    const hexload_config_t config = paper_machine();
+    hexload_app_settings_t settings;
+    hexload_app_t app;
+    hexload_app_settings_default(&settings);
+    memset(&app, 0xFF, sizeof app);
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_OK, hexload_app_init(&app, &config, &settings));
+    (void)command(&app, HEXLOAD_COMMAND_START, HEXLOAD_PACING_REAL_TIME);
+    (void)give(&app, 0);
+    hexload_app_elapse(&app, settings.sample_timeout_ms / 2);
+    for (uint32_t n = 1; n <= HEXLOAD_APP_JUMP_SAMPLES; n++) {
+        TEST_ASSERT_EQUAL_UINT32(0, app.last_tick);
+        (void)give(&app, 5000 + n);
+    }
+    // THEN it is followed
+    TEST_ASSERT_EQUAL_UINT32(5000 + HEXLOAD_APP_JUMP_SAMPLES, app.last_tick);
 }
 
 static void test_missing_ticks_are_counted_and_reported_by_the_health_of_the_sample_after(void) {
@@ -538,6 +567,8 @@ int main(void) {
     RUN_TEST(test_a_silent_source_ends_in_fault_after_the_limit_of_the_pacing);
     RUN_TEST(test_a_converged_application_times_out_too_the_others_wait);
     RUN_TEST(test_as_many_refused_samples_in_a_row_as_allowed_end_in_fault);
+    RUN_TEST(test_as_many_late_samples_in_a_row_are_of_another_source);
+    RUN_TEST(test_without_a_node_samples_have_no_codes_and_a_silent_source_may_go_on_far_ahead);
     RUN_TEST(test_missing_ticks_are_counted_and_reported_by_the_health_of_the_sample_after);
     RUN_TEST(test_the_first_fault_stays_until_reset_and_samples_are_answered_with_it);
     RUN_TEST(test_every_state_and_fault_has_a_name_of_its_own);

@@ -516,6 +516,34 @@ static void test_a_tick_that_is_lost_costs_no_more_than_its_sixteen(void) {
     TEST_ASSERT_EQUAL_UINT32(1, node.status.frames_refused);
 }
 
+static void test_samples_from_far_ahead_are_never_followed_where_samples_have_codes(void) {
+    // GIVEN a run with codes, whose source is silent WHEN any number of samples comes from far ahead
+    begin_in(HEXLOAD_BUS_FD, 3);
+    source_t source = begin_run(HEXLOAD_BUS_FD), other = source;
+    give_ticks(&source, 0, 37, NULL);
+    hexload_node_period(&node, 9900);
+    give_ticks(&other, 1u << 20, (1u << 20) + 500, lose);
+    // THEN it is where it was, and the source's codes prove what comes then
+    TEST_ASSERT_EQUAL_UINT32(36, node.app.last_tick);
+    give_ticks(&source, 37, 64, NULL);
+    TEST_ASSERT_EQUAL_UINT32(0, node.unproven);
+    TEST_ASSERT_TRUE(hexload_app_is_running(&node.app));
+}
+
+static void test_samples_without_their_code_are_a_remark(void) {
+    // GIVEN a run with codes WHEN one does not come THEN the samples after are answered with a remark for a
+    // while
+    begin_in(HEXLOAD_BUS_FD, 3);
+    source_t source = begin_run(HEXLOAD_BUS_FD);
+    give_ticks(&source, 5, 32, NULL);
+    TEST_ASSERT_EQUAL_UINT32(0, node.refused.count);
+    give_ticks(&source, 32, 48, lose);
+    TEST_ASSERT_EQUAL_UINT32(0, node.refused.count);
+    give_ticks(&source, 48, 49, NULL);
+    TEST_ASSERT_EQUAL_UINT32(HEXLOAD_NODE_MANY_REFUSED, node.refused.count);
+    TEST_ASSERT_EQUAL_UINT32(0, node.status.frames_refused);
+}
+
 static void test_a_leg_that_is_lost_spoils_no_other_tick(void) {
     // GIVEN a classic run with codes WHEN one leg frame of a tick is lost
     begin_with(3);
@@ -599,6 +627,8 @@ int main(void) {
     RUN_TEST(test_a_wrong_code_of_whole_ticks_ends_the_run_at_once);
     RUN_TEST(test_before_the_first_code_matches_wrong_ones_have_time);
     RUN_TEST(test_a_tick_that_is_lost_costs_no_more_than_its_sixteen);
+    RUN_TEST(test_samples_from_far_ahead_are_never_followed_where_samples_have_codes);
+    RUN_TEST(test_samples_without_their_code_are_a_remark);
     RUN_TEST(test_a_leg_that_is_lost_spoils_no_other_tick);
     RUN_TEST(test_more_legs_than_a_tick_has_are_left_out);
     RUN_TEST(test_a_recorded_run_is_not_the_next_ones);

@@ -872,18 +872,112 @@ static void test_one_false_tick_does_not_stop_the_run(void) {
     }
 }
 
-static void test_a_source_that_goes_on_far_ahead_is_followed(void) {
-    begin_run(HEXLOAD_BUS_FD, HEXLOAD_PACING_LOCKSTEP);
+static void test_a_source_that_goes_on_far_ahead_is_followed_when_it_is_silent_where_it_was(void) {
+    const uint32_t half_ms[2] = {50, 5000}; // of the silence that is a fault
+    for (int pacing = 0; pacing < 2; pacing++) {
+        // GIVEN a source that has been silent for less than half the time-out
+        begin_run(HEXLOAD_BUS_FD, (hexload_pacing_t)pacing);
+        give(HEXLOAD_BUS_FD, 5);
+        pass(half_ms[pacing] - 1);
+        machine.count = 0;
+        // WHEN samples come from far ahead THEN none is followed, and none answered
+        uint32_t tick = 100000;
+        for (uint32_t n = 0; n < 3 * HEXLOAD_APP_JUMP_SAMPLES; n++) {
+            give(HEXLOAD_BUS_FD, tick++);
+        }
+        TEST_ASSERT_EQUAL_UINT32(5, node.app.last_tick);
+        TEST_ASSERT_EQUAL_INT(0, machine.count);
+        // WHEN it is silent for longer THEN the line that goes on is followed
+        pass(1);
+        give(HEXLOAD_BUS_FD, tick);
+        TEST_ASSERT_EQUAL_UINT32(tick, node.app.last_tick);
+        // AND a gap that is no jump is none
+        give(HEXLOAD_BUS_FD, tick + HEXLOAD_APP_FARTHEST_JUMP);
+        TEST_ASSERT_EQUAL_UINT32(tick + HEXLOAD_APP_FARTHEST_JUMP, node.app.last_tick);
+    }
+}
+
+static void test_too_few_that_follow_one_another_are_not_followed_however_silent_the_source(void) {
+    // GIVEN a source that is silent for longer than half the time-out WHEN samples come from far ahead
+    begin_run(HEXLOAD_BUS_FD, HEXLOAD_PACING_REAL_TIME);
     give(HEXLOAD_BUS_FD, 5);
+    pass(60);
     for (uint32_t n = 0; n < HEXLOAD_APP_JUMP_SAMPLES; n++) {
+        // THEN the twentieth is followed
         TEST_ASSERT_EQUAL_UINT32(5, node.app.last_tick);
         give(HEXLOAD_BUS_FD, 100000 + n);
     }
     TEST_ASSERT_EQUAL_UINT32(100000 + HEXLOAD_APP_JUMP_SAMPLES - 1, node.app.last_tick);
-    // a gap that is no jump is none
-    give(HEXLOAD_BUS_FD, node.app.last_tick + HEXLOAD_APP_FARTHEST_JUMP);
-    TEST_ASSERT_EQUAL_UINT32(100000 + HEXLOAD_APP_JUMP_SAMPLES - 1 + HEXLOAD_APP_FARTHEST_JUMP,
-                             node.app.last_tick);
+}
+
+static void test_the_line_that_is_followed_stays_so_beside_a_flood_from_far_ahead(void) {
+    for (int profile = 0; profile < 2; profile++) {
+        // GIVEN a run beside which somebody sends, in each ms, more samples than are allowed to be refused in
+        // a row; classic: the whole tick of another time and of the next
+        const hexload_bus_profile_t own = (hexload_bus_profile_t)profile;
+        uint32_t far = 1u << 20;
+        begin_run(own, HEXLOAD_PACING_REAL_TIME);
+        for (uint32_t tick = 0; tick < 300; tick++) {
+            give(own, tick);
+            pass(1);
+            machine.count = 0;
+            for (uint32_t n = 0; n < 150 && tick % 16 == 7; n++, far += own == HEXLOAD_BUS_FD ? 1 : 16) {
+                hexload_bus_frame_t frames[HEXLOAD_BUS_SAMPLE_FRAMES];
+                const hexload_leg_sample_t sample = sample_at(far);
+                encode_sample(own, &sample, frames);
+                hexload_node_receive(&node, &frames[0]);
+            }
+            // THEN none of these is answered
+            TEST_ASSERT_EQUAL_INT(0, machine.count);
+        }
+        // AND the source's line goes on; classic: 60 whole ticks in a second are too many to be accidents
+        const bool is_fd = own == HEXLOAD_BUS_FD;
+        TEST_ASSERT_EQUAL_UINT32(is_fd ? 299 : 7, node.app.last_tick);
+        TEST_ASSERT_EQUAL_INT(is_fd ? HEXLOAD_FAULT_NONE : HEXLOAD_FAULT_SECOND_SOURCE, node.app.fault);
+    }
+}
+
+static void test_a_sample_that_comes_again_and_again_is_refused_and_not_answered(void) {
+    // GIVEN a run WHEN a sample comes a thousand times more THEN it goes on, with a remark
+    begin_run(HEXLOAD_BUS_FD, HEXLOAD_PACING_REAL_TIME);
+    give(HEXLOAD_BUS_FD, 5);
+    machine.count = 0;
+    for (int n = 0; n < 1000; n++) {
+        give(HEXLOAD_BUS_FD, 5);
+    }
+    TEST_ASSERT_EQUAL_INT(0, machine.count);
+    give(HEXLOAD_BUS_FD, 6);
+    hexload_bus_answer_t answer;
+    TEST_ASSERT_EQUAL_INT(1, read_answers(HEXLOAD_BUS_FD, 6, &answer));
+    TEST_ASSERT_EQUAL_UINT8(HEXLOAD_FAULT_NONE, answer.fault);
+    TEST_ASSERT_BITS_HIGH(1u << HEXLOAD_HEALTH_FRAMES_REFUSED, answer.health);
+}
+
+static void test_samples_far_ahead_are_not_late_ones(void) {
+    // GIVEN a run with one late sample WHEN many come from far ahead THEN there are not ten late ones
+    begin_run(HEXLOAD_BUS_FD, HEXLOAD_PACING_REAL_TIME);
+    give(HEXLOAD_BUS_FD, 5);
+    give(HEXLOAD_BUS_FD, 6);
+    give(HEXLOAD_BUS_FD, 5);
+    TEST_ASSERT_EQUAL_UINT32(HEXLOAD_LEGS, node.late.count);
+    for (uint32_t n = 0; n < 15; n++) {
+        give(HEXLOAD_BUS_FD, 100000 + n);
+    }
+    TEST_ASSERT_EQUAL_UINT32(HEXLOAD_LEGS, node.late.count);
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_FAULT_NONE, node.app.fault);
+}
+
+static void test_a_forged_sample_that_hides_behind_one_far_ahead_is_a_fault(void) {
+    // GIVEN a run WHEN each of the source's samples comes after a forged one of its tick and one far ahead
+    begin_run(HEXLOAD_BUS_FD, HEXLOAD_PACING_REAL_TIME);
+    for (uint32_t tick = 0; tick < 10; tick++) {
+        TEST_ASSERT_EQUAL_INT(HEXLOAD_FAULT_NONE, node.app.fault);
+        give_forged(HEXLOAD_BUS_FD, tick);
+        give(HEXLOAD_BUS_FD, tick + (1u << 20));
+        give(HEXLOAD_BUS_FD, tick);
+    }
+    // THEN ten such samples are two sources
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_FAULT_SECOND_SOURCE, node.app.fault);
 }
 
 static void test_many_refused_frames_are_a_health_bit_for_a_second_or_two(void) {
@@ -938,7 +1032,8 @@ static void test_the_status_reports_version_tick_and_counters(void) {
     begin_run(HEXLOAD_BUS_FD, HEXLOAD_PACING_LOCKSTEP);
     give(HEXLOAD_BUS_FD, 100);
     give(HEXLOAD_BUS_FD, 104);
-    give(HEXLOAD_BUS_FD, 104); // refused
+    give(HEXLOAD_BUS_FD, 104); // an echo
+    give(HEXLOAD_BUS_FD, 103); // late
     hexload_node_period(&node, 0);
     hexload_node_period(&node, 4); // three periods missed
     const hexload_bus_controller_status_t status = read_status();
@@ -953,7 +1048,7 @@ static void test_the_status_reports_version_tick_and_counters(void) {
     TEST_ASSERT_EQUAL_UINT32(4321, status.stack_margin_bytes);
     TEST_ASSERT_EQUAL_UINT32(3, status.samples_missing);
     TEST_ASSERT_EQUAL_UINT32(1, status.samples_refused);
-    TEST_ASSERT_EQUAL_UINT32(0, status.frames_refused);
+    TEST_ASSERT_EQUAL_UINT32(2, status.frames_refused);
 }
 
 static void test_mass_in_force_and_configuration_are_told_and_what_contradicts_the_mass(void) {
@@ -1159,7 +1254,12 @@ int main(void) {
     RUN_TEST(test_a_forged_tick_under_a_repeated_whole_tick_is_a_fault);
     RUN_TEST(test_forged_classic_samples_move_no_estimate_by_a_sigma_without_a_fault);
     RUN_TEST(test_one_false_tick_does_not_stop_the_run);
-    RUN_TEST(test_a_source_that_goes_on_far_ahead_is_followed);
+    RUN_TEST(test_a_source_that_goes_on_far_ahead_is_followed_when_it_is_silent_where_it_was);
+    RUN_TEST(test_too_few_that_follow_one_another_are_not_followed_however_silent_the_source);
+    RUN_TEST(test_the_line_that_is_followed_stays_so_beside_a_flood_from_far_ahead);
+    RUN_TEST(test_a_sample_that_comes_again_and_again_is_refused_and_not_answered);
+    RUN_TEST(test_samples_far_ahead_are_not_late_ones);
+    RUN_TEST(test_a_forged_sample_that_hides_behind_one_far_ahead_is_a_fault);
     RUN_TEST(test_many_refused_frames_are_a_health_bit_for_a_second_or_two);
     RUN_TEST(test_samples_of_the_other_profile_are_a_fault);
     RUN_TEST(test_status_pages_go_out_one_by_one_every_fifty_milliseconds);

@@ -53,6 +53,16 @@ static hexload_bus_status_t add_tick(bench_t* bench, uint32_t tick) {
     return status;
 }
 
+/// The leg frames of these ticks, without whole ones.
+static void add_legs(bench_t* bench, uint32_t begin, uint32_t end) {
+    for (uint32_t tick = begin; tick < end; tick++) {
+        const classic_t frames = classic_frames(tick);
+        for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
+            TEST_ASSERT_GREATER_OR_EQUAL_INT(0, add(bench, &frames.legs[leg]));
+        }
+    }
+}
+
 static void assert_sample(const bench_t* bench, uint32_t tick) {
     const hexload_leg_sample_t expected = numbered_sample(tick);
     TEST_ASSERT_EQUAL_UINT32(tick, bench->sample.tick);
@@ -298,15 +308,22 @@ static void test_a_whole_tick_that_the_legs_do_not_count_is_believed_when_the_ne
             TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_OK, add_tick(&bench, tick));
             assert_sample(&bench, tick);
         }
-        // WHEN the one that follows it comes THEN it counts
-        const classic_t next = classic_frames(claims[n] + 16);
+        // WHEN the one that follows it comes THEN it counts: if it is ahead, after sixteen ticks of legs
+        uint32_t last = claims[n] + 16;
+        if (claims[n] > 48) {
+            const hexload_bus_frame_t early = classic_frames(last).whole_tick;
+            TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_ERR_TICK, add(&bench, &early));
+            add_legs(&bench, 47, 47 + 16);
+            last += 16;
+        }
+        const classic_t next = classic_frames(last);
         if (!is_due) { // and says that there are two sources, if it goes back
             TEST_ASSERT_EQUAL_INT(claims[n] < 32 ? HEXLOAD_BUS_ERR_CONTRADICTION : HEXLOAD_BUS_PARTIAL,
                                   add(&bench, &next.whole_tick));
             for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
                 TEST_ASSERT_GREATER_OR_EQUAL_INT(0, add(&bench, &next.legs[leg]));
             }
-            assert_sample(&bench, claims[n] + 16);
+            assert_sample(&bench, last);
         }
     }
     // AND one that is due comes in between: the claim is forgotten
@@ -325,6 +342,7 @@ static void test_a_whole_tick_that_was_believed_is_late_when_it_comes_again(void
     TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_OK, add_tick(&bench, 16));
     const classic_t first = classic_frames(160), second = classic_frames(176);
     TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_ERR_TICK, add(&bench, &first.whole_tick));
+    add_legs(&bench, 17, 17 + 16);
     TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_PARTIAL, add(&bench, &second.whole_tick));
     for (int leg = 0; leg < 3; leg++) {
         TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_PARTIAL, add(&bench, &second.legs[leg]));

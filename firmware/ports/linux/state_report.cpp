@@ -28,16 +28,17 @@ std::string cause(const hexload_app_t& app, hexload_bus_profile_t profile) {
             "START begin anew",
             app.last_tick + 1);
     case HEXLOAD_FAULT_SAMPLES_REFUSED:
-        return fmt::format(
-            "{} samples refused in a row, the last good one at tick {}: check the sensors and the "
-            "platform file",
-            app.refused_in_a_row, app.last_tick);
+        return fmt::format("{} samples of the source refused in a row, the last good one at tick {}: check "
+                           "the sensors and the "
+                           "platform file",
+                           app.refused_in_a_row, app.last_tick);
     case HEXLOAD_FAULT_WRONG_PROFILE:
         return wrong_profile(profile);
     case HEXLOAD_FAULT_SECOND_CONTROLLER:
         return "a second controller is on the bus: stop one of the two";
     case HEXLOAD_FAULT_SECOND_SOURCE:
-        return fmt::format("samples of two sources are on the bus, the last good one at tick {}: stop one of "
+        return fmt::format("samples of two sources are on the bus, or of one that began anew without START: "
+                           "those from elsewhere are refused, the last good one was at tick {}; stop one of "
                            "the two, then RESET and START begin anew",
                            app.last_tick);
     case HEXLOAD_FAULT_NOT_AUTHENTICATED:

@@ -155,8 +155,11 @@ void show_progress(std::uint32_t done, std::uint32_t total) {
 void print_bus(const sim::BusCounts& bus) {
     fmt::print("  {}, profile {}: {} samples, {} answers, {} missing, {} late\n", bus.name, bus.profile,
                bus.samples, bus.answers, bus.missing, bus.late);
-    fmt::print("  frames: {} sent, {} received, {} not sent, {} dropped on receipt, {} error frames\n",
-               bus.frames_sent, bus.frames_received, bus.send_failures, bus.receive_drops, bus.error_frames);
+    fmt::print(
+        "  frames: {} sent, {} received, {} of them refused, {} not sent, {} dropped on receipt, {} error "
+        "frames\n",
+        bus.frames_sent, bus.frames_received, bus.refused, bus.send_failures, bus.receive_drops,
+        bus.error_frames);
     if (bus.rejoins + bus.outages > 0) {
         fmt::print("  the bus went down {} times, the controller was started again {} times\n", bus.outages,
                    bus.rejoins);

@@ -16,6 +16,7 @@ enum class RandomPurpose : std::uint32_t {
     force_noise = 4,
     dropout = 5,
     hinge_errors = 6,
+    bus_faults = 7,
 };
 
 class RandomStream {

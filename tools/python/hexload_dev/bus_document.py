@@ -308,11 +308,14 @@ What the reader does:
 
 - A wrong length, format, checksum, or a counter that contradicts the frame's own tick or count: the frame is refused and counted; ten
   in a second set the health bit *frames refused*.
-- A leg sample, or one of its frames, that comes twice: refused. With other content: two sources, the fault *second source*. Late
-  ones are refused; 60 of them in a second are that fault too. One more than 1000 ticks ahead counts when 20 have followed it there.
+- A leg sample, or one of its frames, that comes twice: refused, not answered. With other content: two sources, the fault *second source*. Late
+  ones are refused; 60 of them in a second, or 100 samples in a row, are that fault too.
+- A sample more than 1000 ticks ahead is refused and not answered, whatever number of them comes: the line of ticks that is followed stays so while its
+  source sends. When that has been silent for half its time-out (50 ms, 5 s in lockstep) and 20 have followed one another where they
+  are, the controller goes on there; not when samples have codes.
 - In the classic profile the legs' four bits count the tick. SampleTick sets the rest when a run begins or the tick was lost; from then on
-  it confirms what the legs count. Another one is refused until the next one follows it: then it is believed, and when it goes back,
-  legs of another source have driven the count ahead, the fault *second source*.
+  it confirms what the legs count. Another one is refused until the next one follows it, with 16 ticks of legs between them when they are
+  ahead: then it is believed, and when it goes back, legs of another source have driven the count ahead, the fault *second source*.
 - A command with the counter of its session's last one: refused, and not acknowledged; with other content the fault *second source*.
   START is refused (*other configuration*) when the source works with another configuration than the controller.
 - A controller's frame, or a sample of the other profile: a fault when three whole ones come within a second.
@@ -350,8 +353,9 @@ ticks. Its CMAC goes over the Data ID 0x484C0087, the number that START's own co
 of the leg frames. So neither a run recorded before nor other frames with right checksums are taken for the source's. A code that does not match
 although all 16 ticks have come ends the run in the fault *samples not authenticated*, and so do more than four times 16 ticks without a
 code that matches: forged samples are believed for 80 ticks at most. A lost frame costs its sixteen their code and no more, which leaves
-one way: who keeps all frames of the source off the bus, speaks in its place for less than four times 16 ticks, leaves a tick or the code
-out, and then lets it go on. SampleTick is not counted in; it cannot make another tick of the frames, which would not match.
+one way: who keeps all frames of the source off the bus, speaks in its place for at most four times 16 ticks, leaves a tick or the code
+out, and then lets it go on. Those samples are in the estimate, as far as its gate and the monitors of load and channels let them; the
+health bit *frames refused* is set from the first of the next sixteen on, for a second at least, and nothing else tells. SampleTick is not counted in; it cannot make another tick of the frames, which would not match.
 
 What it costs: 135 us in 16 ms, {code_load:.2f} % of the bus, {classic_load:.2f} % in all in the classic profile; a sample {fd_instructions} instructions more (fd) or {classic_instructions} (classic), {fd_share:.0f} and {classic_share:.0f} %
 of the momentum filter's at -O3, by AES in software.

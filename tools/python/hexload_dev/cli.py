@@ -52,22 +52,43 @@ def soak(
         float,
         typer.Option(min=0.017, help="Simulated time; the first minute, in which the filter settles, is not judged."),
     ] = 8.0,
-    seed: Annotated[int, typer.Option(min=0, help="Of noise and trajectory.")] = 1,
+    seed: Annotated[int, typer.Option(min=0, help="Of noise, trajectory and faults.")] = 1,
+    faults: Annotated[
+        bool,
+        typer.Option(
+            "--faults",
+            help="Random faults of sensors, of loads and of a bus between simulator and controller, in lockstep; other runs "
+            "than the scenario's.",
+        ),
+    ] = False,
+    out: Annotated[
+        Path | None, typer.Option(help="With --faults: a folder, with which the same command goes on.")
+    ] = None,
+    restart: Annotated[bool, typer.Option("--restart", help="With --faults: does again what is done already.")] = False,
     as_json: AsJson = False,
     quiet: Quiet = False,
 ) -> None:
     """Runs hours of simulated motion through the momentum estimator and looks for drift: covariance, false events, errors.
 
-    Faster than real time, in one process, in constant memory, without files. Status 1 when something is found.
+    Faster than real time, in one process, in constant memory, without files. Status 1 when something is found. With --faults:
+    a look at each second, by outcome; status 1 when an estimate was wrong with a good verdict and no fault of a sensor was
+    there before: by the bus alone.
 
     Example:  hexload soak --hours 8
+
+    Example:  hexload soak --faults --hours 24
     """
     from hexload.cli import output
     from hexload.simulation import sim
+    from hexload_dev import bus_soak
     from hexload_dev import soak as verb
 
     with output.said(as_json, quiet):
-        figures = verb.run_soak(sim.resolve_scenario(scenario), hours, seed)
+        if faults:
+            settings = bus_soak.SoakSettings(hours, seed)
+            figures = bus_soak.run_soak(settings, out or bus_soak.DEFAULT_OUT, restart)
+        else:
+            figures = verb.run_soak(sim.resolve_scenario(scenario), hours, seed)
     if as_json:
         output.print_json(figures)
     raise typer.Exit(1 if figures["found"] else 0)

@@ -64,7 +64,7 @@ FAULTS = {
     3: "samples of the profile fd are on the bus, this controller speaks classic: start the simulator with --profile classic",
     4: "a second controller is on the bus: stop one of the two",
     5: "the bus is down, last tick {last}: waiting for it",
-    6: "samples of two sources are on the bus, the last good one at tick {last}: stop one of the two",
+    6: "samples of two sources are on the bus, or of one that began anew without START: those from elsewhere are refused, the last good one was at tick {last}; stop one of the two",
 }
 
 

@@ -18,6 +18,7 @@ from hexload.view.live import MONITOR, SESSIONS, Live
 WAIT_S = 0.05
 PROFILES = ("fd", "classic")
 OTHER = "frame of another kind"  # of the codec
+TAKEN = ("ok", "more frames needed")
 
 
 def open_bus(name: str, profile: str) -> can.BusABC:
@@ -74,6 +75,7 @@ class BusListener:
             (lambda frame: answers.add(frame, self._tick), self._take_answer),
             (codec.decode_acknowledge, self._take_acknowledge),
             (codec.decode_load_change, lambda change: self._live.load_changed(change["tick"])),
+            (codec.decode_status, lambda status: None),  # for what is wrong with them
         )
         self._readers_of: dict[int, tuple] = {}  # by identifier
         self._ended = threading.Event()
@@ -106,6 +108,8 @@ class BusListener:
                 self._readers_of[identifier] = tuple(
                     kept for kept in self._readers_of[identifier] if kept is not reader
                 )
+            elif status not in TAKEN:
+                self._live.count(f"frames refused: {status}")
             elif fields is not None:
                 take(fields)
 
