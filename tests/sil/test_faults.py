@@ -11,10 +11,11 @@ import numpy as np
 import pytest
 
 from forked_command import hexload
+from hexload import project
 from hexload.errors import InputError
-from hexload.faults import fault_report, verb
+from hexload.faults import fault_report, load_faults, verb
 from hexload.faults.kinds import ESTIMATORS, GROUPS, KINDS
-from hexload.faults.one_fault import MOTIONS, FaultCase, clean_recording, is_possible, run_fault, truth_of
+from hexload.faults.one_fault import MOTIONS, FaultCase, clean_recording, is_possible, run_fault, score_of, truth_of
 from hexload.faults.score import OUTCOMES
 from hexload.faults.tally import tally
 
@@ -258,6 +259,21 @@ def test_outcomes_are_counted_by_kind_size_and_group():
     assert fault_report.counts(tilt.whole) == [3, 0, 1, 1, 1, 0, 0, 0, 1]
 
 
+def test_of_a_platform_stated_wrongly_a_dropped_load_tells_one_sign(tmp_path):
+    # GIVEN a run in which all of the load falls off, of a platform that is stated a fifth too heavy, or too light
+    base = clean_recording("multisine", SEED, 12.0, "momentum", str(tmp_path))
+    dropped = load_faults.falling(base, 1.0, np.random.default_rng(1))
+
+    def outcome_with(factor):
+        platform = base.platform["platform"] | {"mass_kg": factor * base.own_theta[0]}
+        return score_of(replace(dropped, platform=base.platform | {"platform": platform}), "momentum").outcome
+
+    # WHEN the empty platform is identified THEN less than no load is no body, and sigma says so
+    assert outcome_with(1.2) == "right"
+    # AND what is left over is a load, as far as any log tells
+    assert outcome_with(0.8) == "silent"
+
+
 def test_the_diagnosis_names_the_cause_when_it_is_asked_for(tmp_path):
     # GIVEN the forces of two legs swapped, and legs counted two further, which a symmetric machine cannot show
     cases = [
@@ -267,12 +283,29 @@ def test_the_diagnosis_names_the_cause_when_it_is_asked_for(tmp_path):
     # WHEN the cases are run THEN the one is named, the other counts as one that cannot be distinguished
     results = {case: run_fault(case, tmp_path) for case in cases}
     swapped, renumbered = (result["named"] for result in results.values())
+    # AND replay says so in its last line, of which a page is made
+    page = fault_report.words_page("hexload faults", results)
+    assert "are swapped; check the wiring against the platform file | yes |" in page
+    assert "| renumbered | legs counted from another one, 2 further | converged | – | – |" in page
     assert swapped["outcome"] == "right" and "are swapped" in swapped["sentence"]
     assert renumbered["outcome"] == "cannot be distinguished" and renumbered["cause"] == ""
     # AND the tables have a column for it
     (entry,) = tally(results, ESTIMATORS)
     assert fault_report.named_of(entry.whole) == "1 of 1"
     assert "are swapped" in fault_report.markdown([entry])
+
+
+def test_the_page_of_words_has_every_fault_as_it_is_listed():
+    # GIVEN the page that --name-causes writes WHEN it is read THEN it has each kind of fault with what is wrong, and a sentence
+    lines = (project.ROOT / "tests" / "FAULTS.md").read_text(encoding="utf-8").splitlines()
+    rows = [[cell.strip() for cell in line.strip("|").split("|")] for line in lines if line.startswith("|")]
+    told = {row[0]: row for row in rows[2:]}
+    assert list(told) == list(KINDS)
+    for name, kind in KINDS.items():
+        assert told[name][1].startswith(kind.says) and told[name][2] and told[name][3]
+    # AND of twenty faults that a log can tell the cause is the true one
+    judged = [row[4] for row in told.values() if row[4] != "–"]
+    assert judged.count("yes") >= 0.85 * len(judged)
 
 
 def test_causes_and_a_rig_are_one_or_the_other():

@@ -405,6 +405,24 @@ static void test_forces_that_no_load_explains_are_not_called_another_mass(void) 
     TEST_ASSERT_EQUAL_INT(HEXLOAD_VERDICT_MISFIT, bench.estimate.verdict);
 }
 
+static void test_a_leg_whose_force_is_wrong_is_not_called_another_mass(void) {
+    // GIVEN a stated mass that is true WHEN one leg shows no force, or the opposite, which leans as no weight
+    void (*const changes[])(const bench_t*, hexload_leg_sample_t*) = {force_dead, force_sign};
+    for (int n = 0; n < 2; n++) {
+        bench_t bench;
+        begin(&bench, paper_machine(), HEXLOAD_KIND_PAPER, slow());
+        bench.change = changes[n];
+        int contradicted = 0;
+        for (int tick = 0; tick < 3 * SECOND; tick++) {
+            run(&bench, 1);
+            contradicted += fault_of(&bench).cause == HEXLOAD_INPUT_KNOWN_MASS ? 1 : 0;
+            // THEN until the leg is named the verdict is of the machine, not of the mass
+            TEST_ASSERT_NOT_EQUAL(HEXLOAD_VERDICT_INCONSISTENT, bench.estimate.verdict);
+        }
+        TEST_ASSERT_TRUE(contradicted > 2 * SECOND);
+    }
+}
+
 static void test_a_load_that_is_exchanged_is_no_longer_the_told_one(void) {
     // GIVEN a stated mass that is true WHEN a third of all forces is gone THEN it is contradicted within 0.3
     // s
@@ -478,6 +496,7 @@ int main(int argc, char** argv) {
     RUN_TEST(test_a_stated_mass_that_the_legs_do_not_carry_is_never_converged);
     RUN_TEST(test_force_sensors_within_their_tolerance_are_no_wrong_mass);
     RUN_TEST(test_forces_that_no_load_explains_are_not_called_another_mass);
+    RUN_TEST(test_a_leg_whose_force_is_wrong_is_not_called_another_mass);
     RUN_TEST(test_a_load_that_is_exchanged_is_no_longer_the_told_one);
     RUN_TEST(test_every_cause_has_words_of_its_own);
     RUN_TEST(test_samples_that_wait_for_late_channels_begin_a_block_anew);

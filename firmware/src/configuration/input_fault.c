@@ -5,9 +5,9 @@ const char* hexload_input_fault_text(hexload_input_cause_t cause) {
     static const char* const TEXTS[HEXLOAD_INPUT_CAUSES] = {
         [HEXLOAD_INPUT_PLAUSIBLE] = "the channels do not contradict each other",
         [HEXLOAD_INPUT_VELOCITY_SIGN] = "velocity has the opposite sign of the displacement's derivative: "
-                                        "check the wiring or sign of its velocity sensor",
+                                        "check wiring and sign of its two sensors",
         [HEXLOAD_INPUT_VELOCITY_GAIN] = "velocity is the displacement's derivative times a factor: "
-                                        "check scale and unit of its two sensors (m, m/s)",
+                                        "check scale, range and unit of its two sensors (m, m/s)",
         [HEXLOAD_INPUT_VELOCITY_LAG] = "velocity and displacement are not of the same instant: check their "
                                        "filters and sampling, or commission the delay",
         [HEXLOAD_INPUT_VELOCITY_SWAPPED] =
@@ -34,7 +34,8 @@ const char* hexload_input_fault_text(hexload_input_cause_t cause) {
         [HEXLOAD_INPUT_FORCE_DEAD] = "force is next to none, and the other five do not balance the weight: "
                                      "check the wiring of its force sensor",
         [HEXLOAD_INPUT_KNOWN_MASS] = "the legs do not carry what the known mass explains: check "
-                                     "load.known_mass_kg or the mass that was set, and the load",
+                                     "load.known_mass_kg or the mass that was set, the load, and "
+                                     "each leg's force sensor",
     };
     return (unsigned)cause < (unsigned)HEXLOAD_INPUT_CAUSES ? TEXTS[cause] : "unknown input fault";
 }

@@ -17,6 +17,9 @@ enum { LONGEST_GAP_TICKS = 8 }; ///< over which one acceleration is taken
 #define LEAST_SHARE HEXLOAD_REAL(0.02)
 #define STILL_CONTRADICTED HEXLOAD_REAL(0.8)
 
+/// Of the excess upwards: more sidewards is no base off level (14 degrees), and no mass weighs sidewards.
+#define SIDEWARDS HEXLOAD_REAL(0.25)
+
 /// Share of the weight that widens no sigma.
 #define GRANTED_SHARE HEXLOAD_REAL(0.004)
 
@@ -55,20 +58,22 @@ void hexload_known_mass_init(hexload_known_mass_t* self, const hexload_config_t*
 static void add(hexload_known_mass_t* self, const hexload_config_t* config, const hexload_present_tick_t* now,
                 const hexload_wrench_t* wrench) {
     const hexload_motion_t* motion = now->motion;
-    const hexload_real_t* rate = &motion->twist[2];
+    const hexload_real_t* omega = &motion->twist[3];
+    const hexload_real_t* last_omega = &self->last_twist[3];
     const hexload_real_t dt_s = config->tick_s * (hexload_real_t)now->gap_ticks;
-    const hexload_real_t excess_n =
-        dot3(motion->R[2], wrench->force_n) - self->mass_kg * config->gravity_m_s2;
     self->time_s = hexload_min(self->time_s + dt_s, MEMORY_S);
     const hexload_real_t per_s = HEXLOAD_REAL(1.0) / self->time_s;
     const hexload_real_t weight = dt_s * per_s;
-    self->excess_n +=
-        weight * (excess_n - self->excess_n) - per_s * self->mass_kg * (rate[0] - self->last_rate[0]);
-    for (int k = 0; k < 2; k++) {
-        self->turn_rad_s2[k] +=
-            per_s * (rate[1 + k] - self->last_rate[1 + k]) - weight * self->turn_rad_s2[k];
+    for (int k = 0; k < 3; k++) {
+        const hexload_real_t weight_n = k == 2 ? self->mass_kg * config->gravity_m_s2 : HEXLOAD_REAL(0.0);
+        const hexload_real_t excess_n = dot3(motion->R[k], wrench->force_n) - weight_n;
+        self->excess_n[k] += weight * (excess_n - self->excess_n[k]) -
+                             per_s * self->mass_kg * (motion->twist[k] - self->last_twist[k]);
     }
-    self->square_rad2_s2 += weight * (dot3(&rate[1], &rate[1]) - self->square_rad2_s2);
+    for (int k = 0; k < 2; k++) {
+        self->turn_rad_s2[k] += per_s * (omega[k] - last_omega[k]) - weight * self->turn_rad_s2[k];
+    }
+    self->square_rad2_s2 += weight * (dot3(omega, omega) - self->square_rad2_s2);
 }
 
 /// Whether what is left is more than all that may be, the place of the centre of mass included: (omega x c)_z
@@ -77,13 +82,20 @@ static bool is_beyond(const hexload_known_mass_t* self) {
     const hexload_real_t turned = hexload_abs(self->turn_rad_s2[0]) + hexload_abs(self->turn_rad_s2[1]) +
                                   HEXLOAD_REAL(2.0) * self->square_rad2_s2;
     const hexload_real_t part = self->is_contradicted ? STILL_CONTRADICTED : HEXLOAD_REAL(1.0);
-    return hexload_abs(self->excess_n) > hexload_fma(self->lever_kg_m, turned, part * self->limit_n);
+    return hexload_abs(self->excess_n[2]) > hexload_fma(self->lever_kg_m, turned, part * self->limit_n);
+}
+
+/// Whether what is left is not upright, as every weight is.
+static bool is_oblique(const hexload_known_mass_t* self) {
+    const hexload_real_t* excess_n = self->excess_n;
+    const hexload_real_t most_n = SIDEWARDS * excess_n[2];
+    return excess_n[0] * excess_n[0] + excess_n[1] * excess_n[1] > most_n * most_n;
 }
 
 /// Of a mean that is still short the motion of a centre of mass beside the axis has much, so only the part
 /// counts that it is of the whole memory.
 static hexload_real_t weight_error(const hexload_known_mass_t* self, hexload_real_t weight_n) {
-    const hexload_real_t share = hexload_abs(self->excess_n) / weight_n * (self->time_s / MEMORY_S);
+    const hexload_real_t share = hexload_abs(self->excess_n[2]) / weight_n * (self->time_s / MEMORY_S);
     return share > GRANTED_SHARE ? share : HEXLOAD_REAL(0.0);
 }
 
@@ -95,7 +107,7 @@ void hexload_known_mass_step(hexload_known_mass_t* self, const hexload_config_t*
         self->weight_error = weight_error(self, weight_n);
         self->is_contradicted = self->time_s > SETTLED_S && is_beyond(self);
     }
-    memcpy(self->last_rate, &now->motion->twist[2], sizeof self->last_rate);
+    memcpy(self->last_twist, now->motion->twist, sizeof self->last_twist);
     self->has_last = true;
 }
 
@@ -105,8 +117,8 @@ void hexload_known_mass_judge(const hexload_known_mass_t* self, hexload_estimate
         return;
     }
     fault->cause = HEXLOAD_INPUT_KNOWN_MASS;
-    fault->excess_n = self->excess_n;
-    const hexload_verdict_t verdict =
-        self->excess_n < -self->load_n ? HEXLOAD_VERDICT_MISFIT : HEXLOAD_VERDICT_INCONSISTENT;
+    fault->excess_n = self->excess_n[2];
+    const bool is_of_forces = is_oblique(self) || self->excess_n[2] < -self->load_n;
+    const hexload_verdict_t verdict = is_of_forces ? HEXLOAD_VERDICT_MISFIT : HEXLOAD_VERDICT_INCONSISTENT;
     hexload_input_fault_judge(verdict, HEXLOAD_PAPER_DIM, estimate, health);
 }

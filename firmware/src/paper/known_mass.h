@@ -16,14 +16,15 @@
 
 void hexload_known_mass_init(hexload_known_mass_t* self, const hexload_config_t* config);
 
-/// Takes an accepted sample that lacks no force; some 90 instructions, reentrant.
+/// Takes an accepted sample that lacks no force; some 110 instructions, reentrant.
 /// @param wrench of the legs.
 void hexload_known_mass_step(hexload_known_mass_t* self, const hexload_config_t* config,
                              const hexload_present_tick_t* now, const hexload_wrench_t* wrench);
 
 /// While the stated mass is contradicted all verdicts are "inconsistent"; "misfit" where no load's mass, down
-/// to none, is the reason, but forces are. hexload_plausibility_judge() comes before it: what that has found
-/// may be the reason, and is what is reported.
+/// to none, is the reason, but forces are, or where what is left of them leans as no weight does.
+/// hexload_plausibility_judge() comes before it: what that has found may be the reason, and is what is
+/// reported.
 /// @param estimate, fault, health as there.
 void hexload_known_mass_judge(const hexload_known_mass_t* self, hexload_estimate_t* estimate,
                               hexload_input_fault_t* fault, uint32_t* health);

@@ -1005,7 +1005,8 @@ def faults(
     refused, or a false alarm. Writes report.html, table.md, cases.csv, summary.json and a file per case, on all cores;
     the same command goes on where it was interrupted.
 
-    With --name-causes a column has, of the runs whose fault a log can tell, those whose first cause is the true one.
+    With --name-causes a column has, of the runs whose fault a log can tell, those whose first cause is the true one;
+    words.md has what replay says of each fault.
 
     Example:  hexload faults --kind friction,tilt --runs 2 --out build/runs/friction
     """

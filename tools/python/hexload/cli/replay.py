@@ -8,7 +8,7 @@ from rich.table import Table
 
 from hexload.diagnosis.finding import Finding
 from hexload.estimation import load_summary
-from hexload.estimation.input_check import inconsistent_in_words
+from hexload.estimation.input_check import mend_of
 
 WIDE = 0.1  # of the load's mass: a misfit with a larger sigma tells hardly more than that there is one
 
@@ -22,20 +22,6 @@ def _is_wide_misfit(result: dict) -> bool:
     if result["verdict"][-1] != "misfit" or result["names"][0] != "m":
         return False
     return bool(result["sigma"][-1][0] > WIDE * abs(result["value"][-1][0]))
-
-
-def mend_of(result: dict) -> str:
-    """What to do about it; empty: nothing."""
-    cause = result["diagnosis"].cause
-    mend = load_summary.mend_in_words(
-        result["health_counts"],
-        result["verdict"][-1],
-        result["has_rig"],
-        result["input_words"],
-        cause and cause.sentence,
-        "dz" in result["names"],
-    )
-    return mend or inconsistent_in_words(result)
 
 
 def figures(result: dict) -> dict:

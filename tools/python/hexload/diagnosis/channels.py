@@ -99,6 +99,12 @@ def _unit(channel: str) -> str:
     return {"displacement": "m", "velocity": "m/s", "force": "N"}[channel]
 
 
+def _in_words(size: float, channel: str) -> str:
+    """Two digits, in units of which there are neither millions nor millionths."""
+    factor, unit = {"displacement": (1e3, "mm"), "velocity": (1e3, "mm/s"), "force": (1.0, "N")}[channel]
+    return f"{float(f'{factor * size:.2g}'):g} {unit}"
+
+
 def _rows(log: LegLog) -> Iterator[Finding]:
     periods = np.diff(log.t_s)
     dt_s = float(np.median(periods))
@@ -278,7 +284,7 @@ def _steps(name: str, values: Array, stated: float) -> Iterator[Finding]:
         step = float(np.median(grids))
         yield Finding(
             f"{name} steps",
-            f"{name} channels come in steps of {step:.3g} {_unit(name)}, {step / stated:.2g} of the stated sigmas",
+            f"{name} channels come in steps of {_in_words(step, name)}, {step / stated:.2g} of the stated sigmas",
             f"log more digits, or state a {name} sigma of {step / np.sqrt(12.0):.2g} {_unit(name)}",
             size=step,
             unit=_unit(name),
@@ -300,7 +306,7 @@ def _spikes(name: str, values: Array, stated: float) -> Iterator[Finding]:
         share = float(counts.max()) / len(values)
         yield Finding(
             f"{name} spikes",
-            f"{legs_in_words(legs)}: {name} has spikes of about {size:.2g} {_unit(name)} in {100.0 * share:.2g} % of the samples",
+            f"{legs_in_words(legs)}: {name} has spikes of about {_in_words(size, name)} in {100.0 * share:.2g} % of the samples",
             f"look at cable and shielding of its {name} sensor",
             legs,
             size,
@@ -330,7 +336,7 @@ def _hum(name: str, values: Array, stated: float, dt_s: float) -> Iterator[Findi
     size = float(np.mean(sizes))
     yield Finding(
         f"{name} hum",
-        f"{name} channels hum at {hz:.2f} Hz with {size:.2g} {_unit(name)}",
+        f"{name} channels hum at {hz:.2f} Hz with {_in_words(size, name)}",
         "look at grounding and shielding",
         size=hz,
         unit="Hz",

@@ -23,6 +23,11 @@ class Finding:
     is_input: bool = False  # channels are not what they are taken for: no estimate of this log is to be believed
 
     @property
+    def is_of_channels(self) -> bool:
+        """Of sensors, their wiring, their times: not of the machine or its load."""
+        return self.cause.split()[0] in (*CHANNELS, "clock", "samples")
+
+    @property
     def sentence(self) -> str:
         return f"{self.words}; {self.mend}" if self.mend else self.words
 

@@ -81,7 +81,7 @@ def _worded(s: Selected) -> tuple[str, str, str, float, str, tuple[int, ...]]:
             "rad",
         ),
         "gravity": (
-            f"weight and inertia do not belong together by {abs(percent):.2g} %: gravity of the platform file, or the clock",
+            f"weight and inertia do not agree by {abs(percent):.2g} %: gravity of the platform file, or the clock, is off",
             "check gravity_m_s2 and the sampling period",
             first,
             "",
@@ -112,7 +112,7 @@ def _worded(s: Selected) -> tuple[str, str, str, float, str, tuple[int, ...]]:
         ),
         "not rigid": (
             f"a part of the load swings by itself at {at:.2g} Hz: it is not rigid (sloshing, pendulum, soft mount)",
-            "fix it; of its parameters only those at rest hold",
+            "fasten it; until then only its mass and its centre at rest hold",
             at,
             "Hz",
         ),

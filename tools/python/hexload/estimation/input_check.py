@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from hexload.errors import InputError
-from hexload.estimation.load_summary import inconsistent_words
+from hexload.estimation.load_summary import inconsistent_words, mend_in_words
 from hexload.estimation.plausibility import Plausibility, machine_of
 from hexload.io.column_map import read_column_map
 from hexload.io.log_file import LegLog, joined
@@ -79,6 +79,24 @@ REFUSED = (
     "most samples are refused: check the units (m, m/s, N), the order of the legs, the [geometry] of the platform file and "
     "the ranges of its [sensors]"
 )
+
+
+def mend_of(result: dict) -> str:
+    """What to do about what replay_log(), or the firmware alone, returns; empty: nothing. That two channels contradict each
+    other is what the firmware says of them; where the diagnosis knows which one, and by how much, it goes before."""
+    diagnosis = result.get("diagnosis")
+    cause = None if diagnosis is None else diagnosis.cause
+    said = result.get("input_words", result["input_fault"])
+    is_finer = said == result["input_fault"] != "" and cause is not None and cause.is_of_channels
+    mend = mend_in_words(
+        result["health_counts"],
+        result["verdict"][-1],
+        result.get("has_rig", False),
+        cause.sentence if is_finer else said,
+        cause and cause.sentence,
+        "dz" in result["names"],
+    )
+    return mend or inconsistent_in_words(result)
 
 
 def inconsistent_in_words(result: dict) -> str:

@@ -36,6 +36,21 @@ COLOURS = {  # Okabe and Ito's
     "refused": "#6b7280",
     "false_alarm": "#cc79a7",
 }
+WORDS_INTRODUCTION = """# What a user reads of each fault
+
+One fault at a time in a clean run, default tolerances, nothing commissioned: the verdict at the end, the load changes that `replay` reports, and its last line, what to do; else the first cause that it
+prints, which does no harm, or its refusal.
+*True*: whether the cause that the log names first is the one that was put in; a dash where no log can tell it, or the reader refuses it. Written by
+`{command}` (words.md).
+"""
+WORDS_HEADINGS = ("fault", "what is wrong", "verdict at the end", "what `replay` says", "true")
+_IS_TRUE = {
+    naming.RIGHT: "yes",
+    naming.OTHER: "no",
+    naming.NOTHING: "not named",
+    naming.INDISTINGUISHABLE: "–",
+    naming.REFUSED: "–",
+}
 HEADINGS = ("runs", "right", "said", "weak", "silent", "indistinguishable", "refused", "false", "false changes")
 
 
@@ -100,6 +115,22 @@ def markdown(tallies: Sequence[EstimatorTally]) -> str:
 
 def _line(cells: Sequence[str]) -> str:
     return f"| {' | '.join(cells)} |"
+
+
+def words_page(command: str, results: Mapping[FaultCase, dict]) -> str:
+    """What replay says of each kind of fault: of the first case that has it, one size and motion."""
+    lines = [WORDS_INTRODUCTION.format(command=command)]
+    lines += [_line(WORDS_HEADINGS), _line(["---"] * len(WORDS_HEADINGS))]
+    firsts: dict[str, FaultCase] = {}
+    for case in results:
+        firsts.setdefault(case.kind, case)
+    for name in (name for name in KINDS if name in firsts):
+        case, kind = firsts[name], KINDS[name]
+        named, told = results[case]["named"], results[case]["told"]
+        what = ", ".join(text for text in (kind.says, kind.size_in_words(case.size) if kind.is_fault else "") if text)
+        said = "; ".join(text for text in (told["new_load"], told["sentence"]) if text)
+        lines.append(_line((name, what, told["verdict"], said.replace("|", "/") or "–", _IS_TRUE[named["outcome"]])))
+    return "\n".join(lines) + "\n"
 
 
 def as_csv(results: Mapping[FaultCase, dict]) -> str:

@@ -52,8 +52,10 @@ class Kind:
         return self.name not in PASSING and self.group not in (_SOFT, _CHANGING, "rows")
 
     def size_in_words(self, size: float) -> str:
-        if size == REST_S:
+        if size == REST_S and self.unit == "s":
             return "to the end"
+        if self.sizes == (1.0,) and not self.unit:
+            return ""  # it is there or not
         return f"{size:g} {self.unit}".rstrip()
 
 

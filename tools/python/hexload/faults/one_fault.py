@@ -19,13 +19,23 @@ from hexload.campaign.store import plain
 from hexload.diagnosis import wiring
 from hexload.errors import InputError
 from hexload.estimation import commission, firmware_run, rig_file, rig_model, rig_regression
-from hexload.faults import kinds, load_faults, machine_faults, naming, recording, score, sensor_faults, timing_faults
+from hexload.faults import (
+    kinds,
+    load_faults,
+    machine_faults,
+    naming,
+    recording,
+    score,
+    sensor_faults,
+    timing_faults,
+    words,
+)
 from hexload.faults.kinds import KINDS, NONE
 from hexload.faults.recording import LoadStep, Recording
 from hexload.faults.score import Reported, Score, Truth
 from hexload.io.atomic_file import replaced_when_done
-from hexload.io.log_file import COLUMNS, read_log
-from hexload.io.toml_document import Table, to_toml
+from hexload.io.log_file import read_log
+from hexload.io.toml_document import Table
 from hexload.platform import Platform
 from hexload.theory import bound
 
@@ -62,7 +72,7 @@ def is_possible(case: FaultCase) -> bool:
 @functools.cache
 def code_version() -> str:
     """Digest of what decides the score of a case: programs, modules, the platform of the cases."""
-    own = (kinds, naming, load_faults, machine_faults, recording, score, sensor_faults, timing_faults)
+    own = (kinds, naming, load_faults, machine_faults, recording, score, sensor_faults, timing_faults, words)
     of_rigs = (commission, rig_file, rig_model, rig_regression)
     others = (cases, one_case, statistics, firmware_run, bound, *of_rigs)
     modules = [Path(module.__file__) for module in (*own, *others)]
@@ -78,9 +88,12 @@ def code_version() -> str:
 def run_fault(case: FaultCase, logs: Path) -> dict:
     """What is stored of a case. `logs`: the folder of clean runs, which are made when they are missing. Raises ToolFailed."""
     base, faulty, rig = _of_case(case, logs)
-    named = asdict(naming.name_cause(faulty, base, case.kind)) if case.names_cause else None
     scored = plain(score_of(faulty, case.estimator, rig))
-    return {"code": code_version(), "case": asdict(case), **scored, "named": named}
+    named = told = None
+    if case.names_cause:
+        named = asdict(naming.name_cause(faulty, base, case.kind))
+        told = asdict(words.told_by_replay(faulty, case.estimator))
+    return {"code": code_version(), "case": asdict(case), **scored, "named": named, "told": told}
 
 
 def score_of(faulty: Recording, estimator: str, rig: Callable[[], Path] | None = None) -> Score:
@@ -223,10 +236,7 @@ def _rig_file(case: FaultCase, logs: Path) -> Path:
     if not path.is_file():
         empty = KINDS[fault.kind].apply(_empty_recording(case.seed, str(logs)), fault.size, _random(fault))
         with tempfile.TemporaryDirectory(prefix="hexload-faults-") as name:
-            log, platform = Path(name) / "empty.csv", Path(name) / "platform.toml"
-            rows = np.column_stack([empty.log.t_s, *recording.channels_of(empty.log)])
-            np.savetxt(log, rows, fmt="%.9g", delimiter=",", header=",".join(COLUMNS), comments="")
-            platform.write_text(to_toml(empty.platform))
+            log, platform = recording.write_files(empty, Path(name), "empty.csv")
             try:
                 commission.commission(commission.Wish(log, platform, path))
             except InputError as refused:

@@ -13,8 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hexload.estimation.rig_model import LegMotion
-from hexload.io.log_file import LegLog
-from hexload.io.toml_document import Table
+from hexload.io.log_file import COLUMNS, LegLog
+from hexload.io.toml_document import Table, to_toml
 from hexload.theory import bound
 
 Array = NDArray[np.float64]
@@ -59,6 +59,15 @@ class Recording:
         for load in self.loads:
             rows[self.t_s >= load.at_s - 1e-9] = load.theta
         return rows + self.own_theta
+
+
+def write_files(recording: Recording, folder: Path, name: str = "log.csv") -> tuple[Path, Path]:
+    """Log and platform file as a user has them."""
+    log, platform = folder / name, folder / "platform.toml"
+    rows = np.column_stack([recording.log.t_s, *channels_of(recording.log)])
+    np.savetxt(log, rows, fmt="%.9g", delimiter=",", header=",".join(COLUMNS), comments="")
+    platform.write_text(to_toml(recording.platform))
+    return log, platform
 
 
 def in_channel(recording: Recording, channel: str) -> Array:

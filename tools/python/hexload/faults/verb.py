@@ -52,6 +52,12 @@ class FaultSettings:
         ]
         return [case for case in cases if is_possible(case)]
 
+    @property
+    def words_command(self) -> str:
+        """Makes the page of words again."""
+        options = f"--motion {','.join(self.motions)} --estimator {','.join(self.estimators)} --seed-base {self.seed}"
+        return f"tools/hexload faults {'--quick ' if self.one_size else ''}--name-causes {options} --runs {self.runs}"
+
     def _sizes(self, name: str) -> tuple[float, ...]:
         sizes = KINDS[name].sizes
         return (sizes[(len(sizes) - 1) // 2],) if self.one_size else sizes
@@ -138,6 +144,7 @@ def _conclude(settings: FaultSettings, code: str, results: Mapping[FaultCase, di
     files = {
         "summary.json": json.dumps(plain(tallies), indent=1) + "\n",
         "table.md": fault_report.markdown(tallies),
+        **({"words.md": fault_report.words_page(settings.words_command, results)} if settings.names_causes else {}),
         "cases.csv": fault_report.as_csv(results),
         "report.html": fault_report.render(settings, code, tallies, results, worst_runs(results, out / LOGS)),
     }

@@ -16,7 +16,7 @@ from hexload.diagnosis.diagnose import Diagnosis
 from hexload.errors import InputError
 from hexload.estimation import load_summary
 from hexload.estimation.firmware_run import load_platform, native_firmware, run_firmware
-from hexload.estimation.input_check import inconsistent_in_words
+from hexload.estimation.input_check import mend_of
 from hexload.estimation.load_summary import EFFECT_UNITS, EFFECT_WORDS, BodyNumber, Parameter
 from hexload.io.log_file import LegLog
 from hexload.io.run_directory import Run
@@ -106,7 +106,6 @@ def of_replay(result: dict, log: LegLog, known_mass_kg: float | None) -> tuple[L
 def _estimate(result: dict, known_mass_kg: float | None, run: Run | None) -> LoadEstimate:
     numbers = load_summary.parameters(result)
     diagnosis = result.get("diagnosis")
-    cause = None if diagnosis is None or diagnosis.cause is None else diagnosis.cause.sentence
     load = None if run is None else run.final_load
     body, is_of_paper = result.get("body"), "body" not in result
     measurements = nis.PAPER_MEASUREMENTS if is_of_paper else nis.LOAD_MEASUREMENTS
@@ -122,15 +121,7 @@ def _estimate(result: dict, known_mass_kg: float | None, run: Run | None) -> Loa
         given_wrong=[] if run is None or known_mass_kg is None else _given_wrong(run, known_mass_kg),
         changes_s=load_summary.load_changes_s(result),
         verdict=result["verdict"][-1],
-        mend=load_summary.mend_in_words(
-            result["health_counts"],
-            result["verdict"][-1],
-            result.get("has_rig", False),
-            result.get("input_words", result["input_fault"]),
-            cause,
-            is_of_paper,
-        )
-        or inconsistent_in_words(result),
+        mend=mend_of(result),
         diagnosis=diagnosis,
         nis=nis.summarise(result["t"], result["nis"], measurements),
         health_ticks=result["health_counts"],
