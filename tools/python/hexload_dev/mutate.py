@@ -15,6 +15,7 @@ import os
 import random
 import re
 import shlex
+import signal
 import subprocess
 import tempfile
 import tomllib
@@ -325,7 +326,7 @@ def _run(program: Path, folder: Path, limit_s: int | None) -> tuple[bool, float]
     with subprocess.Popen(command, cwd=folder, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL) as process:
         failed = any(b":FAIL" in line for line in process.stdout)
         if failed:
-            process.kill()
+            os.kill(process.pid, signal.SIGKILL)  # not kill(), which may reap it, and its processor time is lost
         _, status, usage = os.wait4(process.pid, 0)
         process.returncode = os.waitstatus_to_exitcode(status)
     return not failed and process.returncode == 0, usage.ru_utime + usage.ru_stime
