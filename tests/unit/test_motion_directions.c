@@ -66,7 +66,7 @@ static void test_slopes_count_as_far_as_motion_has_stood_out_of_noise(void) {
         }
         hexload_motion_directions_keep(&directions, kept);
         for (int i = 0; i < LEGS; i++) {
-            TEST_ASSERT_DOUBLE_WITHIN(ROUNDINGS(1000, 1.0 + largest / 5.0), expected[i], (double)kept[i]);
+            TEST_ASSERT_DOUBLE_WITHIN(ROUNDINGS(200, 1.0 + largest / 5.0), expected[i], (double)kept[i]);
         }
     }
 }

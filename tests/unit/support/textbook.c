@@ -50,9 +50,12 @@ void invert(const double* A, int n, double* inverse) {
             rows[k][j] = rows[pivot][j];
             rows[pivot][j] = above;
         }
+        for (int j = 2 * n - 1; j >= k; j--) {
+            rows[k][j] /= rows[k][k];
+        }
         for (int i = 0; i < n; i++) {
-            const double share = i == k ? 1.0 - 1.0 / rows[k][k] : rows[i][k] / rows[k][k];
-            for (int j = 2 * n - 1; j >= k; j--) {
+            const double share = i == k ? 0.0 : rows[i][k];
+            for (int j = k; j < 2 * n; j++) {
                 rows[i][j] -= share * rows[k][j];
             }
         }
