@@ -55,7 +55,8 @@ static void begin(bench_t* bench, uint64_t* seed, uint32_t directions) {
     for (int leg = 0; leg < LEGS; leg++) {
         bench->speed_m_s[leg] = 0.1 * uniform(seed);
         bench->past.smooth.smooth_velocity_m_s[leg] = (hexload_real_t)bench->speed_m_s[leg];
-        bench->past.smooth.sample.force_n[leg] = (hexload_real_t)(600.0 + 1200.0 * uniform(seed)); // some pull
+        bench->past.smooth.sample.force_n[leg] =
+            (hexload_real_t)(600.0 + 1200.0 * uniform(seed)); // some pull
     }
     for (int k = 0; k < DIM; k++) {
         bench->filter.theta[k] = (hexload_real_t)(k == 0 ? 400.0 : 40.0 * uniform(seed));
@@ -84,7 +85,8 @@ typedef struct near_pose {
     double p_m[3], R[3][3];
 } near_pose_t;
 
-/// Upper hinge from O_A, leg's direction and length at a pose, by constants that are `step` of a direction off.
+/// Upper hinge from O_A, leg's direction and length at a pose, by constants that are `step` of a direction
+/// off.
 static double leg_at(const bench_t* bench, const hexload_rig_direction_t* direction, double step,
                      const near_pose_t* pose, int leg, double arm_m[3], double e[3]) {
     const hexload_geometry_t* geometry = &bench->scene.config.geometry;
@@ -116,8 +118,8 @@ static void turn(near_pose_t* pose, const double by[3]) {
         cross(by, x, once);
         cross(by, once, twice);
         for (int k = 0; k < 3; k++) {
-            turned[k][column] =
-                x[k] + sin(angle) / angle * once[k] + 0.5 * pow(sin(0.5 * angle) / (0.5 * angle), 2.0) * twice[k];
+            turned[k][column] = x[k] + sin(angle) / angle * once[k] +
+                                0.5 * pow(sin(0.5 * angle) / (0.5 * angle), 2.0) * twice[k];
         }
     }
     memcpy(pose->R, turned, sizeof turned);
@@ -154,14 +156,16 @@ static double force_of(const bench_t* bench, const hexload_rig_direction_t* dire
     const double rubs = (double)direction->coulomb_n[leg] +
                         (double)direction->stribeck_n[leg] / (1.0 + x2 + 0.5 * x2 * x2) +
                         (double)direction->growth_n_n[leg] * fabs(shown);
-    return shown - step * ((double)direction->force_offset_n[leg] + (double)direction->force_gain[leg] * shown +
-                           copysign(1.0, v) * rubs + (double)direction->viscous_n_s_m[leg] * v);
+    return shown -
+           step * ((double)direction->force_offset_n[leg] + (double)direction->force_gain[leg] * shown +
+                   copysign(1.0, v) * rubs + (double)direction->viscous_n_s_m[leg] * v);
 }
 
 /// Rate of mu about the home point, of legs of those lengths and of gravity, by those constants.
 static void rate_of_momentum(const bench_t* bench, const hexload_rig_direction_t* direction, double step,
                              const double length_m[LEGS], near_pose_t pose, double rate[6]) {
-    const double gravity[3] = {step * (double)direction->gravity_m_s2[0], step * (double)direction->gravity_m_s2[1],
+    const double gravity[3] = {step * (double)direction->gravity_m_s2[0],
+                               step * (double)direction->gravity_m_s2[1],
                                -(double)bench->scene.config.gravity_m_s2};
     double body[DIM], lever[3], moment[3];
     memset(rate, 0, 6 * sizeof *rate);
@@ -217,9 +221,9 @@ static void expect_drive(const bench_t* bench, const hexload_rig_direction_t* di
 }
 
 static void test_errors_of_mu_are_the_finite_differences_of_its_rate(void) {
-    // GIVEN constants of all kinds that are off together in three ways, legs that push and pull, slow and fast
-    // ones WHEN the errors are moved on THEN those of the direction whose turn it is are the differences of
-    // the rate of mu between constants that are off by a thousandth and the same the other way
+    // GIVEN constants of all kinds that are off together in three ways, legs that push and pull, slow and
+    // fast ones WHEN the errors are moved on THEN those of the direction whose turn it is are the differences
+    // of the rate of mu between constants that are off by a thousandth and the same the other way
     uint64_t seed = 71;
     for (uint32_t trial = 0; trial < 12; trial++) {
         bench_t bench;
@@ -250,7 +254,8 @@ static void test_errors_of_mu_are_the_finite_differences_of_its_rate(void) {
                 const double dt_s = 2.0 * (double)config->tick_s;
                 double moved = (double)before.momentum[n][a] + dt_s * (double)bench.self.drive[n][a];
                 for (int k = 0; k < 4; k++) {
-                    const double error = (double)before.load[n][k] + (double)config->rig.direction[n].platform[k];
+                    const double error =
+                        (double)before.load[n][k] + (double)config->rig.direction[n].platform[k];
                     moved += 0.5 * dt_s * (G[0][a][k] + G[1][a][k]) * error;
                 }
                 TEST_ASSERT_DOUBLE_WITHIN(ROUNDINGS(16, 2.0), moved, (double)bench.self.momentum[n][a]);
@@ -275,7 +280,8 @@ static void test_as_momentum_begins_anew_errors_are_those_of_the_body(void) {
     for (uint32_t n = 0; n < 3; n++) {
         double error[DIM], momentum[6];
         for (int k = 0; k < DIM; k++) {
-            error[k] = (double)bench.self.load[n][k] + (double)bench.scene.config.rig.direction[n].platform[k];
+            error[k] =
+                (double)bench.self.load[n][k] + (double)bench.scene.config.rig.direction[n].platform[k];
         }
         momentum_of(&bench.scene.motion, twist, error, momentum);
         for (int a = 0; a < 6; a++) {
@@ -310,8 +316,9 @@ static void test_errors_follow_the_filters_correction(void) {
         for (int a = 0; a < 6 && n >= 2; a++) {
             white[a] = -(double)before.momentum[n][a];
             for (int k = 0; k < DIM; k++) {
-                white[a] += (double)update.Y[a][k] *
-                            ((double)before.load[n][k] + (double)bench.scene.config.rig.direction[n].platform[k]);
+                white[a] +=
+                    (double)update.Y[a][k] *
+                    ((double)before.load[n][k] + (double)bench.scene.config.rig.direction[n].platform[k]);
             }
             for (int b = 0; b < a; b++) {
                 white[a] -= (double)update.L[a][b] * white[b];
@@ -323,7 +330,8 @@ static void test_errors_follow_the_filters_correction(void) {
             const bool is_load = k < DIM;
             double expected = (double)(is_load ? before.load[n][k] : before.momentum[n][k - DIM]);
             for (int a = 0; a < 6 && n >= 2; a++) {
-                expected += white[a] * (double)(is_load ? update.U.load[a][k] : update.U.momentum[a][k - DIM]);
+                expected +=
+                    white[a] * (double)(is_load ? update.U.load[a][k] : update.U.momentum[a][k - DIM]);
             }
             const hexload_real_t found = is_load ? bench.self.load[n][k] : bench.self.momentum[n][k - DIM];
             TEST_ASSERT_DOUBLE_WITHIN(ROUNDINGS(400, 100.0), expected, (double)found);

@@ -87,13 +87,13 @@ static void find_forces(const bench_t* bench, const hexload_config_t* config, ex
     hexload_momentum_read_input(bench->now.motion, expected->force_n, &expected->input);
     memcpy(acceleration, bench->monitor.acceleration, sizeof acceleration);
     acceleration[2] -= config->gravity_m_s2; // the monitor's is less gravity's
-    hexload_rig_leg_wrench(config, bench->now.sample, bench->now.motion, bench->now.motion->twist, acceleration,
-                           wrench);
+    hexload_rig_leg_wrench(config, bench->now.sample, bench->now.motion, bench->now.motion->twist,
+                           acceleration, wrench);
     hexload_momentum_take_off(bench->now.motion, wrench, &expected->input);
 }
 
-/// mu and its covariance moved on by a tick; the noise of forces, of jumps that no trapezoid follows, and what
-/// the parameters' errors have made of late of the acceleration of the tick before.
+/// mu and its covariance moved on by a tick; the noise of forces, of jumps that no trapezoid follows, and
+/// what the parameters' errors have made of late of the acceleration of the tick before.
 static void predict(const bench_t* bench, const hexload_config_t* config, const double body[DIM],
                     const hexload_real_t variance_n2[HEXLOAD_LEGS], expected_t* expected) {
     const hexload_load_monitor_t* self = &bench->monitor;
@@ -249,8 +249,9 @@ static void assert_same(const expected_t* expected, const hexload_load_monitor_t
             TEST_ASSERT_DOUBLE_WITHIN(
                 ROUNDINGS(5000, sqrt(expected->covariance[a][a] * expected->covariance[b][b])),
                 expected->covariance[a][b], P[a][b]);
-            TEST_ASSERT_DOUBLE_WITHIN(ROUNDINGS(5000, sqrt(expected->unknown[a][a] * expected->unknown[b][b])),
-                                      expected->unknown[a][b], unknown[a][b]);
+            TEST_ASSERT_DOUBLE_WITHIN(
+                ROUNDINGS(5000, sqrt(expected->unknown[a][a] * expected->unknown[b][b])),
+                expected->unknown[a][b], unknown[a][b]);
         }
     }
     TEST_ASSERT_DOUBLE_WITHIN(in_sigmas * (1.0 + sqrt(expected->nis)), expected->nis, (double)found->nis);
@@ -274,8 +275,8 @@ static void make_tick(bench_t* bench, uint32_t n, uint64_t* seed) {
         scene->sample.velocity_m_s[leg] = (hexload_real_t)(0.1 * uniform(seed));
     }
     for (int k = 0; k < 6; k++) {
-        scene->motion.twist[k] =
-            (hexload_real_t)((double)bench->monitor.late_twist[k] + 0.02 * uniform(seed) + (k == 2 ? 0.01 : 0.0));
+        scene->motion.twist[k] = (hexload_real_t)((double)bench->monitor.late_twist[k] +
+                                                  0.02 * uniform(seed) + (k == 2 ? 0.01 : 0.0));
     }
     for (int k = 0; k < DIM && n % 7 == 3; k++) {
         bench->filter.theta[k] += (hexload_real_t)(k == 0 ? 5.0 * uniform(seed) : 0.5 * uniform(seed));
@@ -286,8 +287,8 @@ static void make_tick(bench_t* bench, uint32_t n, uint64_t* seed) {
 }
 
 static void test_monitor_is_that_of_the_equations_at_every_tick(void) {
-    // GIVEN six hundred ticks of forces and speeds, with noise, jumps, gaps, estimates that change, on machines
-    // with and without friction and legs of a mass
+    // GIVEN six hundred ticks of forces and speeds, with noise, jumps, gaps, estimates that change, on
+    // machines with and without friction and legs of a mass
     for (int machine = 0; machine < 2; machine++) {
         uint64_t seed = 31;
         bench_t bench;
@@ -341,9 +342,9 @@ static void test_limits_are_those_of_the_equations(void) {
         uint32_t half_window_ticks;
         double nis, drift;
     } cases[] = {
-        {HEXLOAD_FIT_NOISE, 0, 12.0, 60.0 * 0.2 / 1.8},    {HEXLOAD_FIT_UNPROVEN, 0, 18.0, 1e9},
-        {HEXLOAD_FIT_NOISE, 1, 18.0, 60.0 * 0.2},          {HEXLOAD_FIT_NOISE, 3, 18.0, 60.0 * 0.2},
-        {HEXLOAD_FIT_NOISE, 5, 18.0, 60.0 * 0.2 * 1.29},   {HEXLOAD_FIT_UNPROVEN, 5, 18.0, 1e9},
+        {HEXLOAD_FIT_NOISE, 0, 12.0, 60.0 * 0.2 / 1.8},  {HEXLOAD_FIT_UNPROVEN, 0, 18.0, 1e9},
+        {HEXLOAD_FIT_NOISE, 1, 18.0, 60.0 * 0.2},        {HEXLOAD_FIT_NOISE, 3, 18.0, 60.0 * 0.2},
+        {HEXLOAD_FIT_NOISE, 5, 18.0, 60.0 * 0.2 * 1.29}, {HEXLOAD_FIT_UNPROVEN, 5, 18.0, 1e9},
         {HEXLOAD_FIT_NOISE, 9, 18.0, 60.0 * 0.2 * 2.15},
     };
     uint64_t seed = 32;
@@ -388,8 +389,8 @@ static void test_wrench_monitor_hears_every_tick_and_a_gap_restarts_it(void) {
     begin(&bench, &seed);
     for (uint32_t n = 0; n < 5; n++) {
         turn_to(&bench, (int)(n % 2));
-        (void)!hexload_load_monitor_step(&bench.monitor, &bench.scene[0].config, &bench.filter, HEXLOAD_FIT_NOISE,
-                                         &bench.now);
+        (void)!hexload_load_monitor_step(&bench.monitor, &bench.scene[0].config, &bench.filter,
+                                         HEXLOAD_FIT_NOISE, &bench.now);
         TEST_ASSERT_EQUAL_UINT32(n + 1, bench.monitor.wrench.ticks);
     }
     bench.now.gap_ticks = 2;
@@ -439,7 +440,8 @@ static void test_a_weight_is_a_force_along_the_pull_and_a_moment_across_it(void)
         hexload_load_monitor_init(&monitor);
         monitor.theta[0] = (hexload_real_t)(300.0 + 200.0 * uniform(&seed));
         const double mass_kg = (double)config.platform.mass_kg + (double)monitor.theta[0];
-        const double size_kg = mass_kg * 0.02 * pow(10.0, uniform(&seed)), side = pow(10.0, uniform(&seed)) * 0.2;
+        const double size_kg = mass_kg * 0.02 * pow(10.0, uniform(&seed)),
+                     side = pow(10.0, uniform(&seed)) * 0.2;
         for (int k = 0; k < 3; k++) {
             monitor.acceleration[k] = (hexload_real_t)((k == 2 ? 9.81 : 0.0) + 2.0 * uniform(&seed));
             monitor.acceleration[3 + k] = (hexload_real_t)(3.0 * uniform(&seed));
@@ -465,7 +467,8 @@ static void test_a_weight_is_a_force_along_the_pull_and_a_moment_across_it(void)
         judged++;
         weights += is_weight;
         light += is_weight && whole < least;
-        TEST_ASSERT_EQUAL_INT(is_weight, hexload_load_monitor_is_weight(&monitor, &config, HEXLOAD_FIT_NOISE));
+        TEST_ASSERT_EQUAL_INT(is_weight,
+                              hexload_load_monitor_is_weight(&monitor, &config, HEXLOAD_FIT_NOISE));
         TEST_ASSERT_EQUAL_INT(is_weight && whole > least,
                               hexload_load_monitor_is_weight(&monitor, &config, HEXLOAD_FIT_UNPROVEN));
     }

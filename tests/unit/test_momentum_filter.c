@@ -98,13 +98,15 @@ static void cautious_body(const step_t* step, const textbook_t* self, double bod
     const int heavier[4] = {HEXLOAD_LOAD_M, HEXLOAD_LOAD_IXX, HEXLOAD_LOAD_IYY, HEXLOAD_LOAD_IZZ};
     for (int n = 0; n < 4; n++) {
         const int k = heavier[n];
-        body[k] = (double)step->filter.platform[k] + fmax((double)step->filter.theta[k], 0.0) + sqrt(self->P[k][k]);
+        body[k] =
+            (double)step->filter.platform[k] + fmax((double)step->filter.theta[k], 0.0) + sqrt(self->P[k][k]);
     }
 }
 
 /// R: of leg speeds by the cautious body; of the parameters by the part of the twist that is left out. What
 /// stands out of noise lasts 12 ticks.
-static void measurement_noise(const step_t* step, const textbook_t* self, const speeds_t* speeds, double R[6][6]) {
+static void measurement_noise(const step_t* step, const textbook_t* self, const speeds_t* speeds,
+                              double R[6][6]) {
     const double ticks = 1.0 + 12.0 * fmax(0.0, 1.0 - 12.59 / speeds->q);
     const double white = pow((double)step->sensors.velocity_sigma_m_s, 2.0);
     double body[DIM], columns[6][6], Y[6][10], P[DIM][DIM], YP[6][10], variance[6];
@@ -205,13 +207,15 @@ static void write_covariance(step_t* step) {
             if (i < DIM) {
                 filter->load_cov[i][j] = filter->load_cov[j][i] = rounded;
             } else {
-                *(j < DIM ? &filter->cross_cov[i - DIM][j] : &filter->momentum_cov[i - DIM][j - DIM]) = rounded;
+                *(j < DIM ? &filter->cross_cov[i - DIM][j] : &filter->momentum_cov[i - DIM][j - DIM]) =
+                    rounded;
             }
         }
     }
 }
 
-/// A filter in any state, one tick or more after another pose, with speeds that the smoother leaves so far off.
+/// A filter in any state, one tick or more after another pose, with speeds that the smoother leaves so far
+/// off.
 static void make_step(step_t* step, uint64_t* seed, uint32_t gap_ticks, double left_m_s) {
     memset(step, 0, sizeof *step);
     scene_at(&step->before, 150);
@@ -278,8 +282,8 @@ static void assert_same(const step_t* step, const textbook_t* expected) {
 }
 
 static void test_a_step_is_the_textbooks(void) {
-    // GIVEN filters in any state, gaps of up to three ticks, residuals of the smoother that are noise or stand
-    // far out of it, speeds of sensors of their own or from displacements
+    // GIVEN filters in any state, gaps of up to three ticks, residuals of the smoother that are noise or
+    // stand far out of it, speeds of sensors of their own or from displacements
     uint64_t seed = 11;
     for (int trial = 0; trial < 60; trial++) {
         static const double left_in_sigmas[4] = {0.5, 3.0, 6.0, 20.0};
@@ -340,8 +344,8 @@ static void test_what_rounding_adds_to_a_parameter_is_made_up_for(void) {
         const double theta = (double)step.filter.theta[k], excess = (double)step.filter.theta_excess[k];
         const double exact = (double)without.filter.theta[k] - (double)without.filter.theta_excess[k];
         TEST_ASSERT_DOUBLE_WITHIN(ROUNDINGS(1, fabs(theta)), 0.0, excess);
-        TEST_ASSERT_DOUBLE_WITHIN(ROUNDINGS(8, 0.1 * state_sigma[k] + fabs(theta)), exact - 0.1 * state_sigma[k],
-                                  theta - excess);
+        TEST_ASSERT_DOUBLE_WITHIN(ROUNDINGS(8, 0.1 * state_sigma[k] + fabs(theta)),
+                                  exact - 0.1 * state_sigma[k], theta - excess);
     }
 }
 
@@ -363,8 +367,8 @@ static void test_a_filter_that_is_not_finite_is_known(void) {
 }
 
 static void test_a_new_load_has_the_priors_sigmas_and_keeps_the_estimate(void) {
-    // GIVEN a filter in any state WHEN the load is another one THEN the estimate stays, its covariance is that
-    // of the prior, and nothing of mu is written
+    // GIVEN a filter in any state WHEN the load is another one THEN the estimate stays, its covariance is
+    // that of the prior, and nothing of mu is written
     uint64_t seed = 15;
     step_t step;
     hexload_real_t value[DIM], sigma[DIM];
@@ -378,7 +382,11 @@ static void test_a_new_load_has_the_priors_sigmas_and_keeps_the_estimate(void) {
     hexload_momentum_filter_read(&step.filter, value, sigma);
     for (int k = 0; k < DIM; k++) {
         TEST_ASSERT_EQUAL_DOUBLE((double)before.theta[k], (double)value[k]);
-        TEST_ASSERT_DOUBLE_WITHIN(ROUNDINGS(4, 400.0), k == 0 ? 400.0 : k < 4 ? 90.0 : 70.0, (double)sigma[k]);
+        TEST_ASSERT_DOUBLE_WITHIN(ROUNDINGS(4, 400.0),
+                                  k == 0  ? 400.0
+                                  : k < 4 ? 90.0
+                                          : 70.0,
+                                  (double)sigma[k]);
         for (int j = 0; j < DIM; j++) {
             TEST_ASSERT_TRUE(j == k || step.filter.load_cov[k][j] == HEXLOAD_REAL(0.0));
         }

@@ -69,9 +69,10 @@ static void draw(bench_t* bench, uint64_t* seed) {
     }
 }
 
-/// Wrench about O_A in base axes that a unit of a parameter needs: F = m a + omega' x h + omega x (omega x h),
-/// M = h x a + I omega' + omega x I omega, a less gravity.
-static void wrench_of_unit(const bench_t* bench, const double acceleration[6], int parameter, double wrench[6]) {
+/// Wrench about O_A in base axes that a unit of a parameter needs: F = m a + omega' x h + omega x (omega x
+/// h), M = h x a + I omega' + omega x I omega, a less gravity.
+static void wrench_of_unit(const bench_t* bench, const double acceleration[6], int parameter,
+                           double wrench[6]) {
     static const int entry[6][2] = {{0, 0}, {1, 1}, {2, 2}, {0, 1}, {0, 2}, {1, 2}};
     const hexload_motion_t* motion = &bench->past.motion;
     const double g = (double)bench->scene.config.gravity_m_s2;
@@ -130,7 +131,8 @@ static bool expect_fit(const bench_t* bench, hexload_momentum_supervisor_t* self
     const double share = fmax(dt_s / 1.0, 1.0 / (20.0 + self->fit_ticks));
     const double fit_nis =
         (1.0 - share) * (double)self->fit_nis + share * fmin((double)bench->filter.nis, 120.0);
-    const bool is_varied = bench->scene.config.rig.direction_count == 0 && bench->jackknife.pooled > HEXLOAD_REAL(9.0);
+    const bool is_varied =
+        bench->scene.config.rig.direction_count == 0 && bench->jackknife.pooled > HEXLOAD_REAL(9.0);
     const bool is_unfit = (fit_nis > 12.0 && self->calm_s > HEXLOAD_REAL(0.25)) ||
                           bench->residual_test.factor > HEXLOAD_REAL(1.0) || is_varied;
     const bool is_close = is_near(fit_nis, 12.0) || is_near((double)self->calm_s, 0.25) ||
@@ -228,9 +230,9 @@ static void test_what_a_sample_shows_is_that_of_the_equations(void) {
 /// A tensor that a body has or not, and sigmas around what counts as converged.
 static void draw_estimate(bench_t* bench, uint64_t* seed) {
     const double size = between(seed, 0.0, 3.0), off = pow(10.0, uniform(seed));
-    const double theta[DIM] = {100.0 * size, 10.0 * uniform(seed), 12.0 * uniform(seed), 20.0 * uniform(seed),
-                               20.0 * size,  18.0 * size,          25.0 * size,          uniform(seed),
-                               uniform(seed), uniform(seed)};
+    const double theta[DIM] = {
+        100.0 * size, 10.0 * uniform(seed), 12.0 * uniform(seed), 20.0 * uniform(seed), 20.0 * size,
+        18.0 * size,  25.0 * size,          uniform(seed),        uniform(seed),        uniform(seed)};
     bench->self.doubt = (hexload_real_t)fmax(1.0, pow(10.0, between(seed, -1.0, 2.47)));
     for (int k = 0; k < DIM; k++) {
         const double value = theta[k] * (k >= 4 ? 1.0 + off * 0.3 * uniform(seed) : 1.0);
@@ -289,15 +291,17 @@ static judged_t expect_judged(const bench_t* bench) {
     judged.doubt = has_body ? fmax(1.0, (double)self->doubt * (1.0 - dt_s / 0.2))
                             : fmin((double)self->doubt * (1.0 + dt_s / 0.05), 300.0);
     const bool is_body = has_body || judged.doubt < 300.0;
-    const bool is_misfit = self->fit_nis > HEXLOAD_REAL(30.0) || self->nis_mean > HEXLOAD_REAL(12.0) ||
-                           (self->unfit_s > HEXLOAD_REAL(0.0) && config->rig.direction_count == 0 && pooled > 4.0);
+    const bool is_misfit =
+        self->fit_nis > HEXLOAD_REAL(30.0) || self->nis_mean > HEXLOAD_REAL(12.0) ||
+        (self->unfit_s > HEXLOAD_REAL(0.0) && config->rig.direction_count == 0 && pooled > 4.0);
     for (int k = 0; k < DIM; k++) {
         const double limit = 0.03 * scale_of(bench, k);
         const double variance = judged.sigma[k] * judged.sigma[k] - (double)open[k];
         const double own = (double)bench->estimate.own_sigma[k], factor = (double)bench->residual_test.factor;
         // a motion that goes on for as long again lowers sigma by a third
-        const double lower = 1.0 / (1.0 / variance + (double)self->information[k] *
-                                                         (double)config->momentum.excitation_time_constant_s / dt_s);
+        const double lower =
+            1.0 / (1.0 / variance +
+                   (double)self->information[k] * (double)config->momentum.excitation_time_constant_s / dt_s);
         const double third = 4.0 / 9.0 * variance;
         hexload_verdict_t* verdict = &judged.verdict[k];
         *verdict = variance <= limit * limit ? HEXLOAD_VERDICT_CONVERGED
@@ -319,7 +323,8 @@ static judged_t expect_judged(const bench_t* bench) {
 }
 
 static void test_verdicts_are_those_of_the_equations(void) {
-    // GIVEN supervisors in any state, estimates that a body has or not, on machines with tolerances and without
+    // GIVEN supervisors in any state, estimates that a body has or not, on machines with tolerances and
+    // without
     uint64_t seed = 52;
     bench_t bench;
     int seen[5] = {0}, closes = 0;
@@ -339,9 +344,10 @@ static void test_verdicts_are_those_of_the_equations(void) {
         }
         // WHEN they judge
         const uint32_t health =
-            hexload_momentum_supervisor_judge(&bench.self, &bench.scene.config, &bench.filter, &bench.jackknife,
-                                              &bench.residual_test, &bench.estimate);
-        // THEN verdicts and health are those of the limits in numbers, and sigmas are as wide as the doubt says
+            hexload_momentum_supervisor_judge(&bench.self, &bench.scene.config, &bench.filter,
+                                              &bench.jackknife, &bench.residual_test, &bench.estimate);
+        // THEN verdicts and health are those of the limits in numbers, and sigmas are as wide as the doubt
+        // says
         TEST_ASSERT_DOUBLE_WITHIN(ROUNDINGS(8, expected.doubt), expected.doubt, (double)bench.self.doubt);
         for (int k = 0; k < DIM; k++) {
             seen[expected.verdict[k]]++;
@@ -452,7 +458,8 @@ static void test_nothing_has_converged_before_the_fit_is_known(void) {
         const hexload_verdict_t best =
             has_ticks && has_blocks && is_certain ? HEXLOAD_VERDICT_CONVERGED : HEXLOAD_VERDICT_CONVERGING;
         for (int k = 0; k < DIM; k++) {
-            TEST_ASSERT_EQUAL_INT(k == 4 ? HEXLOAD_VERDICT_NOT_EXCITED : best, bench.estimate.parameter_verdict[k]);
+            TEST_ASSERT_EQUAL_INT(k == 4 ? HEXLOAD_VERDICT_NOT_EXCITED : best,
+                                  bench.estimate.parameter_verdict[k]);
         }
         TEST_ASSERT_EQUAL_INT(has_all ? best : HEXLOAD_VERDICT_NOT_EXCITED, bench.estimate.verdict);
     }

@@ -11,8 +11,8 @@ void tearDown(void) {}
 enum { LEGS = HEXLOAD_LEGS, TICKS_APART = 8, LONGEST = 128 };
 
 static void test_slopes_count_as_far_as_motion_has_stood_out_of_noise(void) {
-    // GIVEN slopes of a few sigma, now and then a thousand and more, in directions that change, for longer than
-    // the mean is
+    // GIVEN slopes of a few sigma, now and then a thousand and more, in directions that change, for longer
+    // than the mean is
     hexload_motion_directions_t directions;
     double A[LEGS][LEGS] = {{0}};
     uint64_t seed = 61;
@@ -31,7 +31,8 @@ static void test_slopes_count_as_far_as_motion_has_stood_out_of_noise(void) {
             slopes += slopes < LONGEST;
             for (int i = 0; i < LEGS; i++) {
                 for (int j = 0; j < LEGS; j++) {
-                    const double product = (double)slope_m_s[i] * (double)slope_m_s[j] / (sigma_m_s * sigma_m_s);
+                    const double product =
+                        (double)slope_m_s[i] * (double)slope_m_s[j] / (sigma_m_s * sigma_m_s);
                     A[i][j] += (fmin(1.0, 1e6 / square) * product - A[i][j]) / slopes;
                 }
             }
@@ -83,8 +84,8 @@ static void test_without_motion_nothing_is_kept(void) {
 }
 
 static void test_a_factor_is_made_row_by_row_and_used_when_it_is_whole(void) {
-    // GIVEN a first slope WHEN the six ticks after it make the factor's rows THEN the old one is used until the
-    // seventh
+    // GIVEN a first slope WHEN the six ticks after it make the factor's rows THEN the old one is used until
+    // the seventh
     hexload_motion_directions_t directions, before;
     const hexload_real_t slope_m_s[LEGS] = {1, 2, 3, -4, 5, -6};
     hexload_motion_directions_init(&directions);

@@ -1,4 +1,5 @@
-/// What one window of the plausibility stage finds, beside sums over its raw samples in double precision (P1).
+/// What one window of the plausibility stage finds, beside sums over its raw samples in double precision
+/// (P1).
 #include "front_end/plausibility.h"
 #include "machine.h"
 
@@ -85,14 +86,17 @@ static void move(window_t* window, uint64_t* seed, double size_m_s, bool is_comm
         for (int leg = 0; leg < LEGS; leg++) {
             way[leg] = fault[leg].gain * x[leg] + fault[leg].lag_s * v[leg] +
                        fault[leg].drift_m_s * sin(3e-2 * tick) * 0.02;
-            window->sample[tick].displacement_m[leg] = (hexload_real_t)(way[leg] + fault[leg].noise_m * normal(seed));
+            window->sample[tick].displacement_m[leg] =
+                (hexload_real_t)(way[leg] + fault[leg].noise_m * normal(seed));
             window->sample[tick].velocity_m_s[leg] =
-                (hexload_real_t)(v[fault[leg].leg] + (double)window->config.sensors.velocity_sigma_m_s * normal(seed));
+                (hexload_real_t)(v[fault[leg].leg] +
+                                 (double)window->config.sensors.velocity_sigma_m_s * normal(seed));
         }
     }
 }
 
-/// Legs that lean, carry a platform that accelerates, and forces of which one may be dead or of the wrong sign.
+/// Legs that lean, carry a platform that accelerates, and forces of which one may be dead or of the wrong
+/// sign.
 static void push(window_t* window, uint64_t* seed) {
     const int kind = (int)(5.99 * fabs(uniform(seed)));
     const double mass_kg = kind == 0 ? 100.0 * fabs(uniform(seed)) : 400.0;
@@ -150,7 +154,8 @@ static void read_blocks(const window_t* window, raw_t* raw) {
             const hexload_leg_sample_t* at = &window->sample[BLOCK * b];
             double sum = 0.0;
             for (int tick = 0; tick < BLOCK; tick++) { // trapezoids
-                sum += 0.5 * 1e-3 * ((double)at[tick].velocity_m_s[leg] + (double)at[tick + 1].velocity_m_s[leg]);
+                sum += 0.5 * 1e-3 *
+                       ((double)at[tick].velocity_m_s[leg] + (double)at[tick + 1].velocity_m_s[leg]);
             }
             raw->integral[leg][b] = sum;
             raw->shown[leg][b] = (double)at[BLOCK].displacement_m[leg] - (double)at[0].displacement_m[leg];
@@ -220,7 +225,8 @@ static hexload_input_cause_t regress(const window_t* window, const raw_t* raw, f
     const bool has_lag = exceeds(found, cc, 4.0 * 2.0 * BLOCKS * velocity2);
     const double xc = has_lag ? moment(x, c) : 0.0;
     const double determinant = xx * cc - xc * xc;
-    if (!exceeds(found, xx, 0.0) || !exceeds(found, cc, 0.0) || !exceeds(found, determinant, 0.01 * xx * cc)) {
+    if (!exceeds(found, xx, 0.0) || !exceeds(found, cc, 0.0) ||
+        !exceeds(found, determinant, 0.01 * xx * cc)) {
         found->could_show = false;
         return HEXLOAD_INPUT_PLAUSIBLE;
     }
@@ -236,18 +242,20 @@ static hexload_input_cause_t regress(const window_t* window, const raw_t* raw, f
     const double gain_variance =
         edge2 * (gain_edge * gain_edge + 4.0 / BLOCKS * cc / determinant) + noise * cc / determinant;
     const double lag_variance = edge2 * lag_edge * lag_edge + noise * xx / determinant;
-    const bool is_gain = exceeds(found, fabs(gain), 0.02) && exceeds(found, gain * gain, 25.0 * gain_variance);
+    const bool is_gain =
+        exceeds(found, fabs(gain), 0.02) && exceeds(found, gain * gain, 25.0 * gain_variance);
     const bool is_lag =
         has_lag && exceeds(found, fabs(lag), 0.002) && exceeds(found, lag * lag, 25.0 * lag_variance);
-    found->could_show = exceeds(found, 4e-4, 6.25 * gain_variance) &&
-                        (!has_lag || exceeds(found, 4e-6, 6.25 * lag_variance));
+    found->could_show =
+        exceeds(found, 4e-4, 6.25 * gain_variance) && (!has_lag || exceeds(found, 4e-6, 6.25 * lag_variance));
     if (is_lag && !(is_gain && exceeds(found, gain * gain * xx, lag * lag * cc))) {
         return HEXLOAD_INPUT_VELOCITY_LAG;
     }
     return is_gain ? HEXLOAD_INPUT_VELOCITY_GAIN : HEXLOAD_INPUT_PLAUSIBLE;
 }
 
-static hexload_input_cause_t contradict(const window_t* window, const raw_t* raw, double noise, found_t* found) {
+static hexload_input_cause_t contradict(const window_t* window, const raw_t* raw, double noise,
+                                        found_t* found) {
     const int turn = window->turn;
     const double shown = moment(raw->shown[turn], raw->shown[turn]);
     const double integral = moment(raw->integral[turn], raw->integral[turn]);
@@ -320,8 +328,9 @@ static void balance(const window_t* window, found_t* found) {
         }
     }
     for (int k = 0; k < 3; k++) {
-        a[k] = ((double)window->motion[BLOCK * (BLOCKS - 1) + 8].twist[k] - (double)window->motion[8].twist[k]) /
-               ((BLOCKS - 1) * BLOCK * 1e-3);
+        a[k] =
+            ((double)window->motion[BLOCK * (BLOCKS - 1) + 8].twist[k] - (double)window->motion[8].twist[k]) /
+            ((BLOCKS - 1) * BLOCK * 1e-3);
     }
     const double g = (double)window->config.gravity_m_s2;
     const double mass = wrench[3] / (g + a[2]), weight = mass * g;
@@ -357,7 +366,8 @@ static void show(hexload_plausibility_t* self, const window_t* window, int tick)
                                         .motion = &window->motion[tick],
                                         .sensors = window->config.sensors,
                                         .gap_ticks = 1};
-    hexload_plausibility_step(self, &window->config, &window->sample[tick], &now, (hexload_real_t)window->late_s);
+    hexload_plausibility_step(self, &window->config, &window->sample[tick], &now,
+                              (hexload_real_t)window->late_s);
 }
 
 /// All of a window, up to where the evaluation is about to conclude.
@@ -409,7 +419,8 @@ static void test_a_window_finds_what_sums_over_its_samples_say(void) {
             TEST_ASSERT_EQUAL_INT(found.could_show, self.could_show);
             TEST_ASSERT_EQUAL_UINT8(found.motion, self.motion_cause);
             if (found.moving > 0) {
-                TEST_ASSERT_DOUBLE_WITHIN(3e-3 * (1.0 + fabs(found.least)), found.least, (double)self.least_gain);
+                TEST_ASSERT_DOUBLE_WITHIN(3e-3 * (1.0 + fabs(found.least)), found.least,
+                                          (double)self.least_gain);
                 TEST_ASSERT_DOUBLE_WITHIN(3e-3 * (1.0 + fabs(found.largest)), found.largest,
                                           (double)self.largest_gain);
             }

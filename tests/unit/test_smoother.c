@@ -450,8 +450,8 @@ static void test_an_outlier_is_one_beside_its_own_neighbours_alone(void) {
 
 static void test_before_the_window_is_full_speeds_stay_until_they_change_clearly(void) {
     // GIVEN a machine that has just started, at ten sigma of speed WHEN its speed changes by half a sigma in
-    // each leg, 1.5 of 2.2 in the sum of squares that count THEN the smooth speed stays as it is, to the bit; and by ten more it
-    // follows
+    // each leg, 1.5 of 2.2 in the sum of squares that count THEN the smooth speed stays as it is, to the bit;
+    // and by ten more it follows
     const hexload_config_t config = machine_with_lag(60, 20e-6);
     const hexload_real_t sigma_m_s = config.sensors.velocity_sigma_m_s;
     hexload_smoother_t smoother;

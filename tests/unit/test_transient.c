@@ -10,15 +10,15 @@ void tearDown(void) {}
 
 enum { TICKS = HEXLOAD_TRANSIENT_TICKS, NARROW_TICKS = 6, CAPACITY = HEXLOAD_DELAY_CAPACITY };
 
-/// Value at 0 of the parabola that fits the ticks 1..n on both sides best, and its variance in those of a tick:
-/// the normal equations of a + c j^2, solved by Cramer's rule; the linear part is odd and takes no part.
+/// Value at 0 of the parabola that fits the ticks 1..n on both sides best, and its variance in those of a
+/// tick: the normal equations of a + c j^2, solved by Cramer's rule; the linear part is odd and takes no
+/// part.
 static double parabola(const hexload_smoother_t* smoother, uint32_t place, int leg, int n, double* variance) {
     double ones = 0.0, second = 0.0, fourth = 0.0, sum = 0.0, moment = 0.0;
     for (int j = 1; j <= n; j++) {
         const double square = (double)(j * j);
-        const double pair =
-            (double)smoother->velocity_m_s[(place + (uint32_t)j) % CAPACITY][leg] +
-            (double)smoother->velocity_m_s[(place + CAPACITY - (uint32_t)j) % CAPACITY][leg];
+        const double pair = (double)smoother->velocity_m_s[(place + (uint32_t)j) % CAPACITY][leg] +
+                            (double)smoother->velocity_m_s[(place + CAPACITY - (uint32_t)j) % CAPACITY][leg];
         ones += 2.0;
         second += 2.0 * square;
         fourth += 2.0 * square * square;
@@ -81,15 +81,15 @@ static void fill(hexload_smoother_t* smoother, uint32_t place, double slow, doub
         for (int j = -TICKS; j <= TICKS; j++) {
             const uint32_t at = (place + CAPACITY + (uint32_t)j) % CAPACITY;
             smoother->velocity_m_s[at][leg] =
-                (hexload_real_t)(height + bend * j / 20.0 + bend * j * j / 200.0 +
-                                 peak * exp(-j * j / 16.0) + sigma_m_s * normal(seed));
+                (hexload_real_t)(height + bend * j / 20.0 + bend * j * j / 200.0 + peak * exp(-j * j / 16.0) +
+                                 sigma_m_s * normal(seed));
         }
     }
 }
 
 static void test_speeds_follow_the_parabolas_as_far_as_they_stand_out_of_noise(void) {
-    // GIVEN speeds that are slow, fast or noise, in sizes from below to far above sigma, at every place of the
-    // ring, with a full window of displacements and before
+    // GIVEN speeds that are slow, fast or noise, in sizes from below to far above sigma, at every place of
+    // the ring, with a full window of displacements and before
     uint64_t seed = 3;
     int transients = 0, judged = 0;
     for (uint32_t trial = 0; trial < 4000; trial++) {
@@ -113,8 +113,8 @@ static void test_speeds_follow_the_parabolas_as_far_as_they_stand_out_of_noise(v
             continue;
         }
         // THEN they are those of parabolas that were fitted one by one, and the tick counts as a transient
-        // when something was kept. Printed weights have eight decimals: over 24 ticks of 100 sigma and more, up
-        // to j^2 = 144, they are off by 24 * 144 * 5e-9
+        // when something was kept. Printed weights have eight decimals: over 24 ticks of 100 sigma and more,
+        // up to j^2 = 144, they are off by 24 * 144 * 5e-9
         const double largest = 200.0 * sigma_m_s;
         judged++;
         transients += expected.is_transient;
@@ -138,8 +138,8 @@ static void test_nothing_is_added_where_one_of_the_ticks_around_is_left_out(void
         smoother.constants.lag_ticks = 60;
         fill(&smoother, 1, 1.0, 1.0, 0.0, &seed);
         smoother.is_left_out[(1 + CAPACITY + (uint32_t)j) % CAPACITY] = true;
-        // WHEN the speeds follow THEN they stay as they are, but for the tick itself, which takes no part, and
-        // for one beyond
+        // WHEN the speeds follow THEN they stay as they are, but for the tick itself, which takes no part,
+        // and for one beyond
         hexload_transient_follow(&smoother, 1, HEXLOAD_REAL(1e-3), velocity_m_s);
         const bool is_followed = j == 0 || j < -TICKS || j > TICKS;
         TEST_ASSERT_EQUAL_INT(is_followed, smoother.transient_ticks);

@@ -47,15 +47,17 @@ static void missing_wrench(const hexload_wrench_monitor_t* self, const hexload_c
     const double g = (double)config->gravity_m_s2;
     double due[6], moved[3];
     for (int a = 0; a < 6; a++) {
-        due[a] = ((double)tick->momentum[a] - (double)tick->change[a] - (double)self->last_momentum[a]) / tick_s -
-                 0.5 * ((double)tick->last.wrench[a] + (double)tick->input.wrench[a]);
+        due[a] =
+            ((double)tick->momentum[a] - (double)tick->change[a] - (double)self->last_momentum[a]) / tick_s -
+            0.5 * ((double)tick->last.wrench[a] + (double)tick->input.wrench[a]);
     }
     due[2] += g * tick->body[HEXLOAD_LOAD_M];
     for (int k = 0; k < 4; k++) {
         due[3] += 0.5 * g * ((double)tick->last.arm[1][k] + (double)tick->input.arm[1][k]) * tick->body[k];
         due[4] -= 0.5 * g * ((double)tick->last.arm[0][k] + (double)tick->input.arm[0][k]) * tick->body[k];
     }
-    const double p[3] = {(double)tick->motion.p_m[0], (double)tick->motion.p_m[1], (double)tick->motion.p_m[2]};
+    const double p[3] = {(double)tick->motion.p_m[0], (double)tick->motion.p_m[1],
+                         (double)tick->motion.p_m[2]};
     cross(p, due, moved);
     for (int k = 0; k < 3; k++) {
         missing[k] = due[k];
@@ -87,10 +89,11 @@ static void open_now(const tick_t* tick, double open[PARTS][PARTS]) {
 }
 
 /// y^T S^-1 y, S of what is open, of the past and of a share of the weight.
-static double distance_of(const hexload_wrench_monitor_t* self, const hexload_config_t* config, const tick_t* tick,
-                          double share) {
+static double distance_of(const hexload_wrench_monitor_t* self, const hexload_config_t* config,
+                          const tick_t* tick, double share) {
     const hexload_real_t* a = config->geometry.platform_hinge_m[0];
-    const double lever_m2 = (double)a[0] * (double)a[0] + (double)a[1] * (double)a[1] + (double)a[2] * (double)a[2];
+    const double lever_m2 =
+        (double)a[0] * (double)a[0] + (double)a[1] * (double)a[1] + (double)a[2] * (double)a[2];
     const double least_n2 = pow(share * (double)config->gravity_m_s2 * tick->body[0], 2.0);
     double S[PARTS][PARTS], inverse[PARTS][PARTS], sum = 0.0;
     for (int i = 0; i < PARTS; i++) {
@@ -136,11 +139,12 @@ static void learn(hexload_wrench_monitor_t* self) {
     const uint32_t at = self->next_bin;
     if (self->bins == BINS) {
         self->motion_s = (hexload_real_t)fmin((double)self->motion_s + 0.05, 10.0);
-        self->peak = (hexload_real_t)fmax((double)self->bin_peak[at], (1.0 - 0.05 / 10.0) * (double)self->peak);
+        self->peak =
+            (hexload_real_t)fmax((double)self->bin_peak[at], (1.0 - 0.05 / 10.0) * (double)self->peak);
         for (int k = 0; k < HEXLOAD_WRENCH_SQUARES; k++) {
             const double share = 0.05 / (double)self->motion_s;
-            self->mean_square[k] =
-                (hexload_real_t)((1.0 - share) * (double)self->mean_square[k] + share * (double)self->bin[at][k]);
+            self->mean_square[k] = (hexload_real_t)((1.0 - share) * (double)self->mean_square[k] +
+                                                    share * (double)self->bin[at][k]);
         }
     }
     memcpy(self->bin[at], self->filling, sizeof self->filling);
@@ -161,14 +165,15 @@ static bool near(double value, double limit) {
     return fabs(value - limit) < 1e-3 * limit;
 }
 
-static void assert_same(const char* what, const hexload_real_t* expected, const hexload_real_t* found, int count,
-                        double least, double roundings) {
+static void assert_same(const char* what, const hexload_real_t* expected, const hexload_real_t* found,
+                        int count, double least, double roundings) {
     double scale = least;
     for (int k = 0; k < count; k++) {
         scale = fmax(scale, fabs((double)expected[k]));
     }
     for (int k = 0; k < count; k++) {
-        TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(ROUNDINGS(roundings, scale), (double)expected[k], (double)found[k], what);
+        TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(ROUNDINGS(roundings, scale), (double)expected[k], (double)found[k],
+                                          what);
     }
 }
 
@@ -188,7 +193,8 @@ static verdict_t expect(hexload_wrench_monitor_t* self, const hexload_config_t* 
     memcpy(self->last_momentum, tick->momentum, sizeof self->last_momentum);
     for (int k = 0; k < 6; k++) {
         self->residual[k] += (hexload_real_t)(tick_s / 0.02 * (missing[k] - (double)self->residual[k]));
-        self->lasting[k] += (hexload_real_t)(tick_s / 0.005 * ((double)self->residual[k] - (double)self->lasting[k]));
+        self->lasting[k] +=
+            (hexload_real_t)(tick_s / 0.005 * ((double)self->residual[k] - (double)self->lasting[k]));
     }
     for (int i = 0; i < PARTS; i++) {
         for (int j = 0; j <= i; j++) {
@@ -229,7 +235,8 @@ static void make_tick(tick_t* tick, const hexload_wrench_monitor_t* self, uint64
                       double speed_m_s) {
     double sigma[6], unknown[6][6];
     for (int k = 0; k < DIM; k++) {
-        tick->filter.theta[k] = (hexload_real_t)(k == 0 ? 300.0 + 100.0 * uniform(seed) : 10.0 * uniform(seed));
+        tick->filter.theta[k] =
+            (hexload_real_t)(k == 0 ? 300.0 + 100.0 * uniform(seed) : 10.0 * uniform(seed));
         tick->body[k] = (double)(tick->filter.platform[k] + tick->filter.theta[k]);
     }
     tick->last = tick->input;
@@ -254,8 +261,8 @@ static void make_tick(tick_t* tick, const hexload_wrench_monitor_t* self, uint64
 }
 
 static void test_monitor_is_that_of_the_equations_at_every_tick(void) {
-    // GIVEN thirty seconds of random wrenches in which calm and bursts take turns, poses, loads and fits, rests,
-    // changes of the load, and a machine that is commissioned or not
+    // GIVEN thirty seconds of random wrenches in which calm and bursts take turns, poses, loads and fits,
+    // rests, changes of the load, and a machine that is commissioned or not
     scene_t scene[2];
     scene_at(&scene[0], 100);
     scene_at(&scene[1], 230);
@@ -275,7 +282,8 @@ static void test_monitor_is_that_of_the_equations_at_every_tick(void) {
             const bool is_burst = n % 37 > 30;
             tick.motion = scene[n % 2].motion;
             tick.fit = (hexload_fit_t)((n / 900 + 2) % 4);
-            make_tick(&tick, &monitor, &seed, is_burst ? 800.0 * (1 + n / 37 % 12) : 150.0, n % 1000 > 960 ? 0.005 : 0.03);
+            make_tick(&tick, &monitor, &seed, is_burst ? 800.0 * (1 + n / 37 % 12) : 150.0,
+                      n % 1000 > 960 ? 0.005 : 0.03);
             if (n % 1900 == 1899) {
                 hexload_wrench_monitor_restart(&monitor);
             }
@@ -290,7 +298,8 @@ static void test_monitor_is_that_of_the_equations_at_every_tick(void) {
             hexload_wrench_monitor_t expected = monitor;
             const hexload_push_t push = push_of(&tick);
             // WHEN the monitor takes a tick
-            const bool is_wrong = hexload_wrench_monitor_step(&monitor, &config, &tick.filter, tick.fit, &push);
+            const bool is_wrong =
+                hexload_wrench_monitor_step(&monitor, &config, &tick.filter, tick.fit, &push);
             const verdict_t verdict = expect(&expected, &config, &tick, &monitor);
             // THEN its state is what the equations make of the one before
             assert_same("mean_square", expected.mean_square, monitor.mean_square, 6, 0.0, 2e3);

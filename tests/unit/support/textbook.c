@@ -9,9 +9,10 @@ void scene_at(scene_t* scene, uint32_t tick) {
     const motion_t motion = random_motion(4, 0.05, 0.15);
     scene->config = crooked_machine();
     TEST_ASSERT_EQUAL_INT(HEXLOAD_OK, hexload_kinematics_init(&scene->kinematics, &scene->config));
-    scene->sample = perfect_sample(&scene->config, &load, &motion, (double)scene->kinematics.home_height_m, tick);
-    TEST_ASSERT_EQUAL_INT(
-        HEXLOAD_OK, hexload_kinematics_solve(&scene->kinematics, &scene->config, &scene->sample, &scene->motion));
+    scene->sample =
+        perfect_sample(&scene->config, &load, &motion, (double)scene->kinematics.home_height_m, tick);
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_OK, hexload_kinematics_solve(&scene->kinematics, &scene->config,
+                                                               &scene->sample, &scene->motion));
 }
 
 void cross(const double a[3], const double b[3], double out[3]) {

@@ -1,6 +1,6 @@
 /// @file textbook.h
-/// The momentum filters' arithmetic as textbooks print it: full matrices in double precision, inverses instead
-/// of factors. Only the pose, its Jacobian and the state come from the firmware.
+/// The momentum filters' arithmetic as textbooks print it: full matrices in double precision, inverses
+/// instead of factors. Only the pose, its Jacobian and the state come from the firmware.
 #ifndef HEXLOAD_TEST_TEXTBOOK_H
 #define HEXLOAD_TEST_TEXTBOOK_H
 
@@ -33,7 +33,8 @@ void random_covariance(uint64_t* seed, int n, const double* sigma, double* covar
 void twist_of(const hexload_motion_t* motion, const double speed_m_s[6], double twist[6]);
 
 /// Momentum about the home point of a body of these ten parameters.
-void momentum_of(const hexload_motion_t* motion, const double twist[6], const double theta[10], double momentum[6]);
+void momentum_of(const hexload_motion_t* motion, const double twist[6], const double theta[10],
+                 double momentum[6]);
 
 /// Columns: momentum of each parameter alone.
 void regressor_of(const hexload_motion_t* motion, const double twist[6], double Y[6][10]);

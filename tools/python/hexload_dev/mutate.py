@@ -277,9 +277,7 @@ def _nearest(bench: Bench, precision: Precision, file: str, objects: list[Path])
     return sorted((each for each in precision.programs if each.symbols & symbols), key=distance)
 
 
-def _is_noticed(
-    bench: Bench, precision: Precision, program: Program, objects: dict[str, Path], folder: Path
-) -> bool:
+def _is_noticed(bench: Bench, precision: Precision, program: Program, objects: dict[str, Path], folder: Path) -> bool:
     if program.name not in bench.seconds:
         passes, bench.seconds[program.name] = _run(program.path, folder, None)
         if not passes:
@@ -293,9 +291,7 @@ def _is_noticed(
     return not passes and _passes_with(bench, precision, program, objects, folder)
 
 
-def _passes_with(
-    bench: Bench, precision: Precision, program: Program, objects: dict[str, Path], folder: Path
-) -> bool:
+def _passes_with(bench: Bench, precision: Precision, program: Program, objects: dict[str, Path], folder: Path) -> bool:
     """Whether the program passes with the sources of these objects compiled as mutants are, but without a fault."""
     key = program.name, " ".join(objects)
     if key not in bench.passes:
