@@ -132,6 +132,19 @@ static void test_late_and_doubled_fd_frames_are_refused(void) {
     TEST_ASSERT_EQUAL_UINT32(0, bench.assembly.incomplete);
 }
 
+static void test_half_of_all_ticks_are_ahead_and_half_are_late(void) {
+    // GIVEN an answer that has begun at tick 8 WHEN a part of a tick comes that is nearly half of 2^32 ahead
+    // THEN it begins another one; beyond half it is late
+    for (int is_late = 0; is_late < 2; is_late++) {
+        bench_t bench = started(HEXLOAD_BUS_FD);
+        const fd_t now = fd_frames(8), other = fd_frames(8 + UINT32_MAX / 2 + (uint32_t)is_late);
+        TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_PARTIAL, add(&bench, &now.part[ESTIMATE]));
+        TEST_ASSERT_EQUAL_INT(is_late ? HEXLOAD_BUS_ERR_TICK : HEXLOAD_BUS_PARTIAL,
+                              add(&bench, &other.part[SIGMA]));
+        TEST_ASSERT_EQUAL_UINT32(!is_late, bench.assembly.incomplete);
+    }
+}
+
 static void test_fd_answers_begin_anew_when_the_source_of_samples_restarts(void) {
     const uint32_t restart[3] = {0, 1000, 5000}; // 1000: the tick that was just being answered
     for (int n = 0; n < 3; n++) {
@@ -401,6 +414,7 @@ int main(void) {
         RUN_TEST(test_estimate_sigma_and_health_of_a_tick_make_an_answer);
         RUN_TEST(test_an_fd_answer_without_one_of_its_frames_is_given_up);
         RUN_TEST(test_late_and_doubled_fd_frames_are_refused);
+        RUN_TEST(test_half_of_all_ticks_are_ahead_and_half_are_late);
         RUN_TEST(test_fd_answers_begin_anew_when_the_source_of_samples_restarts);
         RUN_TEST(test_a_round_of_pages_makes_an_answer_of_the_tick_of_the_first);
         RUN_TEST(test_the_fourteen_bits_of_a_page_are_completed_with_the_nearest_tick);

@@ -295,6 +295,7 @@ static void test_monitor_is_that_of_the_equations_at_every_tick(void) {
         begin(&bench, &seed);
         hexload_config_t config = bench.scene[0].config;
         bench.now.sensors.velocity_sigma_m_s = HEXLOAD_REAL(0.01);
+        bench.now.sensors.force_sigma_n = HEXLOAD_REAL(120.0); // jumps are up to some 20 of it
         config.rig.leg_inertia_kg_m2 = (hexload_real_t)(20.0 * machine);
         for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
             config.rig.coulomb_n[leg] = (hexload_real_t)(50.0 * machine);

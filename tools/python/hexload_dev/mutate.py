@@ -6,7 +6,7 @@ one up to its first failure: first to those that have noticed most faults of tha
 when none in float does, compiled for the reference in double to some of its programs. A program counts only when it passes
 with the source itself compiled in the same way, and has ten times the processor time that it took then. What cannot be told
 from the source stands in accepted_mutants.toml, with the reason. Results are kept in build/mutation, so that a run that was
-stopped goes on, and one with new tests looks at the survivors only.
+stopped goes on, and one with new tests shows the survivors to the programs that are new or others than they were.
 """
 
 import hashlib
@@ -48,6 +48,7 @@ class Program:
     path: Path
     link: list[str]
     symbols: frozenset[str]  # that it has inside
+    fingerprint: str
 
     @property
     def name(self) -> str:
@@ -65,7 +66,6 @@ class Bench:
     directory: Path  # of the build
     precisions: list[Precision]  # float, then the double-precision reference
     includers: dict[str, list[str]]  # sources that read a file
-    tests: str  # fingerprint
     killers: dict[str, Counter[str]] = field(default_factory=lambda: defaultdict(Counter))  # of a file's mutants
     originals: dict[tuple[str, ...], bytes] = field(default_factory=dict)  # object code of sources, by command
     passes: dict[tuple[str, str], bool] = field(default_factory=dict)  # program with a file's originals in it
@@ -138,8 +138,7 @@ def prepare(directory: Path) -> Bench:
         for program in pool.map(lambda path: _program(directory, path), paths):
             if program.name in IN_DOUBLE or not program.name.endswith("_double"):
                 precisions[program.name in IN_DOUBLE].programs.append(program)
-    tests = hashlib.sha256(b"".join(path.read_bytes() for path in paths)).hexdigest()[:24]
-    return Bench(directory, precisions, _includers(directory, set(precisions[0].compile)), tests)
+    return Bench(directory, precisions, _includers(directory, set(precisions[0].compile)))
 
 
 def _program(directory: Path, path: Path) -> Program:
@@ -147,7 +146,7 @@ def _program(directory: Path, path: Path) -> Program:
     listing = subprocess.run(["ninja", "-C", directory, "-t", "commands", target], capture_output=True, text=True)
     words = shlex.split(listing.stdout.splitlines()[-1])
     words = [word for word in words if word not in (":", "&&", "ccache") and not word.endswith("/ccache")]
-    return Program(path, words, _symbols(path, "TtDdBbRr"))
+    return Program(path, words, _symbols(path, "TtDdBbRr"), hashlib.sha256(path.read_bytes()).hexdigest()[:16])
 
 
 def _symbols(path: Path, kinds: str) -> frozenset[str]:
@@ -172,7 +171,7 @@ def _includers(directory: Path, sources: set[str]) -> dict[str, list[str]]:
 def try_nearest(bench: Bench, mutants: list[Mutant], most: int) -> dict[Mutant, str]:
     """Outcomes when each is shown to so many of the nearest programs. Nothing is kept."""
     with tempfile.TemporaryDirectory(prefix="hexload-mutant-") as name:
-        return {mutant: _try(bench, mutant, Path(name), most)[0] for mutant in mutants}
+        return {mutant: _try(bench, mutant, Path(name), set(), most)[0] for mutant in mutants}
 
 
 def try_mutants(bench: Bench, mutants: list[Mutant], jobs: int) -> dict[Mutant, str]:
@@ -198,26 +197,32 @@ def _keep(known: dict[str, dict]) -> None:
 def _outcome(bench: Bench, mutant: Mutant, known: dict[str, dict]) -> str:
     key = mutant.key((project.ROOT / mutant.file).read_text(encoding="utf-8"))
     before = known.get(key)
-    if before is not None and (before["outcome"] != SURVIVED or before["tests"] == bench.tests):
+    if before is not None and before["outcome"] != SURVIVED:
         return before["outcome"]
+    blind = set(before["blind"] if before is not None else ())
     with tempfile.TemporaryDirectory(prefix="hexload-mutant-") as name:
-        outcome, killer = _try(bench, mutant, Path(name), None)
+        outcome, killer = _try(bench, mutant, Path(name), blind, None)
     bench.killers[mutant.file][killer] += 1
-    known[key] = {"outcome": outcome, "tests": bench.tests, "file": mutant.file, "killer": killer}
+    known[key] = {"outcome": outcome, "file": mutant.file, "killer": killer}
+    if outcome == SURVIVED:
+        known[key]["blind"] = sorted(blind)
     return outcome
 
 
-def _try(bench: Bench, mutant: Mutant, folder: Path, most: int | None) -> tuple[str, str]:
-    """The outcome, and the program that noticed the fault. What survives in float may be noticed in double."""
-    outcome, killer = _try_precision(bench, bench.precisions[0], mutant, folder, most)
+def _try(bench: Bench, mutant: Mutant, folder: Path, blind: set[str], most: int | None) -> tuple[str, str]:
+    """The outcome, and the program that noticed the fault. What survives in float may be noticed in double.
+
+    `blind` has the fingerprints of programs that are known not to notice it, and gets those of others that do not.
+    """
+    outcome, killer = _try_precision(bench, bench.precisions[0], mutant, folder, blind, most)
     if outcome == SURVIVED:
-        in_double, killer = _try_precision(bench, bench.precisions[1], mutant, folder, most)
+        in_double, killer = _try_precision(bench, bench.precisions[1], mutant, folder, blind, most)
         outcome = KILLED if in_double == KILLED else SURVIVED
     return outcome, killer
 
 
 def _try_precision(
-    bench: Bench, precision: Precision, mutant: Mutant, folder: Path, most: int | None
+    bench: Bench, precision: Precision, mutant: Mutant, folder: Path, blind: set[str], most: int | None
 ) -> tuple[str, str]:
     """Of a header's mutant, each source that reads it is tried by itself, which is a fault, too, and then all together."""
     sources = [source for source in bench.includers[mutant.file] if source in precision.compile]
@@ -236,8 +241,9 @@ def _try_precision(
     if not objects:
         return SAME, ""
     for program in _nearest(bench, precision, mutant.file, list(objects.values()))[:most]:
-        if _is_noticed(bench, precision, program, objects, folder):
+        if program.fingerprint not in blind and _is_noticed(bench, precision, program, objects, folder):
             return KILLED, program.name
+        blind.add(program.fingerprint)
     return SURVIVED, ""
 
 
