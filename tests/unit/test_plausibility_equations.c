@@ -399,6 +399,8 @@ static void test_a_window_finds_what_sums_over_its_samples_say(void) {
         window.turn = trial % LEGS;
         window.late_s = trial % 4 == 0 ? 0.003 : 0.0;
         window.config.sensors.velocity_sigma_m_s = trial % 3 == 0 ? HEXLOAD_REAL(0.02) : HEXLOAD_REAL(0.004);
+        window.config.sensors.displacement_sigma_m =
+            trial % 7 < 4 ? HEXLOAD_REAL(20e-6) : HEXLOAD_REAL(150e-6);
         move(&window, &seed, pow(10.0, -1.7 + 1.5 * uniform(&seed)), trial % 5 == 0);
         push(&window, &seed);
         read_blocks(&window, &raw);

@@ -34,7 +34,7 @@ void times_transposed(const double* A, const double* B, int rows, int columns, i
 }
 
 void invert(const double* A, int n, double* inverse) {
-    enum { LARGEST = 16 };
+    enum { LARGEST = 20 };
     double rows[LARGEST][2 * LARGEST] = {{0}};
     for (int i = 0; i < n; i++) {
         memcpy(rows[i], &A[i * n], (size_t)n * sizeof *A);
