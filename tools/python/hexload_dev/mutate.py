@@ -199,7 +199,7 @@ def _outcome(bench: Bench, mutant: Mutant, known: dict[str, dict]) -> str:
     before = known.get(key)
     if before is not None and before["outcome"] != SURVIVED:
         return before["outcome"]
-    blind = set(before["blind"] if before is not None else ())
+    blind = set(before.get("blind", ()) if before is not None else ())
     with tempfile.TemporaryDirectory(prefix="hexload-mutant-") as name:
         outcome, killer = _try(bench, mutant, Path(name), blind, None)
     bench.killers[mutant.file][killer] += 1
