@@ -39,6 +39,7 @@ COMPILER = "clang-19"  # it can be told to read the mutant in the source's place
 OWN_FLAGS = ["-O2", "-w", "-fsanitize=bounds", "-fsanitize-trap=bounds"]
 TAKEN = re.compile(r"-[DI]|-isystem|-std=|-m|-f(?!callgraph|peel)")  # words of the build's own command
 IN_DOUBLE = ("symmetry_double",)  # programs that bound by rounding alone: in double they see what it hides in float
+START_S = 0.1  # of processor time, to link a program and start it
 LONGER = 10  # times the source's own processor time, which a fault may take, and a second
 KILLED, SURVIVED, SAME, INVALID = "killed", "survived", "same object", "does not compile"
 
@@ -276,9 +277,10 @@ def _nearest(bench: Bench, precision: Precision, file: str, objects: list[Path])
     symbols = frozenset().union(*(_symbols(path, "TDBR") for path in objects))
     words = set(Path(file).stem.split("_"))
 
-    def distance(program: Program) -> tuple[int, float, str]:
+    def distance(program: Program) -> tuple[float, float, str]:
         own = set(program.name.split("_"))
-        return -bench.killers[file][program.name], -len(words & own) / len(words | own), program.name
+        noticed_per_second = bench.killers[file][program.name] / (START_S + bench.seconds.get(program.name, 0.0))
+        return -noticed_per_second, -len(words & own) / len(words | own), program.name
 
     return sorted((each for each in precision.programs if each.symbols & symbols), key=distance)
 
