@@ -217,6 +217,19 @@ static void test_a_whole_lost_round_does_not_join_two_answers(void) {
     TEST_ASSERT_EQUAL_UINT32(1, bench.assembly.incomplete);
 }
 
+static void test_pages_belong_together_for_as_long_as_a_round_takes(void) {
+    for (uint32_t late = 0; late <= HEXLOAD_BUS_ANSWER_PERIOD; late += HEXLOAD_BUS_ANSWER_PERIOD) {
+        // GIVEN the first page of an answer WHEN the second comes as many ticks later as a round takes THEN
+        // they belong together; of later ones that is not known
+        bench_t bench = started(HEXLOAD_BUS_CLASSIC);
+        TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_PARTIAL, add_pages(&bench, 0, 0, 0));
+        const uint32_t first_tick = round_ticks() - HEXLOAD_BUS_ANSWER_PERIOD + late;
+        TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_PARTIAL, add_pages(&bench, first_tick, 1, 1));
+        TEST_ASSERT_EQUAL_UINT32(late == 0 ? 3 : 0, bench.assembly.parts);
+        TEST_ASSERT_EQUAL_UINT32(late != 0, bench.assembly.incomplete);
+    }
+}
+
 static void test_late_and_doubled_pages_are_refused(void) {
     bench_t bench = started(HEXLOAD_BUS_CLASSIC);
     TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_PARTIAL, add_pages(&bench, 0, 0, 6));
@@ -421,6 +434,7 @@ int main(void) {
         RUN_TEST(test_pages_before_the_first_page_0_answer_samples_but_make_no_answer);
         RUN_TEST(test_a_lost_page_costs_its_answer_only);
         RUN_TEST(test_a_whole_lost_round_does_not_join_two_answers);
+        RUN_TEST(test_pages_belong_together_for_as_long_as_a_round_takes);
         RUN_TEST(test_late_and_doubled_pages_are_refused);
         RUN_TEST(test_a_page_0_begins_anew_at_any_time);
         RUN_TEST(test_each_flipped_bit_of_an_answer_is_detected);

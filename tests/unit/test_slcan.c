@@ -99,7 +99,7 @@ static void test_every_frame_comes_back(void) {
 static void test_a_frame_that_the_format_cannot_carry_is_refused(void) {
     // GIVEN an FD frame, one that is too long, and one whose identifier is WHEN they are written
     const hexload_bus_frame_t fd = {.id = 1, .is_fd = true, .length = 8};
-    const hexload_bus_frame_t longer = {.id = 1, .length = 12};
+    const hexload_bus_frame_t longer = {.id = 1, .length = 9};
     const hexload_bus_frame_t extended = {.id = 0x800, .length = 8};
     char text[HEXLOAD_SLCAN_FRAME_BYTES] = "unchanged";
     // THEN they are refused, and nothing is written
