@@ -132,6 +132,19 @@ static void test_late_and_doubled_fd_frames_are_refused(void) {
     TEST_ASSERT_EQUAL_UINT32(0, bench.assembly.incomplete);
 }
 
+static void test_half_of_all_ticks_are_ahead_and_half_are_late(void) {
+    // GIVEN an answer that has begun at tick 8 WHEN a part of a tick comes that is nearly half of 2^32 ahead
+    // THEN it begins another one; beyond half it is late
+    for (int is_late = 0; is_late < 2; is_late++) {
+        bench_t bench = started(HEXLOAD_BUS_FD);
+        const fd_t now = fd_frames(8), other = fd_frames(8 + UINT32_MAX / 2 + (uint32_t)is_late);
+        TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_PARTIAL, add(&bench, &now.part[ESTIMATE]));
+        TEST_ASSERT_EQUAL_INT(is_late ? HEXLOAD_BUS_ERR_TICK : HEXLOAD_BUS_PARTIAL,
+                              add(&bench, &other.part[SIGMA]));
+        TEST_ASSERT_EQUAL_UINT32(!is_late, bench.assembly.incomplete);
+    }
+}
+
 static void test_fd_answers_begin_anew_when_the_source_of_samples_restarts(void) {
     const uint32_t restart[3] = {0, 1000, 5000}; // 1000: the tick that was just being answered
     for (int n = 0; n < 3; n++) {
@@ -202,6 +215,19 @@ static void test_a_whole_lost_round_does_not_join_two_answers(void) {
     // THEN no answer comes out of the two halves
     TEST_ASSERT_EQUAL_UINT32(12345, bench.answer.tick);
     TEST_ASSERT_EQUAL_UINT32(1, bench.assembly.incomplete);
+}
+
+static void test_pages_belong_together_for_as_long_as_a_round_takes(void) {
+    for (uint32_t late = 0; late <= HEXLOAD_BUS_ANSWER_PERIOD; late += HEXLOAD_BUS_ANSWER_PERIOD) {
+        // GIVEN the first page of an answer WHEN the second comes as many ticks later as a round takes THEN
+        // they belong together; of later ones that is not known
+        bench_t bench = started(HEXLOAD_BUS_CLASSIC);
+        TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_PARTIAL, add_pages(&bench, 0, 0, 0));
+        const uint32_t first_tick = round_ticks() - HEXLOAD_BUS_ANSWER_PERIOD + late;
+        TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_PARTIAL, add_pages(&bench, first_tick, 1, 1));
+        TEST_ASSERT_EQUAL_UINT32(late == 0 ? 3 : 0, bench.assembly.parts);
+        TEST_ASSERT_EQUAL_UINT32(late != 0, bench.assembly.incomplete);
+    }
 }
 
 static void test_late_and_doubled_pages_are_refused(void) {
@@ -401,12 +427,14 @@ int main(void) {
         RUN_TEST(test_estimate_sigma_and_health_of_a_tick_make_an_answer);
         RUN_TEST(test_an_fd_answer_without_one_of_its_frames_is_given_up);
         RUN_TEST(test_late_and_doubled_fd_frames_are_refused);
+        RUN_TEST(test_half_of_all_ticks_are_ahead_and_half_are_late);
         RUN_TEST(test_fd_answers_begin_anew_when_the_source_of_samples_restarts);
         RUN_TEST(test_a_round_of_pages_makes_an_answer_of_the_tick_of_the_first);
         RUN_TEST(test_the_fourteen_bits_of_a_page_are_completed_with_the_nearest_tick);
         RUN_TEST(test_pages_before_the_first_page_0_answer_samples_but_make_no_answer);
         RUN_TEST(test_a_lost_page_costs_its_answer_only);
         RUN_TEST(test_a_whole_lost_round_does_not_join_two_answers);
+        RUN_TEST(test_pages_belong_together_for_as_long_as_a_round_takes);
         RUN_TEST(test_late_and_doubled_pages_are_refused);
         RUN_TEST(test_a_page_0_begins_anew_at_any_time);
         RUN_TEST(test_each_flipped_bit_of_an_answer_is_detected);

@@ -148,6 +148,44 @@ static void test_a_flat_platform_is_a_body(void) {
     }
 }
 
+static void test_a_tensor_is_that_of_a_body_about_its_own_centre(void) {
+    // GIVEN platforms with any mass, centre of mass and tensor about that, which is given about O_A
+    uint64_t seed = 81;
+    int bodies = 0, others = 0;
+    for (int trial = 0; trial < 2000; trial++) {
+        hexload_config_t config = paper_machine();
+        const double m = 60.0 + 40.0 * uniform(&seed);
+        double c[3], I[6];
+        for (int k = 0; k < 3; k++) {
+            config.platform.com_m[k] = (hexload_real_t)(0.4 * uniform(&seed));
+            c[k] = (double)config.platform.com_m[k];
+            I[k] = 10.0 + 9.0 * uniform(&seed);
+            I[3 + k] = 8.0 * uniform(&seed);
+        }
+        const double square = c[0] * c[0] + c[1] * c[1] + c[2] * c[2];
+        const double product[3] = {c[0] * c[1], c[0] * c[2], c[1] * c[2]};
+        config.platform.mass_kg = (hexload_real_t)m;
+        for (int k = 0; k < 3; k++) {
+            config.platform.inertia_kg_m2[k] = (hexload_real_t)(I[k] + m * (square - c[k] * c[k]));
+            config.platform.inertia_kg_m2[3 + k] = (hexload_real_t)(I[3 + k] - m * product[k]);
+        }
+        // WHEN it is positive definite, by its factor, and no moment is more than the two others together
+        const double first = I[0], second = I[1] - I[3] * I[3] / first, rest = I[5] - I[3] * I[4] / first;
+        const double third = I[2] - I[4] * I[4] / first - rest * rest / second;
+        const double excess = 2.0 * fmax(I[0], fmax(I[1], I[2])) - (I[0] + I[1] + I[2]);
+        if (fabs(second) < 0.01 || fabs(third) < 0.01 || fabs(excess) < 0.01) {
+            continue;
+        }
+        // THEN the platform is accepted, and else refused
+        const bool is_body = second > 0.0 && third > 0.0 && excess < 0.0;
+        bodies += is_body;
+        others += !is_body;
+        TEST_ASSERT_EQUAL_INT(is_body ? HEXLOAD_OK : HEXLOAD_ERR_CONFIG, hexload_config_check(&config, NULL));
+    }
+    TEST_ASSERT_GREATER_THAN_INT(200, bodies);
+    TEST_ASSERT_GREATER_THAN_INT(200, others);
+}
+
 static void test_config_accepts_the_ends_of_its_ranges(void) {
     // GIVEN the numbers just inside what contradicts another field WHEN they are checked THEN none is refused
     hexload_config_t config = paper_machine();
@@ -292,6 +330,7 @@ int main(void) {
     RUN_TEST(test_safe_prior_grows_with_the_load_it_is_for);
     RUN_TEST(test_config_names_what_contradicts_another_field);
     RUN_TEST(test_a_flat_platform_is_a_body);
+    RUN_TEST(test_a_tensor_is_that_of_a_body_about_its_own_centre);
     RUN_TEST(test_config_accepts_the_ends_of_its_ranges);
     RUN_TEST(test_only_directions_that_count_are_checked);
     RUN_TEST(test_gravity_that_is_no_vector_or_points_up_is_refused);

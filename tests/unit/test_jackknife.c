@@ -127,29 +127,49 @@ static void show_all(hexload_jackknife_t* jackknife, const blocks_t* blocks, int
     }
 }
 
-/// The same by all numbers at once.
-static void naive_factors(const blocks_t* blocks, int count, double factor[DIM]) {
+/// Blocks that count as one: from the first of a group to the one before the next group's.
+typedef struct groups {
+    int first[MANY + 1];
+    int count;
+} groups_t;
+
+static groups_t one_by_one(int count) {
+    groups_t groups = {.count = count};
+    for (int b = 0; b <= count; b++) {
+        groups.first[b] = b;
+    }
+    return groups;
+}
+
+/// What a group has moved each parameter by, by all numbers at once, and its share in what is known of it.
+static void compare_group(const blocks_t* blocks, const int first[2], double P[DIM][DIM],
+                          const double theta[DIM], double moved[DIM], double share[DIM]) {
+    for (int k = 0; k < DIM; k++) {
+        moved[k] = share[k] = 0.0;
+        for (int b = first[0]; b < first[1]; b++) {
+            for (int i = 0; i < DIM; i++) {
+                for (int j = 0; j < DIM; j++) {
+                    const double J = blocks->information[b][i][j];
+                    moved[k] += P[k][i] * J * (blocks->theta[b][j] - theta[j]);
+                    share[k] += P[k][i] * J * P[j][k] / P[k][k];
+                }
+            }
+        }
+    }
+}
+
+/// Of the first `count` blocks in groups.
+static void naive_factors_of(const blocks_t* blocks, int count, const groups_t* groups, double factor[DIM]) {
     double P[DIM][DIM], theta[DIM], spread[DIM] = {0}, expected[DIM] = {0}, square[DIM] = {0};
     double all_spread = 0.0, all_expected = 0.0;
     combine(blocks, count, P, theta);
-    for (int b = 0; b < count; b++) {
-        double pull[DIM] = {0};
-        for (int i = 0; i < DIM; i++) {
-            for (int j = 0; j < DIM; j++) {
-                pull[i] += blocks->information[b][i][j] * (blocks->theta[b][j] - theta[j]);
-            }
-        }
+    for (int b = 0; b < groups->count; b++) {
+        double moved[DIM], share[DIM];
+        compare_group(blocks, &groups->first[b], P, theta, moved, share);
         for (int k = 0; k < DIM; k++) {
-            double moved = 0.0, share = 0.0;
-            for (int i = 0; i < DIM; i++) {
-                moved += P[k][i] * pull[i];
-                for (int j = 0; j < DIM; j++) {
-                    share += P[k][i] * blocks->information[b][i][j] * P[j][k] / P[k][k];
-                }
-            }
-            spread[k] += moved * moved / P[k][k];
-            expected[k] += share - share * share;
-            square[k] += share * share;
+            spread[k] += moved[k] * moved[k] / P[k][k];
+            expected[k] += share[k] - share[k] * share[k];
+            square[k] += share[k] * share[k];
         }
     }
     for (int k = 0; k < DIM; k++) {
@@ -159,6 +179,34 @@ static void naive_factors(const blocks_t* blocks, int count, double factor[DIM])
     for (int k = 0; k < DIM; k++) {
         const double beyond = spread[k] - sqrt(2.0 * square[k] * expected[k]); // a standard deviation
         factor[k] = sqrt(fmax(1.0, (beyond + 0.25 * all_spread / all_expected) / (expected[k] + 0.25)));
+    }
+}
+
+static void naive_factors(const blocks_t* blocks, int count, double factor[DIM]) {
+    const groups_t groups = one_by_one(count);
+    naive_factors_of(blocks, count, &groups, factor);
+}
+
+/// Joins the two neighbours of which the parameter that they have most of together has least.
+static void join_least(const blocks_t* blocks, int count, groups_t* groups) {
+    double P[DIM][DIM], theta[DIM], last[DIM] = {0}, least = HUGE_VAL;
+    int at = 0;
+    combine(blocks, count, P, theta);
+    for (int b = 0; b < groups->count; b++) {
+        double moved[DIM], share[DIM], most = 0.0;
+        compare_group(blocks, &groups->first[b], P, theta, moved, share);
+        for (int k = 0; k < DIM; k++) {
+            most = fmax(most, last[k] + share[k]);
+            last[k] = share[k];
+        }
+        if (b > 0 && most < least) {
+            least = most;
+            at = b;
+        }
+    }
+    groups->count--;
+    for (int b = at; b <= groups->count; b++) {
+        groups->first[b] = groups->first[b + 1];
     }
 }
 
@@ -188,6 +236,53 @@ static void test_factors_are_those_of_all_blocks_at_once(void) {
     sigma[0] = HEXLOAD_REAL(1.0);
     hexload_jackknife_widen(&jackknife, HEXLOAD_REAL(50.0), sigma);
     TEST_ASSERT_EQUAL_DOUBLE(50.0, (double)sigma[0]);
+}
+
+static void test_where_there_is_no_room_the_two_smallest_neighbours_are_joined(void) {
+    // GIVEN twenty-six blocks, ten more than there is room for with one free, that spread three times as much
+    // as they say
+    static blocks_t blocks;
+    static hexload_jackknife_t jackknife;
+    uint64_t seed = 4;
+    double factor[DIM];
+    draw(&blocks, 26, 3.0, &seed);
+    hexload_jackknife_init(&jackknife);
+    groups_t groups = one_by_one(0);
+    show(&jackknife, &blocks, 0, BLOCK_TICKS);
+    for (int b = 1; b <= 26; b++) {
+        // WHEN one after the other comes
+        show(&jackknife, &blocks, b, BLOCK_TICKS);
+        groups.first[++groups.count] = b;
+        naive_factors_of(&blocks, b, &groups, factor);
+        // THEN from four on sigmas grow by what they say, of which the smallest neighbours are one when there
+        // are sixteen
+        TEST_ASSERT_EQUAL_INT(b >= 4, jackknife.has_concluded);
+        for (int k = 0; k < DIM; k++) {
+            TEST_ASSERT_DOUBLE_WITHIN(0.02 * factor[k], b >= 4 ? factor[k] : 1.0,
+                                      (double)jackknife.factor[k]);
+        }
+        if (groups.count == 16) {
+            join_least(&blocks, b, &groups);
+        }
+        TEST_ASSERT_EQUAL_UINT32(groups.count, jackknife.blocks);
+    }
+}
+
+static void test_a_block_is_a_quarter_of_a_second(void) {
+    // GIVEN a first snapshot, which is at once, and the round after it WHEN 249 ms have gone by THEN it
+    // waits, and at 250 ms the next one begins
+    static blocks_t blocks;
+    static hexload_jackknife_t jackknife;
+    uint64_t seed = 5;
+    draw(&blocks, 1, 1.0, &seed);
+    hexload_jackknife_init(&jackknife);
+    show(&jackknife, &blocks, 0, 1);
+    TEST_ASSERT_EQUAL_UINT8(HEXLOAD_JACKKNIFE_PREPARE, jackknife.stage);
+    show(&jackknife, &blocks, 0, 249);
+    TEST_ASSERT_EQUAL_UINT8(HEXLOAD_JACKKNIFE_WAIT, jackknife.stage);
+    TEST_ASSERT_TRUE(jackknife.has_begun);
+    show(&jackknife, &blocks, 1, 1);
+    TEST_ASSERT_EQUAL_UINT8(HEXLOAD_JACKKNIFE_PREPARE, jackknife.stage);
 }
 
 /// Another run of so many blocks, which spread by so much more than they say.
@@ -306,6 +401,8 @@ static void test_a_parameter_without_a_variance_gives_no_number_that_is_none(voi
 int main(void) {
     UNITY_BEGIN();
     RUN_TEST(test_factors_are_those_of_all_blocks_at_once);
+    RUN_TEST(test_where_there_is_no_room_the_two_smallest_neighbours_are_joined);
+    RUN_TEST(test_a_block_is_a_quarter_of_a_second);
     RUN_TEST(test_an_honest_filter_is_left_alone_and_another_is_widened);
     RUN_TEST(test_what_blocks_differ_by_in_the_model_widens_hardly);
     RUN_TEST(test_a_standstill_takes_nothing_from_what_blocks_of_motion_say);

@@ -778,7 +778,6 @@ static void test_motion_that_tells_of_a_parameter_makes_it_converging(void) {
 
 int main(void) {
     UNITY_BEGIN();
-    RUN_TEST(test_errors_are_as_large_as_the_filter_says);
     RUN_TEST(test_a_load_change_is_reported_within_milliseconds_and_the_new_load_identified);
     RUN_TEST(test_a_load_that_changes_twice_at_once_is_found);
     RUN_TEST(test_standstill_gives_the_mass_and_says_that_it_excites_no_inertia);
@@ -806,5 +805,6 @@ int main(void) {
     RUN_TEST(test_a_load_that_is_new_has_to_prove_itself_anew);
     RUN_TEST(test_two_alarms_within_five_seconds_are_the_machines);
     RUN_TEST(test_motion_that_tells_of_a_parameter_makes_it_converging);
+    RUN_TEST(test_errors_are_as_large_as_the_filter_says);
     return UNITY_END();
 }

@@ -1090,7 +1090,6 @@ int main(void) {
     RUN_TEST(test_open_constants_move_load_and_effects_as_said);
     RUN_TEST(test_a_state_is_not_considered_too);
     RUN_TEST(test_effects_of_sigma_zero_are_none);
-    RUN_TEST(test_errors_are_as_large_as_the_filter_says);
     RUN_TEST(test_a_load_change_leaves_the_actuator_effects_known);
     RUN_TEST(test_two_changes_of_the_load_at_once_leave_the_actuator_effects_known);
     RUN_TEST(test_held_effects_stay_and_their_errors_count);
@@ -1105,5 +1104,6 @@ int main(void) {
     RUN_TEST(test_an_effect_that_is_no_number_begins_anew);
     RUN_TEST(test_what_legs_do_faster_than_the_smoother_is_a_mean_of_two_seconds);
     RUN_TEST(test_friction_at_standstill_is_noise_by_its_square);
+    RUN_TEST(test_errors_are_as_large_as_the_filter_says);
     return UNITY_END();
 }

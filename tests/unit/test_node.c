@@ -1222,6 +1222,45 @@ static void test_random_frames_do_no_harm(void) {
     }
 }
 
+/// Members that a start sets, but for what the application and the estimator keep; of structures, which are
+/// set as a whole, one.
+#define FOR_ALL_STARTED(DO)                                                                                  \
+    DO(answer.tick)                                                                                          \
+    DO(status.time_margin_us)                                                                                \
+    DO(command.kind)                                                                                         \
+    DO(age_ms)                                                                                               \
+    DO(clock_ms)                                                                                             \
+    DO(leg_silence_ms)                                                                                       \
+    DO(status_wait_ms)                                                                                       \
+    DO(challenge_wait_ms)                                                                                    \
+    DO(refusal_wait_ms)                                                                                      \
+    DO(send_failed)                                                                                          \
+    DO(health_seen)                                                                                          \
+    DO(strangers.count)                                                                                      \
+    DO(foreign.count)                                                                                        \
+    DO(late.count)                                                                                           \
+    DO(refused.count)                                                                                        \
+    DO(answer_page)                                                                                          \
+    DO(status_page)                                                                                          \
+    DO(acknowledges)                                                                                         \
+    DO(heard_controller)                                                                                     \
+    DO(has_codes)                                                                                            \
+    DO(is_challenge_due)
+#define ASSERT_SAME_MEMBER(member)                                                                           \
+    TEST_ASSERT_EQUAL_MEMORY_MESSAGE(&clean.member, &node.member, sizeof node.member, #member);
+
+static void test_a_start_leaves_nothing_of_what_memory_held(void) {
+    // GIVEN memory of zeros, and of ones, as after a reset that keeps it WHEN a node starts in it THEN it is
+    // the same node
+    static hexload_node_t clean;
+    memset(&node, 0, sizeof node);
+    begin_listening(HEXLOAD_BUS_FD);
+    clean = node;
+    memset(&node, 1, sizeof node);
+    begin_listening(HEXLOAD_BUS_FD);
+    FOR_ALL_STARTED(ASSERT_SAME_MEMBER)
+}
+
 int main(void) {
     UNITY_BEGIN();
     RUN_TEST(test_init_refuses_a_bad_configuration_and_leaves_the_instance_alone);
@@ -1275,5 +1314,6 @@ int main(void) {
     RUN_TEST(test_a_bus_that_goes_down_and_up_leads_over_fault_to_idle);
     RUN_TEST(test_a_bus_that_comes_up_clears_no_other_fault);
     RUN_TEST(test_random_frames_do_no_harm);
+    RUN_TEST(test_a_start_leaves_nothing_of_what_memory_held);
     return UNITY_END();
 }

@@ -158,8 +158,11 @@ static void test_inertias_that_no_body_has_widen_sigma_until_some_body_has_them(
         const hexload_real_t* sigma = &estimate.sigma[HEXLOAD_PAPER_IXX];
         const double missing = 2.0 * (double)estimate.value[large] - (double)(I[0] + I[1] + I[2]);
         TEST_ASSERT_DOUBLE_WITHIN(1e-5 * missing, missing, 3.0 * (double)(sigma[0] + sigma[1] + sigma[2]));
-        for (int k = 0; k < HEXLOAD_PAPER_DIM; k++) {
+        const double factor = (double)(sigma[0] / estimate.own_sigma[HEXLOAD_PAPER_IXX]);
+        for (int k = 0; k < HEXLOAD_PAPER_DIM; k++) { // by one factor
             TEST_ASSERT_EQUAL_INT(HEXLOAD_VERDICT_MISFIT, estimate.parameter_verdict[k]);
+            const double widened = factor * (double)estimate.own_sigma[k];
+            TEST_ASSERT_DOUBLE_WITHIN(ROUNDINGS(8, widened), widened, (double)estimate.sigma[k]);
         }
         // AND where a factor of 300 does not, no parameter of it is believed
         filter.param[large] = HEXLOAD_REAL(8e4);

@@ -483,11 +483,9 @@ static void test_without_gravity_no_mass_is_wrong(void) {
 int main(int argc, char** argv) {
     seeds = argc > 1 ? strtoull(argv[1], NULL, 10) : seeds;
     UNITY_BEGIN();
-    RUN_TEST(test_what_contradicts_the_displacement_is_named);
     RUN_TEST(test_swapped_sensors_are_named_at_one_of_their_legs);
     RUN_TEST(test_a_saturated_velocity_is_found_at_its_leg);
     RUN_TEST(test_a_force_that_does_not_hold_the_platform_is_named_while_it_moves_slowly_or_rests);
-    RUN_TEST(test_sensors_in_order_are_never_a_fault);
     RUN_TEST(test_ordinary_tolerances_of_sensors_are_no_fault);
     RUN_TEST(test_a_commissioned_delay_is_no_fault);
     RUN_TEST(test_without_velocity_sensors_velocities_say_nothing);
@@ -501,5 +499,7 @@ int main(int argc, char** argv) {
     RUN_TEST(test_every_cause_has_words_of_its_own);
     RUN_TEST(test_samples_that_wait_for_late_channels_begin_a_block_anew);
     RUN_TEST(test_without_gravity_no_mass_is_wrong);
+    RUN_TEST(test_what_contradicts_the_displacement_is_named);
+    RUN_TEST(test_sensors_in_order_are_never_a_fault);
     return UNITY_END();
 }

@@ -314,6 +314,13 @@ static void test_the_acceleration_of_a_window_is_the_twists_change_over_31_block
     TEST_ASSERT_DOUBLE_WITHIN(1e-3, 2.0, (double)stage.self.acceleration[1]);
 }
 
+static void test_at_the_start_no_leg_is_at_fault(void) {
+    // GIVEN a stage that has just started WHEN its first sample is judged THEN nothing is wrong with no leg
+    stage_t stage = stage_of(6);
+    show(&stage, 1);
+    check_fault(&stage, HEXLOAD_INPUT_PLAUSIBLE, 6);
+}
+
 int main(void) {
     UNITY_BEGIN();
     RUN_TEST(test_one_gain_is_the_clocks_only_if_enough_legs_have_it);
@@ -328,5 +335,6 @@ int main(void) {
     RUN_TEST(test_gaps_during_the_evaluation_leave_no_block_too_long);
     RUN_TEST(test_a_lag_counts_from_two_ticks_on_and_a_gain_from_two_per_cent);
     RUN_TEST(test_the_acceleration_of_a_window_is_the_twists_change_over_31_blocks);
+    RUN_TEST(test_at_the_start_no_leg_is_at_fault);
     return UNITY_END();
 }

@@ -99,7 +99,7 @@ static void test_every_frame_comes_back(void) {
 static void test_a_frame_that_the_format_cannot_carry_is_refused(void) {
     // GIVEN an FD frame, one that is too long, and one whose identifier is WHEN they are written
     const hexload_bus_frame_t fd = {.id = 1, .is_fd = true, .length = 8};
-    const hexload_bus_frame_t longer = {.id = 1, .length = 12};
+    const hexload_bus_frame_t longer = {.id = 1, .length = 9};
     const hexload_bus_frame_t extended = {.id = 0x800, .length = 8};
     char text[HEXLOAD_SLCAN_FRAME_BYTES] = "unchanged";
     // THEN they are refused, and nothing is written
@@ -119,6 +119,11 @@ static void test_small_digits_and_an_adapters_time_are_read(void) {
     assert_same_frame(&frame, &small.frame);
     assert_counts(&timed, 1, 0, 0, 0);
     assert_same_frame(&frame, &timed.frame);
+    // AND so is the longest line that there is: eight bytes and a time
+    const hexload_bus_frame_t whole = {.id = 0x7AB, .length = 8, .data = {1, 2, 3, 4, 5, 6, 7, 8}};
+    const reading_t longest = read_text("t7AB801020304050607085A0b\r");
+    assert_counts(&longest, 1, 0, 0, 0);
+    assert_same_frame(&whole, &longest.frame);
 }
 
 static void test_lines_without_a_frame_of_ours_are_passed_over(void) {

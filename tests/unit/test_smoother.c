@@ -427,6 +427,54 @@ static void test_too_long_a_gap_begins_anew(void) {
     TEST_ASSERT_EQUAL_UINT32(0, past.gap_ticks);
 }
 
+static void test_an_outlier_is_one_beside_its_own_neighbours_alone(void) {
+    // GIVEN speeds of 0.5 m/s of long ago, which are still stored, and a machine at rest since WHEN one speed
+    // is 0.5 m/s again THEN its tick is left out, and neither the one before nor the one after
+    const hexload_config_t config = machine_with_lag(60, 20e-6);
+    hexload_smoother_t smoother;
+    hexload_smoother_init(&smoother, &config);
+    const uint32_t outlier = HEXLOAD_DELAY_CAPACITY + 20;
+    for (uint32_t tick = 0; tick <= outlier + 2; tick++) {
+        hexload_leg_sample_t sample = {.tick = tick};
+        if (tick <= 40 || tick == outlier) {
+            sample.velocity_m_s[3] = HEXLOAD_REAL(0.5);
+        }
+        (void)put(&smoother, &config, &sample, tick > 0);
+        hexload_smooth_sample_t past;
+        (void)!hexload_smoother_take(&smoother, &config.sensors, &past);
+    }
+    TEST_ASSERT_FALSE(smoother.is_left_out[(outlier - 1) % HEXLOAD_DELAY_CAPACITY]);
+    TEST_ASSERT_TRUE(smoother.is_left_out[outlier % HEXLOAD_DELAY_CAPACITY]);
+    TEST_ASSERT_FALSE(smoother.is_left_out[(outlier + 1) % HEXLOAD_DELAY_CAPACITY]);
+}
+
+static void test_before_the_window_is_full_speeds_stay_until_they_change_clearly(void) {
+    // GIVEN a machine that has just started, at ten sigma of speed WHEN its speed changes by half a sigma in
+    // each leg, 1.5 of 2.2 in the sum of squares that count THEN the smooth speed stays as it is, to the bit;
+    // and by ten more it follows
+    const hexload_config_t config = machine_with_lag(60, 20e-6);
+    const hexload_real_t sigma_m_s = config.sensors.velocity_sigma_m_s;
+    hexload_smoother_t smoother;
+    hexload_smooth_sample_t past;
+    hexload_real_t at[2] = {0};
+    hexload_smoother_init(&smoother, &config);
+    for (uint32_t tick = 0; tick < 120; tick++) {
+        hexload_leg_sample_t sample = {.tick = tick};
+        const double sigmas = tick < 25 ? 10.0 : tick < 50 ? 10.5 : 20.0;
+        for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
+            sample.velocity_m_s[leg] = (hexload_real_t)sigmas * sigma_m_s;
+        }
+        (void)put(&smoother, &config, &sample, tick > 0);
+        if (hexload_smoother_take(&smoother, &config.sensors, &past)) {
+            at[0] = past.sample.tick == 12 ? past.smooth_velocity_m_s[2] : at[0];
+            at[1] = past.sample.tick == 37 ? past.smooth_velocity_m_s[2] : at[1];
+        }
+    }
+    TEST_ASSERT_TRUE(at[0] > HEXLOAD_REAL(8.0) * sigma_m_s);
+    TEST_ASSERT_EQUAL_DOUBLE((double)at[0], (double)at[1]);
+    TEST_ASSERT_TRUE(past.smooth_velocity_m_s[2] > HEXLOAD_REAL(18.0) * sigma_m_s);
+}
+
 int main(void) {
     UNITY_BEGIN();
     RUN_TEST(test_slope_of_a_polynomial_of_degree_six_is_exact);
@@ -444,5 +492,7 @@ int main(void) {
     RUN_TEST(test_missing_ticks_are_bridged_and_reported);
     RUN_TEST(test_ticks_lost_at_random_never_begin_anew);
     RUN_TEST(test_too_long_a_gap_begins_anew);
+    RUN_TEST(test_an_outlier_is_one_beside_its_own_neighbours_alone);
+    RUN_TEST(test_before_the_window_is_full_speeds_stay_until_they_change_clearly);
     return UNITY_END();
 }

@@ -1,5 +1,6 @@
 #include "hexload/hexload.h"
 #include "momentum/tolerances.h"
+#include "paper/paper_tolerances.h"
 #include "motion.h"
 
 #include <math.h>
@@ -165,6 +166,23 @@ static void test_without_tolerances_sigmas_stay_as_they_are(void) {
     }
 }
 
+static void test_a_weight_that_is_off_moves_the_papers_height_by_its_lever(void) {
+    // GIVEN the paper's filter on a platform whose centre is off O_A, without tolerances WHEN the weight is
+    // off by 2 % THEN the height is by as much of the platform's share of the lever between both centres
+    const hexload_config_t config = crooked_machine();
+    hexload_paper_filter_t filter;
+    hexload_paper_filter_init(&filter, &config);
+    filter.param[HEXLOAD_PAPER_DZ] = HEXLOAD_REAL(0.3);
+    const double platform = (double)config.platform.mass_kg, load = (double)config.paper.load_mass_kg;
+    const double lever_m = 0.3 - (double)config.platform.com_m[2];
+    const double error_m = 0.02 * lever_m * platform / (platform + load);
+    const hexload_real_t variance =
+        hexload_paper_tolerances_covariance(&filter, HEXLOAD_REAL(0.02), HEXLOAD_PAPER_DZ, HEXLOAD_PAPER_DZ);
+    TEST_ASSERT_DOUBLE_WITHIN(ROUNDINGS(100, error_m * error_m), error_m * error_m, (double)variance);
+    TEST_ASSERT_EQUAL_DOUBLE(0.0, (double)hexload_paper_tolerances_covariance(
+                                      &filter, HEXLOAD_REAL(0.0), HEXLOAD_PAPER_DZ, HEXLOAD_PAPER_DZ));
+}
+
 int main(void) {
     UNITY_BEGIN();
     RUN_TEST(test_a_common_gain_is_off_by_that_share_of_load_and_platform_and_sigma_has_it);
@@ -172,5 +190,6 @@ int main(void) {
     RUN_TEST(test_an_untold_estimator_has_ordinary_tolerances_and_still_converges);
     RUN_TEST(test_what_is_declared_open_keeps_no_parameter_from_having_converged);
     RUN_TEST(test_without_tolerances_sigmas_stay_as_they_are);
+    RUN_TEST(test_a_weight_that_is_off_moves_the_papers_height_by_its_lever);
     return UNITY_END();
 }

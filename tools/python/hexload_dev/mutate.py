@@ -1,10 +1,12 @@
 """`hexload mutate`: small faults put into the firmware, one at a time; which of them do the unit tests notice?
 
-A mutant is one translation unit compiled anew, or those that include a header, and linked in front of the libraries. It is
-shown to the programs that have what it has, until one fails: first to those that have noticed most faults of that file, then
-to those with a like name; and, when none in float does, compiled for the reference in double to some of its programs. One whose object code is that of the source is none; one that cannot be told from it stands in
-accepted_mutants.toml, with the reason. Results are kept in build/mutation, so that a run that was stopped goes on, and one
-with new tests looks at the survivors only.
+A mutant is one translation unit compiled anew, or those that include a header, and linked in front of the libraries. One
+whose object code is that of the source is none. It is shown to the programs that have what it has, until one fails, and that
+one up to its first failure: first to those that have noticed most faults of that file, then to those with a like name; and,
+when none in float does, compiled for the reference in double to some of its programs. A program counts only when it passes
+with the source itself compiled in the same way, and has ten times the processor time that it took then. What cannot be told
+from the source stands in accepted_mutants.toml, with the reason. Results are kept in build/mutation, so that a run that was
+stopped goes on, and one with new tests shows the survivors to the programs that are new or others than they were.
 """
 
 import hashlib
@@ -13,6 +15,7 @@ import os
 import random
 import re
 import shlex
+import signal
 import subprocess
 import tempfile
 import tomllib
@@ -25,7 +28,7 @@ from rich.console import Console
 from rich.table import Table
 
 from hexload import project
-from hexload.errors import InputError
+from hexload.errors import InputError, ToolFailed
 from hexload_dev import build, coverage
 from hexload_dev.mutants import Mutant, mutants_of
 
@@ -33,10 +36,11 @@ ACCEPTED = project.ROOT / "tests" / "unit" / "accepted_mutants.toml"
 RESULTS = project.BUILD / "mutation" / "outcomes.json"
 COMPILER = "clang-19"  # it can be told to read the mutant in the source's place
 # An index beyond an array is an error; without debug information, so that objects can be compared.
-OWN_FLAGS = ["-O1", "-w", "-fsanitize=bounds", "-fsanitize-trap=bounds"]
+OWN_FLAGS = ["-O2", "-w", "-fsanitize=bounds", "-fsanitize-trap=bounds"]
 TAKEN = re.compile(r"-[DI]|-isystem|-std=|-m|-f(?!callgraph|peel)")  # words of the build's own command
 IN_DOUBLE = ("symmetry_double",)  # programs that bound by rounding alone: in double they see what it hides in float
-LONGEST_S = 20  # of processor time, for a program that ends in less than 5
+START_S = 0.1  # of processor time, to link a program and start it
+LONGER = 10  # times the source's own processor time, which a fault may take, and a second
 KILLED, SURVIVED, SAME, INVALID = "killed", "survived", "same object", "does not compile"
 
 
@@ -45,6 +49,7 @@ class Program:
     path: Path
     link: list[str]
     symbols: frozenset[str]  # that it has inside
+    fingerprint: str
 
     @property
     def name(self) -> str:
@@ -62,8 +67,10 @@ class Bench:
     directory: Path  # of the build
     precisions: list[Precision]  # float, then the double-precision reference
     includers: dict[str, list[str]]  # sources that read a file
-    tests: str  # fingerprint
     killers: dict[str, Counter[str]] = field(default_factory=lambda: defaultdict(Counter))  # of a file's mutants
+    originals: dict[tuple[str, ...], bytes] = field(default_factory=dict)  # object code of sources, by command
+    passes: dict[tuple[str, str], bool] = field(default_factory=dict)  # program with a file's originals in it
+    seconds: dict[str, float] = field(default_factory=dict)  # of processor, of a program as it was built
 
 
 def run_mutate(count: int, seed: int, file: str | None, jobs: int | None) -> int:
@@ -132,8 +139,7 @@ def prepare(directory: Path) -> Bench:
         for program in pool.map(lambda path: _program(directory, path), paths):
             if program.name in IN_DOUBLE or not program.name.endswith("_double"):
                 precisions[program.name in IN_DOUBLE].programs.append(program)
-    tests = hashlib.sha256(b"".join(path.read_bytes() for path in paths)).hexdigest()[:24]
-    return Bench(directory, precisions, _includers(directory, set(precisions[0].compile)), tests)
+    return Bench(directory, precisions, _includers(directory, set(precisions[0].compile)))
 
 
 def _program(directory: Path, path: Path) -> Program:
@@ -141,7 +147,7 @@ def _program(directory: Path, path: Path) -> Program:
     listing = subprocess.run(["ninja", "-C", directory, "-t", "commands", target], capture_output=True, text=True)
     words = shlex.split(listing.stdout.splitlines()[-1])
     words = [word for word in words if word not in (":", "&&", "ccache") and not word.endswith("/ccache")]
-    return Program(path, words, _symbols(path, "TtDdBbRr"))
+    return Program(path, words, _symbols(path, "TtDdBbRr"), hashlib.sha256(path.read_bytes()).hexdigest()[:16])
 
 
 def _symbols(path: Path, kinds: str) -> frozenset[str]:
@@ -166,7 +172,7 @@ def _includers(directory: Path, sources: set[str]) -> dict[str, list[str]]:
 def try_nearest(bench: Bench, mutants: list[Mutant], most: int) -> dict[Mutant, str]:
     """Outcomes when each is shown to so many of the nearest programs. Nothing is kept."""
     with tempfile.TemporaryDirectory(prefix="hexload-mutant-") as name:
-        return {mutant: _try(bench, mutant, Path(name), most)[0] for mutant in mutants}
+        return {mutant: _try(bench, mutant, Path(name), set(), most)[0] for mutant in mutants}
 
 
 def try_mutants(bench: Bench, mutants: list[Mutant], jobs: int) -> dict[Mutant, str]:
@@ -192,47 +198,64 @@ def _keep(known: dict[str, dict]) -> None:
 def _outcome(bench: Bench, mutant: Mutant, known: dict[str, dict]) -> str:
     key = mutant.key((project.ROOT / mutant.file).read_text(encoding="utf-8"))
     before = known.get(key)
-    if before is not None and (before["outcome"] != SURVIVED or before["tests"] == bench.tests):
+    if before is not None and before["outcome"] != SURVIVED:
         return before["outcome"]
+    blind = set(before.get("blind", ()) if before is not None else ())
     with tempfile.TemporaryDirectory(prefix="hexload-mutant-") as name:
-        outcome, killer = _try(bench, mutant, Path(name), None)
+        outcome, killer = _try(bench, mutant, Path(name), blind, None)
     bench.killers[mutant.file][killer] += 1
-    known[key] = {"outcome": outcome, "tests": bench.tests, "file": mutant.file, "killer": killer}
+    known[key] = {"outcome": outcome, "file": mutant.file, "killer": killer}
+    if outcome == SURVIVED:
+        known[key]["blind"] = sorted(blind)
     return outcome
 
 
-def _try(bench: Bench, mutant: Mutant, folder: Path, most: int | None) -> tuple[str, str]:
-    """The outcome, and the program that noticed the fault."""
-    for precision in bench.precisions:
-        outcome, killer = _try_precision(bench, precision, mutant, folder, most)
-        if outcome != SURVIVED:
-            break
+def _try(bench: Bench, mutant: Mutant, folder: Path, blind: set[str], most: int | None) -> tuple[str, str]:
+    """The outcome, and the program that noticed the fault. What survives in float may be noticed in double.
+
+    `blind` has the fingerprints of programs that are known not to notice it, and gets those of others that do not.
+    """
+    outcome, killer = _try_precision(bench, bench.precisions[0], mutant, folder, blind, most)
+    if outcome == SURVIVED:
+        in_double, killer = _try_precision(bench, bench.precisions[1], mutant, folder, blind, most)
+        outcome = KILLED if in_double == KILLED else SURVIVED
     return outcome, killer
 
 
 def _try_precision(
-    bench: Bench, precision: Precision, mutant: Mutant, folder: Path, most: int | None
+    bench: Bench, precision: Precision, mutant: Mutant, folder: Path, blind: set[str], most: int | None
 ) -> tuple[str, str]:
     """Of a header's mutant, each source that reads it is tried by itself, which is a fault, too, and then all together."""
     sources = [source for source in bench.includers[mutant.file] if source in precision.compile]
-    objects: list[Path] = []
+    objects: dict[str, Path] = {}  # that differ, by source
     for source in sources:
-        objects.append(folder / f"mutant{len(objects)}.o")
-        if not _compile(bench, precision.compile[source], objects[-1], mutant):
+        output = folder / f"mutant{len(objects)}.o"
+        if not _compile(bench, precision.compile[source], output, mutant):
             return INVALID, ""
+        if output.read_bytes() == _original(bench, precision.compile[source], folder):
+            continue
+        objects[source] = output
         if len(sources) > 1:
-            for program in _nearest(bench, precision, source, objects[-1:])[:1]:
-                if _is_noticed(bench, program, objects[-1:], folder):
+            for program in _nearest(bench, precision, source, [output])[:1]:
+                if _is_noticed(bench, precision, program, {source: output}, folder):
                     return KILLED, program.name
-    for program in _nearest(bench, precision, mutant.file, objects)[:most]:
-        if _is_noticed(bench, program, objects, folder):
+    if not objects:
+        return SAME, ""
+    for program in _nearest(bench, precision, mutant.file, list(objects.values()))[:most]:
+        if program.fingerprint not in blind and _is_noticed(bench, precision, program, objects, folder):
             return KILLED, program.name
-    original = folder / "original.o"
-    for source, changed in zip(sources, objects, strict=True):
-        _compile(bench, precision.compile[source], original, None)
-        if original.read_bytes() != changed.read_bytes():
-            return SURVIVED, ""
-    return SAME, ""
+        blind.add(program.fingerprint)
+    return SURVIVED, ""
+
+
+def _original(bench: Bench, command: list[str], folder: Path) -> bytes:
+    key = tuple(command)
+    if key not in bench.originals:
+        output = folder / "original.o"
+        if not _compile(bench, command, output, None):
+            raise ToolFailed(f"{command[-1]} does not compile with {COMPILER}")
+        bench.originals[key] = output.read_bytes()
+    return bench.originals[key]
 
 
 def _compile(bench: Bench, command: list[str], output: Path, mutant: Mutant | None) -> bool:
@@ -254,27 +277,63 @@ def _nearest(bench: Bench, precision: Precision, file: str, objects: list[Path])
     symbols = frozenset().union(*(_symbols(path, "TDBR") for path in objects))
     words = set(Path(file).stem.split("_"))
 
-    def distance(program: Program) -> tuple[int, float, str]:
+    def distance(program: Program) -> tuple[float, float, str]:
         own = set(program.name.split("_"))
-        return -bench.killers[file][program.name], -len(words & own) / len(words | own), program.name
+        noticed_per_second = bench.killers[file][program.name] / (START_S + bench.seconds.get(program.name, 0.0))
+        return -noticed_per_second, -len(words & own) / len(words | own), program.name
 
     return sorted((each for each in precision.programs if each.symbols & symbols), key=distance)
 
 
-def _is_noticed(bench: Bench, program: Program, objects: list[Path], folder: Path) -> bool:
+def _is_noticed(bench: Bench, precision: Precision, program: Program, objects: dict[str, Path], folder: Path) -> bool:
+    if program.name not in bench.seconds:
+        passes, bench.seconds[program.name] = _run(program.path, folder, None)
+        if not passes:
+            raise ToolFailed(f"{program.name} fails without any fault")
+    limit_s = int(LONGER * bench.seconds[program.name]) + 1
+    linked = _link(bench, program, list(objects.values()), folder)
+    if linked is None:
+        return True  # what a caller needs is no longer there
+    passes, _ = _run(linked, folder, limit_s)
+    linked.unlink()
+    return not passes and _passes_with(bench, precision, program, objects, folder)
+
+
+def _passes_with(bench: Bench, precision: Precision, program: Program, objects: dict[str, Path], folder: Path) -> bool:
+    """Whether the program passes with the sources of these objects compiled as mutants are, but without a fault."""
+    key = program.name, " ".join(objects)
+    if key not in bench.passes:
+        originals = []
+        for source in objects:
+            originals.append(folder / f"source{len(originals)}.o")
+            originals[-1].write_bytes(_original(bench, precision.compile[source], folder))
+        linked = _link(bench, program, originals, folder)
+        bench.passes[key] = linked is not None and _run(linked, folder, None)[0]
+    return bench.passes[key]
+
+
+def _link(bench: Bench, program: Program, objects: list[Path], folder: Path) -> Path | None:
+    """With these in front of the libraries. None: it cannot be linked."""
     words = list(program.link)
     output = words.index("-o") + 1
     words[output] = str(folder / program.path.name)
     own = next(at for at, word in enumerate(words) if word.endswith(".c.o"))
     command = [*words[:own], *objects, *words[own:]]
-    if subprocess.run(command, cwd=bench.directory, stderr=subprocess.DEVNULL).returncode != 0:
-        return True  # what a caller needs is no longer there
-    result = subprocess.run(
-        ["prlimit", f"--cpu={LONGEST_S}", "--core=0", words[output]],
-        cwd=folder, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
-    )  # fmt: skip
-    Path(words[output]).unlink()
-    return result.returncode != 0
+    result = subprocess.run(command, cwd=bench.directory, stderr=subprocess.DEVNULL)
+    return Path(words[output]) if result.returncode == 0 else None
+
+
+def _run(program: Path, folder: Path, limit_s: int | None) -> tuple[bool, float]:
+    """Whether it passes, and its processor time. It is stopped at its first failure, or at the limit."""
+    limits = ["prlimit", "--core=0", *([] if limit_s is None else [f"--cpu={limit_s}"])]
+    command = [*limits, "stdbuf", "-oL", program]
+    with subprocess.Popen(command, cwd=folder, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL) as process:
+        failed = any(b":FAIL" in line for line in process.stdout)
+        if failed:
+            os.kill(process.pid, signal.SIGKILL)  # not kill(), which may reap it, and its processor time is lost
+        _, status, usage = os.wait4(process.pid, 0)
+        process.returncode = os.waitstatus_to_exitcode(status)
+    return not failed and process.returncode == 0, usage.ru_utime + usage.ru_stime
 
 
 def _table(outcomes: dict[Mutant, str], left: set[Mutant]) -> Table:
