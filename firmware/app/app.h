@@ -39,11 +39,10 @@ typedef enum hexload_app_fault {
 
 enum {
     /// Ticks that a sample may be ahead of the last one. One that is farther is refused, and counts as none
-    /// of
-    /// the source's: that goes on where it was, or falls silent. When it has been silent for half the time
-    /// that is a fault, and so many have followed one another there, it has gone on, and the estimator with
-    /// it; not when samples have codes. More than HEXLOAD_BUS_TICK_PERIOD, so that one false SampleTick is
-    /// over before.
+    /// of the source's: that goes on where it was, or falls silent. When it has been silent for half the
+    /// time that is a fault, and so many have followed one another there, it has gone on, and the estimator
+    /// with it; not when samples have codes. More than HEXLOAD_BUS_TICK_PERIOD, so that one false SampleTick
+    /// is over before.
     HEXLOAD_APP_FARTHEST_JUMP = 1000,
     HEXLOAD_APP_JUMP_SAMPLES = 20,
 };

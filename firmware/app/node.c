@@ -194,8 +194,7 @@ static bool is_overtaken(const hexload_app_t* app, const hexload_bus_answer_t* a
 }
 
 /// @return HEXLOAD_BUS_ERR_TICK for a sample that is not of the line of ticks that is followed. When it is
-/// late
-///         the source may wait for the answer; when it is too far ahead it does not.
+///         late the source may wait for the answer; when it is too far ahead it does not.
 static hexload_bus_status_t process(hexload_node_t* self, const hexload_leg_sample_t* sample) {
     const bool has_clock = self->port.clock_us != NULL;
     const uint32_t begin_us = has_clock ? self->port.clock_us(self->port.context) : 0;

@@ -71,7 +71,7 @@ typedef struct bench {
     hexload_present_tick_t now;
 } bench_t;
 
-/// The means of the last two seconds, of a start of all: of the force upwards less weight and of
+/// The means of the last two seconds, of a start of all: of the force less weight and of
 /// accelerations by the rates' differences. @return whether rounding decides the verdict.
 static bool expect(const bench_t* bench, hexload_known_mass_t* self) {
     const hexload_config_t* config = &bench->scene.config;
@@ -80,17 +80,20 @@ static bool expect(const bench_t* bench, hexload_known_mass_t* self) {
     const double dt_s = (double)config->tick_s * bench->now.gap_ticks;
     bool is_close = false;
     if (self->has_last && bench->now.gap_ticks <= 8) {
-        double excess = -mass * g, square = 0.0;
+        double square = 0.0;
         const double time_s = fmin(2.0, (double)self->time_s + dt_s), share = dt_s / time_s;
         for (int k = 0; k < 3; k++) {
-            excess += (double)motion->R[2][k] * (double)bench->wrench.force_n[k];
+            double excess = k == 2 ? -mass * g : 0.0;
+            for (int a = 0; a < 3; a++) {
+                excess += (double)motion->R[k][a] * (double)bench->wrench.force_n[a];
+            }
+            excess -= mass * ((double)motion->twist[k] - (double)self->last_twist[k]) / dt_s;
+            self->excess_n[k] += (hexload_real_t)(share * (excess - (double)self->excess_n[k]));
             square += pow((double)motion->twist[3 + k], 2.0);
         }
-        excess -= mass * ((double)motion->twist[2] - (double)self->last_rate[0]) / dt_s;
-        self->excess_n += (hexload_real_t)(share * (excess - (double)self->excess_n));
         self->square_rad2_s2 += (hexload_real_t)(share * (square - (double)self->square_rad2_s2));
         for (int k = 0; k < 2; k++) {
-            const double turn = ((double)motion->twist[3 + k] - (double)self->last_rate[1 + k]) / dt_s;
+            const double turn = ((double)motion->twist[3 + k] - (double)self->last_twist[3 + k]) / dt_s;
             self->turn_rad_s2[k] += (hexload_real_t)(share * (turn - (double)self->turn_rad_s2[k]));
         }
         self->time_s = (hexload_real_t)time_s;
@@ -98,13 +101,13 @@ static bool expect(const bench_t* bench, hexload_known_mass_t* self) {
                               2.0 * (double)self->square_rad2_s2;
         const double limit =
             (self->is_contradicted ? 0.8 : 1.0) * (double)self->limit_n + (double)self->lever_kg_m * turned;
-        const double size = fabs((double)self->excess_n), error = size / (mass * g) * time_s / 2.0;
+        const double size = fabs((double)self->excess_n[2]), error = size / (mass * g) * time_s / 2.0;
         is_close =
             fabs(size - limit) < 1e-3 * limit || fabs(error - 0.004) < 4e-6 || fabs(time_s - 0.2) < 1e-5;
         self->weight_error = (hexload_real_t)(error > 0.004 ? error : 0.0);
         self->is_contradicted = time_s > 0.2 && size > limit;
     }
-    memcpy(self->last_rate, &motion->twist[2], sizeof self->last_rate);
+    memcpy(self->last_twist, motion->twist, sizeof self->last_twist);
     self->has_last = true;
     return is_close;
 }
@@ -144,7 +147,9 @@ static void test_means_and_verdict_are_those_of_the_equations(void) {
             hexload_known_mass_step(&bench.self, &bench.scene.config, &bench.now, &bench.wrench);
             const hexload_known_mass_t* found = &bench.self;
             const double newtons = ROUNDINGS(40, 1e4);
-            TEST_ASSERT_DOUBLE_WITHIN(newtons, (double)expected.excess_n, (double)found->excess_n);
+            for (int k = 0; k < 3; k++) {
+                TEST_ASSERT_DOUBLE_WITHIN(newtons, (double)expected.excess_n[k], (double)found->excess_n[k]);
+            }
             TEST_ASSERT_DOUBLE_WITHIN(ROUNDINGS(4, 2.0), (double)expected.time_s, (double)found->time_s);
             TEST_ASSERT_DOUBLE_WITHIN(ROUNDINGS(40, 1.0), (double)expected.square_rad2_s2,
                                       (double)found->square_rad2_s2);

@@ -1244,7 +1244,6 @@ static void test_random_frames_do_no_harm(void) {
     DO(status_page)                                                                                          \
     DO(acknowledges)                                                                                         \
     DO(heard_controller)                                                                                     \
-    DO(has_codes)                                                                                            \
     DO(is_challenge_due)
 #define ASSERT_SAME_MEMBER(member)                                                                           \
     TEST_ASSERT_EQUAL_MEMORY_MESSAGE(&clean.member, &node.member, sizeof node.member, #member);

@@ -17,7 +17,7 @@ enum { LONGEST_GAP_TICKS = 8 }; ///< over which one acceleration is taken
 #define LEAST_SHARE HEXLOAD_REAL(0.02)
 #define STILL_CONTRADICTED HEXLOAD_REAL(0.8)
 
-/// Of the excess upwards: more sidewards is no base off level (14 degrees), and no mass weighs sidewards.
+/// Of the excess upwards. No mass weighs sidewards: more than that is a force, or a base off level.
 #define SIDEWARDS HEXLOAD_REAL(0.25)
 
 /// Share of the weight that widens no sigma.
