@@ -11,6 +11,7 @@ IMPOSSIBLE = 1000
 SETTLED_TICKS = 20  # between two disturbances
 GAPS = (2, 3, 4, 5)  # that the default configuration bridges, two of the longest within the lag
 LAGS = range(80, 92)  # ticks from one gap to the next: then the momentum filter comes to the first
+HEAVIER, HEAVIER_TICKS = 1.5, 400  # a tenth of the weight in the mean of two seconds
 SHAKEN = 200
 SHAKEN_M = 0.0045  # 9 mm to and fro within a tick: the default range of 10 m/s
 FAR_TICKS = 200  # in which a leg can have gone anywhere
@@ -21,8 +22,8 @@ def hard_samples(native: ModuleType, platform, recorded: NDArray) -> NDArray:
 
     In this order: the motion itself, with a spike in a force while little is known; gaps that are bridged, the longest
     once more when the filter that lags behind comes to its first, and one that is not; a velocity that is wrong once,
-    and for so long that the gate opens; a spike in a force when much is known; a stroke that is left; legs that shake
-    as fast as their range allows; poses all over the workspace, one after the other; leg lengths that no pose has;
+    and for so long that the gate opens; a spike in a force when much is known; a stroke that is left; legs that carry
+    more than the stated mass; legs that shake as fast as their range allows; poses all over the workspace, one after the other; leg lengths that no pose has;
     values that are refused at once.
     """
     rng = np.random.default_rng(4)
@@ -45,6 +46,9 @@ def hard_samples(native: ModuleType, platform, recorded: NDArray) -> NDArray:
     raised = _after(parts, recorded)
     raised["displacement_m"][0] = 0.31
     parts.append(raised)
+    heavier = _after(parts, recorded, ticks=HEAVIER_TICKS)
+    heavier["force_n"] *= HEAVIER
+    parts.append(heavier)
     parts.append(_after(parts, recorded, ticks=400))
     shaken = _after(parts, recorded, ticks=SHAKEN)
     shaken["displacement_m"] += rng.uniform(-SHAKEN_M, SHAKEN_M, (SHAKEN, 6)).astype(np.float32)
