@@ -11,7 +11,7 @@ from momentum_scenario import platform_of
 from rig_scenario import COM_M, MASS_KG, rig_of, write
 from test_15_momentum import PATIENT, assert_same, last_estimate, replay
 
-SLOW_S = 0.7  # of a slow controller's run: more than 15 rounds of pages, and not yet the end of what is to be found
+SLOW_S = 0.9  # of a slow controller's run: more than 15 rounds of pages, and not yet the end of what is to be found
 
 
 @pytest.fixture(scope="module")

@@ -7,7 +7,8 @@ import sys
 import pytest
 
 from hexload.errors import InputError
-from hexload.io.run_directory import FILES, read_run
+from hexload.io.run_directory import read_run
+from hexload.io.run_files import FILES
 from hexload.report.page import write_report
 from synthetic_run import write_run
 

@@ -12,7 +12,8 @@ import pytest
 from hexload import project
 from hexload.errors import InputError
 from hexload.io.atomic_file import replaced_when_done
-from hexload.io.run_directory import FILES, read_run
+from hexload.io.run_directory import read_run
+from hexload.io.run_files import FILES
 
 PATIENCE_S = 60.0
 

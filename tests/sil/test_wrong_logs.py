@@ -186,7 +186,7 @@ WRONG = [
         lambda legs: legs | {"dl": legs["f"], "f": legs["dl"]},
         is_mended=False,
     ),
-    Wrong("a clock that is twice as fast", 3, "all velocities are the displacements'", scaled(t=0.5), is_mended=False),
+    Wrong("a clock that runs at half its rate", 3, "the log's clock is 50 % slow", scaled(t=0.5), is_mended=False),
     Wrong(
         "force of leg 1 that stands still",
         3,

@@ -22,7 +22,7 @@ from pathlib import Path
 
 from hexload import project
 from hexload.errors import InputError, ToolFailed
-from hexload.io.run_directory import ADDED_FILES, FILES
+from hexload.io.run_files import ADDED_FILES, FILES
 from hexload_dev import build
 from hexload_dev.sandbox import QEMU_SANDBOX
 

@@ -29,7 +29,6 @@ GAIN, LAG_S, ZERO, DRIFT = (
 ALIKE = 0.2  # of six numbers' mean, within which they are one
 BETTER = 0.8  # of the forces' misfit, below which the displacement was wrong
 HARMLESS_LAG_S = 2e-4  # a tenth of what the controller lets pass, and less than half a tick
-UNIT = 0.3  # beyond 1 / (1 + UNIT) .. 1 + UNIT a gain of all legs is another unit
 UNITS = {1e3: "a thousand", 1e2: "a hundred", 39.37: "39.37 (inches)", 60.0: "sixty", 3.6: "3.6"}
 INPUT_GAIN, INPUT_LAG_S = 0.02, 2e-3  # beyond, the input is not to be believed
 
@@ -125,7 +124,7 @@ def _gains(record: Record, found: Kinematics, machine: Machine, forces: Forces) 
         own = size if channel == "velocity" else 1.0 / (1.0 + size) - 1.0
         finding = Finding(
             f"{channel} gain",
-            f"leg {leg + 1}: {channel} is {100.0 * abs(own):.2g} % too {'large' if own > 0 else 'small'}",
+            f"leg {leg + 1}: {channel} is {_percent(own)} too {'large' if own > 0 else 'small'}",
             f"calibrate its {channel} sensor",
             (leg,),
             own,
@@ -139,7 +138,7 @@ def _gains(record: Record, found: Kinematics, machine: Machine, forces: Forces) 
 def _common_gain(record: Record, size: float, sigmas: float, forces: Forces) -> tuple[Finding, Record]:
     factor = 1.0 + size
     longer = replace(record, displacement_m=record.displacement_m * factor)
-    if not 1.0 / (1.0 + UNIT) < factor < 1.0 + UNIT:
+    if _unit_of(factor) is not None:
         is_length = np.ptp(record.displacement_m, axis=0).max() > 2.0 or forces.are_better(longer)
         channel, ratio = ("displacement", 1.0 / factor) if is_length else ("velocity", factor)
         words = f"{channel} channels are {_unit_in_words(ratio)} their SI values: another unit"
@@ -152,19 +151,27 @@ def _common_gain(record: Record, size: float, sigmas: float, forces: Forces) -> 
     best = min(options, key=lambda option: forces.misfit(option[1]))
     cause, mended, own = best if forces.are_better(best[1]) else ("velocity gain", record, size)
     if cause == "clock":
-        words = f"the log's clock is {100.0 * abs(own):.2g} % {'fast' if own > 0 else 'slow'}, against velocities and forces"
+        words = f"the log's clock is {_percent(own)} {'fast' if own > 0 else 'slow'}, against velocities and forces"
         mend = "check the sampling period"
     else:
         name = cause.split()[0]
-        words = f"all {name} channels are {100.0 * abs(own):.2g} % too {'large' if own > 0 else 'small'}"
+        words = f"all {name} channels are {_percent(own)} too {'large' if own > 0 else 'small'}"
         mend = f"check the scale of the {name} sensors"
     return Finding(cause, words, mend, (), own, "", sigmas, is_input=abs(own) > INPUT_GAIN), mended
 
 
+def _percent(share: float) -> str:
+    return f"{100.0 * abs(share):.{2 if abs(share) < 1.0 else 3}g} %"
+
+
+def _unit_of(ratio: float) -> str | None:
+    """None: no unit is by such a factor larger or smaller than the SI unit."""
+    size = max(ratio, 1.0 / ratio)
+    return next((name for factor, name in UNITS.items() if abs(size / factor - 1.0) < 0.05), None)
+
+
 def _unit_in_words(ratio: float) -> str:
-    size, word = max(ratio, 1.0 / ratio), "times" if ratio > 1.0 else "th of"
-    name = next((name for factor, name in UNITS.items() if abs(size / factor - 1.0) < 0.05), f"{size:.4g}")
-    return f"{name} {word}" if word == "times" else f"one in {name} of"
+    return f"{_unit_of(ratio)} times" if ratio > 1.0 else f"one in {_unit_of(ratio)} of"
 
 
 def _lags(record: Record, found: Kinematics, machine: Machine, forces: Forces) -> Step:

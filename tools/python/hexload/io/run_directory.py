@@ -11,10 +11,9 @@ from numpy.typing import NDArray
 
 from hexload.errors import InputError
 from hexload.io.log_file import LegLog, read_log
+from hexload.io.run_files import FILES
 from hexload.theory.bound import THETA_NAMES
 
-FILES = ("scenario.toml", "platform.toml", "log.csv", "truth.csv", "estimates.csv", "meta.json")
-ADDED_FILES = ("trajectory.csv", "rig.toml", "report.html")  # of a motion file, of a rig, of hexload report
 POSE = ("x", "y", "z", "roll", "pitch", "yaw")
 TWIST = ("vx", "vy", "vz", "wx", "wy", "wz")
 REFERENCE = tuple(f"ref_{name}" for name in POSE)
