@@ -13,7 +13,7 @@ from hexload import project
 from hexload.errors import InputError
 from hexload.io.atomic_file import replaced_when_done
 from hexload.io.run_directory import read_run
-from hexload.io.run_files import FILES
+from hexload.io.run_files import ADDED_FILES, FILES
 
 PATIENCE_S = 60.0
 
@@ -62,6 +62,8 @@ def test_what_is_no_run_directory_survives_force(work, out, found):
     assert result.returncode == 2
     assert f": found {found}, expected a run directory" in result.stderr
     assert result.stderr.count("\n") == 1
+    # which names the files that Python's verbs take for a run's, too
+    assert set(result.stderr.partition("beside it only ")[2].partition("), ")[0].split(", ")) == {*FILES, *ADDED_FILES}
     assert contents(work.parent) == before
 
 

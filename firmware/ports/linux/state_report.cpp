@@ -29,8 +29,7 @@ std::string cause(const hexload_app_t& app, hexload_bus_profile_t profile) {
             app.last_tick + 1);
     case HEXLOAD_FAULT_SAMPLES_REFUSED:
         return fmt::format("{} samples of the source refused in a row, the last good one at tick {}: check "
-                           "the sensors and the "
-                           "platform file",
+                           "the sensors and the platform file",
                            app.refused_in_a_row, app.last_tick);
     case HEXLOAD_FAULT_WRONG_PROFILE:
         return wrong_profile(profile);

@@ -387,9 +387,8 @@ def _scan(
     others = np.concatenate([np.arange(UNKNOWNS)[SLICES[name]] for name in ("theta", "leg_mass", "offset")])
     others = others[start.sigma[others] > 0]
     basis = np.linalg.qr((weight[:, :, None] * matrix[:, :, others]).reshape(-1, len(others)))[0]
-    basis = basis.reshape(*weight.shape, -1).transpose(
-        1, 0, 2
-    )  # (6, rows, others), as `due`, `weight` and the columns below
+    # By legs, (6, rows, ..), as `weight`, `due` and the columns below.
+    basis = basis.reshape(*weight.shape, -1).transpose(1, 0, 2)
     weight = weight.T
     due = weight * (residual + matrix[:, :, own.ravel()] @ np.where(is_free, value[own.ravel()], 0.0)).T
     due -= basis @ np.tensordot(basis, due, ((0, 1), (0, 1)))
