@@ -80,11 +80,12 @@ def soak(
     """
     from hexload.cli import output
     from hexload.simulation import sim
-    from hexload_dev import bus_soak
     from hexload_dev import soak as verb
 
     with output.said(as_json, quiet):
         if faults:
+            from hexload_dev import bus_soak
+
             settings = bus_soak.SoakSettings(hours, seed)
             figures = bus_soak.run_soak(settings, out or bus_soak.DEFAULT_OUT, restart)
         else:

@@ -1,0 +1,106 @@
+"""What tools/hexload installs for a verb is all that the verb imports: seen on the sources, as a developer's environment has
+everything."""
+
+import ast
+import functools
+import importlib.metadata
+import re
+import subprocess
+
+import pytest
+
+from hexload import project
+from hexload_dev import lock
+from hexload_dev.requirements import canonical, chosen, read_lock, requirements
+
+SOURCES = project.ROOT / "tools" / "python"
+COMMANDS = [SOURCES / "hexload" / "cli" / "app.py", SOURCES / "hexload_dev" / "cli.py"]
+SCRIPT = (project.ROOT / "tools" / "hexload").read_text()
+GROUPS = re.search(r"^python_groups\(\) \{.*?^\}", SCRIPT, re.M | re.S)[0]
+LOCKED = read_lock(lock.LOCK.read_text())
+PACKAGES = importlib.metadata.packages_distributions()  # by the modules that they bring
+OPTIONS = ["--view", "--screenshot", "--report", "--faults"]  # with which a verb imports more
+
+
+def module_file(name):
+    path = SOURCES / name.replace(".", "/")
+    return next((found for found in (path.with_suffix(".py"), path / "__init__.py") if found.is_file()), None)
+
+
+def names_of(node):
+    if isinstance(node, ast.Import):
+        return [alias.name for alias in node.names]
+    return [node.module, *(f"{node.module}.{alias.name}" for alias in node.names)]
+
+
+def imports_at_once(body):
+    """Of statements that run whenever the body does: not of branches, nor of functions in it."""
+    for node in body:
+        if isinstance(node, ast.Import | ast.ImportFrom):
+            yield from names_of(node)
+        elif isinstance(node, ast.With):
+            yield from imports_at_once(node.body)
+
+
+def imports_somewhere(body):
+    for node in ast.walk(ast.Module(body, [])):
+        if isinstance(node, ast.Import | ast.ImportFrom):
+            yield from names_of(node)
+
+
+@functools.cache
+def imports_of_module(path):
+    return list(imports_at_once(ast.parse(path.read_text()).body))
+
+
+def foreign(names):
+    """Top-level names of other projects' modules that importing these brings in, module by module."""
+    found, seen, waiting = set(), set(), list(names)
+    while waiting:
+        name = waiting.pop()
+        path = module_file(name)
+        if not name.startswith("hexload"):
+            found.add(name.split(".")[0])
+        elif path and path not in seen:
+            seen.add(path)
+            waiting += imports_of_module(path)
+            waiting += [name.rpartition(".")[0]] if "." in name else []
+    return found
+
+
+def functions():
+    """The body of each verb's function, by the verb."""
+    for path in COMMANDS:
+        for node in ast.parse(path.read_text()).body:
+            calls = [call for call in getattr(node, "decorator_list", []) if isinstance(call, ast.Call)]
+            for call in calls:
+                owner = ast.unparse(call.func).removesuffix(".command")
+                named = [argument.value for argument in call.args if isinstance(argument, ast.Constant)]
+                if ast.unparse(call.func).endswith(".command"):
+                    verb = (owner.removesuffix("_app").removesuffix("app") or (named or [node.name])[0]).strip()
+                    yield pytest.param(verb, node.body, id=f"{verb}-{node.name}")
+
+
+def installed_for(arguments):
+    """Packages of the lock, with those that they need."""
+    command = f'{GROUPS}\npython_groups "$@"'
+    groups = subprocess.run(["bash", "-c", command, "-", *arguments], text=True, capture_output=True, check=True).stdout
+    lines = requirements(lock.PROJECTS, ["cli", *groups.split()])
+    return {package.name for package in chosen(LOCKED, lines)}
+
+
+def missing(names, arguments):
+    there = installed_for(arguments)
+    return {
+        name
+        for name in foreign([*names, "hexload.cli.app", "hexload_dev.cli"])
+        if name in PACKAGES and not there & {canonical(package) for package in PACKAGES[name]}
+    }
+
+
+@pytest.mark.parametrize("verb, body", list(functions()))
+def test_a_verb_imports_only_what_is_installed_for_it(verb, body):
+    # GIVEN a fresh clone WHEN a verb is given, without options and with those that need more
+    # THEN each module that it imports is of a package that tools/hexload has installed for it
+    assert missing(imports_at_once(body), [verb]) == set()
+    assert missing(imports_somewhere(body), [verb, *OPTIONS]) == set()
