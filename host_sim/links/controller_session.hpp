@@ -51,6 +51,9 @@ class ControllerSession {
     std::uint64_t incomplete_answers() const {
         return wire_->incomplete_answers();
     }
+    bool has_unproven_answers() const {
+        return wire_->has_unproven_answers();
+    }
     Clock::time_point now() const {
         return settings_.now();
     }

@@ -68,6 +68,11 @@ class ControllerWire {
     // Answers that were given up because parts of them were lost.
     virtual std::uint64_t incomplete_answers() const = 0;
 
+    // Whether answers have come that must have codes of the controller's key, and none of it yet.
+    virtual bool has_unproven_answers() const {
+        return false;
+    }
+
     // The wire's own counters, the others zero.
     virtual BusCounts counts() const = 0;
 };
