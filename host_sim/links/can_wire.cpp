@@ -15,6 +15,7 @@ namespace hexload::sim {
 namespace {
 
 constexpr std::chrono::microseconds command_deadline{1000};
+constexpr std::size_t memory_frames = 12; // four FD answers: what a network delivers twice comes soon after
 constexpr std::chrono::seconds command_patience{1}; // for a challenge: later the command would surprise
 
 } // namespace
@@ -130,6 +131,9 @@ void CanWire::count_into_answer_code(const hexload_bus_frame_t& frame, const Ans
     const hexload_cipher_t cipher = aes_->cipher();
     const bool ends_answer = part.whole || profile_ == HEXLOAD_BUS_CLASSIC;
     hexload_answer_code_add(&*answer_code_, &cipher, &frame, ends_answer, part.answered_tick);
+    if (profile_ == HEXLOAD_BUS_FD && (assembly_.parts & (assembly_.parts + 1U)) != 0) {
+        answer_code_->is_whole = false; // parts before their turn: a code counts frames in their order
+    }
     if (answer_code_->unproven > HEXLOAD_NODE_UNPROVEN && part.whole &&
         (part.whole->state == HEXLOAD_APP_ESTIMATING || part.whole->state == HEXLOAD_APP_CONVERGED)) {
         fail_unproven("they have no codes of its key");
@@ -160,7 +164,7 @@ std::optional<BusNews> CanWire::read(std::chrono::microseconds timeout) {
     }
     if (is_echo(*frame)) {
         ++refused_;
-        return Echo{};
+        return StaleFrame{};
     }
     if (is_answer_code(*frame)) {
         return UnrelatedFrame{};
@@ -201,9 +205,34 @@ bool CanWire::is_echo(const hexload_bus_frame_t& frame) {
     if (std::any_of(heard_.begin(), heard_.end(), is_same)) {
         return true;
     }
-    heard_.at(heard_next_) = frame;
-    heard_next_ = (heard_next_ + 1) % heard_.size();
+    heard_.push_front(frame);
+    heard_.resize(std::min(heard_.size(), memory_frames));
     return false;
+}
+
+// Whether the answer frame before with this identifier was of the same tick, or the same page of the same
+// tick, and says something else. Of earlier ones that is not looked at: a sample that comes late is answered
+// too.
+bool CanWire::contradicts_last(const hexload_bus_frame_t& frame) const {
+    const auto last =
+        std::find_if(heard_.begin() + 1, heard_.end(),
+                     [&frame](const hexload_bus_frame_t& before) { return before.id == frame.id; });
+    const int head = frame.is_fd ? 0 : 1; // the tick; behind a page's checksum: counter, tick and page
+    return last != heard_.end() && std::equal(frame.data + head, frame.data + 4, last->data + head);
+}
+
+void CanWire::fail_two_answers() const {
+    throw LinkError(
+        LinkFailure::second_controller,
+        fmt::format("{}: two answers to one tick, near tick {}: a second controller is on the bus", name(),
+                    newest_tick_));
+}
+
+// One that has begun counts too: in lockstep nothing follows it.
+std::uint64_t CanWire::incomplete_answers() const {
+    constexpr std::uint32_t all_parts = 7;
+    const bool lacks_frames = profile_ == HEXLOAD_BUS_FD && assembly_.parts % all_parts != 0;
+    return assembly_.incomplete + (lacks_frames ? 1U : 0U);
 }
 
 bool CanWire::is_taken(hexload_bus_status_t status) {
@@ -216,6 +245,11 @@ std::optional<BusNews> CanWire::read_answer(const hexload_bus_frame_t& frame) {
     hexload_bus_answer_t answer;
     const hexload_bus_status_t status =
         hexload_answer_assembly_add(&assembly_, &frame, newest_tick_, &part.answered_tick, &answer);
+    const bool is_answer =
+        status == HEXLOAD_BUS_OK || status == HEXLOAD_BUS_PARTIAL || status == HEXLOAD_BUS_ERR_TICK;
+    if (is_answer && contradicts_last(frame)) {
+        fail_two_answers();
+    }
     switch (status) {
     case HEXLOAD_BUS_OK:
         answer.input.excess_n = status_.input.excess_n; // of the status alone
@@ -229,11 +263,9 @@ std::optional<BusNews> CanWire::read_answer(const hexload_bus_frame_t& frame) {
         return part;
     case HEXLOAD_BUS_OTHER:
         return std::nullopt;
-    case HEXLOAD_BUS_ERR_TICK:
-        throw LinkError(
-            LinkFailure::second_controller,
-            fmt::format("{}: two answers to one tick, near tick {}: a second controller is on the bus",
-                        name(), newest_tick_));
+    case HEXLOAD_BUS_ERR_TICK: // late
+        ++refused_;
+        return StaleFrame{};
     case HEXLOAD_BUS_ERR_PROFILE:
         throw LinkError(LinkFailure::wrong_profile,
                         fmt::format("{}: a controller answers in another profile than {}", name(),

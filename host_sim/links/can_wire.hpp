@@ -11,7 +11,7 @@
 #include "transport/can_channel.hpp"
 #include "transport/key.hpp"
 
-#include <array>
+#include <deque>
 #include <functional>
 #include <memory>
 #include <optional>
@@ -40,9 +40,7 @@ class CanWire final : public ControllerWire {
     bool is_up() const override {
         return channel_->is_up();
     }
-    std::uint64_t incomplete_answers() const override {
-        return assembly_.incomplete;
-    }
+    std::uint64_t incomplete_answers() const override;
     bool has_unproven_answers() const override {
         return answer_code_ && (answer_code_->has_frames || answer_code_->unproven > 0);
     }
@@ -51,6 +49,8 @@ class CanWire final : public ControllerWire {
   private:
     std::optional<BusNews> read_answer(const hexload_bus_frame_t& frame);
     bool is_echo(const hexload_bus_frame_t& frame);
+    bool contradicts_last(const hexload_bus_frame_t& frame) const;
+    [[noreturn]] void fail_two_answers() const;
     bool is_taken(hexload_bus_status_t status);
     void ask_challenge(hexload_bus_command_t command);
     void send_with_code();
@@ -78,8 +78,7 @@ class CanWire final : public ControllerWire {
     std::uint32_t newest_tick_ = 0;
     std::uint32_t saturated_ = 0;
     std::uint64_t refused_ = 0;
-    std::array<hexload_bus_frame_t, 8> heard_{}; // the last ones of the controller: two FD answers
-    std::size_t heard_next_ = 0;
+    std::deque<hexload_bus_frame_t> heard_; // the last ones of the controller, newest first
 };
 
 } // namespace hexload::sim

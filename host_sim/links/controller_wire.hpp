@@ -21,10 +21,11 @@ struct AnswerPart {
 
 struct UnrelatedFrame {};
 
-// A frame of a controller, to the last bit one of those before.
-struct Echo {};
+// A frame of a controller that says nothing new: to the last bit one of those before, or of an answer that is
+// over. Some networks deliver frames twice, or in another order.
+struct StaleFrame {};
 
-using BusNews = std::variant<UnrelatedFrame, Echo, AnswerPart, hexload_bus_acknowledge_t,
+using BusNews = std::variant<UnrelatedFrame, StaleFrame, AnswerPart, hexload_bus_acknowledge_t,
                              hexload_bus_controller_status_t, hexload_bus_load_change_t>;
 
 class ControllerWire {

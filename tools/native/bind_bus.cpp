@@ -349,6 +349,10 @@ class AnswerAssembly {
         return answered_tick_;
     }
 
+    bool is_in_order() const {
+        return (assembly_.parts & (assembly_.parts + 1U)) == 0;
+    }
+
   private:
     hexload_answer_assembly_t assembly_{};
     std::uint32_t answered_tick_ = 0;
@@ -383,5 +387,7 @@ void bind_bus(nb::module_& module) {
         .def("add", &AnswerAssembly::add, nb::arg("frame"), nb::arg("near_tick"))
         .def_prop_ro(
             "answered_tick", &AnswerAssembly::answered_tick,
-            "Of the last frame that was taken: the tick that it answers, or had just been processed.");
+            "Of the last frame that was taken: the tick that it answers, or had just been processed.")
+        .def_prop_ro("is_in_order", &AnswerAssembly::is_in_order,
+                     "Whether no frame is missing before those of the answer that have come.");
 }

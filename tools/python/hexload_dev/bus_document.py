@@ -426,7 +426,8 @@ def authentication_numbers(contract: Database) -> dict[str, float | str]:
         "classic_both_load": 100 * (classic_load + load_of_page_codes),
         "classic_too_much": 100 * (classic_load + load_of_codes),
         "most_load": 100 * MOST_LOAD,
-        "answer_instructions": " (fd) or ".join(f"{count:,}" for count in ANSWER_CODE_INSTRUCTIONS.values()) + " (classic)",
+        "answer_instructions": " (fd) or ".join(f"{count:,}" for count in ANSWER_CODE_INSTRUCTIONS.values())
+        + " (classic)",
         "answer_shares": f"{shares[0]} and {shares[1]} %",
         **{f"{name}_instructions": f"{count:,}" for name, count in CODE_INSTRUCTIONS.items()},
         **{f"{name}_share": 100 * CODE_INSTRUCTIONS[name] / SAMPLE_INSTRUCTIONS[name] for name in SAMPLE_INSTRUCTIONS},

@@ -109,13 +109,15 @@ class AnswerCodes:
             self._nonce = nonce if has_codes else None
             self._begin()
 
-    def add(self, data: bytes, ends_answer: bool, tick: int) -> None:
-        """A frame of an answer that was taken. `ends_answer`: the answer is whole with it, in the classic profile each page."""
+    def add(self, data: bytes, ends_answer: bool, tick: int, is_in_order: bool = True) -> None:
+        """A frame of an answer that was taken. `ends_answer`: the answer is whole with it, in the classic profile each page.
+        `is_in_order`: those of its answer before it have come too; a code counts frames in their order."""
         first_tick = tick - tick % self._ticks
         if not self._frames or first_tick != self._first_tick:
             self._frames, self._first_tick, self._next_tick, self._is_whole = [], first_tick, first_tick, True
             self.unproven += 1
         self._frames.append(data.ljust(self._frame_bytes, b"\0"))
+        self._is_whole = self._is_whole and is_in_order
         if ends_answer:
             self._is_whole = self._is_whole and tick == self._next_tick
             self._next_tick = tick + self._step

@@ -135,7 +135,8 @@ class BusListener:
     def _read_answer(self, frame: tuple) -> tuple:
         status, answer = self._answers.add(frame, self._tick)
         if status in TAKEN and self._codes is not None and self._codes.is_on:
-            self._codes.add(frame[2], answer is not None or self._pages, self._answers.answered_tick)
+            is_in_order = self._pages or self._answers.is_in_order
+            self._codes.add(frame[2], answer is not None or self._pages, self._answers.answered_tick, is_in_order)
             if self._codes.unproven > UNPROVEN and answer is not None and answer["state"] in ESTIMATES:
                 self._tell_false("they have no codes of its key")
         return status, answer
