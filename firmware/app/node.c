@@ -264,6 +264,7 @@ static APART void prove(hexload_node_t* self, const hexload_bus_frame_t* frame, 
         if (self->is_proven &&
             self->unproven > 1u) { // the window before lacks its code: as if all were refused
             self->refused = (hexload_node_events_t){self->clock_ms, HEXLOAD_NODE_MANY_REFUSED};
+            hexload_count(&self->status.frames_refused, 1); // which stays when the remark is over
         }
         if (self->unproven > (uint32_t)HEXLOAD_NODE_UNPROVEN && hexload_app_is_running(&self->app)) {
             hexload_app_set_fault(&self->app, HEXLOAD_FAULT_NOT_AUTHENTICATED);

@@ -164,7 +164,7 @@ typedef struct hexload_bus_controller_status {
     uint32_t stack_margin_bytes; ///< never used so far; 0: not measured
     int32_t time_margin_us;      ///< least time left in a period since the last such page; 0: not measured
     uint32_t samples_missing;    ///< ticks without an accepted sample since START
-    uint32_t frames_refused;     ///< frames with a wrong length, checksum, tick or value
+    uint32_t frames_refused;     ///< frames with a wrong length, checksum, tick or value; codes missed
     uint32_t samples_refused;
     uint16_t load_changes; ///< load changes detected since START
     hexload_input_fault_t

@@ -173,6 +173,7 @@ std::optional<BusNews> ControllerSession::read(std::chrono::microseconds timeout
         } else if (const auto* part = std::get_if<AnswerPart>(&*news)) {
             stale_ = std::max(0, stale_ - 1);
             note_answered(*part);
+            note_refusals(*part);
         } else if (const auto* acknowledge = std::get_if<hexload_bus_acknowledge_t>(&*news)) {
             if (!is_own(*acknowledge)) {
                 note_other(*acknowledge);
@@ -224,6 +225,20 @@ void ControllerSession::note_answered(const AnswerPart& part) {
     if (part.ends_tick) {
         last_answered_ = part.answered_tick;
     }
+}
+
+// Samples that lack their code are in the estimate already, and its verdict does not tell.
+void ControllerSession::note_refusals(const AnswerPart& part) {
+    if (!part.whole) {
+        return;
+    }
+    const bool refuses = (part.whole->health >> HEXLOAD_HEALTH_FRAMES_REFUSED & 1U) != 0;
+    if (refuses && !refuses_) {
+        report(fmt::format("the controller refuses frames near tick {}: damaged, another's, or samples lack "
+                           "the code of its key",
+                           part.answered_tick));
+    }
+    refuses_ = refuses;
 }
 
 bool ControllerSession::is_own(const hexload_bus_acknowledge_t& acknowledge) const {

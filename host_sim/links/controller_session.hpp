@@ -90,6 +90,7 @@ class ControllerSession {
                                           std::chrono::milliseconds timeout) const;
     void note_stale();
     void note_answered(const AnswerPart& part);
+    void note_refusals(const AnswerPart& part);
     void note_load_change(const hexload_bus_load_change_t& change);
 
     std::unique_ptr<ControllerWire> wire_;
@@ -100,6 +101,7 @@ class ControllerSession {
     bool is_unauthenticated_ = false; // since the last command, and not by another's
     std::bitset<256> acknowledged_;   // by sequence number of the command
     int stale_ = 0;                   // frames: two up for each, one down for one that says something new
+    bool refuses_ = false;            // frames, by the last answer
     std::string other_;               // who else commands the controller; empty: nobody so far
     std::vector<double> load_changes_s_;
     std::uint32_t changes_counted_ = 0; // by the controller since its start

@@ -320,6 +320,8 @@ What the reader does:
   ahead: then it is believed, and when it goes back, legs of another source have driven the count ahead, the fault *second source*.
 - A command with the counter of its session's last one: refused, and not acknowledged; with other content the fault *second source*.
   START is refused (*other configuration*) when the source works with another configuration than the controller.
+- An answer's frame that comes twice or late: counted, not used. One that says something else than the last of its kind and tick, or more
+  than half of all frames stale: two controllers, and the simulator ends.
 - A controller's frame, or a sample of the other profile: a fault when three whole ones come within a second.
 - An acknowledge is its reader's own when source and session are.
 
@@ -356,8 +358,12 @@ of the leg frames. So neither a run recorded before nor other frames with right 
 although all 16 ticks have come ends the run in the fault *samples not authenticated*, and so do more than four times 16 ticks without a
 code that matches: forged samples are believed for 80 ticks at most. A lost frame costs its sixteen their code and no more, which leaves
 one way: who keeps all frames of the source off the bus, speaks in its place for at most four times 16 ticks, leaves a tick or the code
-out, and then lets it go on. Those samples are in the estimate, as far as its gate and the monitors of load and channels let them; the
-health bit *frames refused* is set from the first of the next sixteen on, for a second at least, and nothing else tells. SampleTick is not counted in; it cannot make another tick of the frames, which would not match.
+out, and then lets it go on. Those samples are in the estimate, as far as its gate and the monitors of load and channels let them. It is told: the
+health bit *frames refused* is set from the first of the next sixteen on, for a second at least, the count of refused frames in
+ControllerStatus goes up by one for each sixteen without their code, and stays; simulator and `watch` make an event of it. The verdict does not
+tell, by construction: samples are used when they come and proven after, and a frame that is lost leaves sixteen good samples
+without their code just so. HEXLOAD_NODE_UNPROVEN ([node.h](../app/node.h)) is the limit of four: with 1, for a bus that loses nothing, the first
+sixteen without a code end the run. SampleTick is not counted in; it cannot make another tick of the frames, which would not match.
 
 What it costs: 135 us in 16 ms, {code_load:.2f} % of the bus, {classic_load:.2f} % in all in the classic profile; a sample {fd_instructions} instructions more (fd) or {classic_instructions} (classic), {fd_share:.0f} and {classic_share:.0f} %
 of the momentum filter's at -O3, by AES in software.

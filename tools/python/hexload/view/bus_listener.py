@@ -21,6 +21,7 @@ OTHER = "frame of another kind"  # of the codec
 TAKEN = ("ok", "more frames needed")
 DONE = 0  # of an acknowledge
 ESTIMATES = (2, 3)  # states in which answers have an estimate of the run
+FRAMES_REFUSED = 1 << 15  # health bit
 UNPROVEN = 4  # times 16 or 64 ticks without a code of the answers: no accident
 
 
@@ -75,6 +76,7 @@ class BusListener:
         self._tick = 0
         self._codes = None if key is None else AnswerCodes(key, profile)
         self._is_told = False  # that answers are another's
+        self._refuses = False  # the controller, frames
         self._authenticator = None if key is None else Authenticator(key, self._put, self._ask)
         self._readers = (
             (codec.SampleAssembly(profile).add, self._take_sample),
@@ -162,6 +164,10 @@ class BusListener:
         verdicts = tuple(self._words.verdicts[code] for code in answer["parameter_verdict"])
         value, sigma = np.array(answer["value"]), np.array(answer["sigma"])
         estimate = Estimate(tuple(names), value, sigma, self._words.verdicts[answer["verdict"]], verdicts)
+        refuses = bool(answer["health"] & FRAMES_REFUSED)
+        if refuses and not self._refuses:
+            self._live.event("controller refuses frames: damaged, another's, or samples lack the code of its key")
+        self._refuses = refuses
         fault = "" if answer["fault"] == 0 else f", fault: {self._words.faults[answer['fault']]}"
         self._live.answer(
             estimate,
