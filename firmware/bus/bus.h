@@ -25,7 +25,8 @@ enum {
     HEXLOAD_BUS_LOAD_ANSWER_PAGES = 26, ///< the same of the momentum filter
     HEXLOAD_BUS_ANSWER_PERIOD = 2,      ///< classic: a page goes out at each tick that is a multiple of this
     HEXLOAD_BUS_TICK_PERIOD = 16,       ///< classic: the whole tick precedes the legs at multiples of this
-    HEXLOAD_BUS_CODE_TICKS = 16,        ///< of samples that have one code together
+    HEXLOAD_BUS_CODE_TICKS = 16,        ///< of samples that have one code together, and of FD answers
+    HEXLOAD_BUS_PAGE_CODE_TICKS = 64,   ///< of classic answers that have one code together
     HEXLOAD_BUS_STATUS_PAGES = 12,
     HEXLOAD_BUS_TIME_MARGIN_PAGE = 4, ///< the status page with time_margin_us
     HEXLOAD_BUS_SESSIONS = 4096,      ///< of one source
@@ -74,9 +75,10 @@ typedef enum hexload_bus_command_kind {
 
 /// Who sets the pace after START: decides which time-outs hold.
 typedef enum hexload_pacing {
-    HEXLOAD_PACING_REAL_TIME = 0, ///< samples come every tick_s by the clock
-    HEXLOAD_PACING_LOCKSTEP = 1,  ///< the next sample comes when this one is answered
-    HEXLOAD_PACING_CODES = 2,     ///< added to either: bus/sample_code.h
+    HEXLOAD_PACING_REAL_TIME = 0,    ///< samples come every tick_s by the clock
+    HEXLOAD_PACING_LOCKSTEP = 1,     ///< the next sample comes when this one is answered
+    HEXLOAD_PACING_CODES = 2,        ///< added to either: bus/sample_code.h
+    HEXLOAD_PACING_ANSWER_CODES = 4, ///< likewise: bus/answer_code.h
 } hexload_pacing_t;
 
 /// Which parameters an answer has.
@@ -162,7 +164,7 @@ typedef struct hexload_bus_controller_status {
     uint32_t stack_margin_bytes; ///< never used so far; 0: not measured
     int32_t time_margin_us;      ///< least time left in a period since the last such page; 0: not measured
     uint32_t samples_missing;    ///< ticks without an accepted sample since START
-    uint32_t frames_refused;     ///< frames with a wrong length, checksum, tick or value
+    uint32_t frames_refused;     ///< frames with a wrong length, checksum, tick or value; codes missed
     uint32_t samples_refused;
     uint16_t load_changes; ///< load changes detected since START
     hexload_input_fault_t

@@ -16,6 +16,8 @@ struct CanLinkSettings : LinkSettings {
     std::optional<transport::Key> key;
     // With the key: samples have codes too.
     bool has_sample_codes = false;
+    // With the key: answers must have codes too.
+    bool has_answer_codes = false;
 };
 
 // In the classic profile only every HEXLOAD_BUS_ANSWER_PERIOD-th tick is answered, with one page of an

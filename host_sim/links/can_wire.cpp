@@ -1,8 +1,8 @@
 #include "can_wire.hpp"
 
-#include "can_link.hpp"
 #include "firmware_sample.hpp"
 
+#include "app/node.h"
 #include "platform_file/input_error.hpp"
 
 #include <fmt/format.h>
@@ -15,24 +15,26 @@ namespace hexload::sim {
 namespace {
 
 constexpr std::chrono::microseconds command_deadline{1000};
+constexpr std::size_t memory_frames = 12; // four FD answers: what a network delivers twice comes soon after
 constexpr std::chrono::seconds command_patience{1}; // for a challenge: later the command would surprise
 
 } // namespace
 
-CanWire::CanWire(std::unique_ptr<transport::CanChannel> channel, hexload_bus_profile_t profile,
-                 const std::optional<transport::Key>& key, bool has_sample_codes, Clock now)
-    : channel_(std::move(channel)), profile_(profile), now_(std::move(now)),
-      has_sample_codes_(key && has_sample_codes) {
+CanWire::CanWire(std::unique_ptr<transport::CanChannel> channel, const CanLinkSettings& settings)
+    : channel_(std::move(channel)), profile_(settings.profile), now_(settings.now),
+      has_sample_codes_(settings.key && settings.has_sample_codes),
+      has_answer_codes_(settings.key && settings.has_answer_codes) {
     hexload_answer_assembly_init(&assembly_, profile_);
-    if (key) {
-        aes_.emplace(*key);
+    if (settings.key) {
+        aes_.emplace(*settings.key);
     }
 }
 
 void CanWire::send(const hexload_bus_command_t& wanted) {
     hexload_bus_command_t command = wanted;
-    if (has_sample_codes_ && command.kind == HEXLOAD_COMMAND_START) {
-        command.argument += static_cast<float>(HEXLOAD_PACING_CODES);
+    if (command.kind == HEXLOAD_COMMAND_START) {
+        command.argument += static_cast<float>((has_sample_codes_ ? HEXLOAD_PACING_CODES : 0) +
+                                               (has_answer_codes_ ? HEXLOAD_PACING_ANSWER_CODES : 0));
     }
     hexload_bus_frame_t frame;
     if (hexload_bus_encode_command(&command, &frame) != HEXLOAD_BUS_OK) {
@@ -87,10 +89,54 @@ bool CanWire::send(const LegSample& sample, std::chrono::microseconds deadline) 
 }
 
 // What a START with codes counted in is their nonce: it was carried out.
-void CanWire::begin_sample_codes(const hexload_bus_acknowledge_t& acknowledge) {
-    if (has_sample_codes_ && acknowledge.kind == HEXLOAD_COMMAND_START &&
-        acknowledge.result == HEXLOAD_RESULT_DONE) {
+void CanWire::begin_codes(const hexload_bus_acknowledge_t& acknowledge) {
+    if (acknowledge.kind != HEXLOAD_COMMAND_START || acknowledge.result != HEXLOAD_RESULT_DONE) {
+        return;
+    }
+    if (has_sample_codes_) {
         hexload_sample_code_init(&sample_code_.emplace(), &used_);
+    }
+    if (has_answer_codes_) {
+        hexload_answer_code_init(&answer_code_.emplace(), profile_, &used_);
+    }
+}
+
+void CanWire::fail_unproven(const char* what) const {
+    throw LinkError(LinkFailure::second_controller,
+                    fmt::format("{}: the answers near tick {} are not the controller's: {}; somebody else "
+                                "answers in its place",
+                                name(), newest_tick_, what));
+}
+
+bool CanWire::is_answer_code(const hexload_bus_frame_t& frame) {
+    if (!answer_code_) {
+        return false;
+    }
+    const hexload_cipher_t cipher = aes_->cipher();
+    const hexload_bus_status_t status = hexload_answer_code_check(&*answer_code_, &cipher, &frame);
+    if (status == HEXLOAD_BUS_ERR_AUTHENTICATION) {
+        fail_unproven("their code is not of its key");
+    }
+    const bool is_refused = status == HEXLOAD_BUS_PARTIAL || status == HEXLOAD_BUS_ERR_LENGTH;
+    refused_ += is_refused ? 1U : 0U;
+    return status != HEXLOAD_BUS_OTHER;
+}
+
+// Estimates that go on without codes are another's. A controller that does not estimate may have been started
+// anew, and know nothing of codes.
+void CanWire::count_into_answer_code(const hexload_bus_frame_t& frame, const AnswerPart& part) {
+    if (!answer_code_) {
+        return;
+    }
+    const hexload_cipher_t cipher = aes_->cipher();
+    const bool ends_answer = part.whole || profile_ == HEXLOAD_BUS_CLASSIC;
+    hexload_answer_code_add(&*answer_code_, &cipher, &frame, ends_answer, part.answered_tick);
+    if (profile_ == HEXLOAD_BUS_FD && (assembly_.parts & (assembly_.parts + 1U)) != 0) {
+        answer_code_->is_whole = false; // parts before their turn: a code counts frames in their order
+    }
+    if (answer_code_->unproven > HEXLOAD_NODE_UNPROVEN && part.whole &&
+        (part.whole->state == HEXLOAD_APP_ESTIMATING || part.whole->state == HEXLOAD_APP_CONVERGED)) {
+        fail_unproven("they have no codes of its key");
     }
 }
 
@@ -118,14 +164,17 @@ std::optional<BusNews> CanWire::read(std::chrono::microseconds timeout) {
     }
     if (is_echo(*frame)) {
         ++refused_;
-        return Echo{};
+        return StaleFrame{};
+    }
+    if (is_answer_code(*frame)) {
+        return UnrelatedFrame{};
     }
     if (auto answer = read_answer(*frame)) {
         return answer;
     }
     hexload_bus_acknowledge_t acknowledge;
     if (is_taken(hexload_bus_decode_acknowledge(&*frame, &acknowledge))) {
-        begin_sample_codes(acknowledge);
+        begin_codes(acknowledge);
         return acknowledge;
     }
     if (is_taken(hexload_bus_decode_status(&*frame, &status_))) {
@@ -156,9 +205,34 @@ bool CanWire::is_echo(const hexload_bus_frame_t& frame) {
     if (std::any_of(heard_.begin(), heard_.end(), is_same)) {
         return true;
     }
-    heard_.at(heard_next_) = frame;
-    heard_next_ = (heard_next_ + 1) % heard_.size();
+    heard_.push_front(frame);
+    heard_.resize(std::min(heard_.size(), memory_frames));
     return false;
+}
+
+// Whether the answer frame before with this identifier was of the same tick, or the same page of the same
+// tick, and says something else. Of earlier ones that is not looked at: a sample that comes late is answered
+// too.
+bool CanWire::contradicts_last(const hexload_bus_frame_t& frame) const {
+    const auto last =
+        std::find_if(heard_.begin() + 1, heard_.end(),
+                     [&frame](const hexload_bus_frame_t& before) { return before.id == frame.id; });
+    const int head = frame.is_fd ? 0 : 1; // the tick; behind a page's checksum: counter, tick and page
+    return last != heard_.end() && std::equal(frame.data + head, frame.data + 4, last->data + head);
+}
+
+void CanWire::fail_two_answers() const {
+    throw LinkError(
+        LinkFailure::second_controller,
+        fmt::format("{}: two answers to one tick, near tick {}: a second controller is on the bus", name(),
+                    newest_tick_));
+}
+
+// One that has begun counts too: in lockstep nothing follows it.
+std::uint64_t CanWire::incomplete_answers() const {
+    constexpr std::uint32_t all_parts = 7;
+    const bool lacks_frames = profile_ == HEXLOAD_BUS_FD && assembly_.parts % all_parts != 0;
+    return assembly_.incomplete + (lacks_frames ? 1U : 0U);
 }
 
 bool CanWire::is_taken(hexload_bus_status_t status) {
@@ -171,22 +245,27 @@ std::optional<BusNews> CanWire::read_answer(const hexload_bus_frame_t& frame) {
     hexload_bus_answer_t answer;
     const hexload_bus_status_t status =
         hexload_answer_assembly_add(&assembly_, &frame, newest_tick_, &part.answered_tick, &answer);
+    const bool is_answer =
+        status == HEXLOAD_BUS_OK || status == HEXLOAD_BUS_PARTIAL || status == HEXLOAD_BUS_ERR_TICK;
+    if (is_answer && contradicts_last(frame)) {
+        fail_two_answers();
+    }
     switch (status) {
     case HEXLOAD_BUS_OK:
         answer.input.excess_n = status_.input.excess_n; // of the status alone
         part.whole = answer;
         part.ends_tick = true;
+        count_into_answer_code(frame, part);
         return part;
     case HEXLOAD_BUS_PARTIAL:
         part.ends_tick = profile_ == HEXLOAD_BUS_CLASSIC;
+        count_into_answer_code(frame, part);
         return part;
     case HEXLOAD_BUS_OTHER:
         return std::nullopt;
-    case HEXLOAD_BUS_ERR_TICK:
-        throw LinkError(
-            LinkFailure::second_controller,
-            fmt::format("{}: two answers to one tick, near tick {}: a second controller is on the bus",
-                        name(), newest_tick_));
+    case HEXLOAD_BUS_ERR_TICK: // late
+        ++refused_;
+        return StaleFrame{};
     case HEXLOAD_BUS_ERR_PROFILE:
         throw LinkError(LinkFailure::wrong_profile,
                         fmt::format("{}: a controller answers in another profile than {}", name(),
@@ -216,16 +295,12 @@ BusCounts CanWire::counts() const {
 
 std::unique_ptr<EstimatorLink> make_lockstep_link(std::unique_ptr<transport::CanChannel> channel,
                                                   const CanLinkSettings& settings) {
-    return make_lockstep_link(std::make_unique<CanWire>(std::move(channel), settings.profile, settings.key,
-                                                        settings.has_sample_codes, settings.now),
-                              settings);
+    return make_lockstep_link(std::make_unique<CanWire>(std::move(channel), settings), settings);
 }
 
 std::unique_ptr<EstimatorLink> make_real_time_link(std::unique_ptr<transport::CanChannel> channel,
                                                    const CanLinkSettings& settings) {
-    return make_real_time_link(std::make_unique<CanWire>(std::move(channel), settings.profile, settings.key,
-                                                         settings.has_sample_codes, settings.now),
-                               settings);
+    return make_real_time_link(std::make_unique<CanWire>(std::move(channel), settings), settings);
 }
 
 } // namespace hexload::sim

@@ -58,8 +58,8 @@ bool ends_with_new_start(hexload_app_fault_t fault) {
            fault == HEXLOAD_FAULT_BUS_DOWN;
 }
 
-constexpr int sequences = 16; // of commands, on a CAN bus
-constexpr std::chrono::milliseconds echo_memory{HEXLOAD_NODE_MEMORY_MS};
+constexpr int sequences = 16;  // of commands, on a CAN bus
+constexpr int most_stale = 12; // in the balance with what is new
 
 bool has_input_implausible(std::uint32_t health_bits) {
     return (health_bits >> HEXLOAD_HEALTH_INPUT_IMPLAUSIBLE & 1U) != 0;
@@ -168,10 +168,12 @@ bool ControllerSession::send(const LegSample& sample, std::chrono::microseconds 
 std::optional<BusNews> ControllerSession::read(std::chrono::microseconds timeout) {
     auto news = wire_->read(timeout);
     if (news) {
-        if (std::holds_alternative<Echo>(*news)) {
-            note_echo();
+        if (std::holds_alternative<StaleFrame>(*news)) {
+            note_stale();
         } else if (const auto* part = std::get_if<AnswerPart>(&*news)) {
+            stale_ = std::max(0, stale_ - 1);
             note_answered(*part);
+            note_refusals(*part);
         } else if (const auto* acknowledge = std::get_if<hexload_bus_acknowledge_t>(&*news)) {
             if (!is_own(*acknowledge)) {
                 note_other(*acknowledge);
@@ -203,22 +205,15 @@ BusCounts ControllerSession::counts() const {
     return counts;
 }
 
-// As the controller does: a bus that carries a frame twice now and then does not do it at three ticks in a
-// second; a second controller that does as the first is told by it. Others send what the first did not.
-void ControllerSession::note_echo() {
-    if (now() - first_echo_ >= echo_memory) {
-        echoes_ = 0;
-        first_echo_ = now();
-    }
-    if (echoes_ > 0 && echo_tick_ == newest_tick_) { // more frames of the same answer
-        return;
-    }
-    echo_tick_ = newest_tick_;
-    if (++echoes_ >= HEXLOAD_NODE_STRANGERS) {
+// A second controller that does as the first is told by it: all frames come twice. A network that delivers
+// some twice, or late, does it to less than half of them.
+void ControllerSession::note_stale() {
+    stale_ += 2;
+    if (stale_ >= most_stale) {
         fail(LinkFailure::second_controller,
-             fmt::format(
-                 "all that the controller sends comes twice, near tick {}: a second controller is on the bus",
-                 newest_tick_));
+             fmt::format("all that the controller sends comes twice, or late, near tick {}: a second "
+                         "controller is on the bus",
+                         newest_tick_));
     }
 }
 
@@ -230,6 +225,20 @@ void ControllerSession::note_answered(const AnswerPart& part) {
     if (part.ends_tick) {
         last_answered_ = part.answered_tick;
     }
+}
+
+// Samples that lack their code are in the estimate already, and its verdict does not tell.
+void ControllerSession::note_refusals(const AnswerPart& part) {
+    if (!part.whole) {
+        return;
+    }
+    const bool refuses = (part.whole->health >> HEXLOAD_HEALTH_FRAMES_REFUSED & 1U) != 0;
+    if (refuses && !refuses_) {
+        report(fmt::format("the controller refuses frames near tick {}: damaged, another's, or samples lack "
+                           "the code of its key",
+                           part.answered_tick));
+    }
+    refuses_ = refuses;
 }
 
 bool ControllerSession::is_own(const hexload_bus_acknowledge_t& acknowledge) const {

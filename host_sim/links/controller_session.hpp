@@ -51,6 +51,9 @@ class ControllerSession {
     std::uint64_t incomplete_answers() const {
         return wire_->incomplete_answers();
     }
+    bool has_unproven_answers() const {
+        return wire_->has_unproven_answers();
+    }
     Clock::time_point now() const {
         return settings_.now();
     }
@@ -85,8 +88,9 @@ class ControllerSession {
     [[noreturn]] void fail_refused(const hexload_bus_acknowledge_t& acknowledge) const;
     [[noreturn]] void fail_unacknowledged(hexload_bus_command_kind_t kind,
                                           std::chrono::milliseconds timeout) const;
-    void note_echo();
+    void note_stale();
     void note_answered(const AnswerPart& part);
+    void note_refusals(const AnswerPart& part);
     void note_load_change(const hexload_bus_load_change_t& change);
 
     std::unique_ptr<ControllerWire> wire_;
@@ -96,10 +100,9 @@ class ControllerSession {
     std::uint8_t sequence_ = 0;
     bool is_unauthenticated_ = false; // since the last command, and not by another's
     std::bitset<256> acknowledged_;   // by sequence number of the command
-    int echoes_ = 0;                  // at different ticks, since first_echo_
-    Clock::time_point first_echo_{};
-    std::uint32_t echo_tick_ = 0;
-    std::string other_; // who else commands the controller; empty: nobody so far
+    int stale_ = 0;                   // frames: two up for each, one down for one that says something new
+    bool refuses_ = false;            // frames, by the last answer
+    std::string other_;               // who else commands the controller; empty: nobody so far
     std::vector<double> load_changes_s_;
     std::uint32_t changes_counted_ = 0; // by the controller since its start
     std::uint64_t events_missing_ = 0;

@@ -21,10 +21,11 @@ struct AnswerPart {
 
 struct UnrelatedFrame {};
 
-// A frame of a controller, to the last bit one of those before.
-struct Echo {};
+// A frame of a controller that says nothing new: to the last bit one of those before, or of an answer that is
+// over. Some networks deliver frames twice, or in another order.
+struct StaleFrame {};
 
-using BusNews = std::variant<UnrelatedFrame, Echo, AnswerPart, hexload_bus_acknowledge_t,
+using BusNews = std::variant<UnrelatedFrame, StaleFrame, AnswerPart, hexload_bus_acknowledge_t,
                              hexload_bus_controller_status_t, hexload_bus_load_change_t>;
 
 class ControllerWire {
@@ -67,6 +68,11 @@ class ControllerWire {
 
     // Answers that were given up because parts of them were lost.
     virtual std::uint64_t incomplete_answers() const = 0;
+
+    // Whether answers have come that must have codes of the controller's key, and none of it yet.
+    virtual bool has_unproven_answers() const {
+        return false;
+    }
 
     // The wire's own counters, the others zero.
     virtual BusCounts counts() const = 0;

@@ -50,6 +50,11 @@ class LockstepLink final : public EstimatorLink {
 
     std::span<const EstimateRow> finish() override {
         session_.command(HEXLOAD_COMMAND_STOP, 0.0F, session_.settings().answer_timeout);
+        if (session_.has_unproven_answers()) {
+            session_.fail(LinkFailure::second_controller,
+                          "the last answers have no code of the controller's key: somebody else answers in "
+                          "its place, or it was lost");
+        }
         return {};
     }
 

@@ -117,6 +117,7 @@ class RealTimeLink final : public EstimatorLink {
 
   private:
     float argument_of(hexload_bus_command_kind_t kind) const;
+    void await_last_code();
     void take_what_is_there();
     void take(const BusNews& news);
     void take(const AnswerPart& part);
@@ -172,7 +173,19 @@ std::span<const EstimateRow> RealTimeLink::finish() {
     }
     account_.give_up_all();
     session_.send_command(HEXLOAD_COMMAND_STOP, 0.0F);
+    await_last_code();
     return rows_;
+}
+
+// It comes before the acknowledge of STOP.
+void RealTimeLink::await_last_code() {
+    const auto end = session_.now() + finish_timeout;
+    for (auto time = session_.now(); session_.has_unproven_answers() && time < end; time = session_.now()) {
+        session_.read(std::chrono::ceil<std::chrono::microseconds>(end - time));
+    }
+    if (session_.has_unproven_answers()) {
+        session_.report("the last answers have no code of the controller's key");
+    }
 }
 
 void RealTimeLink::take_what_is_there() {

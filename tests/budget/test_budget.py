@@ -355,6 +355,9 @@ def test_instructions_of_start_and_period_are_within_their_limits(optimisation, 
     for profile, run in zip(node_runs[optimisation][filter_name], runs):
         check(f"{profile}, a sample's code, mean, instructions", run.proof_instructions, codes[profile]["mean"])
         check(f"{profile}, a sample's code, longest, instructions", run.longest_proof, codes[profile]["longest"])
+        answers = codes["answers"][filter_name][profile]
+        check(f"{profile}, an answer's code, mean, instructions", run.answer_proof, answers["mean"])
+        check(f"{profile}, an answer's code, longest, instructions", run.longest_answer_proof, answers["longest"])
 
 
 @pytest.mark.parametrize("filter_name", target.FILTERS)

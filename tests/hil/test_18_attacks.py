@@ -4,6 +4,7 @@ import socket
 import struct
 import time
 from collections.abc import Callable
+from contextlib import closing
 from typing import NamedTuple
 
 import can
@@ -26,6 +27,8 @@ from bus_frames import (
 )
 from hexload import project
 from hexload.io.key_file import new_key, read_key
+from hexload.view.bus_listener import BusListener
+from hexload.view.live import Live
 from loop import OPEN
 from test_32_lcm_bridge import open_bus
 
@@ -37,6 +40,8 @@ NO_FAULT, WRONG_PROFILE, SECOND_CONTROLLER, SECOND_SOURCE, NOT_AUTHENTICATED = 0
 LEG_FORCE_N = 600 * 9.81 / 6 * 0.8741 / 0.798276  # what holds platform and load at home
 TICKS_BEFORE = 50
 STOP = COMMANDS["stop"]
+FRAMES_REFUSED = 15  # health bit
+REFUSES = "controller refuses frames: damaged, another's, or samples lack the code of its key"
 SESSION = 1234  # of the source
 
 
@@ -301,6 +306,27 @@ def test_who_goes_on_in_the_sources_place_without_the_key_ends_the_run(keyed_sou
             faults.append(source.receive("HealthFd", PATIENCE_S)["fault"])
     # THEN the controller is in fault within 80 ticks, and says why
     assert faults[0] == NO_FAULT and set(faults[80:]) == {NOT_AUTHENTICATED}
+
+
+def test_who_speaks_in_the_sources_place_for_a_while_is_told_by_a_bit_a_count_and_an_event(keyed_source, free_bus):
+    # GIVEN a run under way whose samples have codes, and a listener
+    source = keyed_source
+    source.command("reset")
+    assert source.command("start", LOCKSTEP + CODES)["result"] == 0
+    codes, healths = SampleCodes(source.key, source.nonce), []
+    live = Live("a run", 1e-3)
+    with closing(BusListener(live, free_bus)):
+        # WHEN somebody keeps the source away for three times sixteen ticks, speaks in its place, and lets it go on
+        for tick in range(160):
+            is_forged = 48 <= tick < 96
+            source.send([sample(tick, 1.01)] if is_forged else codes.after(tick, sample(tick)))
+            healths.append(source.receive("HealthFd", PATIENCE_S))
+            assert healths[-1]["state"] in ESTIMATING
+        # THEN a bit of the answers tells it from the second sixteen on, a count that stays, and an event
+        bits = [int(health["health"]) >> FRAMES_REFUSED & 1 for health in healths]
+        assert bits == [0] * 65 + [1] * (len(bits) - 65)
+        assert refused_frames(source) == 3
+        assert [event.words for event in live.events() if "refuses frames" in event.words] == [REFUSES]
 
 
 def test_a_datagram_to_an_address_of_this_computer_is_not_of_the_bus(source, free_bus):

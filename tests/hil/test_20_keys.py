@@ -134,12 +134,12 @@ def test_commands_of_the_live_page_go_one_by_one_with_the_key(start, ecu, free_b
 
 @pytest.mark.parametrize("pacing", ["--lockstep", "--real-time"])
 @pytest.mark.parametrize("profile", ["fd", "classic"])
-def test_a_simulator_gives_its_samples_codes_and_the_estimates_are_the_same(
+def test_samples_and_answers_have_codes_and_the_estimates_are_the_same(
     start, ecu, simulator, free_bus, key, tmp_path, profile, pacing
 ):
-    # GIVEN a controller with a key WHEN a simulator gives its samples codes
+    # GIVEN a controller with a key WHEN a simulator gives its samples codes and wants the answers to have them
     program = controller(start, ecu, free_bus, "--key", key, "--profile", profile)
-    for out, codes in (("without", ()), ("with", ("--sample-codes",))):
+    for out, codes in (("without", ()), ("with", ("--sample-codes", "--answer-codes"))):
         options = ("--key", key, "--profile", profile, pacing, *codes)
         run = simulation(start, simulator, free_bus, tmp_path / out, *options)
         assert run.wait() == 0, run.output

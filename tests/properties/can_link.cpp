@@ -7,9 +7,12 @@
 
 #include <doctest/doctest.h>
 
+#include <algorithm>
 #include <deque>
+#include <functional>
 #include <map>
 #include <set>
+#include <utility>
 
 using namespace hexload::sim;
 using namespace std::chrono_literals;
@@ -32,9 +35,10 @@ struct Controller {
     int deaf_to = 0;                               // commands that it does not hear
     bool doubles_acknowledges = false;
     bool doubles_answers = false;
-    bool doubles_differ = false;                    // those answers, from the first
-    std::uint32_t silent_from = UINT32_MAX;         // tick
-    std::set<std::uint32_t> unanswered;             // ticks
+    bool doubles_differ = false;                                   // those answers, from the first
+    std::function<void(std::deque<hexload_bus_frame_t>&)> network; // what becomes of the frames of an answer
+    std::uint32_t silent_from = UINT32_MAX;                        // tick
+    std::set<std::uint32_t> unanswered;                            // ticks
     std::map<std::uint32_t, std::uint32_t> instead; // answers to another tick than the one asked
     std::map<std::uint32_t, std::uint32_t> held;    // answer to a tick goes out after another tick
 };
@@ -172,7 +176,11 @@ class ScriptedChannel final : public hexload::transport::CanChannel {
             given.estimate.value[0] += time == 1 && controller_.doubles_differ ? HEXLOAD_REAL(1.0) : 0;
             given.health = time == 1 && controller_.doubles_differ ? 1 : 0;
             const int count = hexload_bus_encode_answer(controller_.profile, &given, page_, frames);
-            coming_.insert(coming_.end(), frames, frames + count);
+            std::deque<hexload_bus_frame_t> sent(frames, frames + count);
+            if (controller_.network) {
+                controller_.network(sent);
+            }
+            coming_.insert(coming_.end(), sent.begin(), sent.end());
         }
         page_ = (page_ + 1) % hexload_bus_answer_pages(paged_.filter);
     }
@@ -604,7 +612,7 @@ SCENARIO("a second controller on the bus is detected") {
                 bench.controller.doubles_answers = true;
                 bench.link().start();
                 WHEN("a few ticks are run") {
-                    const std::string failure = failure_of([&] { bench.steps(0, 9); });
+                    const std::string failure = failure_of([&] { bench.steps(0, 29); });
                     THEN("it says so") {
                         CHECK(
                             contains(failure, "second: scripted: all that the controller sends comes twice"));
@@ -631,6 +639,114 @@ SCENARIO("a frame that comes twice now and then is no second controller") {
                     CHECK(answered > 0);
                     CHECK(bench.counts().refused >= 3);
                     CHECK(bench.counts().missing == 0);
+                }
+            }
+        }
+    }
+}
+
+SCENARIO("a network that delivers frames twice or in another order is no second controller") {
+    GIVEN("answers whose frames come in any order, in lockstep or in real time") {
+        for (const bool real_time : {false, true}) {
+            Bench bench(real_time);
+            std::uint32_t turn = 0;
+            bench.controller.network = [&turn](std::deque<hexload_bus_frame_t>& frames) {
+                const auto earlier = [](const auto& a, const auto& b) { return a.id < b.id; };
+                for (std::uint32_t n = 0; n < turn % 6; ++n) {
+                    std::next_permutation(frames.begin(), frames.end(), earlier);
+                }
+                ++turn;
+            };
+            bench.link().start();
+            WHEN("600 ticks are run") {
+                const auto rows = bench.steps(0, 599);
+                THEN("each has its row") {
+                    CHECK(rows.size() == 600);
+                    CHECK(bench.counts().missing == 0);
+                }
+            }
+        }
+    }
+    GIVEN("a fifth of the frames twice, some of them a few frames later, in either profile") {
+        for (const auto profile : {HEXLOAD_BUS_FD, HEXLOAD_BUS_CLASSIC}) {
+            Bench bench(true, profile);
+            std::uint32_t n = 0;
+            std::deque<hexload_bus_frame_t> later;
+            bench.controller.network = [&n, &later](std::deque<hexload_bus_frame_t>& frames) {
+                const auto sent = std::exchange(frames, {});
+                for (const hexload_bus_frame_t& frame : sent) {
+                    frames.push_back(frame);
+                    if (++n % 5 == 0) {
+                        (n % 10 == 0 ? frames : later).push_back(frame);
+                    }
+                    if (n % 7 == 0 && !later.empty()) {
+                        frames.push_back(later.front());
+                        later.pop_front();
+                    }
+                }
+            };
+            bench.link().start();
+            std::size_t answered = 0;
+            WHEN("three seconds are run") {
+                answered = bench.steps(0, 2999).size();
+                THEN("it goes on, none is missing, and the doubled ones are counted") {
+                    CHECK(answered == (profile == HEXLOAD_BUS_FD ? 3000 : 115));
+                    CHECK(bench.counts().missing == 0);
+                    CHECK(bench.counts().refused >= (profile == HEXLOAD_BUS_FD ? 1700 : 280));
+                }
+            }
+        }
+    }
+    GIVEN("the last frame of an answer that comes after the next answer has begun") {
+        Bench bench(true);
+        std::deque<hexload_bus_frame_t> held;
+        bench.controller.network = [&held](std::deque<hexload_bus_frame_t>& frames) {
+            std::uint32_t tick = 0;
+            std::copy_n(frames.front().data, sizeof tick, reinterpret_cast<std::uint8_t*>(&tick));
+            if (!held.empty()) {
+                frames.insert(frames.begin() + 1, held.front());
+                held.clear();
+            }
+            if (tick == 40) {
+                held.push_back(frames.back());
+                frames.pop_back();
+            }
+        };
+        bench.link().start();
+        WHEN("100 ticks are run") {
+            const auto rows = bench.steps(0, 99);
+            THEN("that answer is missing, and the run goes on") {
+                CHECK(rows.size() == 99);
+                CHECK(bench.counts().missing == 1);
+                CHECK(bench.counts().refused == 1);
+            }
+        }
+    }
+    GIVEN("an answer with another estimate beside the right one, and one whose last frame differs") {
+        for (const int part : {0, 1, 2}) {
+            for (const bool is_last : {false, true}) {
+                CAPTURE(part);
+                CAPTURE(is_last);
+                Bench bench(true);
+                hexload_bus_answer_t other{};
+                other.tick = 20;
+                other.state = HEXLOAD_APP_ESTIMATING;
+                other.health = 1;
+                other.estimate.value[0] = 7;
+                other.estimate.sigma[0] = 1;
+                hexload_bus_frame_t forged[HEXLOAD_BUS_ANSWER_FRAMES];
+                REQUIRE(hexload_bus_encode_answer(HEXLOAD_BUS_FD, &other, 0, forged) == 3);
+                bench.controller.network = [&](std::deque<hexload_bus_frame_t>& frames) {
+                    if (std::equal(forged[part].data, forged[part].data + 4, frames.front().data)) {
+                        frames.insert(is_last ? frames.end() : frames.begin() + part + 1, forged[part]);
+                    }
+                };
+                bench.link().start();
+                WHEN("the tick is run") {
+                    const std::string failure = failure_of([&] { bench.steps(0, 20); });
+                    THEN("it is refused") {
+                        CHECK(contains(failure, "second: scripted: two answers to one tick, near tick 20"));
+                    }
                 }
             }
         }

@@ -1,11 +1,13 @@
 """hexload faults as a user meets it: a table of outcomes, words, files, going on where it stopped."""
 
 import csv
+import dataclasses
 import json
 import re
 import subprocess
 import sys
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -104,6 +106,70 @@ def test_the_same_command_goes_on_and_does_nothing_twice(finished, capsys):
     now = {path.name: path.stat().st_mtime_ns for path in (out / "cases").iterdir()}
     assert {name: now[name] for name in kept} == kept
     assert {path.name: path.stat().st_mtime_ns for path in (out / "logs").iterdir()} == logs and len(logs) == 1
+
+
+@pytest.fixture
+def campaign(tmp_path, monkeypatch):
+    """A folder with the files of a campaign of another version: cases, one cut off, logs, a rig, a writing that was killed.
+    Cases take no time."""
+    folder = tmp_path / "out"
+    for name in ("cases", "logs"):
+        (folder / name).mkdir(parents=True)
+    cases = settings().cases()
+    (folder / "campaign.json").write_text(json.dumps({"code": "0123", **dataclasses.asdict(settings())}))
+    (folder / "cases" / "old-1.json").write_text('{"code": "0123", "case": {}}')
+    (folder / "cases" / f"{cases[0].name}.json").write_text('{"code": "01')
+    for name in ("multisine-5-any_load-16-0123456789abcdef.npz", ".empty-5-0123456789abcdef.npz.77.part"):
+        (folder / "logs" / name).write_text("")
+    (folder / "logs" / "lag-0.1-5-0123456789abcdef.rig.toml").write_text("")
+    monkeypatch.setattr(verb, "complete", lambda cases, *_: dict.fromkeys(cases))
+    monkeypatch.setattr(verb, "_conclude", lambda settings, code, done, out: out)
+    return folder
+
+
+def files(folder):
+    return sorted(str(path.relative_to(folder)) for path in folder.rglob("*") if not path.is_dir())
+
+
+def test_a_restart_deletes_what_the_campaign_has_written(campaign):
+    # GIVEN a campaign of another version, and what somebody has put beside its folders
+    (campaign / "notes.md").write_text("mine")
+    # WHEN it starts anew THEN its own files are gone, and nothing else is
+    verb.run_faults(settings(), campaign, restart=True)
+    assert files(campaign) == ["campaign.json", "notes.md"]
+
+
+@pytest.mark.parametrize(
+    "name", ["logs/rig.npz", "logs/notes-0123456789abcdef.txt", "logs/more/of-0123456789abcdef.npz", "cases/mine.json"]
+)
+def test_a_restart_is_refused_where_other_files_are_among_them(campaign, name):
+    # GIVEN what somebody has put into a folder of the campaign
+    stranger = campaign / name
+    stranger.parent.mkdir(exist_ok=True)
+    stranger.write_text("{}")
+    before = files(campaign)
+    # WHEN it is to start anew THEN that is refused with its place, and all is as it was
+    with pytest.raises(InputError, match="found what this campaign has not written.*nothing is deleted") as refused:
+        verb.run_faults(settings(), campaign, restart=True)
+    assert str(campaign / "/".join(Path(name).parts[:2])) in str(refused.value)
+    assert files(campaign) == before
+
+
+@pytest.mark.parametrize("name", ["logs", "cases", "logs/a-0123456789abcdef.npz"])
+def test_a_restart_follows_no_link(campaign, tmp_path, name):
+    # GIVEN a folder elsewhere with a file like the campaign's, and a link to it in the campaign's place
+    elsewhere = tmp_path / "elsewhere"
+    elsewhere.mkdir()
+    kept = elsewhere / "multisine-5-any_load-16-0123456789abcdef.npz"
+    kept.write_text("mine")
+    link = campaign / name
+    if link.is_dir():
+        link.rename(tmp_path / "moved")
+    link.symlink_to(kept if link.suffix else elsewhere)
+    # WHEN it is to start anew THEN that is refused, and the file stays
+    with pytest.raises(InputError, match="nothing"):
+        verb.run_faults(settings(), campaign, restart=True)
+    assert kept.read_text() == "mine"
 
 
 def test_cases_are_all_kinds_sizes_motions_and_estimators():

@@ -115,6 +115,22 @@ static void test_an_fd_answer_without_one_of_its_frames_is_given_up(void) {
     }
 }
 
+static void test_the_frames_of_an_fd_answer_come_in_any_order(void) {
+    static const int orders[6][3] = {{ESTIMATE, SIGMA, HEALTH}, {ESTIMATE, HEALTH, SIGMA},
+                                     {SIGMA, ESTIMATE, HEALTH}, {SIGMA, HEALTH, ESTIMATE},
+                                     {HEALTH, ESTIMATE, SIGMA}, {HEALTH, SIGMA, ESTIMATE}};
+    bench_t bench = started(HEXLOAD_BUS_FD);
+    for (uint32_t n = 0; n < 6; n++) {
+        // GIVEN the frames of an answer WHEN they come in this order THEN the last of them makes it whole
+        const fd_t frames = fd_frames(n);
+        TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_PARTIAL, add(&bench, &frames.part[orders[n][0]]));
+        TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_PARTIAL, add(&bench, &frames.part[orders[n][1]]));
+        TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_OK, add(&bench, &frames.part[orders[n][2]]));
+        assert_answer(&bench, n);
+    }
+    TEST_ASSERT_EQUAL_UINT32(0, bench.assembly.incomplete);
+}
+
 static void test_late_and_doubled_fd_frames_are_refused(void) {
     bench_t bench = started(HEXLOAD_BUS_FD);
     const fd_t old = fd_frames(7), now = fd_frames(8);
@@ -426,6 +442,7 @@ int main(void) {
     for (filter = HEXLOAD_FILTER_PAPER; filter <= HEXLOAD_FILTER_MOMENTUM; filter++) {
         RUN_TEST(test_estimate_sigma_and_health_of_a_tick_make_an_answer);
         RUN_TEST(test_an_fd_answer_without_one_of_its_frames_is_given_up);
+        RUN_TEST(test_the_frames_of_an_fd_answer_come_in_any_order);
         RUN_TEST(test_late_and_doubled_fd_frames_are_refused);
         RUN_TEST(test_half_of_all_ticks_are_ahead_and_half_are_late);
         RUN_TEST(test_fd_answers_begin_anew_when_the_source_of_samples_restarts);

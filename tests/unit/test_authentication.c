@@ -2,6 +2,8 @@
 #include "frames.h"
 
 #include "app/node.h"
+#include "bus/answer_assembly.h"
+#include "bus/answer_code.h"
 #include "bus/sample_code.h"
 #include "motion.h"
 #include "ports/mbedtls/aes128.h"
@@ -362,16 +364,18 @@ static void test_of_a_million_forged_commands_none_is_carried_out(void) {
 typedef struct source {
     hexload_bus_profile_t profile;
     hexload_sample_code_t code;
+    hexload_answer_assembly_t assembly;
+    hexload_answer_code_t answers; ///< that it has read
 } source_t;
 
-/// START with codes, in lockstep, carried out.
-static source_t begin_run(hexload_bus_profile_t profile) {
+/// START in lockstep with codes of these kinds, carried out.
+static source_t begin_run_with(hexload_bus_profile_t profile, int codes) {
     source_t source = {.profile = profile};
     const hexload_nonce_t nonce = challenge();
     const hexload_bus_command_t order = {.kind = HEXLOAD_COMMAND_START,
                                          .source = HEXLOAD_SOURCE_SIMULATOR,
                                          .sequence = ++sequence,
-                                         .argument = (float)(HEXLOAD_PACING_LOCKSTEP + HEXLOAD_PACING_CODES)};
+                                         .argument = (float)(HEXLOAD_PACING_LOCKSTEP + codes)};
     hexload_bus_frame_t start;
     TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_OK, hexload_bus_encode_command(&order, &start));
     const hexload_bus_frame_t code = code_of(&start, nonce);
@@ -380,7 +384,13 @@ static source_t begin_run(hexload_bus_profile_t profile) {
     TEST_ASSERT_EQUAL_INT(HEXLOAD_APP_ARMED, node.app.state);
     TEST_ASSERT_EQUAL_INT(HEXLOAD_PACING_LOCKSTEP, node.app.pacing);
     hexload_sample_code_init(&source.code, &nonce);
+    hexload_answer_code_init(&source.answers, profile, &nonce);
+    hexload_answer_assembly_init(&source.assembly, profile);
     return source;
+}
+
+static source_t begin_run(hexload_bus_profile_t profile) {
+    return begin_run_with(profile, HEXLOAD_PACING_CODES);
 }
 
 /// Samples of these ticks, each frame to the node; where a code is due its frame too, as `change` leaves it.
@@ -470,7 +480,8 @@ static void test_a_run_whose_codes_lack_ends(void) {
             // THEN at the next sample it is in fault
             give_ticks(&source, 32 + 16 * HEXLOAD_NODE_UNPROVEN, 33 + 16 * HEXLOAD_NODE_UNPROVEN, NULL);
             TEST_ASSERT_EQUAL_INT(HEXLOAD_FAULT_NOT_AUTHENTICATED, node.app.fault);
-            TEST_ASSERT_EQUAL_UINT32(n == 0 ? 0 : HEXLOAD_NODE_UNPROVEN, node.status.frames_refused);
+            // AND each sixteen without their code are counted, and the frames that were no codes
+            TEST_ASSERT_EQUAL_UINT32((n == 0 ? 1 : 2) * HEXLOAD_NODE_UNPROVEN, node.status.frames_refused);
         }
     }
 }
@@ -486,7 +497,7 @@ static void test_a_wrong_code_of_whole_ticks_ends_the_run_at_once(void) {
         // THEN it is in fault, and a second wrong one changes nothing
         TEST_ASSERT_EQUAL_INT(HEXLOAD_FAULT_NOT_AUTHENTICATED, node.app.fault);
         give_ticks(&source, 48, 64, flip);
-        TEST_ASSERT_EQUAL_UINT32(2, node.status.frames_refused);
+        TEST_ASSERT_EQUAL_UINT32(2 + 1, node.status.frames_refused); // and sixteen ticks without one
     }
 }
 
@@ -510,10 +521,11 @@ static void test_a_tick_that_is_lost_costs_no_more_than_its_sixteen(void) {
         give_ticks(&source, tick + 6, tick + 32, NULL);
     }
     TEST_ASSERT_TRUE(hexload_app_is_running(&node.app));
+    TEST_ASSERT_EQUAL_UINT32(9, node.status.frames_refused); // sixteens without a code, since the first one
     // AND a code that comes without its ticks is refused
     hexload_bus_frame_t code = {.id = ID_SAMPLE_MAC, .length = 8};
     hexload_node_receive(&node, &code);
-    TEST_ASSERT_EQUAL_UINT32(1, node.status.frames_refused);
+    TEST_ASSERT_EQUAL_UINT32(9 + 1, node.status.frames_refused);
 }
 
 static void test_samples_from_far_ahead_are_never_followed_where_samples_have_codes(void) {
@@ -541,7 +553,8 @@ static void test_samples_without_their_code_are_a_remark(void) {
     TEST_ASSERT_EQUAL_UINT32(0, node.refused.count);
     give_ticks(&source, 48, 49, NULL);
     TEST_ASSERT_EQUAL_UINT32(HEXLOAD_NODE_MANY_REFUSED, node.refused.count);
-    TEST_ASSERT_EQUAL_UINT32(0, node.status.frames_refused);
+    // AND a count that stays
+    TEST_ASSERT_EQUAL_UINT32(1, node.status.frames_refused);
 }
 
 static void test_a_leg_that_is_lost_spoils_no_other_tick(void) {
@@ -608,6 +621,211 @@ static void test_a_start_without_codes_asks_for_none(void) {
     TEST_ASSERT_EQUAL_INT(HEXLOAD_RESULT_BAD_ARGUMENT, acknowledge.result);
 }
 
+// Answers with codes.
+
+/// What the source makes of a frame of the node's.
+static hexload_bus_status_t read_frame(source_t* source, const hexload_bus_frame_t* frame, uint32_t tick) {
+    const hexload_bus_status_t status = hexload_answer_code_check(&source->answers, &cipher, frame);
+    hexload_bus_answer_t answer;
+    uint32_t answered_tick = 0;
+    if (status != HEXLOAD_BUS_OTHER) {
+        return status;
+    }
+    const hexload_bus_status_t taken =
+        hexload_answer_assembly_add(&source->assembly, frame, tick, &answered_tick, &answer);
+    if (taken == HEXLOAD_BUS_OK || taken == HEXLOAD_BUS_PARTIAL) {
+        const bool ends_answer = taken == HEXLOAD_BUS_OK || source->profile == HEXLOAD_BUS_CLASSIC;
+        hexload_answer_code_add(&source->answers, &cipher, frame, ends_answer, answered_tick);
+    }
+    return status;
+}
+
+/// Samples of these ticks without codes; what the node answers goes through `change` to the source.
+/// @return what the last AnswerMac among it was, _OTHER: none.
+static hexload_bus_status_t read_ticks(source_t* source, uint32_t begin, uint32_t end,
+                                       bool (*change)(hexload_bus_frame_t* frame, uint32_t tick)) {
+    hexload_bus_status_t found = HEXLOAD_BUS_OTHER;
+    for (uint32_t tick = begin; tick < end; tick++) {
+        give_ticks(source, tick, tick + 1, lose);
+        for (uint32_t n = 0; n < sent_count; n++) {
+            hexload_bus_frame_t frame = sent[n];
+            const bool has_come = change == NULL || change(&frame, tick);
+            const hexload_bus_status_t status =
+                has_come ? read_frame(source, &frame, tick) : HEXLOAD_BUS_OTHER;
+            found = status != HEXLOAD_BUS_OTHER ? status : found;
+        }
+    }
+    return found;
+}
+
+static uint32_t ticks_of_a_code(int profile) {
+    return profile == HEXLOAD_BUS_FD ? HEXLOAD_BUS_CODE_TICKS : HEXLOAD_BUS_PAGE_CODE_TICKS;
+}
+
+static bool leave(hexload_bus_frame_t* frame, uint32_t tick) {
+    (void)frame;
+    (void)tick;
+    return true;
+}
+
+static bool is_estimate(const hexload_bus_frame_t* frame) {
+    return frame->id == ID_ESTIMATE_FD || frame->id == ID_ANSWER_PAGE;
+}
+
+static bool forge_estimate(hexload_bus_frame_t* frame, uint32_t tick) {
+    if (is_estimate(frame) && tick % 64u == 20u) { // a value's last bit
+        frame->data[frame->is_fd ? 8 : 4] ^= 1u;
+        seal(frame);
+    }
+    return true;
+}
+
+static bool forge_code(hexload_bus_frame_t* frame, uint32_t tick) {
+    (void)tick;
+    frame->data[0] ^= frame->id == ID_ANSWER_MAC ? 1u : 0u;
+    return true;
+}
+
+static bool lose_estimate(hexload_bus_frame_t* frame, uint32_t tick) {
+    return !(is_estimate(frame) && tick % 16u == 4u);
+}
+
+static bool lose_last_answer(hexload_bus_frame_t* frame, uint32_t tick) {
+    return frame->id == ID_ANSWER_MAC || tick % 16u < 14u;
+}
+
+static bool lose_answers(hexload_bus_frame_t* frame, uint32_t tick) {
+    (void)tick;
+    return frame->id == ID_ANSWER_MAC;
+}
+
+static bool shorten_code(hexload_bus_frame_t* frame, uint32_t tick) {
+    (void)tick;
+    frame->length = frame->id == ID_ANSWER_MAC ? 7 : frame->length;
+    return true;
+}
+
+static const struct {
+    const char* name;
+    bool (*change)(hexload_bus_frame_t* frame, uint32_t tick);
+    hexload_bus_status_t expected;
+} changes_of_answers[] = {
+    {"none", leave, HEXLOAD_BUS_OK},
+    {"another estimate, with its checksum", forge_estimate, HEXLOAD_BUS_ERR_AUTHENTICATION},
+    {"another code", forge_code, HEXLOAD_BUS_ERR_AUTHENTICATION},
+    {"a frame is lost", lose_estimate, HEXLOAD_BUS_PARTIAL},
+    {"the last ones are lost", lose_last_answer, HEXLOAD_BUS_PARTIAL},
+    {"all are lost", lose_answers, HEXLOAD_BUS_PARTIAL},
+    {"the code's length", shorten_code, HEXLOAD_BUS_ERR_LENGTH},
+};
+
+static void test_a_reader_with_the_key_knows_the_controllers_answers_from_others(void) {
+    for (int profile = HEXLOAD_BUS_FD; profile <= HEXLOAD_BUS_CLASSIC; profile++) {
+        for (size_t n = 0; n < sizeof changes_of_answers / sizeof changes_of_answers[0]; n++) {
+            // GIVEN a run whose answers have codes, the first of them read
+            begin_in((hexload_bus_profile_t)profile, 3);
+            source_t source = begin_run_with((hexload_bus_profile_t)profile, HEXLOAD_PACING_ANSWER_CODES);
+            const uint32_t ticks = ticks_of_a_code(profile);
+            TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_OK, read_ticks(&source, 0, ticks, NULL));
+            // WHEN somebody changes what comes then THEN the code tells, unless frames are missing
+            TEST_ASSERT_EQUAL_INT_MESSAGE(changes_of_answers[n].expected,
+                                          read_ticks(&source, ticks, 2 * ticks, changes_of_answers[n].change),
+                                          changes_of_answers[n].name);
+            // AND what is honest after it is taken
+            TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_OK, read_ticks(&source, 2 * ticks, 3 * ticks, NULL));
+            TEST_ASSERT_EQUAL_UINT32(0, source.answers.unproven);
+            TEST_ASSERT_FALSE(node.app.has_codes);
+        }
+    }
+}
+
+static void test_answers_without_codes_are_counted(void) {
+    // GIVEN a run whose answers have codes WHEN these do not come THEN the reader counts
+    begin_in(HEXLOAD_BUS_FD, 3);
+    source_t source = begin_run_with(HEXLOAD_BUS_FD, HEXLOAD_PACING_ANSWER_CODES);
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_OTHER, read_ticks(&source, 8, 15, NULL));
+    TEST_ASSERT_EQUAL_UINT32(1, source.answers.unproven);
+    for (uint32_t tick = 32; tick < 96; tick += 16) { // the tick with the code is not answered
+        TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_OTHER, read_ticks(&source, tick, tick + 15, NULL));
+    }
+    TEST_ASSERT_EQUAL_UINT32(5, source.answers.unproven);
+    // AND no more than it can
+    source.answers.unproven = UINT32_MAX;
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_OTHER, read_ticks(&source, 96, 97, NULL));
+    TEST_ASSERT_EQUAL_UINT32(UINT32_MAX, source.answers.unproven);
+}
+
+static void test_a_code_goes_over_the_samples_that_were_answered(void) {
+    // GIVEN a run that begins between two codes and loses a sample WHEN the codes come THEN they are right
+    begin_in(HEXLOAD_BUS_FD, 3);
+    source_t source = begin_run_with(HEXLOAD_BUS_FD, HEXLOAD_PACING_ANSWER_CODES);
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_OK, read_ticks(&source, 5, 16, NULL));
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_OTHER, read_ticks(&source, 16, 20, NULL));
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_OK, read_ticks(&source, 21, 32, NULL));
+}
+
+static void test_a_stop_is_acknowledged_after_the_code_of_the_last_answers(void) {
+    for (int profile = HEXLOAD_BUS_FD; profile <= HEXLOAD_BUS_CLASSIC; profile++) {
+        // GIVEN a run whose last answers have no code yet
+        begin_in((hexload_bus_profile_t)profile, 3);
+        source_t source = begin_run_with((hexload_bus_profile_t)profile, HEXLOAD_PACING_ANSWER_CODES);
+        TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_OTHER, read_ticks(&source, 0, 7, NULL));
+        // WHEN it is stopped
+        const hexload_bus_frame_t stop = command(HEXLOAD_COMMAND_STOP);
+        const hexload_bus_frame_t code = code_of(&stop, challenge());
+        hexload_node_receive(&node, &stop);
+        hexload_node_receive(&node, &code);
+        // THEN the code comes before the acknowledge, which is behind the challenge
+        TEST_ASSERT_EQUAL_UINT32(3, sent_count);
+        TEST_ASSERT_EQUAL_HEX32(ID_ACKNOWLEDGE, sent[2].id);
+        const hexload_bus_frame_t before = sent[1];
+        TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_OK, hexload_answer_code_check(&source.answers, &cipher, &before));
+        // AND is not the next run's
+        source = begin_run_with((hexload_bus_profile_t)profile, HEXLOAD_PACING_ANSWER_CODES);
+        TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_OTHER, read_ticks(&source, 0, 7, NULL));
+        TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_PARTIAL,
+                              hexload_answer_code_check(&source.answers, &cipher, &before));
+    }
+}
+
+static void test_recorded_answers_are_not_the_next_runs(void) {
+    // GIVEN the answers of a run, with their code
+    begin_in(HEXLOAD_BUS_FD, 3);
+    source_t source = begin_run_with(HEXLOAD_BUS_FD, HEXLOAD_PACING_ANSWER_CODES);
+    hexload_bus_frame_t recorded[LOG_FRAMES];
+    uint32_t count = 0;
+    for (uint32_t tick = 0; tick < 16; tick++) {
+        give_ticks(&source, tick, tick + 1, lose);
+        for (uint32_t n = 0; n < sent_count; n++) {
+            recorded[count++] = sent[n];
+        }
+    }
+    TEST_ASSERT_EQUAL_UINT32(3 * 16 + 1, count);
+    // WHEN they come again after another START THEN their code does not match
+    const hexload_bus_frame_t stop = command(HEXLOAD_COMMAND_STOP);
+    const hexload_bus_frame_t code = code_of(&stop, challenge());
+    hexload_node_receive(&node, &stop);
+    hexload_node_receive(&node, &code);
+    source = begin_run_with(HEXLOAD_BUS_FD, HEXLOAD_PACING_ANSWER_CODES);
+    for (uint32_t n = 0; n + 1 < count; n++) {
+        TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_OTHER, read_frame(&source, &recorded[n], n / 3));
+    }
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_ERR_AUTHENTICATION, read_frame(&source, &recorded[count - 1], 15));
+}
+
+static void test_without_a_word_in_start_answers_have_no_code(void) {
+    for (int profile = HEXLOAD_BUS_FD; profile <= HEXLOAD_BUS_CLASSIC; profile++) {
+        // GIVEN a START with codes of samples alone WHEN samples are answered THEN no answer has a code
+        begin_in((hexload_bus_profile_t)profile, 3);
+        source_t source = begin_run((hexload_bus_profile_t)profile);
+        for (uint32_t tick = 0; tick < 70; tick++) {
+            give_ticks(&source, tick, tick + 1, NULL);
+            TEST_ASSERT_EQUAL_UINT32(0, sent_of(ID_ANSWER_MAC, NULL));
+        }
+        TEST_ASSERT_TRUE(hexload_app_is_running(&node.app));
+    }
+}
+
 int main(void) {
     UNITY_BEGIN();
     RUN_TEST(test_codes_are_those_of_the_rfc);
@@ -633,6 +851,12 @@ int main(void) {
     RUN_TEST(test_more_legs_than_a_tick_has_are_left_out);
     RUN_TEST(test_a_recorded_run_is_not_the_next_ones);
     RUN_TEST(test_a_start_without_codes_asks_for_none);
+    RUN_TEST(test_a_reader_with_the_key_knows_the_controllers_answers_from_others);
+    RUN_TEST(test_answers_without_codes_are_counted);
+    RUN_TEST(test_a_code_goes_over_the_samples_that_were_answered);
+    RUN_TEST(test_a_stop_is_acknowledged_after_the_code_of_the_last_answers);
+    RUN_TEST(test_recorded_answers_are_not_the_next_runs);
+    RUN_TEST(test_without_a_word_in_start_answers_have_no_code);
     RUN_TEST(test_of_a_million_forged_commands_none_is_carried_out);
     return UNITY_END();
 }

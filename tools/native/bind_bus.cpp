@@ -340,14 +340,22 @@ class AnswerAssembly {
     nb::tuple add(const nb::tuple& bytes, std::uint32_t near_tick) {
         const hexload_bus_frame_t frame = from_python(bytes);
         hexload_bus_answer_t answer{};
-        std::uint32_t answered_tick = 0;
         const hexload_bus_status_t status =
-            hexload_answer_assembly_add(&assembly_, &frame, near_tick, &answered_tick, &answer);
+            hexload_answer_assembly_add(&assembly_, &frame, near_tick, &answered_tick_, &answer);
         return found(status, as_dict(answer));
+    }
+
+    std::uint32_t answered_tick() const {
+        return answered_tick_;
+    }
+
+    bool is_in_order() const {
+        return (assembly_.parts & (assembly_.parts + 1U)) == 0;
     }
 
   private:
     hexload_answer_assembly_t assembly_{};
+    std::uint32_t answered_tick_ = 0;
 };
 
 } // namespace
@@ -376,5 +384,10 @@ void bind_bus(nb::module_& module) {
         .def("add", &SampleAssembly::add, nb::arg("frame"));
     nb::class_<AnswerAssembly>(bus, "AnswerAssembly", "Answers from frames.")
         .def(nb::init<const std::string&>(), nb::arg("profile"))
-        .def("add", &AnswerAssembly::add, nb::arg("frame"), nb::arg("near_tick"));
+        .def("add", &AnswerAssembly::add, nb::arg("frame"), nb::arg("near_tick"))
+        .def_prop_ro(
+            "answered_tick", &AnswerAssembly::answered_tick,
+            "Of the last frame that was taken: the tick that it answers, or had just been processed.")
+        .def_prop_ro("is_in_order", &AnswerAssembly::is_in_order,
+                     "Whether no frame is missing before those of the answer that have come.");
 }

@@ -105,6 +105,7 @@ std::unique_ptr<sim::EstimatorLink> make_link(const Options& options,
     if (!options.key.empty()) {
         settings.key = transport::read_key(options.key);
         settings.has_sample_codes = options.sample_codes;
+        settings.has_answer_codes = options.answer_codes;
     }
     settings.answer_timeout =
         std::chrono::ceil<std::chrono::milliseconds>(std::chrono::duration<double>(timeout_s));

@@ -71,6 +71,10 @@ void declare_bus(CLI::App& app, Options& options) {
     app.add_flag("--sample-codes", options.sample_codes,
                  "samples have codes of the key too, one for 16 ticks: without them the controller stops")
         ->needs(key);
+    app.add_flag("--answer-codes", options.answer_codes,
+                 "answers have codes of the key too, one for 16 ticks, or 64 in the classic profile: without "
+                 "them the run ends")
+        ->needs(key);
     auto* lockstep = app.add_flag("--lockstep", options.lockstep,
                                   "tick k + 1 follows when tick k is answered (default on a bus)");
     app.add_flag("--real-time", options.real_time, "ticks by the clock")->excludes(lockstep);

@@ -36,6 +36,7 @@ struct Options {
     std::string publish; // lcm or lcm:URL: the run is published there
     std::string key;     // file: the controller's
     bool sample_codes = false;
+    bool answer_codes = false;
     bool any_configuration = false;
     std::optional<double> answer_timeout_s;
     bool lockstep = false;

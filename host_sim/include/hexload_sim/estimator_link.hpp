@@ -92,7 +92,7 @@ struct BusCounts {
     std::uint64_t outages = 0; // times that the bus went down
     std::uint64_t frames_sent = 0;
     std::uint64_t frames_received = 0;
-    std::uint64_t refused = 0; // frames of a controller that came damaged, or twice
+    std::uint64_t refused = 0; // frames of a controller that came damaged, twice or late
     std::uint64_t send_retries = 0;
     std::uint64_t send_failures = 0;
     std::uint64_t receive_drops = 0;

@@ -3,6 +3,7 @@
 /// the application as frames, and counted: all of it, and on copies its decoding and the encoding of its
 /// answer alone.
 #include "app/node.h"
+#include "bus/answer_code.h"
 #include "bus/authentication.h"
 #include "bus/sample_code.h"
 #include "ports/mbedtls/aes128.h"
@@ -20,11 +21,13 @@ enum exit_status { DONE, BAD_ARGUMENTS = 2, BAD_FILE, BAD_CONFIG, BAD_SAMPLE };
 typedef struct {
     uint32_t config_bytes;
     uint32_t node_bytes;
-    uint32_t start_instructions;  ///< of the command START, acknowledge included
-    uint32_t period_instructions; ///< of the longest hexload_node_period(), one with a status page
-    uint32_t code_instructions;   ///< by which a command to a node with a key costs more, AES in software
-    uint32_t proof_instructions;  ///< by which a sample with a code costs more, the mean of its sixteen
-    uint32_t longest_proof;       ///< the longest of them, with the code's frame
+    uint32_t start_instructions;   ///< of the command START, acknowledge included
+    uint32_t period_instructions;  ///< of the longest hexload_node_period(), one with a status page
+    uint32_t code_instructions;    ///< by which a command to a node with a key costs more, AES in software
+    uint32_t proof_instructions;   ///< by which a sample with a code costs more, the mean of its sixteen
+    uint32_t longest_proof;        ///< the longest of them, with the code's frame
+    uint32_t answer_proof;         ///< by which a sample costs more whose answer has a code, the mean
+    uint32_t longest_answer_proof; ///< the longest of them, with the code's frame
 } header_t;
 
 typedef struct {
@@ -175,6 +178,39 @@ static bool count_proofs(hexload_bus_profile_t profile, header_t* header) {
     return true;
 }
 
+/// What the codes of answers cost: the frames of the ticks that have one code, and the code's.
+static void count_answer_proofs(hexload_bus_profile_t profile, hexload_kind_t kind, header_t* header) {
+    static hexload_aes128_t aes;
+    static const uint8_t key[HEXLOAD_AES128_KEY_BYTES] = {1, 2, 3};
+    const hexload_cipher_t cipher = {&aes, hexload_aes128_encrypt_block};
+    const hexload_nonce_t nonce = {{0}};
+    const bool is_fd = profile == HEXLOAD_BUS_FD;
+    const uint32_t ticks = is_fd ? (uint32_t)HEXLOAD_BUS_CODE_TICKS : (uint32_t)HEXLOAD_BUS_PAGE_CODE_TICKS;
+    hexload_answer_code_t codes;
+    uint32_t sum = 0;
+    hexload_aes128_init(&aes, key);
+    hexload_answer_code_init(&codes, profile, &nonce);
+    for (uint32_t tick = 0; tick < ticks; tick += is_fd ? 1u : (uint32_t)HEXLOAD_BUS_ANSWER_PERIOD) {
+        const hexload_bus_answer_t answer = {.tick = tick, .filter = (uint8_t)hexload_bus_filter_of(kind)};
+        hexload_bus_frame_t frames[HEXLOAD_BUS_ANSWER_FRAMES];
+        hexload_bus_frame_t code;
+        const int count = hexload_bus_encode_answer(profile, &answer, 1, frames);
+        const uint32_t mark = instruction_counter_mark();
+        for (int n = 0; n < count; n++) {
+            hexload_answer_code_add(&codes, &cipher, &frames[n], n + 1 == count, tick);
+        }
+        if (hexload_answer_code_is_due(&codes)) {
+            hexload_answer_code_encode(&codes, &cipher, &code);
+        }
+        const uint32_t instructions = instruction_counter_since(mark);
+        sum += instructions;
+        if (instructions > header->longest_answer_proof) {
+            header->longest_answer_proof = instructions;
+        }
+    }
+    header->answer_proof = sum / ticks;
+}
+
 /// Past the listening time, in lockstep, so that no time-out ends the run.
 static bool start(hexload_node_t* node, const hexload_config_t* config, hexload_bus_profile_t profile,
                   mailbox_t* mailbox, header_t* header) {
@@ -195,6 +231,7 @@ static bool start(hexload_node_t* node, const hexload_config_t* config, hexload_
         hexload_node_init(node, config, &settings, profile, &port) != HEXLOAD_OK) {
         return false;
     }
+    count_answer_proofs(profile, config->kind, header);
     hexload_node_period(node, HEXLOAD_NODE_LISTEN_MS);
     const uint32_t mark = instruction_counter_mark();
     hexload_node_receive(node, &frame);

@@ -99,7 +99,9 @@ def bus_load(contract: Database, name: str, filter_name: str, data_mbit_s: float
 
 FLOOD_FRAMES_S = 50 + 50 + 100  # acknowledges of refusals, challenges for guesses and for questions
 CODE_PERIOD_S = 16e-3
-CODE_INSTRUCTIONS = {"command": 5_282, "fd": 3_114, "classic": 2_705}  # -R budget, on 2026-11-22
+PAGE_CODE_PERIOD_S = 64e-3  # of answers in the classic profile
+CODE_INSTRUCTIONS = {"command": 5_281, "fd": 3_110, "classic": 2_695}  # -R budget, on 2026-11-23
+ANSWER_CODE_INSTRUCTIONS = {"fd": 7_474, "classic": 441}  # of the momentum filter, the same; 4,602 of the paper's in fd
 SAMPLE_INSTRUCTIONS = {"fd": 32_331, "classic": 32_606}  # the longest of the paper's motion, the same
 UNPROTECTED_TICK_BYTES = 4  # of SampleTick in version 1 of the contract, which had no checksum there and in the legs
 
@@ -318,6 +320,8 @@ What the reader does:
   ahead: then it is believed, and when it goes back, legs of another source have driven the count ahead, the fault *second source*.
 - A command with the counter of its session's last one: refused, and not acknowledged; with other content the fault *second source*.
   START is refused (*other configuration*) when the source works with another configuration than the controller.
+- An answer's frame that comes twice or late: counted, not used. One that says something else than the last of its kind and tick, or more
+  than half of all frames stale: two controllers, and the simulator ends.
 - A controller's frame, or a sample of the other profile: a fault when three whole ones come within a second.
 - An acknowledge is its reader's own when source and session are.
 
@@ -354,16 +358,38 @@ of the leg frames. So neither a run recorded before nor other frames with right 
 although all 16 ticks have come ends the run in the fault *samples not authenticated*, and so do more than four times 16 ticks without a
 code that matches: forged samples are believed for 80 ticks at most. A lost frame costs its sixteen their code and no more, which leaves
 one way: who keeps all frames of the source off the bus, speaks in its place for at most four times 16 ticks, leaves a tick or the code
-out, and then lets it go on. Those samples are in the estimate, as far as its gate and the monitors of load and channels let them; the
-health bit *frames refused* is set from the first of the next sixteen on, for a second at least, and nothing else tells. SampleTick is not counted in; it cannot make another tick of the frames, which would not match.
+out, and then lets it go on. Those samples are in the estimate, as far as its gate and the monitors of load and channels let them. It is told: the
+health bit *frames refused* is set from the first of the next sixteen on, for a second at least, the count of refused frames in
+ControllerStatus goes up by one for each sixteen without their code, and stays; simulator and `watch` make an event of it. The verdict does not
+tell, by construction: samples are used when they come and proven after, and a frame that is lost leaves sixteen good samples
+without their code just so. HEXLOAD_NODE_UNPROVEN ([node.h](../app/node.h)) is the limit of four: with 1, for a bus that loses nothing, the first
+sixteen without a code end the run. SampleTick is not counted in; it cannot make another tick of the frames, which would not match.
 
 What it costs: 135 us in 16 ms, {code_load:.2f} % of the bus, {classic_load:.2f} % in all in the classic profile; a sample {fd_instructions} instructions more (fd) or {classic_instructions} (classic), {fd_share:.0f} and {classic_share:.0f} %
 of the momentum filter's at -O3, by AES in software.
 
-The frames of authentication have no checksum: a damaged one makes a code that does not match. Answers, status and acknowledges have no
-code: who forges them can end a run, or lie about it. Who keeps the bus busy can keep commands and samples out. On LCM nothing is
-authenticated. C code: [authentication.h](authentication.h), [sample_code.h](sample_code.h), [cmac.h](cmac.h); the key is the port's, and AES: its hardware's, or
-mbedTLS.
+## Authentication of answers
+
+As an option, likewise: a START whose pacing says *with answer codes* asks for an AnswerMac behind the answers to each 16 ticks (fd) or 64
+(classic), and before the acknowledge of a STOP for those that are left. Its CMAC goes over the Data ID 0x484C0107, the number that START's
+own code counted in, the first of the ticks, and all bytes of the answer frames that were sent since the last AnswerMac. Who has the key too
+(the simulator with `--answer-codes`, `watch --key`) computes it as they come:
+
+- A code that does not match although whole answers to all the ticks have come: some of them are another's, forged or of a run before.
+  The simulator ends (status 5), `watch` tells it as an event.
+- A code that does not match where frames were lost tells nothing. More than four times 16 (64) ticks of estimates without a code that
+  matches are another's too: no accident does that. So forged answers are believed for 16 ticks (classic: 64) when they are complete, and for
+  80 (320) at most.
+- A listener that has not heard the START knows no number to count in, and checks nothing of that run.
+
+What it costs: 135 us in 16 ms, {code_load:.2f} % of the bus, in the fd profile; 135 us in 64 ms, {page_code_load:.2f} %, in the classic one, {classic_both_load:.2f} % in
+all with the codes of samples: with a code for 16 ticks that would be {classic_too_much:.2f} %, above the {most_load:.0f} % of this contract. A sample {answer_instructions}
+instructions more on average, by AES in software: {answer_shares} of the momentum filter's at -O3. The checksums of FD frames stay, for readers without the key.
+
+The frames of authentication have no checksum: a damaged one makes a code that does not match. LoadChange, status and acknowledges have no
+code: who forges them can end a run, or lie about its events; estimates with codes are not theirs to change. Who keeps the bus busy can keep
+commands and samples out. On LCM nothing is authenticated. C code: [authentication.h](authentication.h), [sample_code.h](sample_code.h),
+[answer_code.h](answer_code.h), [cmac.h](cmac.h); the key is the port's, and AES: its hardware's, or mbedTLS.
 """
 
 LOAD_TEXT = """\
@@ -395,10 +421,20 @@ like leg 1.
 
 def authentication_numbers(contract: Database) -> dict[str, float | str]:
     """What codes cost: load of the bus in %, instructions."""
-    load_of_codes = classic_bits(8) * NOMINAL_BIT_S / CODE_PERIOD_S
+    code_s = classic_bits(8) * NOMINAL_BIT_S
+    load_of_codes, load_of_page_codes = code_s / CODE_PERIOD_S, code_s / PAGE_CODE_PERIOD_S
+    classic_load = bus_load(contract, "classic", "momentum") + load_of_codes
+    shares = [f"{100 * ANSWER_CODE_INSTRUCTIONS[name] / SAMPLE_INSTRUCTIONS[name]:.0f}" for name in SAMPLE_INSTRUCTIONS]
     return {
         "code_load": 100 * load_of_codes,
-        "classic_load": 100 * (bus_load(contract, "classic", "momentum") + load_of_codes),
+        "classic_load": 100 * classic_load,
+        "page_code_load": 100 * load_of_page_codes,
+        "classic_both_load": 100 * (classic_load + load_of_page_codes),
+        "classic_too_much": 100 * (classic_load + load_of_codes),
+        "most_load": 100 * MOST_LOAD,
+        "answer_instructions": " (fd) or ".join(f"{count:,}" for count in ANSWER_CODE_INSTRUCTIONS.values())
+        + " (classic)",
+        "answer_shares": f"{shares[0]} and {shares[1]} %",
         **{f"{name}_instructions": f"{count:,}" for name, count in CODE_INSTRUCTIONS.items()},
         **{f"{name}_share": 100 * CODE_INSTRUCTIONS[name] / SAMPLE_INSTRUCTIONS[name] for name in SAMPLE_INSTRUCTIONS},
     }

@@ -85,6 +85,8 @@ NODE_HEADER = np.dtype(
             "code_instructions",
             "proof_instructions",
             "longest_proof",
+            "answer_proof",
+            "longest_answer_proof",
         )
     ]
 )
@@ -110,6 +112,8 @@ class NodeRun:
     code_instructions: int  # more, of a command to a node with a key
     proof_instructions: int  # more, of a sample with a code: the mean of sixteen
     longest_proof: int  # of them, with the code's frame
+    answer_proof: int  # more, of a sample whose answer has a code: the mean
+    longest_answer_proof: int  # of them, with the code's frame
     answers: NDArray  # of NODE_ANSWER, one for each sample
 
 

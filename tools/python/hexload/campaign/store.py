@@ -2,7 +2,8 @@
 
 import dataclasses
 import json
-from collections.abc import Sequence
+import re
+from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Protocol
@@ -14,6 +15,7 @@ from hexload.errors import InputError
 from hexload.io.atomic_file import replaced_when_done
 
 SETTINGS = "campaign.json"
+PART = re.compile(r"\..+\.\d+\.part")  # of hexload.io.atomic_file, left by a process that was killed
 
 
 class AnyCase(Protocol):
@@ -22,6 +24,12 @@ class AnyCase(Protocol):
     @property
     def name(self) -> str:
         """Of its file; no two cases of a campaign share it."""
+
+
+class AnySettings(Protocol):
+    """A frozen dataclass."""
+
+    def cases(self) -> Sequence[AnyCase]: ...
 
 
 @dataclass(frozen=True)
@@ -42,10 +50,11 @@ class Store:
         self.folder = folder
         self._results = folder / "cases"
 
-    def open(self, settings: object, code: str, restart: bool) -> list[str]:
-        """Makes the folder one of this campaign, whose settings are a dataclass; returns what there is to say of what it held.
+    def open(self, settings: AnySettings, code: str, restart: bool) -> list[str]:
+        """Makes the folder one of this campaign; returns what there is to say of what it held.
 
-        Raises InputError when the results of another version of the code are in it, unless they are to be done again.
+        Raises InputError when the results of another version of the code are in it, unless they are to be done again; and
+        then when other files stand among them.
         """
         if self.folder.exists() and not self.folder.is_dir():
             raise InputError(f"{self.folder}: found a file, expected a folder for the campaign, or none yet")
@@ -56,12 +65,12 @@ class Store:
         remarks = self._compare(settings, code, restart) if (self.folder / SETTINGS).is_file() else []
         self._results.mkdir(parents=True, exist_ok=True)
         if restart:
-            for path in self._results.glob("*.json"):
-                path.unlink()
+            names = {f"{case.name}.json" for case in settings.cases()}
+            delete(own_files(self._results, lambda path: path.name in names or _is_result(path)))
         _write_json(self.folder / SETTINGS, {"code": code, **asdict(settings)})
         return remarks
 
-    def _compare(self, settings: object, code: str, restart: bool) -> list[str]:
+    def _compare(self, settings: AnySettings, code: str, restart: bool) -> list[str]:
         path = self.folder / SETTINGS
         try:
             before = json.loads(path.read_text())
@@ -107,6 +116,35 @@ class Store:
 
     def _path(self, case: AnyCase) -> Path:
         return self._results / f"{case.name}.json"
+
+
+def own_files(folder: Path, is_own: Callable[[Path], bool]) -> list[Path]:
+    """The files of a folder in a campaign's, all of which must be its own. Raises InputError for what is not."""
+    if folder.is_symlink():
+        raise InputError(f"{folder}: found a link, expected the campaign's own folder: nothing outside it is deleted")
+    paths = sorted(folder.iterdir()) if folder.is_dir() else []
+    for path in paths:
+        if path.is_symlink() or not path.is_file() or not is_own(path):
+            raise InputError(
+                f"{path}: found what this campaign has not written, expected its own files alone: nothing is deleted; "
+                "move it away, or take another --out"
+            )
+    return paths
+
+
+def delete(paths: list[Path]) -> None:
+    for path in paths:
+        path.unlink()
+
+
+def _is_result(path: Path) -> bool:
+    """Whether it is a case's, or what an interrupted writing of one has left."""
+    if PART.fullmatch(path.name):
+        return True
+    try:
+        return path.suffix == ".json" and {"code", "case"} <= json.loads(path.read_text()).keys()
+    except (ValueError, AttributeError):
+        return False
 
 
 def plain(value: object) -> object:

@@ -124,6 +124,10 @@ def sim(
     sample_codes: Annotated[
         bool, typer.Option("--sample-codes", help="Samples have codes of the key too, one for 16 ticks.")
     ] = False,
+    answer_codes: Annotated[
+        bool,
+        typer.Option("--answer-codes", help="Answers have codes of the key too, one for 16 ticks, or 64 (classic)."),
+    ] = False,
     feed: Annotated[
         str | None,
         typer.Option(help="Run simulator and controller as two programs on LCM instead of a bus: lcm, lcm:URL."),
@@ -198,6 +202,7 @@ def sim(
         "--lockstep": lockstep,
         "--real-time": real_time,
         "--sample-codes": sample_codes,
+        "--answer-codes": answer_codes,
     }
     options += [name for name, wanted in flags.items() if wanted]
     controller = None
@@ -777,6 +782,9 @@ def watch(
         Path | None,
         typer.Option(help="Platform file (.toml): tick, and the known mass that the paper's filter goes with."),
     ] = None,
+    key: Annotated[
+        Path | None, typer.Option(help="Key file of the controller on the bus: are the codes of its answers its own?")
+    ] = None,
     as_json: Annotated[
         bool, typer.Option("--json", help="A JSON line four times a second instead, with the events since the last.")
     ] = False,
@@ -791,6 +799,7 @@ def watch(
 
     Example:  hexload watch --lcm default --once --json
     """
+    from hexload.io.key_file import read_key
     from hexload.view import watch as verb
 
     if bus is None and lcm is None:
@@ -800,7 +809,8 @@ def watch(
         from hexload.platform import Platform
 
         machine = Platform.of(platform).native()
-    verb.watch(bus, profile, _lcm_url(lcm), machine, as_json, patience if once else None)
+    key_bytes = None if key is None else read_key(key)
+    verb.watch(bus, profile, _lcm_url(lcm), machine, as_json, patience if once else None, key_bytes)
 
 
 def _lcm_url(name: str | None) -> str | None:

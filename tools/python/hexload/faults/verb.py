@@ -1,7 +1,7 @@
 """`hexload faults`: checks what is asked, runs the cases that are not done yet, writes tables and page."""
 
 import json
-import shutil
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -12,7 +12,7 @@ from rich.table import Table
 from hexload import project
 from hexload.campaign import terminal
 from hexload.campaign.progress import complete
-from hexload.campaign.store import Store, plain
+from hexload.campaign.store import PART, Store, delete, own_files, plain
 from hexload.errors import InputError
 from hexload.faults import fault_report
 from hexload.faults.kinds import ESTIMATORS, GROUPS, KINDS, NONE
@@ -26,6 +26,7 @@ TABLE_WIDTH = 190  # where there is no terminal to ask
 DURATION_S = 16.0
 RUNS = 3
 LOGS = "logs"
+LOG = re.compile(r".+-[0-9a-f]{16}\.(npz|rig\.toml)")  # ends with one_fault.code_version()
 
 
 @dataclass(frozen=True)
@@ -124,15 +125,20 @@ def print_list() -> None:
     terminal.console(TABLE_WIDTH).print(table)
 
 
+def _is_log(path: Path) -> bool:
+    """Whether a case has written it."""
+    return LOG.fullmatch(path.name) is not None or PART.fullmatch(path.name) is not None
+
+
 def run_faults(settings: FaultSettings, out: Path, restart: bool) -> Path:
     """Returns the page. Prints the tables; progress and remarks go to stderr."""
     project.ensure_built("hexload_sim_app", "hexload_native")
     code = code_version()
     store = Store(out)
-    remarks = store.open(settings, code, restart)
     logs = out / LOGS
-    if restart:
-        shutil.rmtree(logs, ignore_errors=True)
+    old_logs = own_files(logs, _is_log) if restart else []
+    remarks = store.open(settings, code, restart)
+    delete(old_logs)
     logs.mkdir(exist_ok=True)
     cases = settings.cases()
     done = complete(cases, run_fault, code, store, remarks, None, logs.resolve())

@@ -7,7 +7,7 @@ last four bytes. firmware/bus/frame.h has the same in C. The frames of authentic
 import functools
 
 FIRST_OF_32 = 0x484C0000  # Data ID of a long frame: this and the identifier
-UNCHECKED = (0x011, 0x087, 0x111)  # CommandMac, SampleMac, Challenge: a damaged one makes a code that does not match
+UNCHECKED = (0x011, 0x087, 0x107, 0x111)  # CommandMac, SampleMac, AnswerMac, Challenge: a damaged one does not match
 
 
 def protected(identifier: int, data: bytes) -> bytes:

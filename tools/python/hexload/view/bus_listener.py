@@ -9,7 +9,7 @@ import numpy as np
 
 from hexload import project
 from hexload.errors import InputError, ToolFailed
-from hexload.io.authentication import ASK, CHALLENGE, Authenticator
+from hexload.io.authentication import ANSWER_MAC, ASK, CHALLENGE, START, AnswerCodes, Authenticator
 from hexload.io.run_directory import PAPER_PARAMETERS
 from hexload.theory.bound import THETA_NAMES
 from hexload.view.frame import Estimate
@@ -19,6 +19,10 @@ WAIT_S = 0.05
 PROFILES = ("fd", "classic")
 OTHER = "frame of another kind"  # of the codec
 TAKEN = ("ok", "more frames needed")
+DONE = 0  # of an acknowledge
+ESTIMATES = (2, 3)  # states in which answers have an estimate of the run
+FRAMES_REFUSED = 1 << 15  # health bit
+UNPROVEN = 4  # times 16 or 64 ticks without a code of the answers: no accident
 
 
 def open_bus(name: str, profile: str) -> can.BusABC:
@@ -67,12 +71,16 @@ class BusListener:
         self._session = random.randrange(SESSIONS)
         self._live, self._codec, self._words = live, codec, Words()
         self._bus = open_bus(name, profile)
-        answers = codec.AnswerAssembly(profile)
+        self._answers = codec.AnswerAssembly(profile)
+        self._pages = profile == "classic"
         self._tick = 0
+        self._codes = None if key is None else AnswerCodes(key, profile)
+        self._is_told = False  # that answers are another's
+        self._refuses = False  # the controller, frames
         self._authenticator = None if key is None else Authenticator(key, self._put, self._ask)
         self._readers = (
             (codec.SampleAssembly(profile).add, self._take_sample),
-            (lambda frame: answers.add(frame, self._tick), self._take_answer),
+            (self._read_answer, self._take_answer),
             (codec.decode_acknowledge, self._take_acknowledge),
             (codec.decode_load_change, lambda change: self._live.load_changed(change["tick"])),
             (codec.decode_status, lambda status: None),  # for what is wrong with them
@@ -100,6 +108,11 @@ class BusListener:
         identifier = frame[0]
         if identifier == CHALLENGE and self._authenticator is not None:
             self._authenticator.challenge(frame[2])
+        if self._codes is not None:
+            self._codes.hear(identifier, frame[2])
+            if identifier == ANSWER_MAC and self._codes.is_on:
+                self._take_answer_code(frame[2])
+                return
         mine = self._readers_of.setdefault(identifier, self._readers)
         for reader in mine:
             read, take = reader
@@ -121,11 +134,40 @@ class BusListener:
         self._live.count("samples")
         self._live.sample(sample["tick"], sample["displacement_m"], sample["force_n"])
 
+    def _read_answer(self, frame: tuple) -> tuple:
+        status, answer = self._answers.add(frame, self._tick)
+        if status in TAKEN and self._codes is not None and self._codes.is_on:
+            is_in_order = self._pages or self._answers.is_in_order
+            self._codes.add(frame[2], answer is not None or self._pages, self._answers.answered_tick, is_in_order)
+            if self._codes.unproven > UNPROVEN and answer is not None and answer["state"] in ESTIMATES:
+                self._tell_false("they have no codes of its key")
+        return status, answer
+
+    def _take_answer_code(self, code: bytes) -> None:
+        matches = self._codes.matches(code)
+        if matches:
+            self._is_told = False
+            self._live.count("codes of answers that are of the controller's key")
+        elif matches is None:
+            self._live.count("codes of answers not checked: frames were lost")
+        else:
+            self._tell_false("their code is not of its key")
+
+    def _tell_false(self, why: str) -> None:
+        self._live.count(f"times answers were not the controller's: {why}")
+        if not self._is_told:
+            self._live.event(f"answers are not the controller's: {why}; somebody else answers in its place")
+        self._is_told = True
+
     def _take_answer(self, answer: dict) -> None:
         names = THETA_NAMES if answer["filter"] == 1 else PAPER_PARAMETERS
         verdicts = tuple(self._words.verdicts[code] for code in answer["parameter_verdict"])
         value, sigma = np.array(answer["value"]), np.array(answer["sigma"])
         estimate = Estimate(tuple(names), value, sigma, self._words.verdicts[answer["verdict"]], verdicts)
+        refuses = bool(answer["health"] & FRAMES_REFUSED)
+        if refuses and not self._refuses:
+            self._live.event("controller refuses frames: damaged, another's, or samples lack the code of its key")
+        self._refuses = refuses
         fault = "" if answer["fault"] == 0 else f", fault: {self._words.faults[answer['fault']]}"
         self._live.answer(
             estimate,
@@ -133,6 +175,8 @@ class BusListener:
         )
 
     def _take_acknowledge(self, fields: dict) -> None:
+        if self._codes is not None and fields["kind"] == START and fields["result"] == DONE:
+            self._codes.started()
         self._live.event(f"controller: {self._words.results[fields['result']]}, {self._words.states[fields['state']]}")
 
     def send(self, kind: int, number: int, argument: float) -> None:

@@ -40,11 +40,13 @@ def watch(
     machine: Any | None,
     is_json: bool,
     once_s: float | None,
+    key: bytes | None = None,
 ) -> None:
     """Until q or Ctrl-C; with `once_s` until an answer of the controller, that many seconds at most. Raises ToolFailed
-    when none came. `machine`: hexload_native's, for its tick and known mass; None: 1 ms, and no mass is known."""
+    when none came. `machine`: hexload_native's, for its tick and known mass; None: 1 ms, and no mass is known. `key`: of the
+    controller on the bus, for the codes of its answers."""
     known_mass_kg = None if machine is None else machine.known_mass_kg
-    with listened_to(bus, profile, url, 1e-3 if machine is None else machine.tick_s) as live:
+    with listened_to(bus, profile, url, 1e-3 if machine is None else machine.tick_s, key) as live:
         if once_s is not None:
             _wait_for_answer(live, once_s)
         if is_json:
