@@ -432,6 +432,7 @@ typedef struct hexload_momentum_supervisor {
     /// Of the filter, each tick bounded, leaky over a second, also over changes of the load; ideal 6.
     hexload_real_t fit_nis;
     hexload_real_t unfit_s; ///< for so long the machine still counts as one that is not its model
+    hexload_real_t wrong_s; ///< for so long what the load monitor has seen may still reach the filter
     hexload_real_t calm_s;  ///< since the last load change, or long enough
     hexload_real_t doubt;   ///< by which sigma is too small for theta to be that of a body; 1 or more
     hexload_real_t moved_s; ///< motion of this load that has been seen, or long enough; below 0: as believed
