@@ -147,11 +147,10 @@ typedef struct hexload_plausibility {
 /// The stated mass of the load against what the legs carry; means of the last seconds.
 typedef struct hexload_known_mass {
     hexload_real_t mass_kg;        ///< of platform and load, as stated
-    hexload_real_t load_n;         ///< weight of the stated load
     hexload_real_t limit_n;        ///< what machine and sensors may be off by
     hexload_real_t lever_kg_m;     ///< mass_kg times the farthest place of the centre of mass
     hexload_real_t time_s;         ///< of the means so far
-    hexload_real_t excess_n[3];    ///< the legs' force beyond that of platform and stated load, base axes
+    hexload_real_t excess_n;       ///< the legs' force upwards beyond that of platform and stated load
     hexload_real_t turn_rad_s2[2]; ///< angular acceleration, base axes x and y
     hexload_real_t square_rad2_s2; ///< of the angular velocity
     hexload_real_t weight_error;   ///< share by which the weight is not that of the masses, where it counts
