@@ -239,6 +239,20 @@ typedef struct hexload_paper_filter {
     hexload_real_t nis; ///< of the last innovation, 3 degrees of freedom; 3 when there was none
 } hexload_paper_filter_t;
 
+enum { HEXLOAD_HUM_FREQUENCIES = 2 }; ///< of the mains: 50 Hz, 60 Hz
+
+/// The paper's filter's whitened innovations over half a second, turned back by the mains' frequencies.
+typedef struct hexload_hum_test {
+    hexload_real_t turn[HEXLOAD_HUM_FREQUENCIES][2];  ///< cosine and sine of the angle of one tick
+    hexload_real_t phase[HEXLOAD_HUM_FREQUENCIES][2]; ///< of the angle since the block began
+    hexload_real_t sum[HEXLOAD_HUM_FREQUENCIES][2][HEXLOAD_PAPER_MEASUREMENTS]; ///< of the block, in sigmas
+    hexload_real_t excess[HEXLOAD_HUM_FREQUENCIES]; ///< of the blocks beyond what noise makes, summed
+    hexload_real_t energy; ///< of both, where it is more than chance: that of the hum in sigmas squared
+    uint32_t ticks;        ///< in the block
+    bool is_heard;         ///< the sampling is fast enough
+    bool has_begun;        ///< the first block is over, which does not count
+} hexload_hum_test_t;
+
 typedef struct hexload_paper_supervisor {
     hexload_real_t nis_mean; ///< leaky mean; starts at its ideal, 3
     hexload_real_t factor;   ///< by which the filter's sigma is too small for its innovations; 1 or more
