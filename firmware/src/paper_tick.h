@@ -15,6 +15,7 @@
 #include "front_end/residual_test.h"
 #include "front_end/wrench.h"
 #include "hexload/paper.h"
+#include "paper/hum_test.h"
 #include "paper/known_mass.h"
 #include "paper/paper_filter.h"
 #include "paper/paper_supervisor.h"
@@ -64,8 +65,17 @@ static inline void hexload_paper_identify(hexload_paper_t* self, const hexload_c
     hexload_paper_filter_correct(&self->filter, config, now, &wrench, &step, health);
     if (step.is_used) {
         hexload_residual_test_step(&self->residual_test, config, step.whitened, false);
+        hexload_hum_test_step(&self->hum_test, config, now->gap_ticks, step.whitened);
     }
     hexload_known_mass_step(&self->known_mass, config, now, &wrench);
+}
+
+/// The factor by which the filter's sigmas are too small for what lasts and what hums in its innovations.
+static inline hexload_real_t hexload_paper_mismatch(const hexload_paper_t* self) {
+    const hexload_real_t factor = self->residual_test.factor;
+    return self->hum_test.energy > HEXLOAD_REAL(0.0)
+               ? hexload_sqrt(hexload_fma(factor, factor, self->hum_test.energy))
+               : factor;
 }
 
 static inline hexload_status_t hexload_paper_run(hexload_paper_t* self, const hexload_config_t* config,
@@ -95,8 +105,9 @@ static inline hexload_status_t hexload_paper_run(hexload_paper_t* self, const he
     // With its gaps: a value that is missing keeps its half second from saying anything.
     hexload_plausibility_step(&self->plausibility, config, raw, &now, config->rig.velocity_delay_s);
     hexload_paper_identify(self, config, &now, trace, &health);
-    health |= hexload_paper_supervisor_judge(&self->supervisor, config, &self->filter, &self->residual_test,
-                                             self->known_mass.weight_error, estimate);
+    health |=
+        hexload_paper_supervisor_judge(&self->supervisor, config, &self->filter, hexload_paper_mismatch(self),
+                                       self->known_mass.weight_error, estimate);
     hexload_plausibility_judge(&self->plausibility, HEXLOAD_PAPER_DIM, estimate, &self->health.input,
                                &health);
     hexload_known_mass_judge(&self->known_mass, estimate, &self->health.input, &health);

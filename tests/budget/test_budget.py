@@ -47,7 +47,7 @@ MOST_TEST_INSTRUCTIONS = 2_000  # more, for contradictions of the input and resi
 
 # What a program does not link that uses one of the three estimators; that with actuator effects needs the other's too.
 PAPER_SOURCES = ("wrench.c", "rate_noise.c", "paper_model.c", "paper_filter.c", "paper_tolerances.c",
-                 "known_mass.c", "paper_supervisor.c", "paper.c")  # fmt: skip
+                 "known_mass.c", "hum_test.c", "paper_supervisor.c", "paper.c")  # fmt: skip
 MOMENTUM_SOURCES = ("rig.c", "smoother.c", "transient.c", "motion_directions.c", "momentum_model.c", "momentum_filter.c",
                     "consider.c", "tolerances.c", "jackknife.c", "wrench_monitor.c", "load_monitor.c",
                     "frozen_channels.c", "momentum_supervisor.c", "pseudo_inertia.c", "momentum.c")  # fmt: skip

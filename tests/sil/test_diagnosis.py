@@ -122,6 +122,22 @@ def test_what_a_load_explains_is_no_cause():
     assert found.findings == ()
 
 
+def test_what_is_small_is_judged_by_what_it_does_to_the_load():
+    # GIVEN displacements of leg 2 that are 0.2 mm off: less than half of the force sensors' noise in the forces
+    log = with_leg(recorded(), "displacement_m", 2, lambda d: d + 2e-4)
+    found = diagnose(log, machine())
+    assert found.cause is None and found.findings[0].cause == "displacement zero"
+    shift = np.abs(found.findings[0].shift)
+    # WHEN the published sigmas are larger than what it does to each parameter THEN they cover it, and it says so
+    covered = found.beside(1.01 * shift)
+    assert covered.cause is None
+    assert covered.findings[0].sentence.endswith("too small to matter: sigma covers what it does to the load")
+    # AND WHEN one of them is a third THEN it is a cause that does harm, and by how much
+    sigma = 1.01 * shift
+    sigma[6] = shift[6] / 3.0
+    assert found.beside(sigma).cause.sentence.endswith("it moves the load by 3.0 sigmas")
+
+
 def test_noise_that_is_not_white_is_no_cause():
     # GIVEN slow random noise of 10 N on each force, as correlated as a motion is
     log, random = recorded(), np.random.default_rng(3)

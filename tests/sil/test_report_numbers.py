@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from hexload.diagnosis.finding import Finding
 from hexload.estimation import load_summary
 from hexload.io.run_directory import read_run
 from hexload.report import claims, table3
@@ -238,6 +239,15 @@ def test_moments_and_health_bits_are_told_in_words():
         "not excited in 120 ticks, load changed in 1 tick"
     )
     assert load_summary.health_in_words({"late": 0}) == ""
+
+
+def test_another_load_where_something_pushes_is_told_as_the_push():
+    # GIVEN a push from 7.06 to 7.56 s, and another cause WHEN other loads are detected before, in and after it
+    push = Finding("push", "something pushes", "look for what touches it", size=7.06, until_s=7.56)
+    friction = Finding("dry friction", "it rubs", "commission it", size=7.0)
+    words = list(load_summary.pushes_in_words([6.5, 7.002, 7.7], (friction, push)))
+    # THEN the one in it, or as much before as the diagnosis may find it late, is told as a push
+    assert words == ["at 7.002 s rather that push: along the weight it is a load as long as it lasts"]
 
 
 def test_a_machine_that_does_not_fit_is_to_be_commissioned():

@@ -574,6 +574,43 @@ static void test_a_force_sensor_that_stops_is_no_load_change(void) {
                           hexload_momentum_supervisor_fit(&bench.estimator.supervisor, &bench.config));
 }
 
+/// One tick in which the velocity of leg 0 is off.
+static void step_with_velocity_off(bench_t* bench, const body_t* load, hexload_real_t off_m_s) {
+    hexload_leg_sample_t sample = perfect_sample(
+        &bench->config, load, &bench->motion, (double)bench->estimator.kinematics.home_height_m, bench->tick);
+    add_noise(&bench->config, &bench->seed, &sample);
+    sample.velocity_m_s[0] += off_m_s;
+    TEST_ASSERT_EQUAL_INT(
+        HEXLOAD_OK, hexload_momentum_tick(&bench->estimator, &bench->config, &sample, &bench->estimate));
+    bench->alarms += bench->estimator.health.bits >> HEXLOAD_HEALTH_LOAD_CHANGED & 1u;
+    bench->tick++;
+}
+
+static void test_a_velocity_that_is_suddenly_off_is_said_before_the_estimate_is(void) {
+    for (uint64_t motion = 32; motion <= 34; motion += 2) {
+        // GIVEN a load that has been identified
+        bench_t bench;
+        begin(&bench, paper_machine(), random_motion(motion, 0.05, 0.1), 5);
+        run(&bench, &eccentric, 2625);
+        TEST_ASSERT_EQUAL_INT(HEXLOAD_VERDICT_CONVERGED, bench.estimate.verdict);
+        double theta[DIM], largest = 0.0;
+        theta_of(&eccentric, theta);
+        // WHEN a velocity is 40 mm/s off from then on
+        for (int tick = 0; tick < 600; tick++) {
+            step_with_velocity_off(&bench, &eccentric, HEXLOAD_REAL(0.04));
+            // THEN no parameter is off by five of its sigmas while it counts as converged
+            for (int k = 0; k < DIM; k++) {
+                const double off = fabs((double)bench.estimate.value[k] - theta[k]);
+                largest = fmax(largest, off / (double)bench.estimate.own_sigma[k]);
+                TEST_ASSERT_TRUE(off < 5.0 * (double)bench.estimate.sigma[k] ||
+                                 bench.estimate.parameter_verdict[k] != HEXLOAD_VERDICT_CONVERGED);
+            }
+        }
+        // AND the error was not small beside what the filter alone says
+        TEST_ASSERT_TRUE(largest > 10.0);
+    }
+}
+
 static void test_legs_with_a_mass_of_their_own_are_no_load(void) {
     // GIVEN legs with a mass beyond what moves with the platform, and a configuration that knows of it, or
     // not WHEN a load of 312 kg has been identified
@@ -796,6 +833,7 @@ int main(void) {
     RUN_TEST(test_an_estimate_that_no_body_has_widens_its_sigma_and_is_kept);
     RUN_TEST(test_an_estimate_that_no_sigma_covers_is_inconsistent);
     RUN_TEST(test_a_force_sensor_that_stops_is_no_load_change);
+    RUN_TEST(test_a_velocity_that_is_suddenly_off_is_said_before_the_estimate_is);
     RUN_TEST(test_legs_with_a_mass_of_their_own_are_no_load);
     RUN_TEST(test_a_pose_of_the_past_that_is_lost_is_found_again);
     RUN_TEST(test_a_gap_too_long_for_one_step_sets_the_momentum_anew);

@@ -46,6 +46,7 @@ static void draw(bench_t* bench, uint64_t* seed) {
     self->nis_mean = (hexload_real_t)between(seed, 4.0, 20.0);
     self->fit_nis = (hexload_real_t)between(seed, 0.0, 40.0);
     self->unfit_s = (hexload_real_t)fmax(0.0, between(seed, -5.0, 10.0));
+    self->wrong_s = (hexload_real_t)fmax(0.0, between(seed, -1.0, 1.0));
     self->calm_s = (hexload_real_t)(uniform(seed) > 0.0 ? between(seed, 0.1, 0.5) : between(seed, 4.9, 5.0));
     self->moved_s = (hexload_real_t)between(seed, -0.6, 3.0);
     self->fit_ticks = (uint32_t)between(seed, 0.0, 3000.0);
@@ -140,6 +141,7 @@ static bool expect_fit(const bench_t* bench, hexload_momentum_supervisor_t* self
     self->fit_nis = (hexload_real_t)fit_nis;
     self->fit_ticks++;
     self->unfit_s = (hexload_real_t)fmax(0.0, (is_unfit ? 10.0 : (double)self->unfit_s) - dt_s);
+    self->wrong_s = (hexload_real_t)fmax(0.0, (double)self->wrong_s - dt_s);
     self->calm_s = (hexload_real_t)fmin(5.0, (double)self->calm_s + dt_s);
     return is_close;
 }
@@ -210,6 +212,7 @@ static void test_what_a_sample_shows_is_that_of_the_equations(void) {
         TEST_ASSERT_DOUBLE_WITHIN(ROUNDINGS(8, 120.0), (double)expected.fit_nis, (double)found->fit_nis);
         TEST_ASSERT_EQUAL_UINT32(expected.fit_ticks, found->fit_ticks);
         TEST_ASSERT_DOUBLE_WITHIN(ROUNDINGS(4, 10.0), (double)expected.unfit_s, (double)found->unfit_s);
+        TEST_ASSERT_DOUBLE_WITHIN(ROUNDINGS(4, 1.0), (double)expected.wrong_s, (double)found->wrong_s);
         TEST_ASSERT_DOUBLE_WITHIN(ROUNDINGS(4, 5.0), (double)expected.calm_s, (double)found->calm_s);
         TEST_ASSERT_DOUBLE_WITHIN(ROUNDINGS(4, 3.0), (double)expected.moved_s, (double)found->moved_s);
         TEST_ASSERT_EQUAL_UINT32(expected.next, found->next);
@@ -293,6 +296,7 @@ static judged_t expect_judged(const bench_t* bench) {
     const bool is_body = has_body || judged.doubt < 300.0;
     const bool is_misfit =
         self->fit_nis > HEXLOAD_REAL(30.0) || self->nis_mean > HEXLOAD_REAL(12.0) ||
+        self->wrong_s > HEXLOAD_REAL(0.0) ||
         (self->unfit_s > HEXLOAD_REAL(0.0) && config->rig.direction_count == 0 && pooled > 4.0);
     for (int k = 0; k < DIM; k++) {
         const double limit = 0.03 * scale_of(bench, k);
@@ -334,6 +338,7 @@ static void test_verdicts_are_those_of_the_equations(void) {
         bench.self.fit_nis = (hexload_real_t)(trial % 4 == 0 ? between(&seed, 20.0, 40.0) : 6.0);
         bench.self.nis_mean = (hexload_real_t)(trial % 4 == 1 ? between(&seed, 8.0, 16.0) : 6.0);
         bench.jackknife.pooled = (hexload_real_t)(trial % 4 == 2 ? between(&seed, 2.0, 7.0) : 1.0);
+        bench.self.wrong_s = trial % 16 == 3 ? HEXLOAD_REAL(0.001) : HEXLOAD_REAL(0.0);
         bench.filter.tolerances.force_gain = (hexload_real_t)(trial % 2 == 0 ? 0.0 : 0.001);
         bench.residual_test.factor = (hexload_real_t)fmax(1.0, between(&seed, -2.0, 2.0));
         draw_estimate(&bench, &seed);
@@ -421,8 +426,11 @@ static void test_alarms_doubts_and_other_loads_are_remembered(void) {
     self->calm_s = HEXLOAD_REAL(5.0);
     hexload_momentum_supervisor_alarm(self);
     TEST_ASSERT_EQUAL_DOUBLE(3.0, (double)self->unfit_s);
+    TEST_ASSERT_EQUAL_DOUBLE(0.0, (double)self->wrong_s);
     hexload_momentum_supervisor_doubt(self);
     TEST_ASSERT_EQUAL_DOUBLE(10.0, (double)self->unfit_s);
+    // AND no verdict is better than misfit for a second
+    TEST_ASSERT_EQUAL_DOUBLE(1.0, (double)self->wrong_s);
     // AND another load begins anew, with half a second of credit on a machine that was believed
     static const double moved_s[4] = {-0.2, 0.0, 2.49, 2.5}, credit_s[4] = {-0.5, 0.0, 0.0, -0.5};
     for (int n = 0; n < 4; n++) {

@@ -1064,10 +1064,10 @@ static void test_mass_in_force_and_configuration_are_told_and_what_contradicts_t
         machine.count = 0;
         give(HEXLOAD_BUS_FD, tick);
     }
-    // THEN its answer is inconsistent, and the status says why, by how much, and what is in force
+    // THEN its answer is misfit, and the status says why, by how much, and what is in force
     hexload_bus_answer_t answer;
     TEST_ASSERT_EQUAL_INT(1, read_answers(HEXLOAD_BUS_FD, 999, &answer));
-    TEST_ASSERT_EQUAL_INT(HEXLOAD_VERDICT_INCONSISTENT, answer.estimate.verdict);
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_VERDICT_MISFIT, answer.estimate.verdict);
     TEST_ASSERT_EQUAL_INT(HEXLOAD_INPUT_KNOWN_MASS, answer.input.cause);
     const hexload_bus_controller_status_t status = read_status();
     TEST_ASSERT_EQUAL_INT(HEXLOAD_INPUT_KNOWN_MASS, status.input.cause);

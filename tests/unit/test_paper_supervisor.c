@@ -1,4 +1,3 @@
-#include "front_end/residual_test.h"
 #include "paper/paper_filter.h"
 #include "paper/paper_supervisor.h"
 #include "machine.h"
@@ -25,17 +24,14 @@ static hexload_paper_filter_t good_filter(const hexload_config_t* config) {
     return filter;
 }
 
-/// @param factor of the residual test.
+/// @param factor by which sigmas are too small for what lasts in the innovations.
 static hexload_estimate_t judge_misfit(const hexload_config_t* config, const hexload_paper_filter_t* filter,
                                        int ticks, double factor, uint32_t* health) {
     hexload_paper_supervisor_t supervisor;
-    hexload_residual_test_t residual_test;
-    hexload_residual_test_init(&residual_test, HEXLOAD_PAPER_MEASUREMENTS);
-    residual_test.factor = (hexload_real_t)factor;
     hexload_estimate_t estimate;
     hexload_paper_supervisor_init(&supervisor);
     for (int n = 0; n < ticks; n++) {
-        *health = hexload_paper_supervisor_judge(&supervisor, config, filter, &residual_test,
+        *health = hexload_paper_supervisor_judge(&supervisor, config, filter, (hexload_real_t)factor,
                                                  HEXLOAD_REAL(0.0), &estimate);
     }
     return estimate;

@@ -147,11 +147,10 @@ typedef struct hexload_plausibility {
 /// The stated mass of the load against what the legs carry; means of the last seconds.
 typedef struct hexload_known_mass {
     hexload_real_t mass_kg;        ///< of platform and load, as stated
-    hexload_real_t load_n;         ///< weight of the stated load
     hexload_real_t limit_n;        ///< what machine and sensors may be off by
     hexload_real_t lever_kg_m;     ///< mass_kg times the farthest place of the centre of mass
     hexload_real_t time_s;         ///< of the means so far
-    hexload_real_t excess_n[3];    ///< the legs' force beyond that of platform and stated load, base axes
+    hexload_real_t excess_n;       ///< the legs' force upwards beyond that of platform and stated load
     hexload_real_t turn_rad_s2[2]; ///< angular acceleration, base axes x and y
     hexload_real_t square_rad2_s2; ///< of the angular velocity
     hexload_real_t weight_error;   ///< share by which the weight is not that of the masses, where it counts
@@ -239,6 +238,20 @@ typedef struct hexload_paper_filter {
     uint32_t gated;     ///< innovations gated one after the other
     hexload_real_t nis; ///< of the last innovation, 3 degrees of freedom; 3 when there was none
 } hexload_paper_filter_t;
+
+enum { HEXLOAD_HUM_FREQUENCIES = 2 }; ///< of the mains: 50 Hz, 60 Hz
+
+/// The paper's filter's whitened innovations over half a second, turned back by the mains' frequencies.
+typedef struct hexload_hum_test {
+    hexload_real_t turn[HEXLOAD_HUM_FREQUENCIES][2];  ///< cosine and sine of the angle of one tick
+    hexload_real_t phase[HEXLOAD_HUM_FREQUENCIES][2]; ///< of the angle since the block began
+    hexload_real_t sum[HEXLOAD_HUM_FREQUENCIES][2][HEXLOAD_PAPER_MEASUREMENTS]; ///< of the block, in sigmas
+    hexload_real_t excess[HEXLOAD_HUM_FREQUENCIES]; ///< of the blocks beyond what noise makes, summed
+    hexload_real_t energy; ///< of both, where it is more than chance: that of the hum in sigmas squared
+    uint32_t ticks;        ///< in the block
+    bool is_heard;         ///< the sampling is fast enough
+    bool has_begun;        ///< the first block is over, which does not count
+} hexload_hum_test_t;
 
 typedef struct hexload_paper_supervisor {
     hexload_real_t nis_mean; ///< leaky mean; starts at its ideal, 3
@@ -432,6 +445,7 @@ typedef struct hexload_momentum_supervisor {
     /// Of the filter, each tick bounded, leaky over a second, also over changes of the load; ideal 6.
     hexload_real_t fit_nis;
     hexload_real_t unfit_s; ///< for so long the machine still counts as one that is not its model
+    hexload_real_t wrong_s; ///< for so long what the load monitor has seen may still reach the filter
     hexload_real_t calm_s;  ///< since the last load change, or long enough
     hexload_real_t doubt;   ///< by which sigma is too small for theta to be that of a body; 1 or more
     hexload_real_t moved_s; ///< motion of this load that has been seen, or long enough; below 0: as believed

@@ -576,18 +576,14 @@ void hexload_plausibility_step(hexload_plausibility_t* self, const hexload_confi
     }
 }
 
-void hexload_input_fault_judge(hexload_verdict_t best, int parameters, hexload_estimate_t* estimate,
-                               uint32_t* health) {
+void hexload_input_fault_judge(int parameters, hexload_estimate_t* estimate, uint32_t* health) {
     for (int k = 0; k < parameters; k++) {
-        if (estimate->parameter_verdict[k] < best) {
-            estimate->parameter_verdict[k] = best;
+        if (estimate->parameter_verdict[k] < HEXLOAD_VERDICT_MISFIT) {
+            estimate->parameter_verdict[k] = HEXLOAD_VERDICT_MISFIT;
         }
     }
-    if (estimate->verdict < best) {
-        estimate->verdict = best;
-    }
-    if (estimate->verdict == HEXLOAD_VERDICT_INCONSISTENT) {
-        hexload_health_set(health, HEXLOAD_HEALTH_INCONSISTENT);
+    if (estimate->verdict < HEXLOAD_VERDICT_MISFIT) {
+        estimate->verdict = HEXLOAD_VERDICT_MISFIT;
     }
     hexload_health_set(health, HEXLOAD_HEALTH_INPUT_IMPLAUSIBLE);
 }
@@ -599,5 +595,5 @@ void hexload_plausibility_judge(const hexload_plausibility_t* self, int paramete
     if (self->fault.cause == HEXLOAD_INPUT_PLAUSIBLE) {
         return;
     }
-    hexload_input_fault_judge(HEXLOAD_VERDICT_MISFIT, parameters, estimate, health);
+    hexload_input_fault_judge(parameters, estimate, health);
 }

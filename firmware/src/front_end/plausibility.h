@@ -34,11 +34,10 @@ void hexload_plausibility_step(hexload_plausibility_t* self, const hexload_confi
                                const hexload_leg_sample_t* sample, const hexload_present_tick_t* now,
                                hexload_real_t late_s);
 
-/// What any input fault does: no verdict is better than `best`, and health says so.
+/// What any input fault does: no verdict is better than "misfit", and health says so.
 /// @param parameters of the estimate.
-/// @param[in,out] health sets INPUT_IMPLAUSIBLE, and INCONSISTENT with that verdict.
-void hexload_input_fault_judge(hexload_verdict_t best, int parameters, hexload_estimate_t* estimate,
-                               uint32_t* health);
+/// @param[in,out] health sets INPUT_IMPLAUSIBLE.
+void hexload_input_fault_judge(int parameters, hexload_estimate_t* estimate, uint32_t* health);
 
 /// While there is a fault no verdict is better than "misfit".
 /// @param parameters of the estimate.

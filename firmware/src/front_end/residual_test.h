@@ -7,7 +7,7 @@
 ///
 /// What a mismatch makes of theta, in its own sigmas, is at most the root of all it adds to those squares, if
 /// theta takes as much of it as the innovations keep (R15): the filter's sigmas are widened by that,
-/// self->factor.
+/// self->factor, as soon as the sum of the present half second is certain to be one of a mismatch.
 #ifndef HEXLOAD_RESIDUAL_TEST_H
 #define HEXLOAD_RESIDUAL_TEST_H
 
@@ -17,8 +17,8 @@
 /// @param dimension of an innovation, 1..HEXLOAD_MEASUREMENTS_MAX.
 void hexload_residual_test_init(hexload_residual_test_t* self, uint32_t dimension);
 
-/// Takes the whitened innovation of one update of the filter. An addition for each of its numbers, and some
-/// 60 instructions once in half a second. Reentrant.
+/// Takes the whitened innovation of one update of the filter. Some 30 instructions, and 60 more once in half
+/// a second. Reentrant.
 /// @param is_considered sigma has what errors of constants do, which the sums have in them too: no factor.
 void hexload_residual_test_step(hexload_residual_test_t* self, const hexload_config_t* config,
                                 const hexload_real_t* whitened, bool is_considered);

@@ -19,6 +19,10 @@ enum { DIM = HEXLOAD_LOAD_DIM };
 /// A filter that has begun anew explains everything for a while.
 #define UNFIT_S HEXLOAD_REAL(10.0)
 
+/// What the load monitor sees and no load explains reaches the filter a lag later, and its sums speak within
+/// half a second.
+#define WRONG_S HEXLOAD_REAL(1.0)
+
 /// Two alarms within that time are rather the machine's than the load's.
 #define STORM_S HEXLOAD_REAL(5.0)
 
@@ -61,6 +65,7 @@ void hexload_momentum_supervisor_init(hexload_momentum_supervisor_t* self) {
 
 void hexload_momentum_supervisor_doubt(hexload_momentum_supervisor_t* self) {
     self->unfit_s = UNFIT_S;
+    self->wrong_s = WRONG_S;
 }
 
 void hexload_momentum_supervisor_alarm(hexload_momentum_supervisor_t* self) {
@@ -216,6 +221,7 @@ static void measure_fit(hexload_momentum_supervisor_t* self, const hexload_confi
     }
     self->calm_s = hexload_min(STORM_S, self->calm_s + config->tick_s);
     self->unfit_s = hexload_max(HEXLOAD_REAL(0.0), self->unfit_s - config->tick_s);
+    self->wrong_s = hexload_max(HEXLOAD_REAL(0.0), self->wrong_s - config->tick_s);
 }
 
 static void measure_motion(hexload_momentum_supervisor_t* self, const hexload_config_t* config,
@@ -328,6 +334,7 @@ uint32_t hexload_momentum_supervisor_judge(hexload_momentum_supervisor_t* self,
     find_scales(filter, scale);
     const bool is_doubtful = self->unfit_s > HEXLOAD_REAL(0.0);
     const bool is_misfit = self->fit_nis > MISFIT_NIS || self->nis_mean > config->momentum.inconsistent_nis ||
+                           self->wrong_s > HEXLOAD_REAL(0.0) ||
                            (is_doubtful && is_beyond(jackknife, config, DOUBTFUL_VARIANCE));
     const bool is_body = make_physical(self, config, estimate);
     const hexload_real_t ticks = config->momentum.excitation_time_constant_s / config->tick_s;

@@ -17,9 +17,6 @@ enum { LONGEST_GAP_TICKS = 8 }; ///< over which one acceleration is taken
 #define LEAST_SHARE HEXLOAD_REAL(0.02)
 #define STILL_CONTRADICTED HEXLOAD_REAL(0.8)
 
-/// Of the excess upwards. No mass weighs sidewards: more than that is a force, or a base off level.
-#define SIDEWARDS HEXLOAD_REAL(0.25)
-
 /// Share of the weight that widens no sigma.
 #define GRANTED_SHARE HEXLOAD_REAL(0.004)
 
@@ -40,7 +37,6 @@ void hexload_known_mass_init(hexload_known_mass_t* self, const hexload_config_t*
     const hexload_real_t own_n = config->platform.mass_kg * config->gravity_m_s2;
     memset(self, 0, sizeof *self);
     self->mass_kg = config->platform.mass_kg + config->paper.load_mass_kg;
-    self->load_n = config->paper.load_mass_kg * config->gravity_m_s2;
     const hexload_real_t weight_n = self->mass_kg * config->gravity_m_s2;
     const hexload_real_t gain_n = config->tolerances.force_gain * weight_n;
     const hexload_real_t platform_n = config->tolerances.platform_mass * own_n;
@@ -64,12 +60,10 @@ static void add(hexload_known_mass_t* self, const hexload_config_t* config, cons
     self->time_s = hexload_min(self->time_s + dt_s, MEMORY_S);
     const hexload_real_t per_s = HEXLOAD_REAL(1.0) / self->time_s;
     const hexload_real_t weight = dt_s * per_s;
-    for (int k = 0; k < 3; k++) {
-        const hexload_real_t weight_n = k == 2 ? self->mass_kg * config->gravity_m_s2 : HEXLOAD_REAL(0.0);
-        const hexload_real_t excess_n = dot3(motion->R[k], wrench->force_n) - weight_n;
-        self->excess_n[k] += weight * (excess_n - self->excess_n[k]) -
-                             per_s * self->mass_kg * (motion->twist[k] - self->last_twist[k]);
-    }
+    const hexload_real_t excess_n =
+        dot3(motion->R[2], wrench->force_n) - self->mass_kg * config->gravity_m_s2;
+    self->excess_n += weight * (excess_n - self->excess_n) -
+                      per_s * self->mass_kg * (motion->twist[2] - self->last_twist[2]);
     for (int k = 0; k < 2; k++) {
         self->turn_rad_s2[k] += per_s * (omega[k] - last_omega[k]) - weight * self->turn_rad_s2[k];
     }
@@ -82,20 +76,13 @@ static bool is_beyond(const hexload_known_mass_t* self) {
     const hexload_real_t turned = hexload_abs(self->turn_rad_s2[0]) + hexload_abs(self->turn_rad_s2[1]) +
                                   HEXLOAD_REAL(2.0) * self->square_rad2_s2;
     const hexload_real_t part = self->is_contradicted ? STILL_CONTRADICTED : HEXLOAD_REAL(1.0);
-    return hexload_abs(self->excess_n[2]) > hexload_fma(self->lever_kg_m, turned, part * self->limit_n);
-}
-
-/// Whether what is left is not upright, as every weight is.
-static bool is_oblique(const hexload_known_mass_t* self) {
-    const hexload_real_t* excess_n = self->excess_n;
-    const hexload_real_t most_n = SIDEWARDS * excess_n[2];
-    return excess_n[0] * excess_n[0] + excess_n[1] * excess_n[1] > most_n * most_n;
+    return hexload_abs(self->excess_n) > hexload_fma(self->lever_kg_m, turned, part * self->limit_n);
 }
 
 /// Of a mean that is still short the motion of a centre of mass beside the axis has much, so only the part
 /// counts that it is of the whole memory.
 static hexload_real_t weight_error(const hexload_known_mass_t* self, hexload_real_t weight_n) {
-    const hexload_real_t share = hexload_abs(self->excess_n[2]) / weight_n * (self->time_s / MEMORY_S);
+    const hexload_real_t share = hexload_abs(self->excess_n) / weight_n * (self->time_s / MEMORY_S);
     return share > GRANTED_SHARE ? share : HEXLOAD_REAL(0.0);
 }
 
@@ -117,8 +104,6 @@ void hexload_known_mass_judge(const hexload_known_mass_t* self, hexload_estimate
         return;
     }
     fault->cause = HEXLOAD_INPUT_KNOWN_MASS;
-    fault->excess_n = self->excess_n[2];
-    const bool is_of_forces = is_oblique(self) || self->excess_n[2] < -self->load_n;
-    const hexload_verdict_t verdict = is_of_forces ? HEXLOAD_VERDICT_MISFIT : HEXLOAD_VERDICT_INCONSISTENT;
-    hexload_input_fault_judge(verdict, HEXLOAD_PAPER_DIM, estimate, health);
+    fault->excess_n = self->excess_n;
+    hexload_input_fault_judge(HEXLOAD_PAPER_DIM, estimate, health);
 }

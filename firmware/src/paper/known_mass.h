@@ -21,10 +21,9 @@ void hexload_known_mass_init(hexload_known_mass_t* self, const hexload_config_t*
 void hexload_known_mass_step(hexload_known_mass_t* self, const hexload_config_t* config,
                              const hexload_present_tick_t* now, const hexload_wrench_t* wrench);
 
-/// While the stated mass is contradicted all verdicts are "inconsistent"; "misfit" where no load's mass, down
-/// to none, is the reason, but forces are, or where what is left of them leans as no weight does.
-/// hexload_plausibility_judge() comes before it: what that has found may be the reason, and is what is
-/// reported.
+/// While the stated mass is contradicted no verdict is better than "misfit": another load or a force that is
+/// wrong may be the reason. hexload_plausibility_judge() comes before it: what that has found may be the
+/// reason, and is what is reported.
 /// @param estimate, fault, health as there.
 void hexload_known_mass_judge(const hexload_known_mass_t* self, hexload_estimate_t* estimate,
                               hexload_input_fault_t* fault, uint32_t* health);

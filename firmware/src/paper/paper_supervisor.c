@@ -19,12 +19,12 @@ void hexload_paper_supervisor_init(hexload_paper_supervisor_t* self) {
 
 /// How well the innovations of now and of the whole run fit the model.
 static void measure_fit(hexload_paper_supervisor_t* self, const hexload_config_t* config,
-                        const hexload_paper_filter_t* filter, const hexload_residual_test_t* residual_test) {
+                        const hexload_paper_filter_t* filter, hexload_real_t mismatch) {
     // One spike must not turn the verdict: a tick raises the mean by half the way to the threshold at most.
     const hexload_real_t weight = config->tick_s / config->paper.nis_time_constant_s;
     const hexload_real_t most = HEXLOAD_REAL(0.5) * (MISFIT_NIS - IDEAL_NIS);
     self->nis_mean += hexload_min(weight * (filter->nis - self->nis_mean), most);
-    self->factor = residual_test->factor;
+    self->factor = mismatch;
     if (self->nis_mean > MISFIT_NIS) {
         self->factor = hexload_max(self->factor, hexload_sqrt(self->nis_mean / IDEAL_NIS));
     }
@@ -103,8 +103,7 @@ static hexload_verdict_t judge_parameter(const hexload_paper_config_t* paper,
 }
 
 uint32_t hexload_paper_supervisor_judge(hexload_paper_supervisor_t* self, const hexload_config_t* config,
-                                        const hexload_paper_filter_t* filter,
-                                        const hexload_residual_test_t* residual_test,
+                                        const hexload_paper_filter_t* filter, hexload_real_t mismatch,
                                         hexload_real_t weight_error, hexload_estimate_t* estimate) {
     const hexload_paper_config_t* paper = &config->paper;
     uint32_t health = 0;
@@ -115,7 +114,7 @@ uint32_t hexload_paper_supervisor_judge(hexload_paper_supervisor_t* self, const 
         estimate->parameter_verdict[k] = HEXLOAD_VERDICT_CONVERGED;
     }
     hexload_paper_filter_read(filter, estimate->value, estimate->own_sigma);
-    measure_fit(self, config, filter, residual_test);
+    measure_fit(self, config, filter, mismatch);
     widen(self, filter, weight_error, estimate);
     estimate->nis = filter->nis;
     estimate->nis_mean = self->nis_mean;

@@ -9,11 +9,12 @@
 void hexload_paper_supervisor_init(hexload_paper_supervisor_t* self);
 
 /// Fills in the estimate from the filter and judges it.
+/// @param mismatch factor by which the filter's sigmas are too small for what lasts in its innovations; 1:
+/// none.
 /// @param weight_error share by which the weight is not that of the given masses (hexload_known_mass_t).
 /// @return health bits: NOT_EXCITED, INCONSISTENT, MODEL_MISFIT. Reentrant, constant time.
 uint32_t hexload_paper_supervisor_judge(hexload_paper_supervisor_t* self, const hexload_config_t* config,
-                                        const hexload_paper_filter_t* filter,
-                                        const hexload_residual_test_t* residual_test,
+                                        const hexload_paper_filter_t* filter, hexload_real_t mismatch,
                                         hexload_real_t weight_error, hexload_estimate_t* estimate);
 
 #endif

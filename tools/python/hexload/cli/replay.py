@@ -72,11 +72,13 @@ def print_summary(
     if "followed" in result:
         print(f"legs:      {result['followed'].words}")
     for finding in result["diagnosis"].findings:
-        print(f"cause:     {finding.words}{_how_much(finding)}{'; too small to matter' if finding.is_harmless else ''}")
+        print(f"cause:     {finding.words}{_how_much(finding)}{_if_harmless(finding)}")
     for t_s, words in result["input_faults"]:
         print(f"input:     from {t_s:.3f} s on: {words}")
     if times_s := load_summary.load_changes_s(result):
         print(f"new load:  detected {load_summary.moments_in_words(times_s)}")
+        for words in load_summary.pushes_in_words(times_s, result["diagnosis"].findings):
+            print(f"           {words}")
     if result["refused"]:
         print(f"refused:   {result['refused']} samples, the first at {result['first_refusal']}")
     for remark in result["remarks"]:
@@ -90,6 +92,12 @@ def print_summary(
         print(f"page:      {report}")
     if mend:  # the last line: it matters more than all above
         print(f"mend:      {mend}")
+
+
+def _if_harmless(finding: Finding) -> str:
+    if not finding.is_harmless:
+        return ""
+    return f"; {finding.mend if finding.shift else 'too small to matter'}"
 
 
 def _how_much(finding: Finding) -> str:

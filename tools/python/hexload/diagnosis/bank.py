@@ -37,7 +37,7 @@ class Selected:
     sigma: Array  # (k,)
     wald: float  # chi-square of k degrees of freedom
     rms_n: float  # of what it adds to the leg forces, beyond what the load does
-    mass_kg: float  # by which the load's mass changes without it
+    shift: Array  # (10,), by which the load's parameters change without it
     share: float  # of the residual's sum of squares
 
 
@@ -121,7 +121,7 @@ class Bank:
         if columns is None:
             columns = self.dynamics.whitened(family.columns)
         candidate = self._candidate(family, columns)
-        before_kg, left = self._mass(), self.left
+        before, left = self._load(), self.left
         beside = _scaled(self._without(columns))
         self.chosen.append((family, columns))
         new = np.linalg.qr(beside)[0]
@@ -136,12 +136,13 @@ class Bank:
             sigma,
             wald,
             self._rms(family, size),
-            before_kg - self._mass(),
+            before - self._load(),
             1.0 - self.left / left,
         )
 
-    def _mass(self) -> float:
-        return float(self.coefficients()[0].reshape(-1, TEN)[-1, 0])
+    def _load(self) -> Array:
+        """The last one, (10,)."""
+        return self.coefficients()[0].reshape(-1, TEN)[-1]
 
     def _wald(self, columns: Array, size: Array) -> tuple[Array, float]:
         others = self.basis[:, : self.basis.shape[1] - columns.shape[1]]

@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from hexload.diagnosis import channels, kinematics, phrases, sensors, wiring
 from hexload.diagnosis.bank import Bank
@@ -21,6 +22,8 @@ LIGHT = 0.9  # of the empty platform's mass: less is no load
 MINOR = ("sampling", " noise", " hum", " missing", " repeated")
 HOPELESS = ("samples frozen", "samples shuffled")  # no motion to compare forces with
 REPORTED_S = 0.2  # between a change here and an estimator's
+
+Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -43,6 +46,10 @@ class Diagnosis:
             for each in self.findings
         )
         return replace(self, findings=tuple(mended))
+
+    def beside(self, sigma: Array) -> "Diagnosis":
+        """The same with what is small judged by what it does to the load, beside the published sigmas of these and what follows them."""
+        return replace(self, findings=tuple(_beside(each, sigma) for each in self.findings))
 
     @property
     def input_words(self) -> str:
@@ -70,6 +77,17 @@ def diagnose(log: LegLog, machine: Machine, reported_changes_s: Sequence[float] 
     scaled = [each.cause.split()[0] for each in of_sensors if each.cause.endswith(" unit")]
     minor = [each for each in minor if each.cause.split()[0] not in scaled]
     return replace(found, findings=(*major, *of_sensors, *found.findings, *minor), indistinguishable=indistinguishable)
+
+
+def _beside(finding: Finding, sigma: Array) -> Finding:
+    if not (finding.is_harmless and finding.shift):
+        return finding
+    worst = float(np.max(np.abs(finding.shift) / sigma[: len(finding.shift)]))
+    if worst <= 1.0:
+        return replace(finding, mend=phrases.COVERED)
+    return replace(
+        finding, mend=f"{phrases.BELOW_NOISE}, but it moves the load by {worst:.1f} sigmas", is_harmless=False
+    )
 
 
 def _is_much(finding: Finding) -> bool:

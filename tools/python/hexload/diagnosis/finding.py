@@ -20,6 +20,8 @@ class Finding:
     share: float = float("nan")  # of the residual's sum of squares
     alternatives: tuple[str, ...] = ()  # causes that explain as much
     is_harmless: bool = False  # as far as the log tells: nothing to do
+    shift: tuple[float, ...] = ()  # by which all ten of the load's parameters go off when it is left out
+    until_s: float = float("nan")  # of what passes; it begins at `size`
     is_input: bool = False  # channels are not what they are taken for: no estimate of this log is to be believed
 
     @property

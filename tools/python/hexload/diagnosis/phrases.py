@@ -13,6 +13,8 @@ COMMISSION_AGAIN = "commission the machine again: it is not as its rig file says
 CALIBRATE = "calibrate the sensor, or commission the machine"
 ALL = tuple(range(LEGS))
 HARMLESS = 0.5  # of a force sensor's sigma, rms
+BELOW_NOISE = "small beside the force sensors' noise"
+COVERED = "too small to matter: sigma covers what it does to the load"
 LARGE = 0.25  # of the largest leg's size, from which a leg is named
 DEAD_GAIN, SIGN_GAIN = -0.7, -1.5
 
@@ -24,15 +26,17 @@ def finding_of(selected: Selected, alternatives: tuple[str, ...], force_sigma_n:
     return Finding(
         cause,
         words,
-        "too small to matter" if is_harmless else mend,
+        BELOW_NOISE if is_harmless else mend,
         legs,
         size,
         unit,
         z,
         selected.rms_n,
-        selected.mass_kg,
+        float(selected.shift[0]),
         selected.share,
         alternatives,
+        shift=tuple(map(float, selected.shift)),
+        until_s=selected.family.end if cause == "push" else float("nan"),
         is_harmless=is_harmless,
         is_input=cause in ("force sign", "force dead"),
     )

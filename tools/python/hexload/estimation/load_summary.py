@@ -1,10 +1,11 @@
 """What is said of a replay's end, on terminal and page: each parameter's verdict in words, the load as a body."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import zip_longest
 
+from hexload.diagnosis.finding import Finding
 from hexload.theory.bound import unit_of
 
 # Of the paper's four parameters.
@@ -17,6 +18,7 @@ EFFECT_UNITS = {"bias": "N", "coulomb": "N", "viscous": "N s/m", "g": "m/s²"}  
 TEN_DIGITS = 4  # of the momentum filter's parameters, in kg, kg m and kg m^2
 BODY_UNITS = {"m": "kg", "c": "m", "I": "kg m²"}
 BODY_DIGITS = {"m": TEN_DIGITS, "c": 6, "I": TEN_DIGITS}
+PUSH_S = 0.25  # by which the diagnosis may find a push too late
 MOMENTS = 8  # that are listed one by one
 
 # What has not moved when a parameter is not excited.
@@ -124,6 +126,14 @@ def moments_in_words(times_s: Sequence[float]) -> str:
     if len(times_s) > MOMENTS:
         return f"{len(times_s)} times, first at {times_s[0]:.3f} s, last at {times_s[-1]:.3f} s"
     return f"at {', '.join(f'{t_s:.3f} s' for t_s in times_s)}"
+
+
+def pushes_in_words(times_s: Sequence[float], findings: Sequence[Finding]) -> Iterator[str]:
+    """Of another load that was detected where the diagnosis finds a push that is over: while it lasts they are the same."""
+    for t_s in times_s:
+        for finding in findings:
+            if finding.size - PUSH_S <= t_s <= finding.until_s:
+                yield f"at {t_s:.3f} s rather that push: along the weight it is a load as long as it lasts"
 
 
 def health_in_words(ticks_of: dict[str, int]) -> str:

@@ -171,6 +171,8 @@ def _diagnosis(result: dict, legs: LegLog, platform, rig: Path | None) -> Diagno
     machine = machine_of(platform)
     machine, legs = (machine, in_time(platform, legs)) if rig is None else with_rig(rig, machine, legs)
     found = diagnose(legs, machine, load_summary.load_changes_s(result))
+    if result["names"][0] == "m":
+        found = found.beside(result["sigma"][-1])
     return found if rig is None else found.of_commissioned()
 
 
