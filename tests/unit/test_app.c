@@ -497,6 +497,145 @@ static void test_without_a_node_samples_have_no_codes_and_a_silent_source_may_go
     TEST_ASSERT_EQUAL_UINT32(5000 + HEXLOAD_APP_JUMP_SAMPLES, app.last_tick);
 }
 
+/// What app.h says of samples, silence and faults.
+typedef struct expected {
+    bool is_idle, is_armed, is_fault, has_codes;
+    hexload_app_fault_t fault;
+    uint32_t last, jump_tick, jumps, silence_ms, limit_ms, refused, missing;
+} expected_t;
+
+enum { LARGEST_STEP = 0x7FFFFFFF, REFUSED_LIMIT = 4 };
+
+static void expect_fault(expected_t* expected, hexload_app_fault_t fault) {
+    expected->is_fault = true;
+    expected->is_armed = false;
+    expected->fault = fault;
+}
+
+/// @return whether the estimator takes the sample, or nothing runs.
+static bool expect_sample(expected_t* expected, uint32_t tick, bool is_bad) {
+    const uint32_t ahead = tick - expected->last;
+    const bool is_late = !expected->is_armed && (ahead == 0 || ahead > (uint32_t)LARGEST_STEP);
+    if (expected->is_idle || expected->is_fault) {
+        return true;
+    }
+    if (!expected->is_armed && ahead > 1000 && !is_late) {
+        const uint32_t step = tick - expected->jump_tick;
+        const bool follows = expected->jumps > 0 && step >= 1 && step <= 20;
+        expected->jumps = follows ? expected->jumps + 1 : 1;
+        expected->jump_tick = tick;
+        if (expected->has_codes || expected->silence_ms < expected->limit_ms / 2 || expected->jumps < 20) {
+            return false;
+        }
+    }
+    expected->silence_ms = 0;
+    if (is_bad || is_late) {
+        expected->refused++;
+        if (expected->refused == REFUSED_LIMIT) {
+            expect_fault(expected, is_late ? HEXLOAD_FAULT_SECOND_SOURCE : HEXLOAD_FAULT_SAMPLES_REFUSED);
+        }
+        return false;
+    }
+    expected->missing += expected->is_armed ? 0 : ahead - 1;
+    expected->last = tick;
+    expected->is_armed = false;
+    expected->refused = 0;
+    expected->jumps = 0;
+    return true;
+}
+
+static void expect_silence(expected_t* expected, uint32_t ms) {
+    if (expected->is_idle || expected->is_armed || expected->is_fault) {
+        return;
+    }
+    expected->silence_ms += ms;
+    if (expected->silence_ms >= expected->limit_ms) {
+        expect_fault(expected, HEXLOAD_FAULT_SAMPLE_TIMEOUT);
+    }
+}
+
+/// To idle from a fault, or else, and on to a start.
+static void start_anew(hexload_app_t* app, expected_t* expected, bool is_lockstep) {
+    const uint8_t to_idle = expected->is_fault ? HEXLOAD_COMMAND_RESET : HEXLOAD_COMMAND_STOP;
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_RESULT_DONE, command(app, to_idle, 0.0f));
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_APP_IDLE, app->state);
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_RESULT_DONE,
+                          command(app, HEXLOAD_COMMAND_START, is_lockstep ? 1.0f : 0.0f));
+    *expected = (expected_t){.is_armed = true, .limit_ms = is_lockstep ? 201 : 101};
+}
+
+/// Often the next, or the next of a row far ahead, else somewhere near a limit of what is late or far.
+static uint32_t some_tick(const expected_t* expected, uint64_t* seed) {
+    const int kind = (int)(50.0 + 50.0 * uniform(seed));
+    const uint32_t some = (uint32_t)(11.0 + 11.0 * uniform(seed)); // 0 to 21
+    if (kind < 97 && expected->jumps > 0) {
+        return expected->jump_tick + (some > 0 && kind > 0 ? 1 + some % 3 : 20 + some);
+    }
+    return expected->last + (kind < 84   ? 1 + some % 3
+                             : kind < 90 ? 991 + some
+                             : kind < 96 ? 5000 + some
+                             : kind < 98 ? (uint32_t)LARGEST_STEP - 10 + some
+                                         : 5 - some);
+}
+
+static void assert_expected(const expected_t* expected, const hexload_app_t* app) {
+    TEST_ASSERT_EQUAL_INT(expected->is_fault, app->state == HEXLOAD_APP_FAULT);
+    TEST_ASSERT_EQUAL_INT(expected->is_armed, app->state == HEXLOAD_APP_ARMED);
+    TEST_ASSERT_EQUAL_INT(expected->is_idle, app->state == HEXLOAD_APP_IDLE);
+    TEST_ASSERT_EQUAL_INT(expected->fault, app->fault);
+    TEST_ASSERT_EQUAL_UINT32(expected->last, app->last_tick);
+    TEST_ASSERT_EQUAL_UINT32(expected->missing, app->samples_missing);
+}
+
+static void test_samples_silence_and_faults_are_those_of_the_header_in_any_order(void) {
+    // GIVEN an application with short limits and a platform that stands
+    uint64_t seed = 91;
+    const hexload_config_t config = paper_machine();
+    const hexload_app_settings_t settings = {
+        .sample_timeout_ms = 101, .lockstep_timeout_ms = 201, .refused_limit = REFUSED_LIMIT};
+    hexload_app_t app;
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_OK, hexload_app_init(&app, &config, &settings));
+    const hexload_leg_sample_t rest = sample_at(&app, 0);
+    expected_t expected = {.is_idle = true};
+    int faults[8] = {0}, followed = 0, starts = 0;
+    for (int n = 0; n < 40000; n++) {
+        // WHEN samples, some of them bad, late or far ahead, silence and commands come in any order
+        const double dice = uniform(&seed);
+        if (expected.is_fault || expected.is_idle || dice > 0.995) {
+            faults[expected.fault]++;
+            start_anew(&app, &expected, starts % 2 == 1);
+            expected.has_codes = app.has_codes = starts % 5 == 4; // as a node sets them
+            starts++;
+        } else if (dice > 0.85) {
+            const uint32_t ms = (uint32_t)(26.0 + 25.0 * uniform(&seed));
+            hexload_app_elapse(&app, ms);
+            expect_silence(&expected, ms);
+        } else {
+            hexload_leg_sample_t sample = rest;
+            hexload_bus_answer_t answer = {0};
+            sample.tick = some_tick(&expected, &seed);
+            const bool is_late = sample.tick - expected.last - 1 >= (uint32_t)LARGEST_STEP;
+            const bool is_bad = dice > 0.60 && !is_late;
+            const bool is_far = expected.jumps > 0;
+            sample.force_n[2] = is_bad ? HEXLOAD_REAL(2e8) : sample.force_n[2];
+            hexload_app_sample(&app, &sample, &answer);
+            const bool is_taken = expect_sample(&expected, sample.tick, is_bad);
+            followed += is_taken && is_far && expected.missing >= 1000;
+            // THEN state, fault, last tick and missing ticks are as the header says, and the sample is
+            // answered
+            TEST_ASSERT_EQUAL_INT(is_taken, answer.status == HEXLOAD_OK);
+            TEST_ASSERT_EQUAL_UINT32(sample.tick, answer.tick);
+            TEST_ASSERT_EQUAL_UINT8(app.state, answer.state);
+            TEST_ASSERT_EQUAL_UINT8(expected.fault, answer.fault);
+        }
+        assert_expected(&expected, &app);
+    }
+    TEST_ASSERT_GREATER_THAN_INT(10, followed);
+    TEST_ASSERT_GREATER_THAN_INT(10, faults[HEXLOAD_FAULT_SAMPLE_TIMEOUT]);
+    TEST_ASSERT_GREATER_THAN_INT(10, faults[HEXLOAD_FAULT_SAMPLES_REFUSED]);
+    TEST_ASSERT_GREATER_THAN_INT(10, faults[HEXLOAD_FAULT_SECOND_SOURCE]);
+}
+
 static void test_missing_ticks_are_counted_and_reported_by_the_health_of_the_sample_after(void) {
     const uint16_t missing = 1u << HEXLOAD_HEALTH_SAMPLE_MISSING;
     hexload_app_t app = app_in(HEXLOAD_APP_ARMED);
@@ -569,6 +708,7 @@ int main(void) {
     RUN_TEST(test_as_many_refused_samples_in_a_row_as_allowed_end_in_fault);
     RUN_TEST(test_as_many_late_samples_in_a_row_are_of_another_source);
     RUN_TEST(test_without_a_node_samples_have_no_codes_and_a_silent_source_may_go_on_far_ahead);
+    RUN_TEST(test_samples_silence_and_faults_are_those_of_the_header_in_any_order);
     RUN_TEST(test_missing_ticks_are_counted_and_reported_by_the_health_of_the_sample_after);
     RUN_TEST(test_the_first_fault_stays_until_reset_and_samples_are_answered_with_it);
     RUN_TEST(test_every_state_and_fault_has_a_name_of_its_own);

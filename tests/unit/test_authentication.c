@@ -221,6 +221,24 @@ static void test_a_command_without_its_code_is_refused_in_time(void) {
     TEST_ASSERT_EQUAL_UINT32(2, node.status.frames_refused);
 }
 
+static void test_a_command_that_waited_in_vain_is_given_back(void) {
+    // GIVEN a STOP that waits for its code WHEN its time is over THEN it is told which command that was
+    hexload_authentication_t authentication;
+    hexload_bus_command_t expected, waiting, late = {0};
+    const hexload_bus_frame_t stop = command(HEXLOAD_COMMAND_STOP);
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_OK, hexload_bus_decode_command(&stop, &expected));
+    hexload_aes128_init(&aes, rfc_key);
+    hexload_authentication_init(&authentication, &cipher, 1);
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_PARTIAL, hexload_authentication_take(&authentication, &stop, &waiting));
+    TEST_ASSERT_FALSE(
+        hexload_authentication_elapse(&authentication, HEXLOAD_AUTHENTICATION_HOLD_MS - 1, &late));
+    TEST_ASSERT_TRUE(hexload_authentication_elapse(&authentication, 1, &late));
+    TEST_ASSERT_EQUAL_UINT8(HEXLOAD_COMMAND_STOP, late.kind);
+    TEST_ASSERT_EQUAL_UINT8(expected.source, late.source);
+    TEST_ASSERT_EQUAL_UINT16(expected.session, late.session);
+    TEST_ASSERT_EQUAL_UINT8(expected.sequence, late.sequence);
+}
+
 static void test_a_command_in_between_takes_the_place_of_the_one_that_waits(void) {
     // GIVEN a START that waits for its code
     begin_with(1);
@@ -834,6 +852,7 @@ int main(void) {
     RUN_TEST(test_a_recorded_command_is_refused);
     RUN_TEST(test_another_start_has_other_nonces);
     RUN_TEST(test_a_command_without_its_code_is_refused_in_time);
+    RUN_TEST(test_a_command_that_waited_in_vain_is_given_back);
     RUN_TEST(test_a_command_in_between_takes_the_place_of_the_one_that_waits);
     RUN_TEST(test_damaged_frames_of_a_command_are_refused);
     RUN_TEST(test_challenges_are_answered_at_a_bounded_rate);

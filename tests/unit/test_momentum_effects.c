@@ -1046,8 +1046,57 @@ static void test_what_legs_do_faster_than_the_smoother_is_a_mean_of_two_seconds(
     TEST_ASSERT_EQUAL_UINT32(0, bench.estimator.effects.filter.rest_ticks);
 }
 
-/// Sum of the variances of a momentum that was known exactly, after a tick in which the legs stand and rub.
-static double momentum_variance(double coulomb_n) {
+/// A step of legs that stand, of which the smoother says that all move at this speed.
+static void step_at_speed(step_t* step, uint32_t tick, double speed_m_s) {
+    const motion_t motion = at_rest();
+    next_step(step, &motion, &none, tick, 0.0);
+    for (int leg = 0; leg < 6; leg++) {
+        step->sample.smooth_velocity_m_s[leg] = (hexload_real_t)speed_m_s;
+    }
+    take_step(step);
+}
+
+static void test_the_residual_is_a_mean_of_all_and_then_of_two_seconds(void) {
+    // GIVEN ticks of 1/64 s, so that 128 are two seconds WHEN the legs' speeds are off the smoother's by 5
+    // mm/s in the first 64, 30 mm/s in the next, and 10 mm/s from then on
+    static step_t step;
+    double mean = 0.0;
+    begin_step(&step);
+    step.config.tick_s = HEXLOAD_REAL(1.0) / HEXLOAD_REAL(64.0);
+    const double variance = pow((double)step.config.sensors.velocity_sigma_m_s, 2.0);
+    for (uint32_t tick = 0; tick < 192; tick++) {
+        const double speed_m_s = tick < 64 ? 5e-3 : tick < 128 ? 30e-3 : 10e-3;
+        step_at_speed(&step, tick, speed_m_s);
+        // THEN it is the mean of the squares less the sensors' variance, each tick of the last counting by
+        // 1/128
+        mean += (speed_m_s * speed_m_s - variance - mean) / fmin(tick + 1.0, 128.0);
+        TEST_ASSERT_DOUBLE_WITHIN(ROUNDINGS(4.0 * (tick + 1.0), 9e-4), mean,
+                                  (double)step.effects.residual_m2_s2);
+    }
+}
+
+static void test_rest_is_what_noise_of_the_smoother_reaches_in_95_of_100_cases(void) {
+    // GIVEN the variance of a speed that fits a line, a cubic and a quintic to displacements of white noise
+    static step_t step;
+    begin_step(&step);
+    double variance = 0.0;
+    for (int m = 0; m < 3; m++) {
+        variance += pow((double)step.config.sensors.displacement_sigma_m, 2.0) /
+                    (double)step.smoother.constants.inverse_gain[m];
+    }
+    // WHEN the sum of six squares is 1 % below 12.59 of it, the chi-square of 95 % THEN the legs rest, and
+    // WHEN it is 1 % above THEN they do not
+    for (uint32_t tick = 0; tick < 4; tick++) {
+        step_at_speed(&step, tick, sqrt(0.99 * 12.59 * variance / 6.0));
+        TEST_ASSERT_EQUAL_UINT32(tick + 1, step.effects.rest_ticks);
+    }
+    step_at_speed(&step, 4, sqrt(1.01 * 12.59 * variance / 6.0));
+    TEST_ASSERT_EQUAL_UINT32(0, step.effects.rest_ticks);
+}
+
+/// Sum of the variances of a momentum that was known exactly, after a tick in which the legs stand and rub,
+/// and the smoother's residual is known for long. @param[out] push the sum of squares of the legs' columns.
+static double momentum_variance(double coulomb_n, double residual_m2_s2, double* push) {
     const motion_t motion = random_motion(29, 0.05, 0.1);
     step_t step;
     begin_step(&step);
@@ -1063,22 +1112,47 @@ static double momentum_variance(double coulomb_n) {
         for (int leg = 0; leg < 6; leg++) {
             step.effects.effect[6 + leg] = (hexload_real_t)coulomb_n;
         }
+        step.effects.residual_m2_s2 = (hexload_real_t)residual_m2_s2;
+        step.effects.ticks = UINT32_MAX;
         take_step(&step);
     }
-    double sum = 0.0;
+    double sum = 0.0, A[6][DIM];
+    effect_rates(&step, A);
+    *push = 0.0;
     for (int k = 0; k < 6; k++) {
         sum += (double)step.load.momentum_cov[k][k];
+        for (int leg = 0; leg < 6; leg++) {
+            *push += A[k][leg] * A[k][leg];
+        }
     }
     return sum;
 }
 
-static void test_friction_at_standstill_is_noise_by_its_square(void) {
-    // GIVEN legs at standstill, where the speed's error turns the sign of their friction WHEN that is twice
-    // as large THEN what it adds to the momentum's variance is four times as much
-    const double without = momentum_variance(0.0);
-    const double once = momentum_variance(1000.0) - without, twice = momentum_variance(2000.0) - without;
-    TEST_ASSERT_TRUE(once > 0.1 * without);
-    TEST_ASSERT_DOUBLE_WITHIN(0.01 * 4.0 * once, 4.0 * once, twice);
+static void test_friction_at_standstill_is_noise_of_the_speed_for_a_lag(void) {
+    // GIVEN legs at standstill, where the speed's error turns the sign of their friction: by the smoother's
+    // noise, and what the legs do faster than it, if that is more than nothing
+    const hexload_config_t config = crooked_machine();
+    hexload_smoother_t smoother;
+    hexload_smoother_init(&smoother, &config);
+    double noise = 0.0, push;
+    for (int m = 0; m < 3; m++) {
+        noise += pow((double)config.sensors.displacement_sigma_m, 2.0) /
+                 (double)smoother.constants.inverse_gain[m];
+    }
+    const double without = momentum_variance(0.0, 0.0, &push);
+    const struct {
+        double coulomb_n, residual_m2_s2;
+    } cases[] = {{1000.0, -0.5}, {2000.0, 0.0}, {1000.0, noise}, {-1500.0, 3.0 * noise}};
+    for (int n = 0; n < 4; n++) {
+        // WHEN a tick passes THEN the momentum's variance grows by that of an impulse F s'(0) dv for a tick,
+        // as often as the error lasts, to a hundredth: the update takes off next to nothing
+        const double added =
+            momentum_variance(cases[n].coulomb_n, cases[n].residual_m2_s2, &push) - without;
+        const double impulse = cases[n].coulomb_n * (double)config.tick_s / 5e-3;
+        const double expected = (double)config.momentum.lag_ticks *
+                                (noise + fmax(cases[n].residual_m2_s2, 0.0)) * impulse * impulse * push;
+        TEST_ASSERT_DOUBLE_WITHIN(0.01 * expected, expected, added);
+    }
 }
 
 int main(void) {
@@ -1103,7 +1177,9 @@ int main(void) {
     RUN_TEST(test_a_platform_that_rests_teaches_nothing_after_two_seconds);
     RUN_TEST(test_an_effect_that_is_no_number_begins_anew);
     RUN_TEST(test_what_legs_do_faster_than_the_smoother_is_a_mean_of_two_seconds);
-    RUN_TEST(test_friction_at_standstill_is_noise_by_its_square);
+    RUN_TEST(test_the_residual_is_a_mean_of_all_and_then_of_two_seconds);
+    RUN_TEST(test_rest_is_what_noise_of_the_smoother_reaches_in_95_of_100_cases);
+    RUN_TEST(test_friction_at_standstill_is_noise_of_the_speed_for_a_lag);
     RUN_TEST(test_errors_are_as_large_as_the_filter_says);
     return UNITY_END();
 }

@@ -321,6 +321,38 @@ static void test_at_the_start_no_leg_is_at_fault(void) {
     check_fault(&stage, HEXLOAD_INPUT_PLAUSIBLE, 6);
 }
 
+static void test_every_leg_has_its_turn_while_all_are_in_order(void) {
+    // GIVEN six legs that move and are in order WHEN six windows go by THEN each has been looked at once
+    stage_t stage = stage_of(6);
+    uint32_t seen = 0;
+    for (int window = 0; window < 6; window++) {
+        const uint32_t turn = stage.self.turn;
+        TEST_ASSERT_EQUAL_HEX32(0, seen & 1u << turn);
+        seen |= 1u << turn;
+        while (stage.self.turn == turn && stage.tick < 6 * WINDOW_TICKS) {
+            show(&stage, 1);
+        }
+    }
+    TEST_ASSERT_EQUAL_HEX32(0x3F, seen);
+}
+
+static void test_forces_are_negated_from_half_the_platforms_weight_and_light_up_to_seven_tenths(void) {
+    // GIVEN legs whose forces are together a share of the platform's weight, with a sign WHEN it rests THEN
+    // they are negated below -1/2, light below 0.7, and plausible above
+    const double shares[] = {-1.0, -0.52, -0.48, -0.05, 0.0, 0.05, 0.68, 0.72};
+    const hexload_input_cause_t causes[] = {
+        HEXLOAD_INPUT_FORCES_NEGATED, HEXLOAD_INPUT_FORCES_NEGATED, HEXLOAD_INPUT_FORCES_LIGHT,
+        HEXLOAD_INPUT_FORCES_LIGHT,   HEXLOAD_INPUT_FORCES_LIGHT,   HEXLOAD_INPUT_FORCES_LIGHT,
+        HEXLOAD_INPUT_FORCES_LIGHT,   HEXLOAD_INPUT_PLAUSIBLE};
+    for (int n = 0; n < 8; n++) {
+        stage_t stage = stage_of(0);
+        const double own_n = (double)(stage.config.platform.mass_kg * stage.config.gravity_m_s2);
+        stage.force_n = shares[n] * own_n / 6.0;
+        show(&stage, 6 * WINDOW_TICKS);
+        check_fault(&stage, causes[n], 6);
+    }
+}
+
 int main(void) {
     UNITY_BEGIN();
     RUN_TEST(test_one_gain_is_the_clocks_only_if_enough_legs_have_it);
@@ -336,5 +368,7 @@ int main(void) {
     RUN_TEST(test_a_lag_counts_from_two_ticks_on_and_a_gain_from_two_per_cent);
     RUN_TEST(test_the_acceleration_of_a_window_is_the_twists_change_over_31_blocks);
     RUN_TEST(test_at_the_start_no_leg_is_at_fault);
+    RUN_TEST(test_every_leg_has_its_turn_while_all_are_in_order);
+    RUN_TEST(test_forces_are_negated_from_half_the_platforms_weight_and_light_up_to_seven_tenths);
     return UNITY_END();
 }

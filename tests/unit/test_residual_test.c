@@ -111,6 +111,48 @@ static void test_a_machine_known_to_a_tolerance_is_not_widened_twice(void) {
     TEST_ASSERT_EQUAL_DOUBLE(1.0, (double)test.factor);
 }
 
+static void test_the_excess_is_what_blocks_have_beyond_one_and_a_half_of_their_freedoms(void) {
+    // GIVEN blocks of innovations that are the same in each tick of one, calm ones and others
+    const hexload_config_t config = paper_machine();
+    for (uint32_t dimension = 4; dimension <= 6; dimension += 2) {
+        hexload_residual_test_t test;
+        uint64_t seed = 10;
+        double nis = dimension, nis_mean = dimension, excess = 0.0;
+        int widened = 0;
+        hexload_residual_test_init(&test, dimension);
+        for (int block = 0; block < 60; block++) {
+            hexload_real_t innovation[6];
+            double square = 0.0;
+            for (uint32_t k = 0; k < 6; k++) {
+                innovation[k] = (hexload_real_t)((block % 20 < 8 ? 0.05 : 0.2) * uniform(&seed));
+                square += k < dimension ? (double)(innovation[k] * innovation[k]) : 0.0;
+            }
+            // WHEN half a second of each goes by
+            for (int tick = 0; tick < BLOCK_TICKS; tick++) {
+                hexload_residual_test_step(&test, &config, innovation, false);
+            }
+            // THEN its NIS is that of the sum, a tenth of it goes into the mean, and what it has beyond 1.5
+            // times its degrees of freedom is summed, from 0 up; but for the first block
+            if (block > 0) {
+                nis = BLOCK_TICKS * square;
+                nis_mean += 0.1 * (nis - nis_mean);
+                excess = fmax(0.0, excess + nis - 1.5 * dimension);
+            }
+            const double factor = excess > 60.0 ? sqrt(1.0 + excess) : 1.0;
+            const double rounding = ROUNDINGS(2 * BLOCK_TICKS, 60.0); // of sums of 500, whose NIS is 60 at most
+            TEST_ASSERT_DOUBLE_WITHIN(rounding, nis, (double)test.nis);
+            TEST_ASSERT_DOUBLE_WITHIN(rounding, nis_mean, (double)test.nis_mean);
+            TEST_ASSERT_DOUBLE_WITHIN((block + 1) * rounding, excess, (double)test.excess);
+            if (fabs(excess - 60.0) > 0.5) {
+                TEST_ASSERT_DOUBLE_WITHIN((block + 1) * rounding, factor, (double)test.factor);
+                widened += excess > 60.0;
+            }
+        }
+        TEST_ASSERT_GREATER_THAN_INT(5, widened);
+        TEST_ASSERT_LESS_THAN_INT(55, widened);
+    }
+}
+
 int main(void) {
     UNITY_BEGIN();
     RUN_TEST(test_sums_of_noise_are_noise);
@@ -118,5 +160,6 @@ int main(void) {
     RUN_TEST(test_a_mismatch_that_is_certain_does_not_wait_for_the_end_of_its_half_second);
     RUN_TEST(test_a_first_half_second_widens_nothing_before_its_end_either);
     RUN_TEST(test_a_machine_known_to_a_tolerance_is_not_widened_twice);
+    RUN_TEST(test_the_excess_is_what_blocks_have_beyond_one_and_a_half_of_their_freedoms);
     return UNITY_END();
 }
