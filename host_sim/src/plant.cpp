@@ -67,6 +67,14 @@ Eigen::Vector4d quaternion_of(const Matrix3& R) {
     return {q.w(), q.x(), q.y(), q.z()};
 }
 
+// (3), the rows of J times the twist.
+inline void set_speeds(const PlatformMotion& motion, LegRows& legs) {
+    const Vector3& v = motion.v_m_s;
+    const Vector3& w = motion.w_rad_s;
+    legs.velocity_m_s = v.x() * legs.e_x + v.y() * legs.e_y + v.z() * legs.e_z + //
+                        w.x() * legs.m_x + w.y() * legs.m_y + w.z() * legs.m_z;
+}
+
 // An explicit step does not follow a faster low-pass.
 void refuse_fast(const char* key, double bandwidth_hz, double steps_per_ms) {
     const double most_hz = low_pass_max_hz_per_substep * steps_per_ms;
@@ -131,7 +139,7 @@ void Plant::set_body(const MassProperties& body) {
     com_m_ = body.com_m();
     inertia_com_kg_m2_ = body.inertia_com_kg_m2();
     inertia_com_inverse_ = inertia_com_kg_m2_.inverse();
-    inertia_.is_current = false;
+    posture_.is_current = false;
 }
 
 void Plant::advance(const Legs& spool_command, std::span<Glimpse> glimpses) {
@@ -173,15 +181,45 @@ void Plant::substep(const Commands& commands, double h_s) {
             for_each_electric_field(move, stage, state_, k);
         }
     };
-    differentiate(state_, commands[0], inertia_, stages_.k1);
+    const bool shares = bar_dynamics_.have_mass(); // else it is plain RK4
+    Curvature bend;
+    differentiate(state_, commands[0], posture_, stages_.k1);
     set_stage(stages_.k1, h_s / 2.0);
-    inertia_.is_current = false;
-    differentiate(stage, commands[1], inertia_, stages_.k2);
+    if (shares) {
+        bend = curvature(state_.body, stages_.k1.body);
+        place(h_s / 2.0, bend);
+        posture_.is_current = false;
+    }
+    differentiate(stage, commands[1], posture_, stages_.k2);
     set_stage(stages_.k2, h_s / 2.0);
-    differentiate(stage, commands[1], inertia_, stages_.k3);
+    if (shares) {
+        place(h_s / 2.0, bend);
+    }
+    differentiate(stage, commands[1], posture_, stages_.k3);
+    if (shares) {
+        bend = curvature(stage.body, stages_.k3.body);
+    }
     set_stage(stages_.k3, h_s);
-    inertia_.is_current = false;
-    differentiate(stage, commands[2], inertia_, stages_.k4);
+    if (shares) {
+        place(h_s, bend);
+        posture_.is_current = false;
+    }
+    differentiate(stage, commands[2], posture_, stages_.k4);
+}
+
+// With q'' of q' = q (0, w) / 2.
+Plant::Curvature Plant::curvature(const BodyState& body, const BodyState& rate) {
+    return {rate.v_m_s, quaternion_rate(body.q, rate.w_platform_rad_s) -
+                            0.25 * body.w_platform_rad_s.squaredNorm() * body.q};
+}
+
+// As in Nystrom's method for equations of second order (Hairer, Norsett, Wanner, II.14): both stages in the
+// middle are at the mean of RK4's two poses. The next step begins where the fourth stage was but for h^3 p'''
+// / 12, 1 nm at 1000 m/s^3.
+void Plant::place(double after_s, const Curvature& curvature) {
+    const BodyState& start = state_.body;
+    stages_.at.body.p_m = start.p_m + after_s * (start.v_m_s + after_s / 2.0 * curvature.p_m_s2);
+    stages_.at.body.q = start.q + after_s * (stages_.k1.body.q + after_s / 2.0 * curvature.q_1_s2);
 }
 
 void Plant::finish_substep(double h_s) {
@@ -219,16 +257,19 @@ LegState Plant::glimpse(double h_s, double share) const {
 
 PlantState Plant::derivative(const PlantState& state, const Legs& spool_command) const {
     PlantState rate;
-    Inertia inertia;
-    differentiate(state, spool_command, inertia, rate);
+    Posture posture;
+    differentiate(state, spool_command, posture, rate);
     return rate;
 }
 
-Legs Plant::differentiate(const PlantState& state, const Legs& spool_command, Inertia& inertia,
+Legs Plant::differentiate(const PlantState& state, const Legs& spool_command, Posture& posture,
                           PlantState& rate) const {
-    const Matrix3 R = rotation_of(state.body.q);
-    LegRows legs;
-    leg_kinematics(state.body, R, legs);
+    if (!posture.is_current) {
+        take(state.body, posture);
+    }
+    LegRows& legs = posture.legs;
+    const PlatformMotion motion{posture.R.transpose() * state.body.v_m_s, state.body.w_platform_rad_s};
+    set_speeds(motion, legs);
     const Legs drive_n = drive_force_n(state);
     const Legs body_n = friction_and_stops_n(state, legs, drive_n, rate);
     if (is_electric_) {
@@ -238,13 +279,13 @@ Legs Plant::differentiate(const PlantState& state, const Legs& spool_command, In
                                   rate.hydraulics);
     }
     if (bar_dynamics_.have_mass()) {
-        differentiate_with_legs(state.body, R, legs, body_n, inertia, rate.body);
+        differentiate_with_legs(state.body, posture, motion, body_n, rate.body);
     } else {
-        differentiate_body(state.body, R, legs, body_n, rate.body);
+        differentiate_body(state.body, posture.R, legs, body_n, rate.body);
     }
     rate.work.drive_j = (drive_n * legs.velocity_m_s).sum();
     rate.work.body_j = (body_n * legs.velocity_m_s).sum();
-    const Legs shown_n = has_load_cells_ ? cell_force_n(state, R, legs, body_n, rate.body) : drive_n;
+    const Legs shown_n = has_load_cells_ ? cell_force_n(state, posture.R, legs, body_n, rate.body) : drive_n;
     if (has_rig_state_) {
         sim::differentiate(state.rig.force_n, low_passes_.force_hz, shown_n, rate.rig.force_n);
         sim::differentiate(state.rig.velocity_m_s, low_passes_.velocity_hz, legs.velocity_m_s,
@@ -290,8 +331,17 @@ Legs Plant::cell_force_n(const PlantState& state, const Matrix3& R, const LegRow
     return body_n - electric_.settings().reflected_mass_kg * l_rate2;
 }
 
+void Plant::take(const BodyState& body, Posture& posture) const {
+    posture.R = rotation_of(body.q);
+    leg_directions(body, posture.R, posture.legs);
+    if (bar_dynamics_.have_mass()) {
+        posture.bars = bar_dynamics_.at(body_, posture.legs, posture.R.transpose() * gravity_.up_m_s2);
+    }
+    posture.is_current = bar_dynamics_.have_mass();
+}
+
 // (1)-(3), six legs at once, in platform axes, where the arms a_i are constant.
-void Plant::leg_kinematics(const BodyState& body, const Matrix3& R, LegRows& legs) const {
+void Plant::leg_directions(const BodyState& body, const Matrix3& R, LegRows& legs) const {
     const Vector3 p = R.transpose() * body.p_m;
     const Legs leg_x = platform_x_ + p.x() - (R(0, 0) * base_x_ + R(1, 0) * base_y_ + R(2, 0) * base_z_);
     const Legs leg_y = platform_y_ + p.y() - (R(0, 1) * base_x_ + R(1, 1) * base_y_ + R(2, 1) * base_z_);
@@ -306,10 +356,6 @@ void Plant::leg_kinematics(const BodyState& body, const Matrix3& R, LegRows& leg
     legs.m_x = platform_y_ * legs.e_z - platform_z_ * legs.e_y;
     legs.m_y = platform_z_ * legs.e_x - platform_x_ * legs.e_z;
     legs.m_z = platform_x_ * legs.e_y - platform_y_ * legs.e_x;
-    const Vector3 v = R.transpose() * body.v_m_s;
-    const Vector3& w = body.w_platform_rad_s;
-    legs.velocity_m_s = v.x() * legs.e_x + v.y() * legs.e_y + v.z() * legs.e_z + //
-                        w.x() * legs.m_x + w.y() * legs.m_y + w.z() * legs.m_z;
 }
 
 // (9)-(12) about the combined centre of mass, in platform axes: m a_c = F + m g, I_c w' = T_c - w x I_c w.
@@ -331,25 +377,14 @@ void Plant::differentiate_body(const BodyState& body, const Matrix3& R, const Le
 }
 
 // (11) about O_A in platform axes, with the legs' masses at their hinges.
-void Plant::differentiate_with_legs(const BodyState& body, const Matrix3& R, const LegRows& legs,
-                                    const Legs& force_n, Inertia& inertia, BodyState& rate) const {
-    const Vector3& w = body.w_platform_rad_s;
-    const Vector3& h = body_.first_moment_kg_m;
-    const PlatformMotion motion{R.transpose() * body.v_m_s, w, R.transpose() * gravity_.up_m_s2};
-    if (!inertia.is_current) {
-        RigidMass mass{body_.mass_kg * Matrix3::Identity(), -skew(h), body_.inertia_kg_m2};
-        bar_dynamics_.add_mass(legs, mass);
-        inertia = {InverseMass(mass), true};
-    }
-    RigidBias bias{w.cross(w.cross(h)) + body_.mass_kg * motion.up_m_s2,
-                   w.cross(body_.inertia_kg_m2 * w) + h.cross(motion.up_m_s2)};
-    bar_dynamics_.add_bias(legs, motion, bias);
-    const Vector3 force((force_n * legs.e_x).sum(), (force_n * legs.e_y).sum(), (force_n * legs.e_z).sum());
-    const Vector3 moment((force_n * legs.m_x).sum(), (force_n * legs.m_y).sum(), (force_n * legs.m_z).sum());
-    const Vector6 twist_rate = inertia.inverse.acceleration(force - bias.force_n, moment - bias.moment_n_m);
+void Plant::differentiate_with_legs(const BodyState& body, const Posture& posture,
+                                    const PlatformMotion& motion, const Legs& force_n,
+                                    BodyState& rate) const {
+    const Vector6 twist_rate =
+        posture.bars.inverse.acceleration(bar_dynamics_.driving(posture.bars, posture.legs, motion, force_n));
     rate.p_m = body.v_m_s;
-    rate.q = quaternion_rate(body.q, w);
-    rate.v_m_s = R * twist_rate.head<3>();
+    rate.q = quaternion_rate(body.q, motion.w_rad_s);
+    rate.v_m_s = posture.R * twist_rate.head<3>();
     rate.w_platform_rad_s = twist_rate.tail<3>();
 }
 
@@ -366,15 +401,18 @@ LegState Plant::legs() const {
 }
 
 LegState Plant::legs(const PlantState& state) const {
-    LegRows legs;
-    leg_kinematics(state.body, rotation_of(state.body.q), legs);
-    if (!has_load_cells_) {
-        return {legs.displacement_m, legs.velocity_m_s, drive_force_n(state)};
+    if (has_load_cells_) {
+        PlantState rate;
+        Posture posture;
+        const Legs shown_n = differentiate(state, Legs::Zero(), posture, rate);
+        return {posture.legs.displacement_m, posture.legs.velocity_m_s, shown_n};
     }
-    PlantState rate;
-    Inertia inertia;
-    const Legs shown_n = differentiate(state, Legs::Zero(), inertia, rate);
-    return {legs.displacement_m, legs.velocity_m_s, shown_n};
+    LegRows legs;
+    const Matrix3 R = rotation_of(state.body.q);
+    leg_directions(state.body, R, legs);
+    const PlatformMotion motion{R.transpose() * state.body.v_m_s, state.body.w_platform_rad_s};
+    set_speeds(motion, legs);
+    return {legs.displacement_m, legs.velocity_m_s, drive_force_n(state)};
 }
 
 LegState Plant::transducers(const PlantState& state, const LegState& legs) const {

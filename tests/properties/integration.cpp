@@ -47,9 +47,9 @@ Balance balance_of(const Scenario& scenario, const PlatformFile& platform) {
 
 // Plant state after 0.1 s of small valve openings that never close, so that every function on the way is
 // smooth.
-PlantState state_after(int substeps) {
+PlantState state_after(int substeps, const SixLegBars& bars = {}) {
     const PlatformFile platform = paper_platform();
-    Plant plant(platform.geometry, platform.gravity_m_s2, HydraulicSettings{}, substeps);
+    Plant plant(platform.geometry, platform.gravity_m_s2, HydraulicSettings{}, substeps, bars);
     plant.reset(Pose{}, loaded(platform, eccentric_load(500.0)));
     const Legs command = (Legs() << 0.05, 0.08, 0.06, 0.1, 0.07, 0.09).finished();
     for (int tick = 0; tick < 100; ++tick) {
@@ -333,6 +333,21 @@ SCENARIO("halving the RK4 step divides its error by sixteen") {
             }
             THEN("four steps per tick are exact to a nanometre and its like") {
                 CHECK(error_4 < 1e-6);
+            }
+        }
+    }
+}
+
+SCENARIO("with heavy legs, whose posture is shared between stages, halving the step does the same") {
+    GIVEN("a run of 0.1 s of legs no two of which are alike, and its limit for very small steps") {
+        const PlantState limit = state_after(64, unlike_legs());
+        WHEN("the step is halved twice") {
+            const double error_2 = distance(state_after(2, unlike_legs()), limit);
+            const double error_4 = distance(state_after(4, unlike_legs()), limit);
+            const double error_8 = distance(state_after(8, unlike_legs()), limit);
+            THEN("the error falls by 2^4 each time, within the next order's share as above") {
+                CHECK(std::abs(error_2 / error_4 / 16.0 - 1.0) < 0.25);
+                CHECK(std::abs(error_4 / error_8 / 16.0 - 1.0) < 0.15);
             }
         }
     }

@@ -20,7 +20,6 @@ struct LegRows {
 struct PlatformMotion {
     Vector3 v_m_s;
     Vector3 w_rad_s;
-    Vector3 up_m_s2; // gravity, as Gravity::up_m_s2
 };
 
 // mass x [linear; angular acceleration], about O_A, platform axes: a force and a moment.
@@ -30,8 +29,8 @@ struct RigidMass {
     Matrix3 angular;
 };
 
-// What moves without acceleration needs: velocity terms and gravity.
-struct RigidBias {
+// About O_A, platform axes.
+struct RigidWrench {
     Vector3 force_n;
     Vector3 moment_n_m;
 };
@@ -41,12 +40,26 @@ struct InverseMass {
     InverseMass() = default;
     explicit InverseMass(const RigidMass& mass);
 
-    // [linear; angular acceleration] under a force and a moment.
-    Vector6 acceleration(const Vector3& force_n, const Vector3& moment_n_m) const;
+    // [linear; angular acceleration].
+    Vector6 acceleration(const RigidWrench& wrench) const;
 
     Matrix3 linear = Matrix3::Zero();  // inverse of that block
     Matrix3 carried = Matrix3::Zero(); // linear acceleration by angular acceleration, negative
     Matrix3 angular = Matrix3::Zero(); // inverse of what is left
+};
+
+// Platform, load and legs at one pose: what is the same at any speed.
+struct BarPosture {
+    InverseMass inverse;
+    Vector3 first_moment_kg_m; // of platform, load and masses mu at the hinges
+    Matrix3 inertia_kg_m2;
+    RigidWrench weight;
+    // Of what resists along a leg otherwise than across it.
+    Legs extra_kg;       // along less mu
+    Legs extra_arm_kg_m; // times e a
+    Legs slope_kg_m;     // mu by length
+    Legs across_kg_m;    // force by the square of the speed across the leg
+    Legs weight_n;
 };
 
 class BarDynamics {
@@ -59,12 +72,21 @@ class BarDynamics {
         return have_mass_;
     }
 
-    void add_mass(const LegRows& legs, RigidMass& mass) const;
-    void add_bias(const LegRows& legs, const PlatformMotion& motion, RigidBias& bias) const;
+    // up_m_s2: Gravity's, in platform axes.
+    BarPosture at(const MassProperties& body, const LegRows& legs, const Vector3& up_m_s2) const;
+
+    // What the legs' forces leave for acceleration: less weight and velocity terms.
+    RigidWrench driving(const BarPosture& at, const LegRows& legs, const PlatformMotion& motion,
+                        const Legs& force_n) const;
 
   private:
-    // mu of leg_inertia.hpp.
-    Legs across_kg(const LegRows& legs) const;
+    struct HingeMasses {
+        double kg;
+        Vector3 first_moment_kg_m;
+        Matrix3 inertia_kg_m2;
+    };
+    HingeMasses at_hinges(const Legs& kg) const;
+    static void add_along(const Legs& extra_kg, const LegRows& legs, RigidMass& mass);
 
     bool have_mass_;
     Legs rod_kg_;
@@ -73,7 +95,8 @@ class BarDynamics {
     Legs fixed_kg_m2_;  // of both bars, without the rod's distance
     Legs turning_kg_m_; // weight of the bars that turns the leg
     std::array<Legs, 3> arm_m_;
-    std::array<Legs, 6> arm_square_m2_; // xx, yy, zz, xy, xz, yz of |a|^2 E - a a^T
+    Legs arm_square_m2_;
+    Eigen::Matrix<double, 10, 6> of_hinge_; // 1 kg there: mass, first moment, xx, yy, zz, xy, xz, yz
 };
 
 } // namespace hexload::sim

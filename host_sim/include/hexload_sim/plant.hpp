@@ -94,12 +94,18 @@ class Plant {
     double potential_energy_j() const;
 
   private:
-    // Of platform, load and legs with mass. A substep takes it at its middle and at its end: the first stage
-    // of a substep is where the last of the one before was, the third where the second was, but for (h / 2)^2
-    // x acceleration, 0.2 um.
-    struct Inertia {
-        InverseMass inverse;
+    // What the pose alone determines. Of legs with mass it is dear and found twice a substep: at its middle,
+    // for both stages there, and at its end, which is the begin of the next.
+    struct Posture {
+        Matrix3 R;
+        LegRows legs;    // but for the speeds, which are the stage's
+        BarPosture bars; // of legs with mass
         bool is_current = false;
+    };
+    // Second derivatives of a pose.
+    struct Curvature {
+        Vector3 p_m_s2;
+        Eigen::Vector4d q_1_s2;
     };
     struct Stages {
         PlantState k1, k2, k3, k4, at; // rates, and the state they are taken at
@@ -108,13 +114,16 @@ class Plant {
     using Commands = std::array<Legs, 3>;
     Commands commands_of(int step, const Legs& command) const;
     void substep(const Commands& commands, double h_s);
+    static Curvature curvature(const BodyState& body, const BodyState& rate);
+    void place(double after_s, const Curvature& curvature);
     void finish_substep(double h_s);
     LegState glimpse(double h_s, double share) const;
     LegState transducers(const PlantState& state, const LegState& legs) const;
     LegState legs(const PlantState& state) const;
-    void leg_kinematics(const BodyState& body, const Matrix3& R, LegRows& legs) const;
+    void take(const BodyState& body, Posture& posture) const;
+    void leg_directions(const BodyState& body, const Matrix3& R, LegRows& legs) const;
     // Returns what the force sensors' transducers say: chamber pressures, load cells or currents.
-    Legs differentiate(const PlantState& state, const Legs& spool_command, Inertia& inertia,
+    Legs differentiate(const PlantState& state, const Legs& spool_command, Posture& posture,
                        PlantState& rate) const;
     Legs drive_force_n(const PlantState& state) const;
     Legs friction_and_stops_n(const PlantState& state, const LegRows& legs, const Legs& drive_n,
@@ -123,9 +132,8 @@ class Plant {
                       const BodyState& rate) const;
     void differentiate_body(const BodyState& body, const Matrix3& R, const LegRows& legs, const Legs& force_n,
                             BodyState& rate) const;
-
-    void differentiate_with_legs(const BodyState& body, const Matrix3& R, const LegRows& legs,
-                                 const Legs& force_n, Inertia& inertia, BodyState& rate) const;
+    void differentiate_with_legs(const BodyState& body, const Posture& posture, const PlatformMotion& motion,
+                                 const Legs& force_n, BodyState& rate) const;
 
     Geometry geometry_;
     Gravity gravity_;
@@ -154,7 +162,7 @@ class Plant {
     double t_s_ = 0.0;      // since the reset
     double coldness_ = 1.0; // of the friction, during this tick
     PlantState state_;
-    Inertia inertia_;
+    Posture posture_;
     Stages stages_; // of the last substep
 };
 
