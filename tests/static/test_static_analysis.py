@@ -95,9 +95,10 @@ def test_clang_tidy_finds_nothing(tmp_path):
 
 
 def test_clang_tidy_finds_nothing_in_what_takes_bytes_from_outside():
-    # GIVEN the C++ of the transports WHEN clang-tidy reads it THEN it finds nothing; `hexload check-cpp` reads all C++
-    commands = [entry for entry in check_cpp.compile_commands() if "/firmware/transport/" in entry["file"]]
-    assert commands
+    # GIVEN the C++ of the CAN transports WHEN clang-tidy reads it THEN it finds nothing; `hexload check-cpp` reads all C++
+    transports = re.compile(r"/firmware/transport/(?!lcm)")
+    commands = [entry for entry in check_cpp.compile_commands() if transports.search(entry["file"])]
+    assert len(commands) == 2
     judge("clang-tidy", check_cpp.program(), check_cpp.findings(commands, int(JOBS)), len(commands))
 
 
