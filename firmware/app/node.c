@@ -89,7 +89,7 @@ static uint32_t take_codes(const hexload_node_t* self, hexload_bus_command_t* co
         return 0;
     }
     const uint32_t pacing = (uint32_t)command->argument; // the bus has a byte for it
-    const uint32_t codes = pacing & (uint32_t)(HEXLOAD_PACING_CODES | HEXLOAD_PACING_ANSWER_CODES);
+    const uint32_t codes = pacing & ((uint32_t)HEXLOAD_PACING_CODES | (uint32_t)HEXLOAD_PACING_ANSWER_CODES);
     command->argument = (float)(pacing - codes);
     return codes;
 }

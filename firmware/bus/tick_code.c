@@ -5,12 +5,12 @@
 #include <string.h>
 
 enum { MAC_BYTES = 8 };
-_Static_assert(MAC_BYTES == HEXLOAD_DBC_SAMPLE_MAC_LENGTH && MAC_BYTES == HEXLOAD_DBC_ANSWER_MAC_LENGTH,
-               "lengths of the DBC");
+_Static_assert(MAC_BYTES == HEXLOAD_DBC_SAMPLE_MAC_LENGTH, "length of the DBC");
+_Static_assert(MAC_BYTES == HEXLOAD_DBC_ANSWER_MAC_LENGTH, "length of the DBC");
 
 static void write_word(uint32_t word, uint8_t* bytes) {
     for (uint32_t n = 0; n < 4u; n++) {
-        bytes[n] = (uint8_t)(word >> 8u * n);
+        bytes[n] = (uint8_t)(word >> (8u * n));
     }
 }
 
@@ -26,7 +26,7 @@ void hexload_tick_code_begin(hexload_cmac_blocks_t* blocks, uint32_t id, const h
 void hexload_tick_code_add(hexload_cmac_blocks_t* blocks, const hexload_cipher_t* cipher,
                            const uint8_t* bytes, uint32_t count) {
     const uint32_t rest = count % (uint32_t)HEXLOAD_CIPHER_BYTES;
-    for (uint32_t n = 0; n < count - rest; n += (uint32_t)HEXLOAD_CIPHER_BYTES) {
+    for (uint32_t n = 0; n < (count - rest); n += (uint32_t)HEXLOAD_CIPHER_BYTES) {
         hexload_cmac_add(blocks, cipher, &bytes[n]);
     }
     if (rest > 0u) {
@@ -50,7 +50,8 @@ hexload_bus_status_t hexload_tick_code_is_frame(const hexload_bus_frame_t* frame
     if (frame->id != id) {
         return HEXLOAD_BUS_OTHER;
     }
-    return frame->is_fd || frame->length != MAC_BYTES ? HEXLOAD_BUS_ERR_LENGTH : HEXLOAD_BUS_OK;
+    const bool is_one = (!frame->is_fd) && (frame->length == MAC_BYTES);
+    return is_one ? HEXLOAD_BUS_OK : HEXLOAD_BUS_ERR_LENGTH;
 }
 
 bool hexload_tick_code_matches(hexload_cmac_blocks_t* blocks, const hexload_cipher_t* cipher,

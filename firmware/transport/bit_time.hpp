@@ -12,7 +12,8 @@ inline double longest_time_us(const hexload_bus_frame_t& frame) {
     constexpr double data_bit_us = 0.2;
     const int data_bits = 8 * frame.length;
     if (!frame.is_fd) {
-        return nominal_bit_us * (data_bits + 44 + (34 + data_bits - 1) / 4 + 3);
+        const int stuff = (34 + data_bits - 1) / 4;
+        return nominal_bit_us * (data_bits + 44 + stuff + 3);
     }
     constexpr int head = 17;              // SOF .. BRS
     constexpr int head_stuff = 4;         // at most

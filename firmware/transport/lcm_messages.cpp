@@ -160,7 +160,7 @@ estimate_t estimate_message(const hexload_bus_answer_t& answer) {
         message.value.push_back(to_float(estimate.value[k]));
         message.sigma.push_back(to_float(estimate.sigma[k]));
         message.own_sigma.push_back(to_float(estimate.own_sigma[k]));
-        message.parameter_verdict.push_back(hexload_verdict_name(estimate.parameter_verdict[k]));
+        message.parameter_verdict.emplace_back(hexload_verdict_name(estimate.parameter_verdict[k]));
     }
     message.verdict = hexload_verdict_name(estimate.verdict);
     message.nis = to_float(estimate.nis);

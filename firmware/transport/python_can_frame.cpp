@@ -127,7 +127,7 @@ bool is_flat_map(std::span<const char> packed) {
     if (packed.empty() || (static_cast<unsigned char>(packed[0]) & 0xF0U) != fixmap) {
         return false;
     }
-    std::size_t left = 2U * (static_cast<unsigned char>(packed[0]) & 0x0FU);
+    std::size_t left = std::size_t{2} * (static_cast<unsigned char>(packed[0]) & 0x0FU);
     std::size_t at = 1;
     for (; left > 0 && at < packed.size(); --left) {
         const auto bytes = bytes_of_scalar(packed.subspan(at));

@@ -34,7 +34,7 @@ class CanWire final : public ControllerWire {
     bool has_key() const override {
         return aes_.has_value();
     }
-    void send(const hexload_bus_command_t& command) override;
+    void send(const hexload_bus_command_t& wanted) override;
     bool send(const LegSample& sample, std::chrono::microseconds deadline) override;
     std::optional<BusNews> read(std::chrono::microseconds timeout) override;
     bool is_up() const override {

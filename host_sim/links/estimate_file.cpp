@@ -9,7 +9,7 @@
 namespace hexload::sim {
 
 void FileCloser::operator()(std::FILE* file) const noexcept {
-    std::fclose(file);
+    (void)std::fclose(file); // of one that is given up: close() tells
 }
 
 EstimateFile::EstimateFile(const std::filesystem::path& path, const EstimatorLink& link)
@@ -30,7 +30,9 @@ EstimateFile::EstimateFile(const std::filesystem::path& path, const EstimatorLin
         fmt::format_to(std::back_inserter(line), ",n_{}", name);
     }
     fmt::format_to(std::back_inserter(line), ",nis,verdict\n");
-    std::fwrite(line.data(), 1, line.size(), file_.get());
+    if (std::fwrite(line.data(), 1, line.size(), file_.get()) != line.size()) {
+        throw_write_error(path_);
+    }
 }
 
 void EstimateFile::write(const EstimateRow& row) {
@@ -70,7 +72,9 @@ TraceFile::TraceFile(const std::filesystem::path& path, std::size_t dimension)
         }
     }
     fmt::format_to(std::back_inserter(line), ",nis,sum_nis,sum_nis_mean,gate\n");
-    std::fwrite(line.data(), 1, line.size(), file_.get());
+    if (std::fwrite(line.data(), 1, line.size(), file_.get()) != line.size()) {
+        throw_write_error(path_);
+    }
 }
 
 void TraceFile::write(double t_s, const UpdateTrace& trace) {

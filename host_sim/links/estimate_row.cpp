@@ -77,6 +77,7 @@ std::vector<ConfoundedParameter> confounded_parameters(const hexload_effects_est
 
 std::vector<HealthCount> named_health_counts(const std::uint32_t (&count)[HEXLOAD_HEALTH_BITS]) {
     std::vector<HealthCount> counts;
+    counts.reserve(HEXLOAD_HEALTH_BITS);
     for (int bit = 0; bit < HEXLOAD_HEALTH_BITS; bit++) {
         counts.push_back({hexload_health_name(static_cast<hexload_health_bit_t>(bit)), count[bit]});
     }

@@ -35,7 +35,7 @@ std::optional<BusNews> LcmWire::read(std::chrono::microseconds timeout) {
     if (news_.empty()) {
         return std::nullopt;
     }
-    BusNews news = std::move(news_.front());
+    const BusNews news = news_.front();
     news_.pop_front();
     return news;
 }

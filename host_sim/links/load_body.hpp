@@ -37,7 +37,7 @@ class BodyFile {
   private:
     struct Closer {
         void operator()(std::FILE* file) const noexcept {
-            std::fclose(file);
+            (void)std::fclose(file); // of one that is given up: close() tells
         }
     };
     std::filesystem::path path_;

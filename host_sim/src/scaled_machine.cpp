@@ -69,8 +69,10 @@ double leakage_1_s(const HydraulicSettings& oil, double stiffness_n_m) {
 double stable_share(const HydraulicSettings& oil, double leakage, double difference_1_s, double from_rad_s,
                     double to_rad_s) {
     double least = 0.0;
-    for (double w = from_rad_s; w < to_rad_s; w *= 1.05) {
+    double w = from_rad_s;
+    while (w < to_rad_s) {
         least = std::min(least, in_phase(oil, w));
+        w *= 1.05;
     }
     least = std::min(least, in_phase(oil, to_rad_s));
     const double taken_1_s = -least * difference_1_s;

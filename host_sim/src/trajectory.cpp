@@ -145,7 +145,8 @@ class MultisineTrajectory : public Trajectory {
                 coordinate < 3 ? settings.translation_m : settings.rotation_deg * rad_per_deg;
             std::vector<Sine>& sines = sines_[static_cast<std::size_t>(coordinate)];
             double sum = 0.0;
-            for (double band = 0.0; band < bands; ++band) {
+            for (std::int64_t n = 0; n < settings.sines; ++n) {
+                const auto band = static_cast<double>(n);
                 // One random frequency per band, so that no two coordinates move alike.
                 const double position = (band + random.uniform()) / bands;
                 const double frequency_hz =

@@ -1,5 +1,5 @@
 """clang-tidy and cppcheck with the MISRA addon over the C of firmware/, ports included: nothing but what is written down
-as a deviation; ruff over all Python.
+as a deviation; clang-tidy over a part of the C++; ruff over all Python.
 
 A newer program finds other things. The deviations are those of the versions below; what other versions find is printed
 and not judged. ruff is of the version that pyproject.toml names.
@@ -19,6 +19,7 @@ from pathlib import Path
 import pytest
 
 from hexload import project
+from hexload_dev import check_cpp
 
 ROOT = Path(os.environ["HEXLOAD_SOURCE_DIR"])
 BUILD = Path(os.environ["HEXLOAD_BUILD_DIR"])
@@ -64,10 +65,10 @@ def target_flags(compiler: str) -> list[str]:
     return ["--target=arm-none-eabi", *(f"-isystem{folder}" for folder in folders if "/include" in folder)]
 
 
-def judge(program: str, path: str, findings: list[str]) -> None:
+def judge(program: str, path: str, findings: list[str], files: int = len(SOURCES)) -> None:
     _, version = run(path, "--version")
     print(
-        f"{program}: {len(findings)} findings in {len(SOURCES)} files by {' '.join(version.split())}",
+        f"{program}: {len(findings)} findings in {files} files by {' '.join(version.split())}",
         *findings,
         sep="\n",
     )
@@ -91,6 +92,14 @@ def test_clang_tidy_finds_nothing(tmp_path):
     # THEN it finds nothing: .clang-tidy lists the checks that are off, with reasons
     assert result.returncode == 0 or findings, result.stdout
     judge("clang-tidy", program, findings)
+
+
+def test_clang_tidy_finds_nothing_in_what_takes_bytes_from_outside():
+    # GIVEN the C++ of the CAN transports WHEN clang-tidy reads it THEN it finds nothing; `hexload check-cpp` reads all C++
+    transports = re.compile(r"/firmware/transport/(?!lcm)")
+    commands = [entry for entry in check_cpp.compile_commands() if transports.search(entry["file"])]
+    assert len(commands) == 2
+    judge("clang-tidy", check_cpp.program(), check_cpp.findings(commands, int(JOBS)), len(commands))
 
 
 def test_cppcheck_and_misra_find_nothing_but_the_listed_deviations(tmp_path):

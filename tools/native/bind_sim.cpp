@@ -314,7 +314,7 @@ void bind_dynamics(nb::module_& module) {
 } // namespace
 
 void bind_sim(nb::module_& module) {
-    nb::exception<InputError>(module, "InputError", PyExc_ValueError);
+    const nb::exception<InputError> input_error(module, "InputError", PyExc_ValueError);
     bind_load(module);
     bind_platform(module);
     bind_scenario(module);

@@ -59,7 +59,7 @@ std::uint32_t expirations(const Descriptor& timer) {
 
 void say(const std::string& line) {
     fmt::print("hexload_ecu: {}\n", line);
-    std::fflush(stdout);
+    (void)std::fflush(stdout);
 }
 
 void say_end(const Feed& feed) {

@@ -12,7 +12,7 @@ namespace hexload::port {
 namespace {
 
 constexpr std::uint64_t paint = 0xC0FFEE00C0FFEE00;
-constexpr std::size_t guard_bytes = 64 * 1024; // a multiple of every page size
+constexpr std::size_t guard_bytes = std::size_t{64} * 1024; // a multiple of every page size
 constexpr std::size_t word_count = PaintedStack::bytes / sizeof paint;
 
 struct Job {

@@ -133,13 +133,13 @@ class Teller {
 
 void say(const std::string& line) {
     fmt::print("hexload_bridge: {}\n", line);
-    std::fflush(stdout);
+    (void)std::fflush(stdout);
 }
 
 ExitStatus run(const Options& options) {
     Teller teller(options);
     for (const int signal : {SIGINT, SIGTERM}) {
-        std::signal(signal, [](int) { is_ended = 1; });
+        (void)std::signal(signal, [](int) { is_ended = 1; });
     }
     say(fmt::format("ready on {}, profile {}, LCM {}", options.bus, hexload_bus_profile_name(options.profile),
                     options.lcm));

@@ -120,10 +120,11 @@ std::vector<double> read_doubles(const char* path) {
 
 sim::LegSample sample_of(const double* values, std::uint32_t tick, double tick_s) {
     sim::LegSample sample{.tick = tick, .t_s = tick * tick_s};
-    for (Eigen::Index leg = 0; leg < HEXLOAD_LEGS; ++leg) {
+    constexpr Eigen::Index legs = HEXLOAD_LEGS;
+    for (Eigen::Index leg = 0; leg < legs; ++leg) {
         sample.displacement_m[leg] = values[leg];
-        sample.velocity_m_s[leg] = values[HEXLOAD_LEGS + leg];
-        sample.force_n[leg] = values[2 * HEXLOAD_LEGS + leg];
+        sample.velocity_m_s[leg] = values[legs + leg];
+        sample.force_n[leg] = values[2 * legs + leg];
     }
     return sample;
 }

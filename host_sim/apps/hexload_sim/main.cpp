@@ -9,7 +9,6 @@
 #include "links/lcm_link.hpp"
 #include "links/lcm_plant_commands.hpp"
 #include "links/lcm_publisher.hpp"
-#include "app/app.h"
 #include "platform_file/firmware_config.hpp"
 #include "platform_file/input_error.hpp"
 #include "platform_file/rig_file.hpp"

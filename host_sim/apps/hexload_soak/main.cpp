@@ -100,7 +100,7 @@ void print_report(const hexload_t& estimator, const Soak& soak, bool is_last) {
         soak.inconsistent_ticks, count[HEXLOAD_HEALTH_LOAD_CHANGED],
         count[HEXLOAD_HEALTH_FILTER_RESTARTED] - soak.restarts_before, count[HEXLOAD_HEALTH_NOISE_MISSTATED],
         hexload_health(&estimator)->refused, is_last);
-    std::fflush(stdout);
+    (void)std::fflush(stdout);
 }
 
 void soak(const sim::Scenario& scenario) {

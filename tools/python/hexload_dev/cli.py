@@ -108,6 +108,20 @@ def coverage() -> None:
     raise typer.Exit(verb.run_coverage())
 
 
+@app.command("check-cpp")
+def check_cpp() -> None:
+    """Runs clang-tidy over the C++: simulator, transports, Linux port, platform files, LCM types, the Python module.
+
+    With the checks of host_sim/.clang-tidy, which has the reasons of those that are off; some minutes. Status 1 when something
+    is found. The firmware's C has its own in the tests.
+
+    Example:  hexload check-cpp
+    """
+    from hexload_dev import check_cpp as verb
+
+    raise typer.Exit(verb.run_check())
+
+
 @app.command()
 def mutate(
     count: Annotated[int, typer.Option(min=1, help="Size of the sample.")] = 150,
