@@ -1146,8 +1146,7 @@ static void test_friction_at_standstill_is_noise_of_the_speed_for_a_lag(void) {
     for (int n = 0; n < 4; n++) {
         // WHEN a tick passes THEN the momentum's variance grows by that of an impulse F s'(0) dv for a tick,
         // as often as the error lasts, to a hundredth: the update takes off next to nothing
-        const double added =
-            momentum_variance(cases[n].coulomb_n, cases[n].residual_m2_s2, &push) - without;
+        const double added = momentum_variance(cases[n].coulomb_n, cases[n].residual_m2_s2, &push) - without;
         const double impulse = cases[n].coulomb_n * (double)config.tick_s / 5e-3;
         const double expected = (double)config.momentum.lag_ticks *
                                 (noise + fmax(cases[n].residual_m2_s2, 0.0)) * impulse * impulse * push;
