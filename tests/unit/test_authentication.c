@@ -290,6 +290,11 @@ static void test_challenges_are_answered_at_a_bounded_rate(void) {
     TEST_ASSERT_EQUAL_UINT32(100 / HEXLOAD_NODE_CHALLENGE_MS, sent_of(ID_CHALLENGE, NULL));
     TEST_ASSERT_EQUAL_UINT32(0, sent_of(ID_ACKNOWLEDGE, NULL));
     TEST_ASSERT_EQUAL_UINT64(1, node.authentication.nonces);
+    // AND WHEN nobody asks any more THEN the last one is answered, and no other is told
+    hexload_node_period(&node, HEXLOAD_NODE_CHALLENGE_MS);
+    sent_count = 0;
+    hexload_node_period(&node, HEXLOAD_NODE_CHALLENGE_MS);
+    TEST_ASSERT_EQUAL_UINT32(0, sent_of(ID_CHALLENGE, NULL));
 }
 
 static void test_guesses_are_looked_at_and_answered_at_a_bounded_rate(void) {

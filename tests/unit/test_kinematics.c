@@ -80,6 +80,41 @@ static void test_kinematics_finds_the_pose_of_a_crooked_machine(void) {
     assert_finds_poses(&config);
 }
 
+static void test_a_machine_of_another_size_takes_the_same_steps_to_the_same_pose(void) {
+    // GIVEN a machine, and one that is larger or smaller by a power of two, of which every rounding is the
+    // same
+    const hexload_config_t config = crooked_machine();
+    uint64_t seed = 12;
+    for (int n = 0; n < 200; n++) {
+        const hexload_real_t size = n % 2 == 0 ? HEXLOAD_REAL(16.0) : HEXLOAD_REAL(0.0625);
+        hexload_config_t scaled = config;
+        for (int leg = 0; leg < 6; leg++) {
+            for (int k = 0; k < 3; k++) {
+                scaled.geometry.base_hinge_m[leg][k] *= size;
+                scaled.geometry.platform_hinge_m[leg][k] *= size;
+            }
+            scaled.geometry.home_leg_length_m[leg] *= size;
+        }
+        hexload_kinematics_t kinematics = start_at_home(&config), scaled_kinematics = start_at_home(&scaled);
+        const pose_t pose = random_pose(&seed);
+        hexload_leg_sample_t sample = sample_of(&config, &kinematics, &pose);
+        hexload_leg_sample_t scaled_sample = sample;
+        hexload_motion_t motion, scaled_motion;
+        for (int leg = 0; leg < 6; leg++) {
+            scaled_sample.displacement_m[leg] *= size;
+        }
+        // WHEN both look for a pose THEN they take as many steps, and find it to the bit
+        TEST_ASSERT_EQUAL_INT(HEXLOAD_OK, hexload_kinematics_solve(&kinematics, &config, &sample, &motion));
+        TEST_ASSERT_EQUAL_INT(HEXLOAD_OK, hexload_kinematics_solve(&scaled_kinematics, &scaled,
+                                                                   &scaled_sample, &scaled_motion));
+        TEST_ASSERT_EQUAL_UINT32(motion.newton_steps, scaled_motion.newton_steps);
+        TEST_ASSERT_EQUAL_MEMORY(motion.R, scaled_motion.R, sizeof motion.R);
+        for (int k = 0; k < 3; k++) {
+            TEST_ASSERT_TRUE(size * motion.p_m[k] == scaled_motion.p_m[k]);
+        }
+    }
+}
+
 static void test_home_height_is_the_papers(void) {
     const hexload_config_t config = paper_machine();
     const hexload_kinematics_t kinematics = start_at_home(&config);
@@ -317,6 +352,7 @@ int main(void) {
     UNITY_BEGIN();
     RUN_TEST(test_kinematics_finds_the_pose_from_home);
     RUN_TEST(test_kinematics_finds_the_pose_of_a_crooked_machine);
+    RUN_TEST(test_a_machine_of_another_size_takes_the_same_steps_to_the_same_pose);
     RUN_TEST(test_home_height_is_the_papers);
     RUN_TEST(test_jacobian_agrees_with_finite_differences);
     RUN_TEST(test_twist_put_back_gives_the_leg_velocities);

@@ -671,6 +671,42 @@ static void test_open_constants_move_load_and_effects_as_said(void) {
     }
 }
 
+static void test_errors_by_each_of_many_constants_go_the_same_way(void) {
+    // GIVEN five constants that have put the same errors into effects, load and momentum WHEN ticks go by in
+    // which nothing is added to them
+    static step_t step;
+    const effects_t effects = random_effects(85);
+    const motion_t motion = random_motion(72, 0.05, 0.1);
+    hexload_real_t before[DIM];
+    begin_step(&step);
+    step.config.rig.direction_count = 5;
+    for (int n = 0; n < 5; n++) {
+        for (int i = 0; i < DIM; i++) {
+            before[i] = HEXLOAD_REAL(0.1) * (hexload_real_t)(i + 1);
+            step.effects.considered[n][i] = before[i];
+        }
+    }
+    for (uint32_t tick = 0; tick < 4; tick++) {
+        next_step(&step, &motion, &effects, tick, 1e-4);
+        take_step(&step);
+        // THEN all five stay the same to the bit
+        for (int n = 1; n < 5; n++) {
+            TEST_ASSERT_EQUAL_MEMORY(step.effects.considered[0], step.effects.considered[n], sizeof before);
+            TEST_ASSERT_EQUAL_MEMORY(step.consider.momentum[0], step.consider.momentum[n],
+                                     sizeof step.consider.momentum[0]);
+            TEST_ASSERT_EQUAL_MEMORY(step.consider.load[0], step.consider.load[n],
+                                     sizeof step.consider.load[0]);
+        }
+    }
+    // AND they have moved the momentum, and the filter has moved them
+    for (int k = 0; k < 6; k++) {
+        TEST_ASSERT_TRUE(step.consider.momentum[4][k] != HEXLOAD_REAL(0.0));
+    }
+    for (int i = 0; i < DIM; i++) {
+        TEST_ASSERT_TRUE(step.effects.considered[4][i] != before[i]);
+    }
+}
+
 static void test_a_state_is_not_considered_too(void) {
     // GIVEN constants of each group that may be off, and an estimator for which all but the gains are states
     const effects_t effects = random_effects(84);
@@ -1146,8 +1182,7 @@ static void test_friction_at_standstill_is_noise_of_the_speed_for_a_lag(void) {
     for (int n = 0; n < 4; n++) {
         // WHEN a tick passes THEN the momentum's variance grows by that of an impulse F s'(0) dv for a tick,
         // as often as the error lasts, to a hundredth: the update takes off next to nothing
-        const double added =
-            momentum_variance(cases[n].coulomb_n, cases[n].residual_m2_s2, &push) - without;
+        const double added = momentum_variance(cases[n].coulomb_n, cases[n].residual_m2_s2, &push) - without;
         const double impulse = cases[n].coulomb_n * (double)config.tick_s / 5e-3;
         const double expected = (double)config.momentum.lag_ticks *
                                 (noise + fmax(cases[n].residual_m2_s2, 0.0)) * impulse * impulse * push;
@@ -1162,6 +1197,7 @@ int main(void) {
     RUN_TEST(test_columns_of_a_step_are_finite_differences);
     RUN_TEST(test_a_tilt_turns_gravity_and_keeps_its_length);
     RUN_TEST(test_open_constants_move_load_and_effects_as_said);
+    RUN_TEST(test_errors_by_each_of_many_constants_go_the_same_way);
     RUN_TEST(test_a_state_is_not_considered_too);
     RUN_TEST(test_effects_of_sigma_zero_are_none);
     RUN_TEST(test_a_load_change_leaves_the_actuator_effects_known);

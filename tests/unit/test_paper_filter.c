@@ -223,6 +223,7 @@ static void test_gate_opens_when_the_new_rate_stays(void) {
     for (uint32_t n = 0; n <= config.paper.longest_gate_ticks; n++) {
         sample.tick = 1001 + n;
         sample.velocity_m_s[2] = HEXLOAD_REAL(0.5);
+        TEST_ASSERT_EQUAL_UINT32(0, estimator.health.count[HEXLOAD_HEALTH_RATE_RESEEDED]); // not yet
         TEST_ASSERT_EQUAL_INT(HEXLOAD_OK, hexload_paper_tick(&estimator, &config, &sample, &estimate));
     }
     // THEN the rates restart from the sensors

@@ -340,10 +340,10 @@ static void test_forces_are_negated_from_half_the_platforms_weight_and_light_up_
     // GIVEN legs whose forces are together a share of the platform's weight, with a sign WHEN it rests THEN
     // they are negated below -1/2, light below 0.7, and plausible above
     const double shares[] = {-1.0, -0.52, -0.48, -0.05, 0.0, 0.05, 0.68, 0.72};
-    const hexload_input_cause_t causes[] = {
-        HEXLOAD_INPUT_FORCES_NEGATED, HEXLOAD_INPUT_FORCES_NEGATED, HEXLOAD_INPUT_FORCES_LIGHT,
-        HEXLOAD_INPUT_FORCES_LIGHT,   HEXLOAD_INPUT_FORCES_LIGHT,   HEXLOAD_INPUT_FORCES_LIGHT,
-        HEXLOAD_INPUT_FORCES_LIGHT,   HEXLOAD_INPUT_PLAUSIBLE};
+    const hexload_input_cause_t causes[] = {HEXLOAD_INPUT_FORCES_NEGATED, HEXLOAD_INPUT_FORCES_NEGATED,
+                                            HEXLOAD_INPUT_FORCES_LIGHT,   HEXLOAD_INPUT_FORCES_LIGHT,
+                                            HEXLOAD_INPUT_FORCES_LIGHT,   HEXLOAD_INPUT_FORCES_LIGHT,
+                                            HEXLOAD_INPUT_FORCES_LIGHT,   HEXLOAD_INPUT_PLAUSIBLE};
     for (int n = 0; n < 8; n++) {
         stage_t stage = stage_of(0);
         const double own_n = (double)(stage.config.platform.mass_kg * stage.config.gravity_m_s2);

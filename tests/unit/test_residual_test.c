@@ -139,7 +139,8 @@ static void test_the_excess_is_what_blocks_have_beyond_one_and_a_half_of_their_f
                 excess = fmax(0.0, excess + nis - 1.5 * dimension);
             }
             const double factor = excess > 60.0 ? sqrt(1.0 + excess) : 1.0;
-            const double rounding = ROUNDINGS(2 * BLOCK_TICKS, 60.0); // of sums of 500, whose NIS is 60 at most
+            const double rounding =
+                ROUNDINGS(2 * BLOCK_TICKS, 60.0); // of sums of 500, whose NIS is 60 at most
             TEST_ASSERT_DOUBLE_WITHIN(rounding, nis, (double)test.nis);
             TEST_ASSERT_DOUBLE_WITHIN(rounding, nis_mean, (double)test.nis_mean);
             TEST_ASSERT_DOUBLE_WITHIN((block + 1) * rounding, excess, (double)test.excess);

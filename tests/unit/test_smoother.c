@@ -475,6 +475,317 @@ static void test_before_the_window_is_full_speeds_stay_until_they_change_clearly
     TEST_ASSERT_TRUE(past.smooth_velocity_m_s[2] > HEXLOAD_REAL(18.0) * sigma_m_s);
 }
 
+enum { HISTORY = 4000, LAG = 40, LEGS = HEXLOAD_LEGS, SEGMENT = 500, FOLLOWED = 12 };
+
+/// What a smoother has been given, and what the equations make of it, in double precision.
+typedef struct textbook {
+    double displacement_m[HISTORY][LEGS];
+    double velocity_m_s[HISTORY][LEGS];
+    bool is_left_out[HISTORY];
+    double spread[LEGS][LEGS], kept[LEGS][LEGS]; ///< A, and that by which slopes are kept
+    double held_m_s[LEGS];
+    uint32_t slopes, turn, transient_ticks;
+    double tolerance_m_s; ///< by roundings in single precision
+    bool is_close;        ///< to a limit, so that rounding may decide
+} textbook_t;
+
+static double dot_of(const double a[LEGS], const double b[LEGS]) {
+    double sum = 0.0;
+    for (int k = 0; k < LEGS; k++) {
+        sum += a[k] * b[k];
+    }
+    return sum;
+}
+
+/// a > b; remembers when rounding may decide otherwise.
+static bool exceeds(textbook_t* book, double a, double b) {
+    book->is_close = book->is_close || fabs(a - b) < 0.02 * (fabs(a) + fabs(b));
+    return a > b;
+}
+
+/// x -= (A / 5 + E)^-1 x, by elimination: A / 5 + E is positive definite.
+static void keep_directions(textbook_t* book, double x[LEGS], double sigma_m_s) {
+    double M[LEGS][LEGS], y[LEGS], largest = 0.0;
+    memcpy(y, x, sizeof y);
+    for (int i = 0; i < LEGS; i++) {
+        for (int j = 0; j < LEGS; j++) {
+            M[i][j] = book->kept[i][j] / 5.0 + (i == j ? 1.0 : 0.0);
+        }
+        largest = fmax(largest, M[i][i]);
+    }
+    for (int i = 0; i < LEGS; i++) {
+        for (int r = 0; r < LEGS; r++) {
+            const double factor = r == i ? 0.0 : M[r][i] / M[i][i];
+            for (int j = 0; j < LEGS; j++) {
+                M[r][j] -= factor * M[i][j];
+            }
+            y[r] -= factor * y[i];
+        }
+    }
+    for (int i = 0; i < LEGS; i++) {
+        x[i] -= y[i] / M[i][i];
+    }
+    // roundings of A beside E change what is taken off, which is 1.1 sigma at most
+    book->tolerance_m_s += ROUNDINGS(6, largest) * 1.1 * sigma_m_s + ROUNDINGS(6, sqrt(dot_of(x, x)));
+}
+
+/// c of every eighth slope goes into A, which counts seven ticks later.
+static void learn_directions(textbook_t* book, const double c[LEGS]) {
+    if (book->turn == 0) {
+        book->slopes += book->slopes < 128 ? 1 : 0;
+        const double share = 1.0 / book->slopes, weight = share * fmin(1.0, 1e6 / dot_of(c, c));
+        for (int i = 0; i < LEGS; i++) {
+            for (int j = 0; j < LEGS; j++) {
+                book->spread[i][j] += weight * c[i] * c[j] - share * book->spread[i][j];
+            }
+        }
+    }
+    if (book->turn == 7) {
+        memcpy(book->kept, book->spread, sizeof book->kept);
+    }
+    book->turn = (book->turn + 1) % 8;
+}
+
+/// Odd polynomials of degrees 1, 3, 5 that are orthogonal over the window, by Gram and Schmidt.
+typedef struct odd_polynomials {
+    double value[3][LAG + 1]; ///< at tick j of the window
+    double square[3];         ///< sum over it
+    double slope[3];          ///< at its middle, per tick
+} odd_polynomials_t;
+
+static odd_polynomials_t make_odd_polynomials(void) {
+    odd_polynomials_t odd = {.slope = {1.0, 0.0, 0.0}};
+    for (int m = 0; m < 3; m++) {
+        for (int j = 0; j <= LAG; j++) {
+            odd.value[m][j] = pow(j, 2 * m + 1);
+        }
+        for (int n = 0; n < m; n++) {
+            double shared = 0.0;
+            for (int j = 1; j <= LAG; j++) {
+                shared += 2.0 * odd.value[m][j] * odd.value[n][j];
+            }
+            for (int j = 1; j <= LAG; j++) {
+                odd.value[m][j] -= shared / odd.square[n] * odd.value[n][j];
+            }
+            odd.slope[m] -= shared / odd.square[n] * odd.slope[n];
+        }
+        for (int j = 1; j <= LAG; j++) {
+            odd.square[m] += 2.0 * odd.value[m][j] * odd.value[m][j];
+        }
+    }
+    return odd;
+}
+
+/// The slopes of each polynomial's part of the displacements, of which what noise may be is taken off.
+static void fit_window(textbook_t* book, uint32_t middle, double tick_s, double sigma_m, double v[LEGS]) {
+    const odd_polynomials_t odd = make_odd_polynomials();
+    double part[3][LEGS], share[3], c[LEGS], sigma_m_s[3];
+    for (int m = 0; m < 3; m++) {
+        const double gain = odd.slope[m] / (tick_s * odd.square[m]);
+        double largest = 0.0; // of what single precision has before it is made orthogonal
+        sigma_m_s[m] = sigma_m * fabs(gain) * sqrt(odd.square[m]);
+        for (int leg = 0; leg < LEGS; leg++) {
+            double sum = 0.0, moment = 0.0;
+            for (uint32_t j = 1; j <= LAG; j++) {
+                const double odd_m =
+                    book->displacement_m[middle + j][leg] - book->displacement_m[middle - j][leg];
+                sum += odd.value[m][j] * odd_m;
+                moment += pow(j, 2 * m + 1) * odd_m;
+            }
+            part[m][leg] = gain * sum;
+            largest = fmax(largest, fabs(gain * moment));
+        }
+        share[m] = fmax(0.0, 1.0 - 12.59 * sigma_m_s[m] * sigma_m_s[m] / dot_of(part[m], part[m]));
+        book->tolerance_m_s += ROUNDINGS(15, largest);
+    }
+    for (int leg = 0; leg < LEGS; leg++) {
+        c[leg] = part[1][leg] / sigma_m_s[1];
+        v[leg] = share[1] * part[1][leg] + share[2] * part[2][leg];
+    }
+    learn_directions(book, c);
+    keep_directions(book, v, sigma_m_s[1]);
+    for (int leg = 0; leg < LEGS; leg++) {
+        v[leg] += share[0] * part[0][leg];
+    }
+}
+
+/// The value at 0 of parabolas through the speeds of so many ticks on either side. @return its variance, of
+/// that of a speed.
+static double fit_parabola(const textbook_t* book, uint32_t middle, int ticks, double v[LEGS]) {
+    double S2 = 0.0, S4 = 0.0;
+    for (int j = 1; j <= ticks; j++) {
+        S2 += 2.0 * pow(j, 2);
+        S4 += 2.0 * pow(j, 4);
+    }
+    const double determinant = 2.0 * ticks * S4 - S2 * S2;
+    for (int leg = 0; leg < LEGS; leg++) {
+        v[leg] = 0.0;
+        for (int j = 1; j <= ticks; j++) {
+            v[leg] += (S4 - S2 * j * j) / determinant *
+                      (book->velocity_m_s[middle + (uint32_t)j][leg] +
+                       book->velocity_m_s[middle - (uint32_t)j][leg]);
+        }
+    }
+    return S4 / determinant;
+}
+
+static double distance2(const double a[LEGS], const double b[LEGS]) {
+    double sum = 0.0;
+    for (int k = 0; k < LEGS; k++) {
+        sum += (a[k] - b[k]) * (a[k] - b[k]);
+    }
+    return sum;
+}
+
+/// v goes as far towards what is seen as that is beyond the limit. @return whether it does.
+static bool go_towards(textbook_t* book, const double seen[LEGS], double limit, double v[LEGS]) {
+    const double square = distance2(seen, v);
+    if (!exceeds(book, square, limit)) {
+        return false;
+    }
+    for (int k = 0; k < LEGS; k++) {
+        v[k] += (1.0 - limit / square) * (seen[k] - v[k]);
+    }
+    return true;
+}
+
+static void follow_transient(textbook_t* book, uint32_t middle, double sigma_m_s, double v[LEGS]) {
+    double wide[LEGS], narrow[LEGS], with[LEGS];
+    const double of_wide = fit_parabola(book, middle, FOLLOWED, wide) * sigma_m_s * sigma_m_s;
+    const double of_narrow = fit_parabola(book, middle, FOLLOWED / 2, narrow) * sigma_m_s * sigma_m_s;
+    const double narrow_limit = (middle >= LAG ? 600.0 : 22.46) * of_narrow;
+    bool is_whole = true, is_transient = false;
+    for (uint32_t j = 1; j <= FOLLOWED; j++) {
+        is_whole = is_whole && !book->is_left_out[middle - j] && !book->is_left_out[middle + j];
+    }
+    memcpy(with, v, sizeof with);
+    if (is_whole) {
+        const bool is_wide = exceeds(book, distance2(wide, v), distance2(narrow, wide));
+        is_transient = is_wide && go_towards(book, wide, 22.46 * of_wide, with);
+        is_transient = go_towards(book, narrow, narrow_limit, with) || is_transient;
+    }
+    if (is_transient) {
+        book->transient_ticks += book->transient_ticks < 8 * LAG ? 1 : 0;
+    } else {
+        book->transient_ticks -= book->transient_ticks > 0 ? 1 : 0;
+    }
+    if (is_transient && book->transient_ticks <= 4 * LAG) {
+        memcpy(v, with, sizeof with);
+    }
+}
+
+/// From rest to 3 m/s^2, with the sensors' noise, ringing of 80 Hz, and speeds that are wrong once.
+static hexload_leg_sample_t random_tick(const hexload_config_t* config, uint32_t tick, uint64_t* seed) {
+    static const double amplitude_m[] = {0.0, 2e-5, 0.05, 2e-4, 0.0, 0.01, 1e-3, 0.0};
+    const uint32_t segment = tick / SEGMENT, since = tick % SEGMENT;
+    const double a = amplitude_m[segment % 8], w = 2.0 * 3.14159265358979, t_s = 1e-3 * tick;
+    const double ring_hz = segment % 2 == 1 ? 25.0 : 80.0;
+    const double ring_m_s = segment % 6 == 1   ? 0.3
+                            : segment % 3 == 2 ? 0.02 * exp(-(double)since / 20.0)
+                                               : 0.0;
+    hexload_leg_sample_t sample = {.tick = tick};
+    for (int leg = 0; leg < LEGS; leg++) {
+        const double f_hz = 1.0 + 0.7 * (segment % 5) + (leg % 2) * 0.3, phase = 1.1 * leg;
+        const double once = tick % 97 == 50 && leg == (int)(tick % LEGS) ? 0.1 : 0.0;
+        sample.displacement_m[leg] =
+            (hexload_real_t)(a * sin(w * f_hz * t_s + phase) +
+                             (double)config->sensors.displacement_sigma_m * normal(seed));
+        sample.velocity_m_s[leg] =
+            (hexload_real_t)(a * w * f_hz * cos(w * f_hz * t_s + phase) +
+                             (double)config->sensors.velocity_sigma_m_s * normal(seed) + once +
+                             ring_m_s * cos(w * ring_hz * t_s + leg));
+    }
+    return sample;
+}
+
+static void note(textbook_t* book, const hexload_config_t* config, const hexload_leg_sample_t* sample) {
+    const uint32_t t = sample->tick;
+    double largest = 0.0;
+    for (int leg = 0; leg < LEGS; leg++) {
+        book->displacement_m[t][leg] = trunc((double)sample->displacement_m[leg] / step_m) * step_m;
+        book->velocity_m_s[t][leg] = (double)sample->velocity_m_s[leg];
+        if (t >= 2) {
+            const double last = book->velocity_m_s[t - 1][leg];
+            largest =
+                fmax(largest, (last - book->velocity_m_s[t - 2][leg]) * (last - book->velocity_m_s[t][leg]));
+        }
+    }
+    book->is_left_out[t - (t > 0)] = largest > 3600.0 * pow((double)config->sensors.velocity_sigma_m_s, 2.0);
+}
+
+/// How often something happened.
+typedef struct tally {
+    int judged, left_out, moved, transients, lasting;
+} tally_t;
+
+/// Speeds of a tick that was taken out are those of the polynomials and parabolas, but where rounding
+/// decides, and so is for how long the legs have rung.
+static void check_speeds(textbook_t* book, const hexload_config_t* config, double sigma_m_s,
+                         const hexload_smoother_t* smoother, const hexload_smooth_sample_t* past,
+                         tally_t* tally) {
+    double v[LEGS], fitted[LEGS];
+    TEST_ASSERT_FALSE(book->is_left_out[past->sample.tick]);
+    memcpy(v, book->held_m_s, sizeof v);
+    book->is_close = false;
+    book->tolerance_m_s = 0.0;
+    if (past->sample.tick >= LAG) {
+        fit_window(book, past->sample.tick, (double)config->tick_s,
+                   (double)config->sensors.displacement_sigma_m, v);
+    }
+    memcpy(fitted, v, sizeof v);
+    follow_transient(book, past->sample.tick, sigma_m_s, v);
+    const double largest_m_s = sqrt(dot_of(v, v)) + 0.3;
+    book->tolerance_m_s += ROUNDINGS(20, largest_m_s) + 7e-6 * largest_m_s; // weights have eight digits
+    for (int leg = 0; leg < LEGS && !book->is_close; leg++) {
+        TEST_ASSERT_DOUBLE_WITHIN(book->tolerance_m_s, v[leg], (double)past->smooth_velocity_m_s[leg]);
+    }
+    if (!book->is_close) {
+        TEST_ASSERT_EQUAL_UINT32(book->transient_ticks, smoother->transient_ticks);
+    }
+    tally->judged += !book->is_close;
+    tally->moved += dot_of(fitted, fitted) > 1e-6;
+    tally->transients += distance2(fitted, v) > 0.0;
+    tally->lasting += book->transient_ticks > 4 * LAG;
+    book->transient_ticks = smoother->transient_ticks;
+    for (int leg = 0; leg < LEGS; leg++) {
+        book->held_m_s[leg] = (double)past->smooth_velocity_m_s[leg];
+    }
+}
+
+static void test_a_smooth_speed_is_that_of_the_equations_at_every_tick(void) {
+    // GIVEN legs that rest, move and ring, with noise, for sensors of speed and for speeds from displacements
+    static textbook_t book;
+    tally_t tally = {0};
+    for (int machine = 0; machine < 2; machine++) {
+        hexload_config_t config = machine_with_lag(LAG, 20e-6);
+        hexload_smoother_t smoother;
+        hexload_smooth_sample_t past;
+        uint64_t seed = 71;
+        config.sensors.half_window_ticks = machine == 0 ? 0 : 6;
+        const double sigma_m_s =
+            (double)config.sensors.velocity_sigma_m_s * (machine == 0 ? 1.0 : sqrt(10.0));
+        memset(&book, 0, sizeof book);
+        hexload_smoother_init(&smoother, &config);
+        for (uint32_t tick = 0; tick < HISTORY; tick++) {
+            const hexload_leg_sample_t sample = random_tick(&config, tick, &seed);
+            (void)put(&smoother, &config, &sample, tick > 0);
+            note(&book, &config, &sample);
+            // WHEN a tick of the past is taken out THEN its speeds are those of the equations
+            if (hexload_smoother_take(&smoother, &config.sensors, &past)) {
+                check_speeds(&book, &config, sigma_m_s, &smoother, &past, &tally);
+            } else {
+                tally.left_out += tick > LAG + FOLLOWED;
+            }
+        }
+    }
+    // AND little was left to rounding, and all kinds were among them
+    TEST_ASSERT_GREATER_THAN_INT(HISTORY, tally.judged);
+    TEST_ASSERT_GREATER_THAN_INT(10, tally.left_out);
+    TEST_ASSERT_GREATER_THAN_INT(1000, tally.moved);
+    TEST_ASSERT_GREATER_THAN_INT(200, tally.transients);
+    TEST_ASSERT_GREATER_THAN_INT(100, tally.lasting);
+}
+
 int main(void) {
     UNITY_BEGIN();
     RUN_TEST(test_slope_of_a_polynomial_of_degree_six_is_exact);
@@ -494,5 +805,6 @@ int main(void) {
     RUN_TEST(test_too_long_a_gap_begins_anew);
     RUN_TEST(test_an_outlier_is_one_beside_its_own_neighbours_alone);
     RUN_TEST(test_before_the_window_is_full_speeds_stay_until_they_change_clearly);
+    RUN_TEST(test_a_smooth_speed_is_that_of_the_equations_at_every_tick);
     return UNITY_END();
 }
