@@ -28,12 +28,8 @@ template <typename F, typename... States> void for_each_field(F&& f, States&... 
     f(states.work.body_j...);
 }
 
-template <typename F, typename... States> void for_each_rig_field(F&& f, States&... states) {
+template <typename F, typename... States> void for_each_bristle(F&& f, States&... states) {
     f(states.rig.bristle_m...);
-    f(states.rig.force_n.value...);
-    f(states.rig.force_n.rate_1_s...);
-    f(states.rig.velocity_m_s.value...);
-    f(states.rig.velocity_m_s.rate_1_s...);
 }
 
 template <typename F, typename... States> void for_each_electric_field(F&& f, States&... states) {
@@ -75,13 +71,15 @@ inline void set_speeds(const PlatformMotion& motion, LegRows& legs) {
                         w.x() * legs.m_x + w.y() * legs.m_y + w.z() * legs.m_z;
 }
 
-// An explicit step does not follow a faster low-pass.
-void refuse_fast(const char* key, double bandwidth_hz, double steps_per_ms) {
-    const double most_hz = low_pass_max_hz_per_substep * steps_per_ms;
-    if (bandwidth_hz > most_hz) {
-        throw InputError(fmt::format("{}: found {}, expected at most {} x simulation.substeps = {:g}", key,
-                                     bandwidth_hz, low_pass_max_hz_per_substep, most_hz));
-    }
+std::optional<LowPass> low_pass(double bandwidth_hz, double step_s) {
+    return bandwidth_hz > 0.0 ? std::optional<LowPass>(std::in_place, bandwidth_hz, step_s) : std::nullopt;
+}
+
+// Cubic through value and rate at both ends of a step.
+Legs between(const LowPassState& begin, const LowPassState& end, double h_s, double share) {
+    const double rest = 1.0 - share;
+    return rest * rest * ((1.0 + 2.0 * share) * begin.value + share * h_s * begin.rate_1_s) +
+           share * share * ((1.0 + 2.0 * rest) * end.value - rest * h_s * end.rate_1_s);
 }
 
 } // namespace
@@ -95,14 +93,16 @@ Plant::Plant(const Geometry& geometry, const Gravity& gravity, const HydraulicSe
       is_electric_(electric.exists()),
       has_load_cells_(is_electric_ && electric.force_signal == ForceSignal::load_cell),
       friction_(is_electric_ ? electric.friction : hydraulics.friction, tick_s / substeps),
-      low_passes_(low_passes),
-      has_rig_state_(friction_.has_bristles() || low_passes.force_hz > 0.0 || low_passes.velocity_hz > 0.0),
-      tick_s_(tick_s), substeps_(substeps), home_length_m_(geometry.home_leg_length_m.array()) {
-    const double steps_per_ms = substeps * (1e-3 / tick_s);
-    refuse_fast("sensors.force_bandwidth_hz", low_passes.force_hz, steps_per_ms);
-    refuse_fast("sensors.velocity_bandwidth_hz", low_passes.velocity_hz, steps_per_ms);
-    if (is_electric_) {
-        refuse_fast("electric.current_bandwidth_hz", electric.current_bandwidth_hz, steps_per_ms);
+      force_low_pass_(low_pass(low_passes.force_hz, tick_s / substeps)),
+      velocity_low_pass_(low_pass(low_passes.velocity_hz, tick_s / substeps)), tick_s_(tick_s),
+      substeps_(substeps), home_length_m_(geometry.home_leg_length_m.array()) {
+    // An explicit step follows a current loop up to w x step = 1.
+    constexpr double hz_per_substep = 150.0;
+    const double most_hz = hz_per_substep * substeps * (1e-3 / tick_s);
+    if (is_electric_ && electric.current_bandwidth_hz > most_hz) {
+        throw InputError(fmt::format("electric.current_bandwidth_hz: found {}, expected at most {} x "
+                                     "simulation.substeps = {:g}",
+                                     electric.current_bandwidth_hz, hz_per_substep, most_hz));
     }
     for (int leg = 0; leg < 6; ++leg) {
         const Vector3& a = geometry.platform_hinges_m[static_cast<std::size_t>(leg)];
@@ -145,8 +145,12 @@ void Plant::set_body(const MassProperties& body) {
 void Plant::advance(const Legs& spool_command, std::span<Glimpse> glimpses) {
     const double h_s = tick_s_ / substeps_;
     coldness_ = friction_.coldness(t_s_);
+    Commands commands = commands_of(0, spool_command);
     for (int step = 0; step < substeps_; ++step) {
-        substep(commands_of(step, spool_command), h_s);
+        if (is_electric_) {
+            commands = commands_of(step, spool_command);
+        }
+        substep(commands, h_s);
         for (Glimpse& each : glimpses) {
             const double passed = each.share * substeps_;
             if (std::min(static_cast<int>(passed), substeps_ - 1) == step) {
@@ -174,8 +178,8 @@ void Plant::substep(const Commands& commands, double h_s) {
     const auto set_stage = [&](const PlantState& k, double step) {
         const auto move = [step](auto& y, const auto& y0, const auto& rate) { y = y0 + step * rate; };
         for_each_field(move, stage, state_, k);
-        if (has_rig_state_) {
-            for_each_rig_field(move, stage, state_, k);
+        if (friction_.has_bristles()) {
+            for_each_bristle(move, stage, state_, k);
         }
         if (is_electric_) {
             for_each_electric_field(move, stage, state_, k);
@@ -183,19 +187,19 @@ void Plant::substep(const Commands& commands, double h_s) {
     };
     const bool shares = bar_dynamics_.have_mass(); // else it is plain RK4
     Curvature bend;
-    differentiate(state_, commands[0], posture_, stages_.k1);
+    take_stage(0, state_, commands[0], stages_.k1);
     set_stage(stages_.k1, h_s / 2.0);
     if (shares) {
         bend = curvature(state_.body, stages_.k1.body);
         place(h_s / 2.0, bend);
         posture_.is_current = false;
     }
-    differentiate(stage, commands[1], posture_, stages_.k2);
+    take_stage(1, stage, commands[1], stages_.k2);
     set_stage(stages_.k2, h_s / 2.0);
     if (shares) {
         place(h_s / 2.0, bend);
     }
-    differentiate(stage, commands[1], posture_, stages_.k3);
+    take_stage(2, stage, commands[1], stages_.k3);
     if (shares) {
         bend = curvature(stage.body, stages_.k3.body);
     }
@@ -204,7 +208,33 @@ void Plant::substep(const Commands& commands, double h_s) {
         place(h_s, bend);
         posture_.is_current = false;
     }
-    differentiate(stage, commands[2], posture_, stages_.k4);
+    take_stage(3, stage, commands[2], stages_.k4);
+    filter_substep();
+}
+
+void Plant::take_stage(std::size_t stage, const PlantState& state, const Legs& spool_command,
+                       PlantState& rate) {
+    if (force_low_pass_ || velocity_low_pass_) {
+        stages_.shown_n[stage] = differentiate(state, spool_command, posture_, rate);
+        stages_.speed_m_s[stage] = posture_.legs.velocity_m_s;
+    } else {
+        differentiate(state, spool_command, posture_, rate);
+    }
+}
+
+// Of fourth order as the step itself: with Runge-Kutta's weights Simpson's rule takes the middle from the
+// mean of both stages there.
+void Plant::filter_substep() {
+    const auto seen = [](const std::array<Legs, 4>& stage) -> LowPassInput {
+        return {stage[0], 0.5 * (stage[1] + stage[2]), stage[3]};
+    };
+    if (force_low_pass_) {
+        stages_.end.force_n = force_low_pass_->after(state_.rig.force_n, seen(stages_.shown_n));
+    }
+    if (velocity_low_pass_) {
+        stages_.end.velocity_m_s =
+            velocity_low_pass_->after(state_.rig.velocity_m_s, seen(stages_.speed_m_s));
+    }
 }
 
 // With q'' of q' = q (0, w) / 2.
@@ -227,13 +257,15 @@ void Plant::finish_substep(double h_s) {
         y += h_s / 6.0 * (r1 + r4 + 2.0 * (r2 + r3));
     };
     for_each_field(move, state_, stages_.k1, stages_.k2, stages_.k3, stages_.k4);
-    if (has_rig_state_) {
-        for_each_rig_field(move, state_, stages_.k1, stages_.k2, stages_.k3, stages_.k4);
+    if (friction_.has_bristles()) {
+        for_each_bristle(move, state_, stages_.k1, stages_.k2, stages_.k3, stages_.k4);
     }
     if (is_electric_) {
         for_each_electric_field(move, state_, stages_.k1, stages_.k2, stages_.k3, stages_.k4);
     }
     state_.body.q.normalize();
+    state_.rig.force_n = stages_.end.force_n;
+    state_.rig.velocity_m_s = stages_.end.velocity_m_s;
 }
 
 // Hairer, Norsett, Wanner, Solving Ordinary Differential Equations I, II.6: the continuous extension of RK4.
@@ -246,12 +278,14 @@ LegState Plant::glimpse(double h_s, double share) const {
     const auto move = [&](auto& y, const auto& y0, const auto& r1, const auto& r2, const auto& r3,
                           const auto& r4) { y = y0 + b1 * r1 + b2 * (r2 + r3) + b4 * r4; };
     for_each_field(move, state, state_, stages_.k1, stages_.k2, stages_.k3, stages_.k4);
-    if (has_rig_state_) {
-        for_each_rig_field(move, state, state_, stages_.k1, stages_.k2, stages_.k3, stages_.k4);
+    if (friction_.has_bristles()) {
+        for_each_bristle(move, state, state_, stages_.k1, stages_.k2, stages_.k3, stages_.k4);
     }
     if (is_electric_) {
         for_each_electric_field(move, state, state_, stages_.k1, stages_.k2, stages_.k3, stages_.k4);
     }
+    state.rig.force_n.value = between(state_.rig.force_n, stages_.end.force_n, h_s, share);
+    state.rig.velocity_m_s.value = between(state_.rig.velocity_m_s, stages_.end.velocity_m_s, h_s, share);
     return transducers(state, legs(state));
 }
 
@@ -285,13 +319,7 @@ Legs Plant::differentiate(const PlantState& state, const Legs& spool_command, Po
     }
     rate.work.drive_j = (drive_n * legs.velocity_m_s).sum();
     rate.work.body_j = (body_n * legs.velocity_m_s).sum();
-    const Legs shown_n = has_load_cells_ ? cell_force_n(state, posture.R, legs, body_n, rate.body) : drive_n;
-    if (has_rig_state_) {
-        sim::differentiate(state.rig.force_n, low_passes_.force_hz, shown_n, rate.rig.force_n);
-        sim::differentiate(state.rig.velocity_m_s, low_passes_.velocity_hz, legs.velocity_m_s,
-                           rate.rig.velocity_m_s);
-    }
-    return shown_n;
+    return has_load_cells_ ? cell_force_n(state, posture.R, legs, body_n, rate.body) : drive_n;
 }
 
 Legs Plant::drive_force_n(const PlantState& state) const {
@@ -416,9 +444,8 @@ LegState Plant::legs(const PlantState& state) const {
 }
 
 LegState Plant::transducers(const PlantState& state, const LegState& legs) const {
-    return {legs.displacement_m,
-            low_passes_.velocity_hz > 0.0 ? state.rig.velocity_m_s.value : legs.velocity_m_s,
-            low_passes_.force_hz > 0.0 ? state.rig.force_n.value : legs.force_n};
+    return {legs.displacement_m, velocity_low_pass_ ? state.rig.velocity_m_s.value : legs.velocity_m_s,
+            force_low_pass_ ? state.rig.force_n.value : legs.force_n};
 }
 
 double Plant::kinetic_energy_j() const {

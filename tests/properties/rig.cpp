@@ -260,17 +260,47 @@ SCENARIO("low-passes have the response of a second-order Butterworth filter") {
             }
         }
     }
-    GIVEN("a low-pass of 700 Hz") {
-        Scenario scenario = multisine(0.1);
-        scenario.sensors.low_passes.force_hz = 700.0;
-        WHEN("the run has four and five substeps") {
-            THEN("the first is refused with what it would need") {
-                CHECK_THROWS_WITH_AS(
-                    Simulator(paper_platform(), scenario),
-                    "sensors.force_bandwidth_hz: found 700, expected at most 150 x simulation.substeps = 600",
-                    std::runtime_error);
-                scenario.substeps = 5;
-                CHECK_NOTHROW(Simulator(paper_platform(), scenario));
+}
+
+SCENARIO("what a low-pass does to a parabola does not depend on its step") {
+    GIVEN("low-passes of 20 Hz and of 3 kHz in the midst of a motion, and an input that is a parabola in "
+          "time") {
+        const Legs shape = (Legs() << 1.0, -2.0, 0.5, 3.0, -1.5, 0.2).finished();
+        const auto input_at = [&](double t_s) -> Legs {
+            return shape * (1.0 + 700.0 * t_s) - 4e5 * t_s * t_s;
+        };
+        const auto run_in = [&](double bandwidth_hz, int steps) {
+            const double h_s = 1e-3 / steps;
+            const LowPass low_pass(bandwidth_hz, h_s);
+            LowPassState state{shape.square(), 300.0 * shape};
+            for (int step = 0; step < steps; ++step) {
+                state = low_pass.after(state, {input_at(step * h_s), input_at((step + 0.5) * h_s),
+                                               input_at((step + 1.0) * h_s)});
+            }
+            return state;
+        };
+        WHEN("10 us pass") {
+            const double w = 2.0 * std::numbers::pi * 20.0;
+            const LowPassState begin{shape.square(), 300.0 * shape};
+            const LowPassState end =
+                LowPass(20.0, 1e-5).after(begin, {input_at(0.0), input_at(0.5e-5), input_at(1e-5)});
+            THEN("the rate has changed as the equation says for the middle, within (w x 10 us)^2") {
+                const Legs value = 0.5 * (begin.value + end.value);
+                const Legs rate = 0.5 * (begin.rate_1_s + end.rate_1_s);
+                const Legs expected = w * (w * (input_at(0.5e-5) - value) - std::numbers::sqrt2 * rate);
+                const Legs found = (end.rate_1_s - begin.rate_1_s) / 1e-5;
+                CHECK((found - expected).abs().maxCoeff() < 1.6e-6 * expected.abs().maxCoeff());
+            }
+        }
+        WHEN("a millisecond is made in one step and in a hundred") {
+            THEN("values and rates are the same, to rounding of rates by a hundredth of the step") {
+                for (const double bandwidth_hz : {20.0, 3000.0}) {
+                    CAPTURE(bandwidth_hz);
+                    const LowPassState once = run_in(bandwidth_hz, 1);
+                    const LowPassState often = run_in(bandwidth_hz, 100);
+                    CHECK((once.value - often.value).abs().maxCoeff() < 1e-10);
+                    CHECK((once.rate_1_s - often.rate_1_s).abs().maxCoeff() < 1e-6);
+                }
             }
         }
     }

@@ -1,4 +1,4 @@
-// What is between a transducer and its sample: a second-order low-pass, integrated with the plant.
+// What is between a transducer and its sample: a second-order low-pass.
 //
 //     y'' = w^2 (u - y) - sqrt(2) w y'        w = 2 pi bandwidth: Butterworth, -3 dB at the bandwidth
 //
@@ -17,20 +17,30 @@ struct LowPasses {
     double velocity_hz = 0.0;
 };
 
-// The Runge-Kutta step follows a low-pass up to w x step = 1: this many Hz per substep of a
-// millisecond.
-inline constexpr double low_pass_max_hz_per_substep = 150.0;
-
 struct LowPassState {
     Legs value = Legs::Zero();
     Legs rate_1_s = Legs::Zero();
 };
 
-inline void differentiate(const LowPassState& state, double bandwidth_hz, const Legs& input,
-                          LowPassState& rate) {
-    const double w = 2.0 * std::numbers::pi * bandwidth_hz;
-    rate.value = state.rate_1_s;
-    rate.rate_1_s = w * (w * (input - state.value) - std::numbers::sqrt2 * state.rate_1_s);
-}
+// An input over a step: at its begin, in its middle, at its end, and a parabola between.
+struct LowPassInput {
+    Legs begin, middle, end;
+};
+
+// Exact for such inputs, at any bandwidth.
+class LowPass {
+  public:
+    // bandwidth_hz: above 0.
+    LowPass(double bandwidth_hz, double step_s);
+
+    // The state a step later.
+    LowPassState after(const LowPassState& state, const LowPassInput& input) const;
+
+  private:
+    double w_rad_s_;
+    double step_s_;
+    // Of y'' = -w^2 y - sqrt(2) w y' over a step: value and rate by value and rate.
+    double value_value_, value_rate_, rate_value_, rate_rate_;
+};
 
 } // namespace hexload::sim

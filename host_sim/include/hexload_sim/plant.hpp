@@ -13,6 +13,8 @@
 #include <hexload_sim/low_pass.hpp>
 
 #include <array>
+#include <cstddef>
+#include <optional>
 #include <span>
 
 namespace hexload::sim {
@@ -30,7 +32,7 @@ struct LegWork {
     double body_j = 0.0;  // force on the platform x leg speed: into the body
 };
 
-// What only a rig has: bristles of the seals, low-passes behind the transducers. Integrated if there are any.
+// What only a rig has: bristles of the seals, low-passes behind the transducers.
 struct RigState {
     Legs bristle_m = Legs::Zero();
     LowPassState force_n;
@@ -53,7 +55,7 @@ struct Glimpse {
 
 class Plant {
   public:
-    // `substeps`: RK4 steps of a tick. Throws InputError for low-passes too fast for them.
+    // `substeps`: RK4 steps of a tick. Throws InputError for a current loop too fast for them.
     Plant(const Geometry& geometry, const Gravity& gravity, const HydraulicSettings& hydraulics, int substeps,
           const SixLegBars& leg_bars = {}, const LowPasses& low_passes = {}, double tick_s = default_tick_s,
           const ElectricSettings& electric = {});
@@ -109,6 +111,8 @@ class Plant {
     };
     struct Stages {
         PlantState k1, k2, k3, k4, at; // rates, and the state they are taken at
+        std::array<Legs, 4> shown_n, speed_m_s;
+        RigState end; // of the low-passes
     };
     // The command at the begin, the middle and the end of a substep.
     using Commands = std::array<Legs, 3>;
@@ -122,6 +126,9 @@ class Plant {
     LegState legs(const PlantState& state) const;
     void take(const BodyState& body, Posture& posture) const;
     void leg_directions(const BodyState& body, const Matrix3& R, LegRows& legs) const;
+    // Of a stage, 0 to 3, with what the transducers see there.
+    void take_stage(std::size_t stage, const PlantState& state, const Legs& spool_command, PlantState& rate);
+    void filter_substep();
     // Returns what the force sensors' transducers say: chamber pressures, load cells or currents.
     Legs differentiate(const PlantState& state, const Legs& spool_command, Posture& posture,
                        PlantState& rate) const;
@@ -144,9 +151,9 @@ class Plant {
     bool is_electric_;
     bool has_load_cells_; // which show the reflected mass' part, unlike chambers and currents
     Friction friction_;
-    LowPasses low_passes_;
+    std::optional<LowPass> force_low_pass_;
+    std::optional<LowPass> velocity_low_pass_;
     Legs last_command_ = Legs::Zero(); // of drives
-    bool has_rig_state_;
     double tick_s_;
     int substeps_;
     Legs home_length_m_;
