@@ -22,10 +22,8 @@ static const hexload_real_t FREQUENCY_HZ[HEXLOAD_HUM_FREQUENCIES] = {HEXLOAD_REA
 
 static void begin_block(hexload_hum_test_t* self) {
     memset(self->sum, 0, sizeof self->sum);
-    for (int n = 0; n < HEXLOAD_HUM_FREQUENCIES; n++) {
-        self->phase[n][0] = HEXLOAD_REAL(1.0);
-        self->phase[n][1] = HEXLOAD_REAL(0.0);
-    }
+    self->phase[0] = HEXLOAD_REAL(1.0);
+    self->phase[1] = HEXLOAD_REAL(0.0);
     self->ticks = 0;
 }
 
@@ -53,17 +51,25 @@ void hexload_hum_test_init(hexload_hum_test_t* self, const hexload_config_t* con
         self->is_heard = angle <= LARGEST_TURN;
     }
     begin_block(self);
+    // the first block, which does not count, is half as long: blocks do not end in the ticks in which those
+    // of the residual test do
+    self->ticks = (uint32_t)(HEXLOAD_REAL(0.5) * BLOCK_S / config->tick_s);
 }
 
-/// A whole block. The first one has the start in it.
+/// A whole block. The first one has the start in it. The energy is that of the blocks between, too.
 static void close_block(hexload_hum_test_t* self) {
-    const hexload_real_t scale = HEXLOAD_REAL(2.0) / (hexload_real_t)self->ticks;
-    self->energy = HEXLOAD_REAL(0.0);
-    for (int n = 0; n < HEXLOAD_HUM_FREQUENCIES && self->has_begun; n++) {
-        const hexload_real_t square =
-            dot3(self->sum[n][0], self->sum[n][0]) + dot3(self->sum[n][1], self->sum[n][1]);
-        self->excess[n] = hexload_max(HEXLOAD_REAL(0.0), self->excess[n] + scale * square - GRANTED);
-        self->energy += self->excess[n] > LEAST_EXCESS ? self->excess[n] : HEXLOAD_REAL(0.0);
+    if (self->has_begun) {
+        hexload_real_t* excess = &self->excess[self->next];
+        const hexload_real_t square = dot3(self->sum[0], self->sum[0]) + dot3(self->sum[1], self->sum[1]);
+        const hexload_real_t nis = HEXLOAD_REAL(2.0) / (hexload_real_t)self->ticks * square;
+        *excess = hexload_max(HEXLOAD_REAL(0.0), *excess + nis - GRANTED);
+        self->energy = HEXLOAD_REAL(0.0);
+        for (int n = 0; n < HEXLOAD_HUM_FREQUENCIES; n++) {
+            self->energy += self->excess[n] > LEAST_EXCESS
+                                ? (hexload_real_t)HEXLOAD_HUM_FREQUENCIES * self->excess[n]
+                                : HEXLOAD_REAL(0.0);
+        }
+        self->next = (uint8_t)((self->next + 1U) % (uint32_t)HEXLOAD_HUM_FREQUENCIES);
     }
     self->has_begun = true;
     begin_block(self);
@@ -77,16 +83,16 @@ void hexload_hum_test_step(hexload_hum_test_t* self, const hexload_config_t* con
     if (!self->is_heard) {
         return;
     }
-    for (int n = 0; n < HEXLOAD_HUM_FREQUENCIES; n++) {
-        const hexload_real_t cosine = self->phase[n][0];
-        const hexload_real_t sine = self->phase[n][1];
-        for (int k = 0; k < AXES; k++) {
-            self->sum[n][0][k] = hexload_fma(cosine, whitened[k], self->sum[n][0][k]);
-            self->sum[n][1][k] = hexload_fma(sine, whitened[k], self->sum[n][1][k]);
-        }
-        self->phase[n][0] = cosine * self->turn[n][0] - sine * self->turn[n][1];
-        self->phase[n][1] = cosine * self->turn[n][1] + sine * self->turn[n][0];
+    const hexload_real_t* turn = self->turn[self->next];
+    const hexload_real_t cosine = self->phase[0];
+    const hexload_real_t sine = self->phase[1];
+    HEXLOAD_UNROLL
+    for (int k = 0; k < AXES; k++) {
+        self->sum[0][k] = hexload_fma(cosine, whitened[k], self->sum[0][k]);
+        self->sum[1][k] = hexload_fma(sine, whitened[k], self->sum[1][k]);
     }
+    self->phase[0] = cosine * turn[0] - sine * turn[1];
+    self->phase[1] = cosine * turn[1] + sine * turn[0];
     self->ticks++;
     if ((hexload_real_t)self->ticks * config->tick_s >= BLOCK_S) {
         close_block(self);

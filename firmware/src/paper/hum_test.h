@@ -12,7 +12,7 @@
 
 void hexload_hum_test_init(hexload_hum_test_t* self, const hexload_config_t* config);
 
-/// Takes the whitened innovation of one update of the filter. Some 60 instructions, and 40 more once in half
+/// Takes the whitened innovation of one update of the filter. Some 40 instructions, and 50 more once in half
 /// a second. Reentrant.
 /// @param gap_ticks since the last one: sums go on over 1.
 void hexload_hum_test_step(hexload_hum_test_t* self, const hexload_config_t* config, uint32_t gap_ticks,

@@ -60,6 +60,7 @@ static void run_filter(hexload_paper_t* self, const hexload_config_t* config,
     hexload_paper_filter_correct(&self->filter, config, now, &wrench, &step, health);
     if (step.is_used) {
         hexload_residual_test_step(&self->residual_test, config, step.whitened, false);
+        hexload_hum_test_step(&self->hum_test, config, now->gap_ticks, step.whitened);
     }
     instructions[FILTER] = instruction_counter_since(mark);
     mark = instruction_counter_mark();
@@ -105,8 +106,9 @@ static void run_stages(hexload_paper_t* self, const hexload_config_t* config, co
         run_filter(self, config, &now, instructions, &health);
     }
     mark = instruction_counter_mark();
-    health |= hexload_paper_supervisor_judge(&self->supervisor, config, &self->filter, &self->residual_test,
-                                             self->known_mass.weight_error, &estimate);
+    health |=
+        hexload_paper_supervisor_judge(&self->supervisor, config, &self->filter, hexload_paper_mismatch(self),
+                                       self->known_mass.weight_error, &estimate);
     instructions[SUPERVISOR] += instruction_counter_since(mark);
     mark = instruction_counter_mark();
     hexload_plausibility_judge(&self->plausibility, HEXLOAD_PAPER_DIM, &estimate, &self->health.input,
