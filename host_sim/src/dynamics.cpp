@@ -1,10 +1,9 @@
 #include <hexload_sim/dynamics.hpp>
 
+#include <hexload_sim/linear_solve.hpp>
 #include <hexload_sim/rotation.hpp>
 
-#include <Eigen/Cholesky>
 #include <Eigen/Geometry>
-#include <Eigen/LU>
 
 namespace hexload::sim {
 
@@ -41,20 +40,20 @@ Vector6 acceleration(const Geometry& geometry, const MassProperties& body, const
                      const Pose& pose, const Twist& twist, const Vector6& leg_force_n) {
     const Vector6 net = jacobian(geometry, pose).transpose() * leg_force_n -
                         bias_wrench(body, pose.R, twist.w_rad_s) - gravity_wrench(body, pose.R, gravity);
-    return mass_matrix(body, pose.R).llt().solve(net);
+    return solve(mass_matrix(body, pose.R), net);
 }
 
 Vector6 leg_forces(const Geometry& geometry, const MassProperties& body, const Gravity& gravity,
                    const Pose& pose, const Twist& twist, const Vector6& twist_rate) {
     const Vector6 wrench = mass_matrix(body, pose.R) * twist_rate + bias_wrench(body, pose.R, twist.w_rad_s) +
                            gravity_wrench(body, pose.R, gravity);
-    return jacobian(geometry, pose).transpose().partialPivLu().solve(wrench);
+    return solve(jacobian(geometry, pose).transpose(), wrench);
 }
 
 JointSpaceModel joint_space_model(const Geometry& geometry, const MassProperties& body,
                                   const Gravity& gravity, const Pose& pose, const Twist& twist) {
     const LegVectors legs = leg_vectors(geometry, pose);
-    const Matrix6 J_inverse = jacobian(legs).partialPivLu().inverse();
+    const Matrix6 J_inverse = solve_columns(jacobian(legs), Matrix6::Identity());
     const Matrix6 M = mass_matrix(body, pose.R);
     // V' = J^-1 (l'' - J' V), so d(J^-1)/dt l' = -J^-1 J' V.
     const Vector6 drift = -J_inverse * leg_acceleration_bias(legs, twist);

@@ -1,9 +1,9 @@
 #include <hexload_sim/kinematics.hpp>
 
+#include <hexload_sim/linear_solve.hpp>
 #include <hexload_sim/rotation.hpp>
 
 #include <Eigen/Geometry>
-#include <Eigen/LU>
 
 namespace hexload::sim {
 namespace {
@@ -79,7 +79,7 @@ std::optional<Pose> forward_kinematics(const Geometry& geometry, const Vector6& 
         if (error_m.cwiseAbs().maxCoeff() < length_tolerance_m) {
             return pose;
         }
-        Vector6 step = jacobian(geometry, pose).partialPivLu().solve(error_m);
+        Vector6 step = solve(jacobian(geometry, pose), error_m);
         bool improved = false;
         for (int halving = 0; halving < halvings_max && !improved; ++halving, step *= 0.5) {
             const Pose candidate = moved(pose, step);

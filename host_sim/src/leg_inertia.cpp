@@ -1,9 +1,9 @@
 #include <hexload_sim/leg_inertia.hpp>
 
+#include <hexload_sim/linear_solve.hpp>
 #include <hexload_sim/rotation.hpp>
 
 #include <Eigen/Geometry>
-#include <Eigen/LU>
 
 namespace hexload::sim {
 namespace {
@@ -78,7 +78,7 @@ Vector6 standing_leg_forces(const Geometry& geometry, const MassProperties& body
         return of_body;
     }
     const Vector6 wrench = leg_wrench(geometry, bars, gravity, pose, Twist{}).bias;
-    return of_body + jacobian(geometry, pose).transpose().partialPivLu().solve(wrench);
+    return of_body + solve(jacobian(geometry, pose).transpose(), wrench);
 }
 
 double leg_kinetic_energy_j(const Geometry& geometry, const SixLegBars& bars, const Pose& pose,

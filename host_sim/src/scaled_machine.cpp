@@ -1,9 +1,9 @@
 #include <hexload_sim/scaled_machine.hpp>
 
 #include <hexload_sim/dynamics.hpp>
+#include <hexload_sim/linear_solve.hpp>
 
-#include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
+#include <Eigen/SVD>
 
 #include <algorithm>
 #include <cmath>
@@ -24,7 +24,6 @@ constexpr double damping_share = 0.75;
 // which leaves 43 for the servo's sampling before it feeds the resonance.
 constexpr double valve_share = 2.0;
 constexpr double kept_leakage = 0.5;    // of what leakage damps: no resonance loses more to the servo
-constexpr double servo_s = 1e-3;        // step of the servo, which holds its command that long
 constexpr double least_step_rad = 0.15; // of the fastest resonance per RK4 step
 
 double default_speed_m_s() {
@@ -45,11 +44,11 @@ double end_stiffness_n_m(const HydraulicSettings& oil, const Geometry& geometry)
                     oil_stiffness_n_m(oil, geometry, stroke_share * geometry.stroke_max_m));
 }
 
-// Of the six ways in which alike legs swing with the body at home: l'' = J M^-1 J^T f, in 1/kg, increasing.
+// Of the six ways in which alike legs swing with the body at home: l'' = J M^-1 J^T f, in 1/kg, decreasing.
 Vector6 inverse_masses_1_kg(const Geometry& geometry, const MassProperties& body) {
     const Matrix6 J = jacobian(geometry, Pose{});
-    const Matrix6 inverse = J * mass_matrix(body, Matrix3::Identity()).ldlt().solve(J.transpose());
-    return Eigen::SelfAdjointEigenSolver<Matrix6>(inverse, Eigen::EigenvaluesOnly).eigenvalues();
+    const Matrix6 inverse = J * solve_columns(mass_matrix(body, Matrix3::Identity()), J.transpose());
+    return inverse.jacobiSvd().singularValues(); // which eigenvalues of such a matrix are
 }
 
 // Share of the servo's command that is in phase with a pressure that swings at this frequency: valve, and the

@@ -21,8 +21,6 @@ Legs static_force_n(const Machine& machine, const MassProperties& body, const Si
     return standing_leg_forces(machine.geometry, body, leg_bars, machine.gravity, Pose{}).array();
 }
 
-constexpr double servo_s = 1e-3; // a servo is not slower, unless it reads the estimator's sensors
-
 int servo_steps(const Scenario& scenario, double tick_s) {
     return scenario.controller.reads_sensors
                ? 1

@@ -7,6 +7,10 @@
 
 namespace hexload::sim {
 
+// Longest step of the servo, which holds its command that long; longer ones only where it reads the
+// estimator's sensors.
+inline constexpr double servo_s = 1e-3;
+
 // command = kp e + ki integral(e) + kd e' + feed-forward - pressure_feedback (f - f_gravity), in spool
 // openings.
 struct ControllerSettings {
