@@ -1,5 +1,5 @@
-// The plant's only solver of linear equations, compiled once. For the beginning of a run, not for its steps: by
-// singular values, of Eigen's solvers the slowest, and the one that compiles in a third of LU's time.
+// The plant's only solver of linear equations, compiled once. For the beginning of a run, not for its steps:
+// by singular values, of Eigen's solvers the slowest, and the one that compiles in a third of LU's time.
 #pragma once
 
 #include "platform_file/types.hpp"
