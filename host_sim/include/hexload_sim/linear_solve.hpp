@@ -1,12 +1,12 @@
-// The plant's only solver of linear equations, compiled once. For the beginning of a run, not for its steps:
-// by singular values, of Eigen's solvers the slowest, and the one that compiles in a third of LU's time.
+// The plant's only solver of linear equations, compiled once: elimination with row pivoting, which compiles
+// in a fraction of the time of Eigen's solvers. For the beginning of a run, not for its steps.
 #pragma once
 
-#include "platform_file/types.hpp"
+#include <hexload_sim/types.hpp>
 
 namespace hexload::sim {
 
-// x of A x = b; of a singular A the shortest x that comes nearest.
+// x of A x = b, to the bit what Eigen's LU gives of rows in sequence. Not finite if A is singular.
 Vector6 solve(const Matrix6& A, const Vector6& b);
 
 // X of A X = B, column by column.
