@@ -72,11 +72,22 @@ static void test_a_few_samples_prove_nothing(void) {
     TEST_ASSERT_EQUAL_UINT32(0, health);
 }
 
+static void test_before_the_first_sample_noise_is_taken_to_be_as_stated(void) {
+    // GIVEN a noise estimator that begins WHEN it has seen nothing THEN each kind has the ratio of one that
+    // its mean starts from
+    hexload_noise_estimator_t meter;
+    hexload_noise_estimator_init(&meter);
+    for (int kind = 0; kind < 3; kind++) {
+        TEST_ASSERT_EQUAL_FLOAT(1.0, meter.ratio[kind]);
+    }
+}
+
 int main(void) {
     UNITY_BEGIN();
     RUN_TEST(test_stated_sigmas_that_are_right_are_used_as_they_are);
     RUN_TEST(test_misstated_sigmas_are_measured);
     RUN_TEST(test_shocks_are_not_taken_for_noise);
     RUN_TEST(test_a_few_samples_prove_nothing);
+    RUN_TEST(test_before_the_first_sample_noise_is_taken_to_be_as_stated);
     return UNITY_END();
 }
