@@ -249,6 +249,24 @@ static void test_tensor_is_unknown_while_first_order_leaves_out_half_a_sigma(voi
     }
 }
 
+static void test_a_body_that_is_known_exactly_has_all_its_numbers(void) {
+    // GIVEN parameters without any variance, as of a platform WHEN they are described THEN centre of mass and
+    // tensor are there, with sigmas of zero
+    uint64_t seed = 16;
+    const hexload_real_t none[COVARIANCES] = {0};
+    double theta[DIM];
+    hexload_real_t value[DIM];
+    hexload_body_t body;
+    random_body(&seed, theta);
+    to_real(theta, value);
+    hexload_body_describe(value, none, &body);
+    TEST_ASSERT_TRUE(body.has_com && body.has_inertia && body.is_consistent);
+    TEST_ASSERT_TRUE(body.mass_sigma_kg == 0);
+    for (int k = 0; k < 6; k++) {
+        TEST_ASSERT_TRUE(body.inertia_sigma_kg_m2[k] == 0);
+    }
+}
+
 static void test_bodies_of_point_masses_are_consistent_and_their_own_nearest(void) {
     uint64_t seed = 6;
     for (int n = 0; n < 500; n++) {
@@ -511,6 +529,7 @@ int main(void) {
     RUN_TEST(test_sigmas_are_those_of_finite_differences);
     RUN_TEST(test_unknown_mass_gives_no_centre_of_mass_and_no_number_that_is_none);
     RUN_TEST(test_tensor_is_unknown_while_first_order_leaves_out_half_a_sigma);
+    RUN_TEST(test_a_body_that_is_known_exactly_has_all_its_numbers);
     RUN_TEST(test_bodies_of_point_masses_are_consistent_and_their_own_nearest);
     RUN_TEST(test_what_no_body_has_is_inconsistent);
     RUN_TEST(test_where_all_entries_are_as_uncertain_the_nearest_has_its_negative_eigenvalues_cut);

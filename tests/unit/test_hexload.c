@@ -1,5 +1,6 @@
 #include "hexload/hexload.h"
 #include "front_end/kinematics.h"
+#include "momentum_tick.h"
 #include "motion.h"
 
 #include <math.h>
@@ -117,6 +118,37 @@ static void run_traced(hexload_kind_t kind, double* innovation_ratio, double* ni
     TEST_ASSERT_TRUE(updates > 450);
     *innovation_ratio /= updates;
     *nis_mean /= updates;
+}
+
+static void test_a_traced_innovation_is_the_factor_times_the_whitened_one(void) {
+    // GIVEN a filter's update, which has L with its diagonal inverted, and L^-1 e WHEN the same sample is
+    // traced THEN the trace has e = L L^-1 e, and the diagonal of L L^T
+    const hexload_config_t config = config_of(HEXLOAD_KIND_MOMENTUM);
+    static hexload_t traced;
+    static hexload_momentum_t plain;
+    hexload_estimate_t estimate;
+    hexload_trace_t trace;
+    uint64_t seed = 4;
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_OK, hexload_init(&traced, &config));
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_OK, hexload_momentum_init(&plain, &config));
+    for (uint32_t tick = 0; tick < 300; tick++) {
+        const hexload_leg_sample_t sample = sample_at(&config, tick, &seed);
+        hexload_momentum_update_t update = {.L = {{HEXLOAD_REAL(0.0)}}};
+        TEST_ASSERT_EQUAL_INT(HEXLOAD_OK,
+                              hexload_momentum_run(&plain, &config, NULL, &sample, &estimate, &update));
+        TEST_ASSERT_EQUAL_INT(HEXLOAD_OK, hexload_trace(&traced, &config, &sample, &estimate, &trace));
+        for (int i = 0; i < 6 && tick > 200 && trace.gate == HEXLOAD_GATE_ACCEPTED; i++) {
+            double e = 0.0, variance = 0.0, size = 0.0;
+            for (int k = 0; k <= i; k++) {
+                const double L = k == i ? 1.0 / (double)update.L[i][i] : (double)update.L[i][k];
+                e += L * (double)update.innovation[k];
+                size += fabs(L * (double)update.innovation[k]);
+                variance += L * L;
+            }
+            TEST_ASSERT_DOUBLE_WITHIN(ROUNDINGS(10, size), e, (double)trace.innovation[i]);
+            TEST_ASSERT_DOUBLE_WITHIN(ROUNDINGS(10, variance), variance, (double)trace.variance[i]);
+        }
+    }
 }
 
 static void test_a_trace_leaves_the_estimate_and_its_innovations_have_the_variance_it_gives(void) {
@@ -284,6 +316,7 @@ int main(void) {
     RUN_TEST(test_every_kind_is_described_by_names_and_units);
     RUN_TEST(test_a_kind_that_there_is_not_is_refused_and_named);
     RUN_TEST(test_before_the_first_sample_the_prior_is_read);
+    RUN_TEST(test_a_traced_innovation_is_the_factor_times_the_whitened_one);
     RUN_TEST(test_a_trace_leaves_the_estimate_and_its_innovations_have_the_variance_it_gives);
     RUN_TEST(test_a_gated_innovation_of_the_papers_estimator_is_traced_as_rejected);
     RUN_TEST(test_only_the_estimator_of_actuator_effects_has_effects);

@@ -90,6 +90,23 @@ static void test_cholesky_refuses_what_is_not_positive_definite(void) {
     TEST_ASSERT_FALSE(cholesky3(A, L));
 }
 
+static void test_rows_nearly_in_a_plane_are_refused_whichever_they_are(void) {
+    // GIVEN a row that lies in the plane of two others, which are at right angles, but for half of 64
+    // roundings WHEN the matrix is inverted THEN it is singular, whichever row that is, and with 200
+    // roundings it is not
+    for (int n = 0; n < 3; n++) {
+        hexload_real_t A[3][3] = {{HEXLOAD_REAL(0.0)}}, inverse[3][3];
+        A[n][0] = HEXLOAD_REAL(1.0);
+        A[(n + 1) % 3][1] = HEXLOAD_REAL(1.0);
+        A[(n + 2) % 3][0] = HEXLOAD_REAL(1.0);
+        A[(n + 2) % 3][1] = HEXLOAD_REAL(1.0);
+        A[(n + 2) % 3][2] = HEXLOAD_REAL(32.0) * HEXLOAD_REAL_EPSILON;
+        TEST_ASSERT_FALSE(hexload_invert3(A, inverse));
+        A[(n + 2) % 3][2] = HEXLOAD_REAL(200.0) * HEXLOAD_REAL_EPSILON;
+        TEST_ASSERT_TRUE(hexload_invert3(A, inverse));
+    }
+}
+
 int main(void) {
     UNITY_BEGIN();
     RUN_TEST(test_inverse_times_the_matrix_is_the_identity);
@@ -97,5 +114,6 @@ int main(void) {
     RUN_TEST(test_inverse_of_a_matrix_with_nan_is_refused);
     RUN_TEST(test_cholesky_whitens_its_own_matrix);
     RUN_TEST(test_cholesky_refuses_what_is_not_positive_definite);
+    RUN_TEST(test_rows_nearly_in_a_plane_are_refused_whichever_they_are);
     return UNITY_END();
 }

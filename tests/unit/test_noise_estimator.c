@@ -1,6 +1,9 @@
 #include "front_end/noise_estimator.h"
 #include "motion.h"
 
+#include <math.h>
+#include <string.h>
+
 void setUp(void) {}
 void tearDown(void) {}
 
@@ -72,11 +75,56 @@ static void test_a_few_samples_prove_nothing(void) {
     TEST_ASSERT_EQUAL_UINT32(0, health);
 }
 
+static void test_before_the_first_sample_noise_is_taken_to_be_as_stated(void) {
+    // GIVEN a noise estimator that begins WHEN it has seen nothing THEN each kind has the ratio of one that
+    // its mean starts from
+    hexload_noise_estimator_t meter;
+    hexload_noise_estimator_init(&meter);
+    for (int kind = 0; kind < 3; kind++) {
+        TEST_ASSERT_EQUAL_FLOAT(1.0, meter.ratio[kind]);
+    }
+}
+
+static void test_a_ratio_is_the_mean_of_all_squares_and_then_of_a_second(void) {
+    // GIVEN noise as stated for 0.6 s and twice as much then, of which each kind is looked at in every third
+    // tick
+    const hexload_config_t config = paper_machine();
+    hexload_noise_estimator_t meter;
+    uint64_t seed = 12;
+    double last[4][6] = {{0}}, ratio[3] = {1.0, 1.0, 1.0};
+    hexload_noise_estimator_init(&meter);
+    for (uint32_t tick = 0; tick < 2400; tick++) {
+        hexload_leg_sample_t sample = {.tick = tick};
+        memmove(last[1], last[0], 3 * sizeof last[0]);
+        for (int leg = 0; leg < 6; leg++) { // the same for all kinds, in sigmas
+            last[0][leg] = (tick < 600 ? 1.0 : 2.0) * normal(&seed);
+            sample.displacement_m[leg] = (hexload_real_t)last[0][leg] * config.sensors.displacement_sigma_m;
+            sample.velocity_m_s[leg] = (hexload_real_t)last[0][leg] * config.sensors.velocity_sigma_m_s;
+            sample.force_n[leg] = (hexload_real_t)last[0][leg] * config.sensors.force_sigma_n;
+        }
+        hexload_noise_estimator_step(&meter, &config, &sample, 1);
+        if (tick < 3) {
+            continue;
+        }
+        const uint32_t kind = (tick - 3) % 3;
+        double square = 0.0;
+        for (int leg = 0; leg < 6; leg++) {
+            const double third = last[0][leg] - 3.0 * last[1][leg] + 3.0 * last[2][leg] - last[3][leg];
+            square += fmin(third * third / 20.0, 25.0 * fmax(1.0, ratio[kind])) / 6.0;
+        }
+        // WHEN a tick has been seen THEN its kind's ratio is the mean so far, or a leaky one of 1,000 ticks
+        ratio[kind] += fmin(1.0, 3.0 / fmin(tick - 2.0, 1000.0)) * (square - ratio[kind]);
+        TEST_ASSERT_DOUBLE_WITHIN(ROUNDINGS(2000, ratio[kind]), ratio[kind], (double)meter.ratio[kind]);
+    }
+}
+
 int main(void) {
     UNITY_BEGIN();
     RUN_TEST(test_stated_sigmas_that_are_right_are_used_as_they_are);
     RUN_TEST(test_misstated_sigmas_are_measured);
     RUN_TEST(test_shocks_are_not_taken_for_noise);
     RUN_TEST(test_a_few_samples_prove_nothing);
+    RUN_TEST(test_before_the_first_sample_noise_is_taken_to_be_as_stated);
+    RUN_TEST(test_a_ratio_is_the_mean_of_all_squares_and_then_of_a_second);
     return UNITY_END();
 }

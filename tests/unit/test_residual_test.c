@@ -134,7 +134,7 @@ static void test_the_excess_is_what_blocks_have_beyond_one_and_a_half_of_their_f
             // THEN its NIS is that of the sum, a tenth of it goes into the mean, and what it has beyond 1.5
             // times its degrees of freedom is summed, from 0 up; but for the first block
             if (block > 0) {
-                nis = BLOCK_TICKS * square;
+                nis = (double)BLOCK_TICKS * square;
                 nis_mean += 0.1 * (nis - nis_mean);
                 excess = fmax(0.0, excess + nis - 1.5 * dimension);
             }

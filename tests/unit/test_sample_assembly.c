@@ -471,6 +471,22 @@ static void test_random_frames_alone_do_no_harm(void) {
     }
 }
 
+static void test_two_whole_ticks_up_to_half_of_all_ahead_need_legs_that_count_on_between_them(void) {
+    // GIVEN legs that count on from tick 16 WHEN two whole ticks in a row come from ahead, at once THEN none
+    // is believed, however far it is
+    const uint32_t ahead[] = {0x1000, 0x10000000, 0x60000000, 0x7FFFFF00};
+    for (int n = 0; n < 4; n++) {
+        bench_t bench = started(HEXLOAD_BUS_CLASSIC);
+        TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_OK, add_tick(&bench, 16));
+        for (uint32_t tick = 0; tick <= HEXLOAD_BUS_TICK_PERIOD; tick += HEXLOAD_BUS_TICK_PERIOD) {
+            const classic_t far = classic_frames(16 + ahead[n] + tick);
+            (void)!add(&bench, &far.whole_tick);
+        }
+        add_legs(&bench, 17, 18);
+        assert_sample(&bench, 17);
+    }
+}
+
 int main(void) {
     UNITY_BEGIN();
     RUN_TEST(test_an_fd_frame_is_a_sample);
@@ -492,5 +508,6 @@ int main(void) {
     RUN_TEST(test_samples_of_the_other_profile_are_distinguished_from_strange_frames);
     RUN_TEST(test_among_losses_echoes_and_garbage_no_sample_mixes_ticks);
     RUN_TEST(test_random_frames_alone_do_no_harm);
+    RUN_TEST(test_two_whole_ticks_up_to_half_of_all_ahead_need_legs_that_count_on_between_them);
     return UNITY_END();
 }
