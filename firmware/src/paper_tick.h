@@ -65,7 +65,7 @@ static inline void hexload_paper_identify(hexload_paper_t* self, const hexload_c
     hexload_paper_filter_correct(&self->filter, config, now, &wrench, &step, health);
     if (step.is_used) {
         hexload_residual_test_step(&self->residual_test, config, step.whitened, false);
-        hexload_hum_test_step(&self->hum_test, config, now->gap_ticks, step.whitened);
+        hexload_hum_test_step(&self->hum_test, now->gap_ticks, step.whitened);
     }
     hexload_known_mass_step(&self->known_mass, config, now, &wrench);
 }
@@ -73,9 +73,7 @@ static inline void hexload_paper_identify(hexload_paper_t* self, const hexload_c
 /// The factor by which the filter's sigmas are too small for what lasts and what hums in its innovations.
 static inline hexload_real_t hexload_paper_mismatch(const hexload_paper_t* self) {
     const hexload_real_t factor = self->residual_test.factor;
-    return self->hum_test.energy > HEXLOAD_REAL(0.0)
-               ? hexload_sqrt(hexload_fma(factor, factor, self->hum_test.energy))
-               : factor;
+    return self->hum_test.hums ? hexload_sqrt(hexload_fma(factor, factor, self->hum_test.energy)) : factor;
 }
 
 static inline hexload_status_t hexload_paper_run(hexload_paper_t* self, const hexload_config_t* config,

@@ -241,18 +241,21 @@ typedef struct hexload_paper_filter {
 
 enum { HEXLOAD_HUM_FREQUENCIES = 2 }; ///< of the mains: 50 Hz, 60 Hz
 
-/// The paper's filter's whitened innovations over half a second, turned back by the mains' frequencies in
+/// Spectrum of the paper's filter's whitened innovations over half a second, at the mains' frequencies in
 /// turn.
 typedef struct hexload_hum_test {
-    hexload_real_t turn[HEXLOAD_HUM_FREQUENCIES][2];   ///< cosine and sine of the angle of one tick
-    hexload_real_t phase[2];                           ///< of the angle since the block began
-    hexload_real_t sum[2][HEXLOAD_PAPER_MEASUREMENTS]; ///< of the block, in sigmas
-    hexload_real_t excess[HEXLOAD_HUM_FREQUENCIES];    ///< of the blocks beyond what noise makes, summed
+    hexload_real_t twice_cosine[HEXLOAD_HUM_FREQUENCIES]; ///< of the angle of one tick
+    hexload_real_t factor;                                ///< that of the block's frequency
+    hexload_real_t sum[HEXLOAD_PAPER_MEASUREMENTS]; ///< of Goertzel's recursion over the block, in sigmas
+    hexload_real_t last_sum[HEXLOAD_PAPER_MEASUREMENTS]; ///< of the tick before
+    hexload_real_t excess[HEXLOAD_HUM_FREQUENCIES];      ///< of the blocks beyond what noise makes, summed
     hexload_real_t energy; ///< of both, where it is more than chance: that of the hum in sigmas squared
+    uint32_t block_ticks;  ///< of a block
     uint32_t ticks;        ///< in the block
     uint8_t next;          ///< frequency of the block
     bool is_heard;         ///< the sampling is fast enough
     bool has_begun;        ///< the first block is over, which does not count
+    bool hums;             ///< there is such energy
 } hexload_hum_test_t;
 
 typedef struct hexload_paper_supervisor {

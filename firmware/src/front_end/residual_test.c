@@ -5,6 +5,10 @@
 /// Of a sum: long against the noise, short against a motion.
 #define BLOCK_S HEXLOAD_REAL(0.5)
 
+/// A block is looked at before its end in one of eight ticks, which are not those in which plausibility ends
+/// its blocks of sixteen.
+enum { LOOK_TICKS = 8, LOOK_PHASE = 2 };
+
 /// Share of a block in the mean, which goes back 5 s.
 #define SHARE HEXLOAD_REAL(0.1)
 
@@ -61,7 +65,7 @@ void hexload_residual_test_step(hexload_residual_test_t* self, const hexload_con
     self->ticks++;
     if ((hexload_real_t)self->ticks * config->tick_s >= BLOCK_S) {
         close_block(self, is_considered);
-    } else if (!is_considered) {
+    } else if (!is_considered && self->ticks % LOOK_TICKS == LOOK_PHASE) {
         look_ahead(self, config->tick_s / BLOCK_S);
     }
 }

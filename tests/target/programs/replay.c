@@ -60,7 +60,7 @@ static void run_filter(hexload_paper_t* self, const hexload_config_t* config,
     hexload_paper_filter_correct(&self->filter, config, now, &wrench, &step, health);
     if (step.is_used) {
         hexload_residual_test_step(&self->residual_test, config, step.whitened, false);
-        hexload_hum_test_step(&self->hum_test, config, now->gap_ticks, step.whitened);
+        hexload_hum_test_step(&self->hum_test, now->gap_ticks, step.whitened);
     }
     instructions[FILTER] = instruction_counter_since(mark);
     mark = instruction_counter_mark();

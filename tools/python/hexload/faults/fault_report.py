@@ -39,7 +39,8 @@ COLOURS = {  # Okabe and Ito's
 WORDS_INTRODUCTION = """# What a user reads of each fault
 
 One fault at a time in a clean run, default tolerances, nothing commissioned: the verdict at the end, the load changes that `replay` reports, and its last line, what to do; else the first cause that it
-prints, which does no harm, or its refusal.
+prints, which does no harm, or its refusal. *Too small to matter*: it leaves less than half of the force sensors' noise in the forces, and by the log's own
+regression each of the load's ten parameters goes off by less than its published sigma.
 *True*: whether the cause that the log names first is the one that was put in; a dash where no log can tell it, or the reader refuses it. Written by
 `{command}` (words.md).
 """
