@@ -21,7 +21,8 @@
 /// Least standard deviation of y: a share of the weight, at the platform's hinges for the moments.
 #define LEAST_SHARE HEXLOAD_REAL(0.005)
 
-/// The same on a commissioned machine before it is armed: what commissioning has left is less.
+/// The same on a commissioned machine as it begins to move: what commissioning has left is less. As its own
+/// past is known, up to ARMED_S of it, it fades to the least.
 #define EARLY_SHARE HEXLOAD_REAL(0.05)
 
 /// Of the square of friction: a leg's is off by twice the whole at most, and the errors of six cannot add up
@@ -212,6 +213,20 @@ static hexload_real_t distance(const hexload_wrench_monitor_t* self, const hexlo
     return dot3(x, x);
 }
 
+/// Whether y is beyond what the machine has shown. The peaks were measured by the least share: by a larger
+/// one they are as much smaller.
+static bool is_beyond_past(const hexload_wrench_monitor_t* self, const hexload_config_t* config,
+                           const hexload_real_t body[DIM], hexload_real_t square) {
+    if (self->motion_s >= ARMED_S) {
+        return square > hexload_max(ALARM, HEXLOAD_REAL(2.0) * self->peak);
+    }
+    const hexload_real_t share =
+        hexload_fma((LEAST_SHARE - EARLY_SHARE) / ARMED_S, self->motion_s, EARLY_SHARE);
+    const hexload_real_t scale = LEAST_SHARE * LEAST_SHARE / (share * share);
+    return config->rig.direction_count > 0 &&
+           distance(self, config, body, share) > hexload_max(ALARM, HEXLOAD_REAL(2.0) * scale * self->peak);
+}
+
 bool hexload_wrench_monitor_step(hexload_wrench_monitor_t* self, const hexload_config_t* config,
                                  const hexload_momentum_filter_t* filter, hexload_fit_t fit,
                                  const hexload_push_t* push) {
@@ -234,11 +249,7 @@ bool hexload_wrench_monitor_step(hexload_wrench_monitor_t* self, const hexload_c
     if (is_asked) {
         const hexload_real_t square = distance(self, config, body, LEAST_SHARE);
         self->filling_peak = hexload_max(self->filling_peak, square);
-        if (self->motion_s >= ARMED_S) {
-            is_wrong = square > hexload_max(ALARM, HEXLOAD_REAL(2.0) * self->peak);
-        } else {
-            is_wrong = config->rig.direction_count > 0 && distance(self, config, body, EARLY_SHARE) > ALARM;
-        }
+        is_wrong = is_beyond_past(self, config, body, square);
     }
     if (is_moving(motion)) {
         learn(self, config, &self->residual[FIRST]);
