@@ -89,6 +89,18 @@ static void test_a_gap_begins_its_block_anew(void) {
     }
 }
 
+static void test_no_hum_is_heard_in_speeds_from_displacements(void) {
+    // GIVEN a machine without velocity sensors, whose innovations are no white noise WHEN they hum
+    hexload_config_t config = paper_machine();
+    hexload_hum_test_t test;
+    uint64_t seed = 9;
+    config.sensors.half_window_ticks = 12;
+    hexload_hum_test_init(&test, &config);
+    show(&test, &config, 20 * BLOCK_TICKS, 4.0, 50.0, &seed);
+    // THEN no sigma is widened
+    TEST_ASSERT_EQUAL_DOUBLE(0.0, (double)test.energy);
+}
+
 static void test_factors_are_those_of_the_frequencies_or_nothing_is_heard(void) {
     // GIVEN periods from 0.1 to 20 ms
     for (double tick_s = 1e-4; tick_s < 0.02; tick_s *= 1.3) {
@@ -116,6 +128,7 @@ int main(void) {
     RUN_TEST(test_a_hum_of_the_mains_is_heard_with_its_energy);
     RUN_TEST(test_motion_and_other_frequencies_are_no_hum);
     RUN_TEST(test_a_gap_begins_its_block_anew);
+    RUN_TEST(test_no_hum_is_heard_in_speeds_from_displacements);
     RUN_TEST(test_factors_are_those_of_the_frequencies_or_nothing_is_heard);
     return UNITY_END();
 }

@@ -253,7 +253,7 @@ typedef struct hexload_hum_test {
     uint32_t block_ticks;  ///< of a block
     uint32_t ticks;        ///< in the block
     uint8_t next;          ///< frequency of the block
-    bool is_heard;         ///< the sampling is fast enough
+    bool is_heard;         ///< the sampling is fast enough, and innovations are white
     bool has_begun;        ///< the first block is over, which does not count
     bool hums;             ///< there is such energy
 } hexload_hum_test_t;

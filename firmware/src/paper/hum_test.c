@@ -40,7 +40,7 @@ void hexload_hum_test_init(hexload_hum_test_t* self, const hexload_config_t* con
     for (int n = 0; n < HEXLOAD_HUM_FREQUENCIES; n++) {
         const hexload_real_t angle = HEXLOAD_REAL(6.2831853071795865) * FREQUENCY_HZ[n] * config->tick_s;
         self->twice_cosine[n] = HEXLOAD_REAL(2.0) * cosine(hexload_min(angle, LARGEST_ANGLE));
-        self->is_heard = angle <= LARGEST_ANGLE;
+        self->is_heard = angle <= LARGEST_ANGLE && config->sensors.half_window_ticks == 0;
     }
     self->factor = self->twice_cosine[0];
     self->block_ticks = (uint32_t)(BLOCK_S / config->tick_s + HEXLOAD_REAL(0.5));

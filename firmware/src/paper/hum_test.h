@@ -4,7 +4,8 @@
 /// A hum of the force sensors stands in the Jacobian as it does in the innovations, and moves the inertias as
 /// force noise does (D15), but third differences do not measure it: at 50 Hz they pass a thirtieth. In sums
 /// over half a second (R15) it is none. White innovations turned back by that frequency, summed over n ticks
-/// and times sqrt(2 / n), are again independent normal numbers, two for each innovation.
+/// and times sqrt(2 / n), are again independent normal numbers, two for each innovation. Speeds from
+/// displacements have noise that is not white: without velocity sensors no hum is heard.
 #ifndef HEXLOAD_HUM_TEST_H
 #define HEXLOAD_HUM_TEST_H
 
