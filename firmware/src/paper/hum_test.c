@@ -36,6 +36,7 @@ static hexload_real_t cosine(hexload_real_t angle) {
 }
 
 void hexload_hum_test_init(hexload_hum_test_t* self, const hexload_config_t* config) {
+    const hexload_real_t block_ticks = BLOCK_S / config->tick_s + HEXLOAD_REAL(0.5);
     memset(self, 0, sizeof *self);
     for (int n = 0; n < HEXLOAD_HUM_FREQUENCIES; n++) {
         const hexload_real_t angle = HEXLOAD_REAL(6.2831853071795865) * FREQUENCY_HZ[n] * config->tick_s;
@@ -43,7 +44,7 @@ void hexload_hum_test_init(hexload_hum_test_t* self, const hexload_config_t* con
         self->is_heard = angle <= LARGEST_ANGLE && config->sensors.half_window_ticks == 0;
     }
     self->factor = self->twice_cosine[0];
-    self->block_ticks = (uint32_t)(BLOCK_S / config->tick_s + HEXLOAD_REAL(0.5));
+    self->block_ticks = (uint32_t)block_ticks;
     // the first block, which does not count, is half as long: blocks do not end in the ticks in which those
     // of the residual test do
     self->ticks = self->block_ticks / 2;

@@ -22,7 +22,7 @@ VERSION = "14"  # whose findings are judged: others have other checks
 TARGETS = ("hexload_sim_app", "hexload_ecu", "hexload_bridge", "hexload_native", "hexload_soak", "hexload_bus_soak")
 FOLDERS = ("host_sim", "firmware", "lcm_types", "tools/native")
 OTHERS = re.compile(r"_double\.dir|nanobind|cmake_pch")  # the same once more, and what is not ours
-GCC_ONLY = re.compile(r"-fpeel-loops|-fcallgraph-info")
+GCC_ONLY = re.compile(r"--param=|-fpeel-loops|-fcallgraph-info")
 FINDING = re.compile(r"^\S+:\d+:\d+: (?:warning|error): .*$", re.MULTILINE)
 
 
