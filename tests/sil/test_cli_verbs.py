@@ -6,11 +6,14 @@ import subprocess
 import sys
 import time
 import tomllib
+from pathlib import Path
 
 import pytest
 
 from forked_command import ENVIRONMENT, hexload
 from hexload import project
+from hexload.cli.app import app
+from hexload.errors import InputError
 from hexload.io.log_file import COLUMNS
 from hexload.io.run_directory import read_run
 from hexload.simulation.sim import known_scenarios, resolve_scenario
@@ -293,3 +296,27 @@ def test_report_refuses_a_run_that_does_not_exist(tmp_path):
 
 def test_test_refuses_an_unknown_preset():
     assert_refused(hexload("test", "--preset", "fast"), "--preset: found 'fast', expected one of: host, asan-ubsan")
+
+
+@pytest.mark.parametrize(
+    "call",
+    [
+        "replay log.csv --platform platform.toml --out platform.toml",
+        "replay log.csv --platform platform.toml --out ./log.csv",
+        "replay log.csv --platform platform.toml --out a.csv --report a.csv",
+        "commission log.csv --platform platform.toml --out platform.toml",
+        "tare log.csv --platform platform.toml --out log.csv",
+        "convert log.csv log.csv",
+        "export platform.toml --platform log.csv --out log.csv",
+        "excite --platform platform.toml --out platform.toml --duration 5",
+    ],
+)
+def test_no_verb_writes_over_what_it_reads(tmp_path, monkeypatch, call):
+    # GIVEN files of the user WHEN an output has the name of one, or of another output THEN it is refused and all is as it was
+    monkeypatch.chdir(tmp_path)
+    files = {"log.csv": "a log", "platform.toml": "a machine"}
+    for name, text in files.items():
+        Path(name).write_text(text)
+    with pytest.raises(InputError, match="found (a|another) file that this call (reads|writes), expected another name"):
+        app(call.split(), standalone_mode=False)
+    assert {path.name: path.read_text() for path in tmp_path.iterdir()} == files

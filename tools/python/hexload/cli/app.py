@@ -295,12 +295,14 @@ def replay(
     Example:  hexload replay tests/data/paper_noisy.csv.gz --platform tests/data/paper_load.toml --out estimates.csv
     """
     from hexload.cli import output
+    from hexload.cli.kept_inputs import keep
     from hexload.cli.replay import figures, is_believed, print_summary
     from hexload.estimation.input_check import WayIn
     from hexload.estimation.replay import replay_log
 
     way_in = WayIn(columns or (), resample, unchecked)
     with output.said(as_json, quiet):
+        keep((log, platform, tare, rig, commanded), (out, bodies, report, trace))
         result = replay_log(log, platform, estimator, prior, out, tare, bodies, report, trace, rig, way_in, commanded)
         print_summary(result, out, bodies, report, trace)
     if as_json:
@@ -337,8 +339,10 @@ def convert(
     """
     from hexload.cli import convert as verb
     from hexload.cli import output
+    from hexload.cli.kept_inputs import keep
 
     with output.said(as_json, quiet):
+        keep((log, platform, estimates), (out,))
         rows, remarks = verb.convert(log, out, columns or (), resample, platform, estimates, unchecked)
         for remark in remarks:
             print(f"log:       {remark}")
@@ -376,11 +380,13 @@ def tare(
     Example:  hexload tare empty.csv --platform platform.toml --out tare.toml
     """
     from hexload.cli import output
+    from hexload.cli.kept_inputs import keep
     from hexload.cli.tare import figures, print_summary
     from hexload.estimation.input_check import WayIn
     from hexload.estimation.tare import make_tare
 
     with output.said(as_json, quiet):
+        keep((log, platform), (out,))
         found = make_tare(log, platform, out, largest_offset, WayIn(columns or (), resample, unchecked))
         print_summary(found, out)
     if as_json:
@@ -432,12 +438,14 @@ def commission_verb(
     """
     from hexload.cli import output
     from hexload.cli.commission import print_summary
+    from hexload.cli.kept_inputs import keep
     from hexload.estimation.commission import Wish, commission
     from hexload.estimation.input_check import WayIn
 
     way_in = WayIn(columns or (), resample, unchecked)
     wish = Wish(log, platform, out, reference, reference_mass, loaded, largest_offset, report, way_in)
     with output.said(as_json, quiet):
+        keep((log, platform, reference), (out, report))
         found = commission(wish)
         print_summary(found, out)
         if report is not None:
@@ -462,8 +470,10 @@ def export(
 
     Example:  hexload export rig.toml --platform platform.toml --out rig_config.h
     """
+    from hexload.cli.kept_inputs import keep
     from hexload.estimation.config_header import export as write_header
 
+    keep((rig, platform), (out,))
     name = write_header(rig, platform, out, tick, force)
     print(f"header:    {out}")
     print(f'use:       #include "{out.name}", then hexload_init(&estimator, &{name})')
@@ -551,6 +561,7 @@ def excite(
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     from hexload.cli import excite as verb
     from hexload.cli import output
+    from hexload.cli.kept_inputs import keep
 
     wish = verb.Wish(
         platform,
@@ -571,6 +582,7 @@ def excite(
         empty,
     )
     with output.said(as_json, quiet):
+        keep((platform,), (out,))
         found = verb.design(wish, out)
         verb.print_summary(found, wish, out)
     if as_json:
