@@ -303,7 +303,7 @@ def test_test_refuses_an_unknown_preset():
     [
         "replay log.csv --platform platform.toml --out platform.toml",
         "replay log.csv --platform platform.toml --out ./log.csv",
-        "replay log.csv --platform platform.toml --out a.csv --report a.csv",
+        "replay log.csv --platform platform.toml --out a.csv --report platform.toml",
         "commission log.csv --platform platform.toml --out platform.toml",
         "tare log.csv --platform platform.toml --out log.csv",
         "convert log.csv log.csv",
@@ -312,11 +312,11 @@ def test_test_refuses_an_unknown_preset():
     ],
 )
 def test_no_verb_writes_over_what_it_reads(tmp_path, monkeypatch, call):
-    # GIVEN files of the user WHEN an output has the name of one, or of another output THEN it is refused and all is as it was
+    # GIVEN files of the user WHEN an output has the name of one THEN it is refused and all is as it was
     monkeypatch.chdir(tmp_path)
     files = {"log.csv": "a log", "platform.toml": "a machine"}
     for name, text in files.items():
         Path(name).write_text(text)
-    with pytest.raises(InputError, match="found (a|another) file that this call (reads|writes), expected another name"):
+    with pytest.raises(InputError, match="found a file that this call reads, expected another name"):
         app(call.split(), standalone_mode=False)
     assert {path.name: path.read_text() for path in tmp_path.iterdir()} == files

@@ -6,7 +6,7 @@
 ///     status = hexload_paper_init(&estimator, &config);                     // once
 ///     status = hexload_paper_tick(&estimator, &config, &sample, &estimate); // every sampling period
 ///
-/// A fifth of the recommended estimator's work and a fourteenth of its memory. A load that is not on the
+/// A fifth of the recommended estimator's work and a twelfth of its memory. A load that is not on the
 /// platform's z axis, or has products of inertia, ends as inconsistent or as a misfit of the model.
 #ifndef HEXLOAD_PAPER_H
 #define HEXLOAD_PAPER_H

@@ -1,4 +1,4 @@
-"""What a verb writes never takes the place of what the same call reads, nor of another of its outputs."""
+"""What a verb writes never takes the place of what the same call reads."""
 
 from collections.abc import Iterable
 from pathlib import Path
@@ -8,10 +8,7 @@ from hexload.errors import InputError
 
 def keep(read: Iterable[Path | None], written: Iterable[Path | None]) -> None:
     """Before anything is read or written. Raises InputError with the path; None: not given."""
-    taken = {path.resolve(): "a file that this call reads" for path in read if path is not None}
+    inputs = {path.resolve() for path in read if path is not None}
     for path in written:
-        if path is None:
-            continue
-        if (what := taken.get(path.resolve())) is not None:
-            raise InputError(f"{path}: found {what}, expected another name to write")
-        taken[path.resolve()] = "another file that this call writes"
+        if path is not None and path.resolve() in inputs:
+            raise InputError(f"{path}: found a file that this call reads, expected another name to write")
