@@ -133,6 +133,7 @@ WRONG = [
         platform="paper_load",
     ),
     Wrong("forces in lbf", 3, "the machine does not fit its platform file", scaled(f=1 / 4.4482216), is_mended=False),
+    Wrong("force of leg 5 in kN", 2, "forces of leg 5 look like kN", of_leg("f", 5, 1e-3)),
     Wrong("forces in kN, with the opposite sign", 2, "forces look like kN, with the opposite sign", scaled(f=-1e-3)),
     Wrong("time in ms", 2, "time looks like ms", scaled(t=1e3)),
     Wrong("time in us", 2, "time looks like us", scaled(t=1e6)),
@@ -308,6 +309,18 @@ def largest_error(result: dict, log: str) -> float:
     else:
         truth = np.array(json.loads((DATA / f"{log}.truth.json").read_text())["segments"][-1]["theta"])
     return float(np.abs((result["value"][-1] - truth) / result["sigma"][-1]).max())
+
+
+@pytest.mark.parametrize(
+    "verdict, believed",
+    [("converged", True), ("converging", True), ("not_excited", True), ("misfit", False), ("inconsistent", False)],
+)
+def test_what_ends_as_no_model_of_the_machine_is_not_believed(verdict, believed):
+    # GIVEN a replay whose channels agree WHEN its last verdict says that machine or log are not the model, however narrow sigma is
+    # THEN status and `is_believed` say so: nobody knows that sigma holds
+    assert is_believed({"verdict": ["converged", verdict], "input_words": ""}) is believed
+    # AND channels that contradict each other are never believed
+    assert not is_believed({"verdict": [verdict], "input_words": "leg 3: ..."})
 
 
 def test_the_document_has_a_row_for_each():

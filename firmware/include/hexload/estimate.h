@@ -58,15 +58,17 @@ enum {
 };
 
 /// How far one parameter can be trusted, or all of them (then the worst): a larger value is worse, and no
-/// health bit is needed to read it. Up to MISFIT sigma holds what is known, widened where the machine is not
-/// its model; beyond CONVERGED it is no number to work with.
+/// health bit is needed to read it. Before MISFIT sigma holds what is known; beyond CONVERGED the value is no
+/// number to work with.
 typedef enum hexload_verdict {
     /// Sigma is below converged_relative_sigma of the parameter's scale, but for the tolerances, which no
     /// motion lowers.
     HEXLOAD_VERDICT_CONVERGED,
     HEXLOAD_VERDICT_CONVERGING,  ///< the motion goes on lowering its sigma
     HEXLOAD_VERDICT_NOT_EXCITED, ///< the motion has shown (nearly) nothing of it
-    HEXLOAD_VERDICT_MISFIT, ///< the machine is not its model, or channels contradict each other: mend that
+    /// The machine is not its model, or channels contradict each other: mend that. Sigma is widened, which
+    /// holds for a machine that is a little off, not for wrong wiring or units.
+    HEXLOAD_VERDICT_MISFIT,
     HEXLOAD_VERDICT_INCONSISTENT, ///< no body has such numbers, nor would with far larger sigmas
 } hexload_verdict_t;
 

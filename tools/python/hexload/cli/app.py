@@ -290,7 +290,7 @@ def replay(
 
     Exit status: 0; 2 for a file or an option that is refused, also as its units, signs, order or time cannot be; 3 when the estimates
     are written but not to be believed, as channels of the log contradict each other at its end, most samples are refused or the
-    verdict is inconsistent. The last line then says what to do.
+    verdict is misfit or inconsistent. The last line then says what to do.
 
     Example:  hexload replay tests/data/paper_noisy.csv.gz --platform tests/data/paper_load.toml --out estimates.csv
     """

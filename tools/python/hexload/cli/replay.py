@@ -10,18 +10,12 @@ from hexload.diagnosis.finding import Finding
 from hexload.estimation import load_summary
 from hexload.estimation.input_check import mend_of
 
-WIDE = 0.1  # of the load's mass: a misfit with a larger sigma tells hardly more than that there is one
+UNFIT = ("misfit", "inconsistent")  # verdicts beyond which sigma need not hold
 
 
 def is_believed(result: dict) -> bool:
-    """Neither the log's channels nor the estimate contradict themselves at the end, nor is it a misfit that tells nothing."""
-    return not result["input_words"] and result["verdict"][-1] != "inconsistent" and not _is_wide_misfit(result)
-
-
-def _is_wide_misfit(result: dict) -> bool:
-    if result["verdict"][-1] != "misfit" or result["names"][0] != "m":
-        return False
-    return bool(result["sigma"][-1][0] > WIDE * abs(result["value"][-1][0]))
+    """Neither do the log's channels contradict each other at the end, nor do machine, log and estimate."""
+    return not result["input_words"] and result["verdict"][-1] not in UNFIT
 
 
 def figures(result: dict) -> dict:

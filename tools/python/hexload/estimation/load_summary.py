@@ -44,7 +44,7 @@ def in_words(name: str, verdict: str, confounded: str | None = None) -> str:
     if verdict == "not_excited":
         return f"not excited: {MISSING_MOTION[name]} in the last 10 s, or too little"
     if verdict == "misfit":
-        return "misfit: the machine is not as its platform file says, and sigma is widened to cover it"
+        return "misfit: machine or log are not as the platform file says; sigma is widened and may still be too small"
     if verdict == "inconsistent":
         return "inconsistent: friction, other noise or another load than the model's; neither it nor its sigma holds"
     return verdict

@@ -27,6 +27,8 @@ TIMES = {"ms": 1e-3, "us": 1e-6, "ns": 1e-9, "s": 1e3}  # the last: milliseconds
 HALF_CARRIED = 0.5  # of the empty platform's weight: less no standing platform leaves on its legs
 MOST_CARRIED = 100.0
 KNOWN_WITHIN = 0.1  # of the weight, when the load's mass is known
+LIKE_OTHERS = 5.0  # times more or less than the median of all legs a leg may carry
+LEFT_ACROSS = 0.7  # of what the legs push across the weight, at most, when a leg's unit is mended
 
 
 @dataclass(frozen=True)
@@ -46,7 +48,7 @@ class Machine:
     stroke_m: tuple[float, float]
     home_leg_length_m: Array  # (6,)
     twist_of_speeds: Array  # (6, 6): at home, of speeds and of angular ones
-    upward: Array  # (6,): of each leg's force at home
+    wrench_of_forces: Array  # (6, 6): at home, its moments in metres of the platform hinges' radius
     weight_n: float  # of the empty platform
     expected_n: float | None  # with its load, when that is known
 
@@ -57,11 +59,13 @@ def machine_of(platform, load_kg: float | None) -> Machine:
     legs = hinges + [0.0, 0.0, platform.home_height_m] - np.asarray(platform.base_hinges_m)
     e = legs / np.linalg.norm(legs, axis=1)[:, None]
     jacobian = np.hstack([e, np.cross(hinges, e)])
+    radius_m = np.sqrt(np.mean(np.sum(hinges[:, :2] ** 2, axis=1)))
     weight_n = platform.mass_kg * platform.gravity_m_s2
     expected_n = None if load_kg is None else weight_n + load_kg * platform.gravity_m_s2
     low, high = np.asarray(platform.stroke_m, float).ravel()[:2]
     home_m = np.asarray(platform.home_leg_length_m, float)
-    return Machine((float(low), float(high)), home_m, np.linalg.inv(jacobian), e[:, 2], weight_n, expected_n)
+    wrench_of_forces = (jacobian / np.repeat([1.0, radius_m], 3)).T
+    return Machine((float(low), float(high)), home_m, np.linalg.inv(jacobian), wrench_of_forces, weight_n, expected_n)
 
 
 def mm(unit: str, channel: str = "dl") -> str:
@@ -83,6 +87,8 @@ class Plausibility:
         self._changes2, self._ways2 = np.zeros(6), np.zeros(6)
         self._lowest, self._highest = np.full(6, np.inf), np.full(6, -np.inf)
         self._force_n, self._rows = 0.0, 0
+        self._forces = np.zeros((5, 6))  # of blocks: sums of F, the next F, F^2, the next F^2, F times the next
+        self._force_blocks = 0
         self._acceleration = np.zeros(5)  # sums: count, a, F, a^2, a F
         self._force2 = 0.0
         self._has_velocity = True
@@ -96,7 +102,7 @@ class Plausibility:
             self._highest = np.fmax(
                 self._highest, np.nanmax(np.where(np.isnan(part.displacement_m), -np.inf, part.displacement_m), 0)
             )
-        upward_n = part.force_n @ (np.ones(6) if self._machine is None else self._machine.upward)
+        upward_n = part.force_n @ (np.ones(6) if self._machine is None else self._machine.wrench_of_forces[2])
         whole = ~np.isnan(upward_n)
         self._force_n += float(upward_n[whole].sum())
         self._rows += int(whole.sum())
@@ -124,6 +130,14 @@ class Plausibility:
         forces = np.add.reduceat(upward_n[: ends[-1]], ends[:-1]) / BLOCK_ROWS
         heave = (changes / spans_s[:, None]) @ self._machine.twist_of_speeds[2]
         self._add_accelerations(heave, forces, part.t_s[ends], is_whole)
+        self._add_forces(np.add.reduceat(part.force_n[: ends[-1]], ends[:-1], axis=0) / BLOCK_ROWS)
+
+    def _add_forces(self, means_n: Array) -> None:
+        now, then = means_n[:-1], means_n[1:]
+        is_whole = np.isfinite(now + then).all(axis=1)
+        now, then = now[is_whole], then[is_whole]
+        self._forces += [sums.sum(axis=0) for sums in (now, then, now**2, then**2, now * then)]
+        self._force_blocks += len(now)
 
     def _add_accelerations(self, heave_m_s: Array, forces: Array, ends_s: Array, is_whole: NDArray[np.bool_]) -> None:
         """Of a block and the next: speeds of their middles, the force over both."""
@@ -145,6 +159,7 @@ class Plausibility:
             or self._of_order()
             or self._of_speed()
             or self._of_weight(self._machine)
+            or self._of_one_force(self._machine)
             or self._of_sign()
         )
 
@@ -280,6 +295,28 @@ class Plausibility:
         if carried > MOST_CARRIED:
             return Doubt(f"forces look like mN: {found}", (mm("mN", "f"),))
         return _of_known_weight(mean_n, machine.expected_n)
+
+    def _of_one_force(self, machine: Machine) -> Doubt | None:
+        """Of legs that carry next to nothing, and a thousand times as much fits: as others, and to a standing platform's balance
+        across the weight. A dead sensor's noise does not: a load's force is much the same 32 rows later."""
+        if self._force_blocks < FEWEST_BLOCKS:
+            return None
+        now, then, now2, then2, both = self._forces / self._force_blocks
+        rms_n = np.sqrt(now2)
+        share = 1e3 * rms_n / np.median(rms_n)
+        spread = np.sqrt(np.fmax(now2 - now**2, 0.0) * np.fmax(then2 - then**2, 0.0))
+        legs = np.flatnonzero(
+            (share > 1.0 / LIKE_OTHERS)
+            & (share < LIKE_OTHERS)
+            & (both - now * then > UNCLEAR * spread)
+            & (spread > 0.0)
+        )
+        factors = np.where(np.isin(np.arange(6), legs), 1e3, 1.0)
+        across, mended = (machine.wrench_of_forces[[0, 1, 5]] @ (f * now) for f in (1.0, factors))
+        if not legs.size or np.linalg.norm(mended) > LEFT_ACROSS * np.linalg.norm(across):
+            return None
+        words = f"forces{_of_legs(legs)} look like kN: they are {np.median(rms_n) / rms_n[legs].max():.0f} times smaller than others"
+        return Doubt(words, tuple(mm("kN", f"f{leg + 1}") for leg in legs))
 
     def _of_sign(self) -> Doubt | None:
         if not self._is_falling():
