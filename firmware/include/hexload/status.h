@@ -17,7 +17,7 @@ HEXLOAD_DECLS_BEGIN
 #define HEXLOAD_NONNULL
 #endif
 
-/// Result of a call. Zero: done. Negative: refused, and the caller's state is what it was before the call.
+/// Result of a call. Zero: done. Negative: refused; the estimate is what it was before, and health counts it.
 typedef enum hexload_status {
     HEXLOAD_OK = 0,            ///< done
     HEXLOAD_ERR_CONFIG = -1,   ///< hexload_config_check() names the field
