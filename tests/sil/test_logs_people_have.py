@@ -124,10 +124,40 @@ def test_a_column_map_says_names_units_and_signs(tmp_path):
     assert "1 column of no channel left out: Temp" in found.remarks
 
 
+def test_chamber_pressures_of_a_cylinder_are_a_force(tmp_path):
+    # GIVEN a log of cylinders whose chambers' pressures are measured, in bar and in the same row, the ring's at 40 to 60 bar
+    log, cap_m2, ring_m2 = made(), 3.117e-3, 2.137e-3
+    ring_pa = np.linspace(40e5, 60e5, 6 * ROWS).reshape(ROWS, 6)
+    cap_pa = (log.force_n + ring_m2 * ring_pa) / cap_m2
+    columns = {name: values for name, values in table(log).items() if name[0] != "f"}
+    columns |= {f"pA{leg} [bar]": cap_pa[:, leg - 1] / 1e5 for leg in LEGS}
+    columns |= {f"pB{leg} [bar]": ring_pa[:, leg - 1] / 1e5 for leg in LEGS}
+    path = write(tmp_path / "log.csv", columns)
+    # WHEN the map says the areas THEN the forces are there, less an offset that is said too
+    areas = f"area_m2 = {cap_m2}, rod_column = 'pB{{leg}}', rod_area_m2 = {ring_m2}"
+    found = read_log(path, read_column_map([f"f = {{ column = 'pA{{leg}}', {areas} }}", "f2 = { offset = -7.0 }"]))
+    offset_n = np.array([0.0, -7.0, 0.0, 0.0, 0.0, 0.0])
+    tenth_digit_pa = 0.5e-8 * 1e5  # of pressures of 10 to 100 bar
+    np.testing.assert_allclose(found.force_n, log.force_n + offset_n, atol=(cap_m2 + ring_m2) * tenth_digit_pa)
+    np.testing.assert_allclose(found.displacement_m, log.displacement_m)
+    assert "force of legs 1, 2, 3, 4, 5, 6 from the pressures of both chambers" in found.remarks
+    # AND without areas, what is missing
+    with pytest.raises(InputError, match=r"found the unit 'bar', expected N, .* area_m2, rod_column and rod_area_m2"):
+        read_log(path, read_column_map(["f = 'pA{leg}'"]))
+
+
 @pytest.mark.parametrize(
     ("line", "says"),
     [
         ("dl = [", "found no valid TOML"),
+        ("f = { area_m2 = 0 }", "area_m2: found 0, expected an area in m2"),
+        (
+            "f = { area_m2 = 1e-3, rod_column = 'p{leg}' }",
+            "found part of two chambers, expected area_m2, rod_column and",
+        ),
+        ("f = { area_m2 = 1e-3, rod_column = 'p', rod_area_m2 = 1e-3 }", "found 'p' for six legs, expected {leg}"),
+        ("dl = { area_m2 = 1e-3 }", "found an area, expected it of a force alone"),
+        ("f = { area_m2 = 1e-3, unit = 'kN' }", "found the unit 'kN', expected Pa, kPa, MPa, bar"),
         ("g1 = 'x'", "g1: found no such channel"),
         ("dl = 'x'", "found 'x' for six legs, expected {leg} in it"),
         ("f = { unit = 'bar' }", "found the unit 'bar', expected N, kN"),

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hexload.errors import InputError
-from hexload.io.column_map import SI, ColumnMap, Said, factor_of, kind_of, units_in_words
+from hexload.io.column_map import SI, ColumnMap, factor_of, kind_of, si_of, units_in_words
 
 LEGS = range(1, 7)
 COLUMNS = ("t", *(f"{channel}{leg}" for channel in ("dl", "vl", "f") for leg in LEGS))
@@ -23,15 +23,20 @@ class Selection:
     """Of a table's columns, those of COLUMNS or WITHOUT_VELOCITY in this order."""
 
     channels: tuple[str, ...]
-    positions: tuple[int, ...]
+    columns: tuple[str, ...]  # the channel that each column is of: once each, then of rod chambers
+    positions: tuple[int, ...]  # of the columns
     factors: NDArray[np.float64]
-    offsets: NDArray[np.float64]
+    offsets: NDArray[np.float64]  # of the channels
     remarks: tuple[str, ...]
 
     def to_si(self, values: NDArray[np.float64]) -> NDArray[np.float64]:
-        """`values` (n, channels), in the table's units; changes and returns it."""
+        """(n, channels) of `values` (n, columns), in the table's units, which it changes."""
         for column in np.flatnonzero(self.factors != 1.0):
             values[:, column] *= self.factors[column]
+        count = len(self.channels)
+        for column in range(count, len(self.columns)):
+            values[:, self.channels.index(self.columns[column])] += values[:, column]
+        values = values[:, :count]
         for column in np.flatnonzero(self.offsets != 0.0):
             values[:, column] += self.offsets[column]
         return values
@@ -58,21 +63,22 @@ def select(
     _refuse_repeated(where, cells)
     has_lengths = _has_lengths(cells, given)
     wanted = COLUMNS if _has_velocity(cells, given) else WITHOUT_VELOCITY
-    positions, factors, offsets, remarks = [], [], [], []
-    for channel in wanted:
-        source = channel.replace("dl", "l") if has_lengths else channel
-        said = given.of(source)
-        position = _position_of(where, cells, source, said)
-        unit = said.unit or cells[position].unit or _cell(said.column or "", None).unit or SI[kind_of(source)]
-        positions.append(position)
-        factors.append(_factor(where, cells[position], source, unit) * (said.sign or 1.0))
-        offsets.append(
-            (said.offset or 0.0) - (_home_length(where, source, home_leg_length_m) if source[0] == "l" else 0.0)
-        )
+    sources = {channel: channel.replace("dl", "l") if has_lengths else channel for channel in wanted}
+    used = [_column(where, cells, sources[channel], given, "column") for channel in wanted]
+    rods = tuple(channel for channel in wanted if given.of(channel).rod_column)
+    used += [_column(where, cells, channel, given, "rod_column") for channel in rods]
+    positions, factors = zip(*used)
+    offsets = [
+        (given.of(source).offset or 0.0) - (_home_length(where, source, home_leg_length_m) if source[0] == "l" else 0.0)
+        for source in sources.values()
+    ]
+    remarks = []
     if has_lengths:
         remarks.append(
             f"absolute leg lengths: the platform's home length, {home_leg_length_m[0]:g} m of leg 1, is taken off"
         )
+    if rods:
+        remarks.append(f"force of legs {', '.join(f[-1] for f in rods)} from the pressures of both chambers")
     converted = {kind_of(channel) for channel, factor in zip(wanted, factors) if abs(factor) != 1.0}
     if converted:
         remarks.append(f"made SI by the units of the columns: {', '.join(sorted(converted))}")
@@ -80,7 +86,18 @@ def select(
     if rest:
         named = ", ".join(rest[:MOST_NAMED]) + (", ..." if len(rest) > MOST_NAMED else "")
         remarks.append(f"{len(rest)} column{'s' * (len(rest) > 1)} of no channel left out: {named}")
-    return Selection(wanted, tuple(positions), np.array(factors), np.array(offsets), tuple(remarks))
+    return Selection(wanted, wanted + rods, positions, np.array(factors), np.array(offsets), tuple(remarks))
+
+
+def _column(where: str, cells: Sequence[_Cell], channel: str, given: ColumnMap, key: str) -> tuple[int, float]:
+    """Position of a channel's column, or that of its rod's chamber, and what makes SI of it."""
+    said = given.of(channel)
+    name = getattr(said, key)
+    position = _position_of(where, cells, channel, name)
+    si = si_of(channel, said)
+    unit = said.unit or cells[position].unit or _cell(name or "", None).unit or si
+    area = said.area_m2 if key == "column" else -said.rod_area_m2
+    return position, _factor(where, cells[position], channel, unit, si) * (said.sign or 1.0) * (area or 1.0)
 
 
 def _cell(heading: str, unit: str | None) -> _Cell:
@@ -113,21 +130,22 @@ def _is_called(cell: _Cell, name: str) -> bool:
     return name.lower() in (cell.whole.lower(), cell.name.lower())
 
 
-def _position_of(where: str, cells: Sequence[_Cell], channel: str, said: Said) -> int:
-    if said.column is None:
+def _position_of(where: str, cells: Sequence[_Cell], channel: str, name: str | None) -> int:
+    """`name`: of the column; None: as the channel."""
+    if name is None:
         found = [k for k, cell in enumerate(cells) if _is_called(cell, channel)]
     else:
-        found = [k for k, cell in enumerate(cells) if cell.whole == said.column]
-        found = found or [k for k, cell in enumerate(cells) if cell.name == said.column]
-        found = found or _with_the_maps_unit(where, cells, channel, said.column)
+        found = [k for k, cell in enumerate(cells) if cell.whole == name]
+        found = found or [k for k, cell in enumerate(cells) if cell.name == name]
+        found = found or _with_the_maps_unit(where, cells, channel, name)
     if len(found) == 1:
         return found[0]
     leg = "" if channel == "t" else f" (leg {channel[-1]})"
     names = ", ".join(f"'{cell.whole}'" for cell in cells[:MOST_NAMED]) + (", ..." if len(cells) > MOST_NAMED else "")
     if len(found) > 1:
         raise InputError(f"{where} found {len(found)} columns {channel}{leg}, expected it once")
-    if said.column is not None:
-        raise InputError(f"{where} found no column '{said.column}' for {channel}{leg}, expected one of {names}")
+    if name is not None:
+        raise InputError(f"{where} found no column '{name}' for {channel}{leg}, expected one of {names}")
     raise InputError(
         f"{where} found no column {channel}{leg}, expected the header {HEADER}; the columns are {names}: "
         f"say which is which, --columns '{channel} = \"NAME [{SI[kind_of(channel)]}]\"', or in a file (.toml)"
@@ -147,14 +165,19 @@ def _with_the_maps_unit(where: str, cells: Sequence[_Cell], channel: str, column
     return found
 
 
-def _factor(where: str, cell: _Cell, channel: str, unit: str) -> float:
+def _factor(where: str, cell: _Cell, channel: str, unit: str, si: str) -> float:
     if channel == "t" and unit == "clock":
         return 1.0
-    factor = factor_of(channel, unit)
+    factor = factor_of(si, unit)
     if factor is None:
+        of_chamber = (
+            "; pressures of a cylinder become a force by area_m2, rod_column and rod_area_m2 in the column map"
+            if si == "N" and factor_of("Pa", unit) is not None
+            else ""
+        )
         raise InputError(
-            f"{where} column '{cell.whole}': found the unit '{unit}', expected {units_in_words(channel)} in the heading, "
-            f"or --columns '{channel} = {{ unit = \"{SI[kind_of(channel)]}\" }}'"
+            f"{where} column '{cell.whole}': found the unit '{unit}', expected {units_in_words(si)} in the heading, "
+            f"or --columns '{channel} = {{ unit = \"{si}\" }}'{of_chamber}"
         )
     return factor
 

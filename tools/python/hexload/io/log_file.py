@@ -220,7 +220,7 @@ class _Reader:
         if not self._is_all or self._clock:
             picked = [separator.join(self._fields(first + k, line)) for k, line in enumerate(lines)]
         values = _parsed(self._with_commas(separator.join(["", *picked, ""])))
-        channels = self._selection.channels
+        channels = self._selection.columns
         if values.size != len(lines) * len(channels):
             return self._numbers_of_each(lines, first)
         rows = values.reshape(len(lines), len(channels))
@@ -257,13 +257,13 @@ class _Reader:
 
     def _numbers_of_each(self, lines: list[str], first: int) -> Array:
         rows = [self._numbers_of(number, line) for number, line in enumerate(lines, start=first)]
-        return np.array(rows).reshape(len(lines), len(self._selection.channels))
+        return np.array(rows).reshape(len(lines), len(self._selection.columns))
 
     def _numbers_of(self, number: int, line: str) -> list[float]:
         where = f"{self._path}: line {number}:"
         if (found := line.count(self._separator) + 1) != self._count:
             raise InputError(f"{where} found {found} values, expected {self._count}")
-        channels = self._selection.channels
+        channels = self._selection.columns
         fields = [field.replace('"', "") for field in self._fields(number, line)]
         if self._has_decimal_comma:
             fields = [field.replace(",", ".") for field in fields]
