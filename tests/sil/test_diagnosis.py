@@ -60,6 +60,11 @@ def speed(log: LegLog) -> np.ndarray:
     return spectral.low_pass(log.displacement_m, TICK_S, 20.0, 1)[1]
 
 
+def rubbing(log: LegLog) -> LegLog:
+    """60 N in each leg."""
+    return replace(log, force_n=log.force_n + 60.0 * np.tanh(speed(log) / 2e-3))
+
+
 ALL = ("displacement_m", "velocity_m_s", "force_n")
 # What is done to the log, the cause, its legs from 1, its size and how far off that may be.
 FAULTS = {
@@ -70,6 +75,12 @@ FAULTS = {
     "forces late": (lambda log: replace(log, force_n=late(log.force_n, 2)), "force late", None, 2e-3, 1e-4),
     "forces swapped": (lambda log: with_swapped(log, 2, 5, "force_n"), "force swapped", (2, 5), None, None),
     "force negated": (lambda log: with_leg(log, "force_n", 4, np.negative), "force sign", (4,), None, None),
+    "three forces round": (lambda log: replace(log, force_n=log.force_n[:, [1, 2, 0, 3, 4, 5]]), "force swapped", (1, 2, 3), None, None),
+    "forces swapped, and friction": (lambda log: rubbing(with_swapped(log, 1, 4, "force_n")), "force swapped", (1, 4), None, None),
+    "force half": (lambda log: with_leg(log, "force_n", 4, lambda f: 0.5 * f), "force gain", (4,), 0.5, 0.025),
+    "force half, and friction": (lambda log: rubbing(with_leg(log, "force_n", 4, lambda f: 0.5 * f)), "force gain", (4,), 0.5, 0.05),
+    "force dead": (lambda log: with_leg(log, "force_n", 5, lambda f: np.random.default_rng(1).normal(2.0, 5.0, len(f))), "force dead", (5,), None, None),
+    "force in kN": (lambda log: with_leg(log, "force_n", 2, lambda f: 1e-3 * f), "force unit", (2,), None, None),
     "legs exchanged": (lambda log: with_swapped(log, 1, 4, *ALL), "legs exchanged", (1, 4), None, None),
     "displacements swapped": (lambda log: with_swapped(log, 1, 2, "displacement_m"), "displacement swapped", (1, 2), None, None),
     "velocity gain": (lambda log: with_leg(log, "velocity_m_s", 6, lambda v: 1.005 * v), "velocity gain", (6,), 0.005, 2.5e-4),
@@ -129,13 +140,36 @@ def test_what_is_small_is_judged_by_what_it_does_to_the_load():
     assert found.cause is None and found.findings[0].cause == "displacement zero"
     shift = np.abs(found.findings[0].shift)
     # WHEN the published sigmas are larger than what it does to each parameter THEN they cover it, and it says so
-    covered = found.beside(1.01 * shift)
+    covered = found.beside(1.01 * shift, is_fit=True)
     assert covered.cause is None
     assert covered.findings[0].sentence.endswith("too small to matter: sigma covers what it does to the load")
     # AND WHEN one of them is a third THEN it is a cause that does harm, and by how much
     sigma = 1.01 * shift
     sigma[6] = shift[6] / 3.0
-    assert found.beside(sigma).cause.sentence.endswith("it moves the load by 3.0 sigmas")
+    assert found.beside(sigma, is_fit=True).cause.sentence.endswith("it moves the load by 3.0 sigmas")
+
+
+def test_a_cause_that_the_sigmas_cover_is_none_where_the_estimator_finds_no_mismatch():
+    # GIVEN friction of 60 N in each leg, and sigmas that are as large as what it does
+    found = diagnose(rubbing(recorded()), machine())
+    assert found.cause.cause == "dry friction"
+    sigma = 1.01 * np.abs(found.cause.shift)
+    # WHEN the estimator's verdict is a good one THEN there is nothing to do
+    covered = found.beside(sigma, is_fit=True)
+    assert covered.cause is None and covered.findings[0].cause == "dry friction"
+    # AND of a misfit, whose sigmas are widened, it remains the cause
+    assert found.beside(sigma, is_fit=False).cause.cause == "dry friction"
+    # AND so it does where it moves a parameter by two of its sigmas
+    assert found.beside(0.5 * sigma, is_fit=True).cause.cause == "dry friction"
+
+
+def test_sensors_are_judged_by_what_they_have_shown():
+    # GIVEN a log without what a rig file says of its friction, which changes sides within a sample: that looks like spikes
+    log = recorded()
+    mended = with_leg(log, "force_n", 1, spiked)
+    assert diagnose(mended, machine()).findings[0].cause == "force spikes"
+    # WHEN it is diagnosed with the log as it was recorded THEN the sensor has none
+    assert all(finding.cause != "force spikes" for finding in diagnose(mended, machine(), shown=log).findings)
 
 
 def test_noise_that_is_not_white_is_no_cause():
@@ -192,7 +226,7 @@ def test_python_has_the_numbers():
     assert found.cause.unit == "N" and found.cause.sigmas > 20.0 and found.misfit > 5.0 * found.left
 
 
-def test_the_terminal_ends_with_the_cause_and_swapped_forces_exit_3(tmp_path):
+def test_the_terminal_ends_with_the_cause_and_with_status_3(tmp_path):
     # GIVEN logs with friction, and with the forces of two legs swapped WHEN they are replayed on the terminal
     ends = {}
     for fault in ("friction", "forces swapped"):
@@ -218,6 +252,6 @@ def test_the_terminal_ends_with_the_cause_and_swapped_forces_exit_3(tmp_path):
         assert last.removeprefix("mend:").strip()[:40].lower() in (tmp_path / "e.html").read_text().lower()
         assert "friction, other noise or another load" not in ends[fault].stdout
     assert "residual of leg 3 follows the sign of its speed" in ends["friction"].stdout.splitlines()[-1]
-    assert ends["friction"].returncode == 0
+    assert ends["friction"].returncode == 3
     assert "force sensors of legs 2 and 5 are swapped" in ends["forces swapped"].stdout.splitlines()[-1]
     assert ends["forces swapped"].returncode == 3

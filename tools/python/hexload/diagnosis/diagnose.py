@@ -6,9 +6,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from hexload.diagnosis import channels, kinematics, phrases, sensors, wiring
+from hexload.diagnosis import channels, kinematics, one_force, phrases, sensors, wiring
 from hexload.diagnosis.bank import Bank
-from hexload.diagnosis.dynamics import Machine, TooShort, dynamics_of
+from hexload.diagnosis.dynamics import Dynamics, Machine, TooShort, dynamics_of
 from hexload.diagnosis.finding import Finding, legs_in_words
 from hexload.diagnosis.record import Record, record_of
 from hexload.diagnosis.search import explain
@@ -17,7 +17,8 @@ from hexload.io.log_file import LegLog
 GROSS = 30.0  # misfit from which the wiring is looked at
 CLEARLY = 0.01  # of it, that another wiring of the forces leaves, and no other cause need be looked for
 PARTS = 3  # of the record, that are looked at by themselves
-REWIRED = 0.2  # of the misfit, that another wiring leaves at most
+REWIRED = 0.2  # of the misfit, that another wiring, or other forces of one leg, leave at most
+BETTER = 0.5  # of what is left with every other cause: the forces are to blame where with theirs no more is
 LIGHT = 0.9  # of the empty platform's mass: less is no load
 MINOR = ("sampling", " noise", " hum", " missing", " repeated")
 HOPELESS = ("samples frozen", "samples shuffled")  # no motion to compare forces with
@@ -47,9 +48,10 @@ class Diagnosis:
         )
         return replace(self, findings=tuple(mended))
 
-    def beside(self, sigma: Array) -> "Diagnosis":
-        """The same with what is small judged by what it does to the load, beside the published sigmas of these and what follows them."""
-        return replace(self, findings=tuple(_beside(each, sigma) for each in self.findings))
+    def beside(self, sigma: Array, is_fit: bool) -> "Diagnosis":
+        """The same with what is small judged by what it does to the load, beside the published sigmas of these and what follows
+        them. `is_fit`: the estimator finds no mismatch; then so is all else, too, that is no wrong input."""
+        return replace(self, findings=tuple(_beside(each, sigma, is_fit) for each in self.findings))
 
     @property
     def input_words(self) -> str:
@@ -57,11 +59,15 @@ class Diagnosis:
         return next((finding.sentence for finding in self.findings if finding.is_input), "")
 
 
-def diagnose(log: LegLog, machine: Machine, reported_changes_s: Sequence[float] = ()) -> Diagnosis:
-    """`reported_changes_s`: when an estimator has detected another load. A log that is too short has no findings."""
+def diagnose(
+    log: LegLog, machine: Machine, reported_changes_s: Sequence[float] = (), shown: LegLog | None = None
+) -> Diagnosis:
+    """`reported_changes_s`: when an estimator has detected another load. `shown`: what the sensors have shown, where `log` is
+    without what a rig file says of them. A log that is too short has no findings."""
     indistinguishable = len(wiring.indistinguishable(machine.geometry))
     try:
         record = record_of(log)
+        record = record if shown is None else replace(record, raw=record_of(shown).raw)
     except ValueError:
         return Diagnosis((), (), np.nan, np.nan, indistinguishable)
     of_channels = list(channels.look_at(record, machine))
@@ -76,15 +82,18 @@ def diagnose(log: LegLog, machine: Machine, reported_changes_s: Sequence[float] 
         found = replace(found, findings=tuple(phrases.with_velocities(each) for each in found.findings))
     scaled = [each.cause.split()[0] for each in of_sensors if each.cause.endswith(" unit")]
     minor = [each for each in minor if each.cause.split()[0] not in scaled]
-    return replace(found, findings=(*major, *of_sensors, *found.findings, *minor), indistinguishable=indistinguishable)
+    findings = sorted((*major, *of_sensors, *found.findings, *minor), key=lambda each: not each.is_input)
+    return replace(found, findings=tuple(findings), indistinguishable=indistinguishable)
 
 
-def _beside(finding: Finding, sigma: Array) -> Finding:
-    if not (finding.is_harmless and finding.shift):
+def _beside(finding: Finding, sigma: Array, is_fit: bool) -> Finding:
+    if not finding.shift or not (finding.is_harmless or is_fit):
         return finding
     worst = float(np.max(np.abs(finding.shift) / sigma[: len(finding.shift)]))
     if worst <= 1.0:
-        return replace(finding, mend=phrases.COVERED)
+        return replace(finding, mend=phrases.COVERED, is_harmless=True)
+    if not finding.is_harmless:
+        return finding
     return replace(
         finding, mend=f"{phrases.BELOW_NOISE}, but it moves the load by {worst:.1f} sigmas", is_harmless=False
     )
@@ -111,18 +120,21 @@ def _forces(record: Record, machine: Machine, reported_s: Sequence[float]) -> Di
         finding = _no_pose(record, machine)
         return Diagnosis((finding,), (), np.nan, np.nan, 0)
     bank = Bank(d, [np.ones(len(d.smooth.t_s))])
-    if bank.theta()[0, 0] < LIGHT * machine.own_theta[0]:
-        words = f"the legs carry {bank.theta()[0, 0]:.3g} kg, less than the empty platform"
-        unit = Finding("force unit", words, "check the forces' unit (N) and sign", is_input=True)
-        return Diagnosis((unit,), (), bank.left / bank.rows, np.nan, 0)
     misfit = bank.left / bank.rows
     parts = [record, *_ends(record)] if misfit > GROSS else []
-    for part in parts:
-        if (forces := _forces_rewired(part, machine)) is not None:
-            return Diagnosis((_rewired(forces),), (), misfit, forces.left, 0)
+    wirings = [found for part in parts if (found := _best_wiring(part, machine)) is not None]
+    for best in wirings:
+        if best.left < CLEARLY * best.own:
+            return Diagnosis((_rewired(best),), (), misfit, best.left, 0)
+    if bank.theta()[0, 0] < LIGHT * machine.own_theta[0]:
+        return Diagnosis((_light(d, bank),), (), misfit, np.nan, 0)
     found = explain(d, reported_s)
+    if misfit > GROSS and (other := _other_forces(d, wirings, misfit, found.left, reported_s)) is not None:
+        return other
     if found.left > GROSS:
         for part in parts[1:]:
+            if (other := _one_force(part, machine)) is not None:
+                return other
             if (legs := _legs_rewired(part, machine, found.left)) is not None:
                 return Diagnosis((_rewired(legs),), (), misfit, legs.left, 0)
     pairs = zip(found.selected, found.alternatives, strict=True)
@@ -132,6 +144,43 @@ def _forces(record: Record, machine: Machine, reported_s: Sequence[float]) -> Di
         for change in found.changes
     ]
     return Diagnosis(tuple(causes), tuple(changes), found.misfit, found.left, 0)
+
+
+def _light(d: Dynamics, bank: Bank) -> Finding:
+    """Of legs that carry less than the empty platform: by one of them that is to blame alone, or by all."""
+    one = one_force.corrected(d)
+    if one.left < REWIRED * bank.left / bank.rows:
+        return one.finding
+    words = f"the legs carry {bank.theta()[0, 0]:.3g} kg, less than the empty platform"
+    return Finding("force unit", words, "check the forces' unit (N) and sign", is_input=True)
+
+
+def _other_forces(
+    d: Dynamics, wirings: list[wiring.Rewired], misfit: float, left: float, reported_s: Sequence[float]
+) -> Diagnosis | None:
+    """Their wiring, or one leg's force, is to blame where with another all other causes together leave much less than with the
+    log's own: `left`."""
+    candidates = []
+    for best in wirings:
+        if best.left < REWIRED * best.own:
+            force_n = d.record.force_n[:, np.argsort(best.order)] * np.take(best.signs, np.argsort(best.order))
+            candidates.append((_rewired(best), replace(d.record, force_n=force_n)))
+    one = one_force.corrected(d)
+    if one.left < REWIRED * misfit:
+        candidates.append((one.finding, one.record))
+    best_left, finding = BETTER * left, None
+    for each, record in candidates:
+        other = explain(dynamics_of(record, d.machine), reported_s).left
+        if other < best_left:
+            best_left, finding = other, each
+    return None if finding is None else Diagnosis((finding,), (), misfit, best_left, 0)
+
+
+def _one_force(part: Record, machine: Machine) -> Diagnosis | None:
+    """As _other_forces() of a part with a load of its own."""
+    d = dynamics_of(part, machine)
+    bank = Bank(d, [np.ones(len(d.smooth.t_s))])
+    return _other_forces(d, [], bank.left / bank.rows, explain(d).left, ())
 
 
 def _ends(record: Record) -> list[Record]:
@@ -144,21 +193,18 @@ def _ends(record: Record) -> list[Record]:
     return parts
 
 
-def _forces_rewired(record: Record, machine: Machine) -> wiring.Rewired | None:
-    """Another wiring of the forces that leaves next to nothing, where the log's own leaves much."""
+def _best_wiring(record: Record, machine: Machine) -> wiring.Rewired | None:
     try:
         d = dynamics_of(record, machine)
     except ValueError:
         return None
     bank = Bank(d, [np.ones(len(d.smooth.t_s))])
-    best = wiring.best_forces(bank) if bank.left > GROSS * bank.rows else None
-    return best if best is not None and best.left < CLEARLY * bank.left / bank.rows else None
+    return wiring.best_forces(bank) if bank.left > GROSS * bank.rows else None
 
 
 def _legs_rewired(record: Record, machine: Machine, left: float) -> wiring.Rewired | None:
     best = wiring.best_legs(record, machine)
-    own = min(wiring.misfit(record, machine), left)
-    return best if best is not None and best.left < REWIRED * own else None
+    return best if best is not None and best.left < REWIRED * min(best.own, left) else None
 
 
 def _rewired(best: wiring.Rewired) -> Finding:

@@ -16,7 +16,7 @@ HARMLESS = 0.5  # of a force sensor's sigma, rms
 BELOW_NOISE = "small beside the force sensors' noise"
 COVERED = "too small to matter: sigma covers what it does to the load"
 LARGE = 0.25  # of the largest leg's size, from which a leg is named
-DEAD_GAIN, SIGN_GAIN = -0.7, -1.5
+NEGATED, DEAD = -0.5, 0.3  # gains of a force sensor: below the first its sign is wrong, below the second it is dead
 
 
 def finding_of(selected: Selected, alternatives: tuple[str, ...], force_sigma_n: float) -> Finding:
@@ -38,8 +38,26 @@ def finding_of(selected: Selected, alternatives: tuple[str, ...], force_sigma_n:
         shift=tuple(map(float, selected.shift)),
         until_s=selected.family.end if cause == "push" else float("nan"),
         is_harmless=is_harmless,
-        is_input=cause in ("force sign", "force dead"),
     )
+
+
+def of_one_force(leg: int, gain: float, has_gain: bool) -> Finding:
+    """Of the sensor of one leg (from 0) beside what the other five need: its gain, and whether it follows that at all."""
+    who, five = legs_in_words((leg,)), "what the other five legs need"
+    wiring = "check the wiring of its force sensor"
+    if has_gain and gain < NEGATED:
+        return Finding("force sign", f"{who}: force has the wrong sign", wiring, (leg,), gain - 1.0, is_input=True)
+    if has_gain and abs(1e3 * gain - 1.0) < 0.1:
+        words = f"{who}: force is a thousandth of {five}, as in kN"
+        return Finding("force unit", words, "check its unit (N)", (leg,), gain - 1.0, is_input=True)
+    if abs(gain) < DEAD:
+        words = f"{who}: force is next to nothing beside {five}"
+        return Finding("force dead", words, wiring, (leg,), gain - 1.0, is_input=True)
+    if has_gain:
+        percent = f"{100.0 * abs(gain - 1.0):.2g}"
+        words = f"residual of {who} follows its force: gain of its force sensor off by about {percent} %"
+        return Finding("force gain", words, CALIBRATE, (leg,), gain - 1.0)
+    return Finding("force wrong", f"{who}: force is not {five}", wiring, (leg,), is_input=True)
 
 
 def with_velocities(finding: Finding) -> Finding:
@@ -164,6 +182,8 @@ def _by_leg(s: Selected) -> tuple[np.ndarray, tuple[int, ...], float]:
         return sizes, (), float(s.size[0])
     for leg, size in zip(s.family.legs[:LEGS], s.size[:LEGS]):
         sizes[leg] = size
+    if s.family.cause == "force gain" and len(s.family.legs) == LEGS:
+        sizes -= np.median(sizes)  # what all have in common is a load of another size
     worst = float(sizes[np.abs(sizes).argmax()])
     return sizes, tuple(np.flatnonzero(np.abs(sizes) > LARGE * abs(worst)).tolist()), worst
 
@@ -229,10 +249,6 @@ _OF_LEGS = {
 def _of_legs(s: Selected, sizes: np.ndarray, legs: tuple[int, ...], worst: float):
     shows, what, factor, unit, mend = _OF_LEGS[s.family.cause]
     cause = s.family.cause
-    if cause == "force gain" and len(legs) == 1 and worst < DEAD_GAIN:
-        cause, word = ("force sign", "its sign is wrong") if worst < SIGN_GAIN else ("force dead", "it is next to none")
-        words = f"residual of {legs_in_words(legs)} follows its force: {word}"
-        return cause, words, "check the wiring of its force sensor", worst, unit, legs
     their = "its" if len(legs) == 1 else "their"
     named = factor * np.abs(sizes[list(legs)] if legs else sizes[:1])
     low, high = float(named.min()), float(named.max())

@@ -30,9 +30,10 @@ CONGRUENT_M = 1e-3
 class Rewired:
     cause: str  # "force swapped", "force sign", "legs exchanged", "legs renumbered", "legs mirrored", "displacement swapped"
     legs: Order
-    order: Order
+    order: Order  # of each channel, the leg that it is of
     signs: tuple[int, ...]
     left: float  # mean square of the whitened rows
+    own: float  # the same as the log has it
 
 
 def best_forces(bank: Bank) -> Rewired | None:
@@ -59,17 +60,22 @@ def best_forces(bank: Bank) -> Rewired | None:
     if not moved and not turned:
         return None
     return Rewired(
-        "force swapped" if moved else "force sign", moved or turned, order, tuple(sign.tolist()), left[best] / bank.rows
+        "force swapped" if moved else "force sign",
+        moved or turned,
+        order,
+        tuple(sign.tolist()),
+        left[best] / bank.rows,
+        bank.left / bank.rows,
     )
 
 
 def best_legs(record: Record, machine: Machine) -> Rewired | None:
     """The order of whole legs, or of their displacements alone, that leaves least."""
-    found = []
+    found, own = [], misfit(record, machine)
     for cause, order in _slips(machine.geometry):
         legs = tuple(leg for leg in range(LEGS) if order[leg] != leg)
         if (left := misfit(_ordered(record, order, cause), machine)) < np.inf:
-            found.append(Rewired(cause, legs, order, (1,) * LEGS, left))
+            found.append(Rewired(cause, legs, order, (1,) * LEGS, left, own))
     return min(found, key=lambda each: each.left, default=None)
 
 

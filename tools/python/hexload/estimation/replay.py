@@ -168,11 +168,11 @@ def _mend(error: str) -> str:
 
 
 def _diagnosis(result: dict, legs: LegLog, platform, rig: Path | None) -> Diagnosis:
-    machine = machine_of(platform)
+    machine, shown = machine_of(platform), legs
     machine, legs = (machine, in_time(platform, legs)) if rig is None else with_rig(rig, machine, legs)
-    found = diagnose(legs, machine, load_summary.load_changes_s(result))
+    found = diagnose(legs, machine, load_summary.load_changes_s(result), shown)
     if result["names"][0] == "m":
-        found = found.beside(result["sigma"][-1])
+        found = found.beside(result["sigma"][-1], result["verdict"][-1] not in ("misfit", "inconsistent"))
     return found if rig is None else found.of_commissioned()
 
 
