@@ -6,7 +6,7 @@ from pathlib import Path
 from rich.console import Console
 from rich.table import Table
 
-from hexload.diagnosis.finding import Finding
+from hexload.diagnosis.finding import Finding, plain
 from hexload.estimation import load_summary
 from hexload.estimation.input_check import mend_of
 
@@ -99,7 +99,7 @@ def _how_much(finding: Finding) -> str:
     if math.isnan(finding.rms_n):
         return ""
     doubt = f"; {', '.join(finding.alternatives)} would explain as much" if finding.alternatives else ""
-    return f" ({finding.rms_n:.2g} N rms, {abs(finding.mass_kg):.2g} kg of the load's mass{doubt})"
+    return f" ({plain(finding.rms_n)} N rms, {plain(abs(finding.mass_kg))} kg of the load's mass{doubt})"
 
 
 def _body_table(body: dict) -> Table:

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hexload.diagnosis.dynamics import Machine
-from hexload.diagnosis.finding import CHANNELS, Finding, legs_in_words
+from hexload.diagnosis.finding import CHANNELS, Finding, legs_in_words, plain
 from hexload.diagnosis.record import LEGS, LONG_GAP, Record
 from hexload.io.log_file import LegLog
 
@@ -102,7 +102,7 @@ def _unit(channel: str) -> str:
 def _in_words(size: float, channel: str) -> str:
     """Two digits, in units of which there are neither millions nor millionths."""
     factor, unit = {"displacement": (1e3, "mm"), "velocity": (1e3, "mm/s"), "force": (1.0, "N")}[channel]
-    return f"{float(f'{factor * size:.2g}'):g} {unit}"
+    return f"{plain(factor * size)} {unit}"
 
 
 def _rows(log: LegLog) -> Iterator[Finding]:
@@ -121,7 +121,7 @@ def _rows(log: LegLog) -> Iterator[Finding]:
             size=lost / len(log.t_s),
         )
     if dt_s > SLOW_S:
-        words = f"rows come every {1e3 * dt_s:.3g} ms only"
+        words = f"rows come every {plain(1e3 * dt_s, 3)} ms only"
         mend = "log at the controller's period: shocks and changes of the load are over before they are seen"
         yield Finding("sampling", words, mend, size=dt_s, unit="s", is_harmless=dt_s < HARMFUL_S)
 
@@ -154,7 +154,7 @@ def _missing(name: str, values: Array) -> Iterator[Finding]:
     if legs:
         yield Finding(
             f"{name} missing",
-            f"{legs_in_words(legs)}: {100.0 * share.max():.2g} % of the {name} values are missing",
+            f"{legs_in_words(legs)}: {plain(100.0 * share.max())} % of the {name} values are missing",
             "look at the sensor and its cable",
             legs,
             float(share.max()),
@@ -182,7 +182,7 @@ def _repeats(log: LegLog) -> Iterator[Finding]:
     elif every.mean() > REPEATED_SHARE:
         yield Finding(
             "samples repeated",
-            f"{100.0 * every.mean():.2g} % of the samples repeat the one before under a new time",
+            f"{plain(100.0 * every.mean())} % of the samples repeat the one before under a new time",
             "look at the source: it holds its rows, or is slower than the sampling period",
             size=float(every.mean()),
         )
@@ -197,7 +197,7 @@ def _held(name: str, rows: NDArray[np.bool_]) -> Finding:
     what = "samples" if name == "samples" else f"{name} channels"
     return Finding(
         f"{name} held",
-        f"{what} are held: new values every {ticks:.2g} rows only",
+        f"{what} are held: new values every {plain(ticks)} rows only",
         "send them at the sampling period, or log them with their true times",
         size=float(ticks),
         unit="rows",
@@ -284,8 +284,8 @@ def _steps(name: str, values: Array, stated: float) -> Iterator[Finding]:
         step = float(np.median(grids))
         yield Finding(
             f"{name} steps",
-            f"{name} channels come in steps of {_in_words(step, name)}, {step / stated:.2g} of the stated sigmas",
-            f"log more digits, or state a {name} sigma of {step / np.sqrt(12.0):.2g} {_unit(name)}",
+            f"{name} channels come in steps of {_in_words(step, name)}, {plain(step / stated)} of the stated sigmas",
+            f"log more digits, or state a {name} sigma of {plain(step / np.sqrt(12.0))} {_unit(name)}",
             size=step,
             unit=_unit(name),
         )
@@ -306,7 +306,7 @@ def _spikes(name: str, values: Array, stated: float) -> Iterator[Finding]:
         share = float(counts.max()) / len(values)
         yield Finding(
             f"{name} spikes",
-            f"{legs_in_words(legs)}: {name} has spikes of about {_in_words(size, name)} in {100.0 * share:.2g} % of the samples",
+            f"{legs_in_words(legs)}: {name} has spikes of about {_in_words(size, name)} in {plain(100.0 * share)} % of the samples",
             f"look at cable and shielding of its {name} sensor",
             legs,
             size,
@@ -357,7 +357,7 @@ def _noise(ratios: dict[str, float]) -> Iterator[Finding]:
         ratio = float(np.mean(list(off.values())))
         yield Finding(
             "stated noise",
-            f"all channels have {ratio:.2g} times the noise that the platform file states",
+            f"all channels have {plain(ratio)} times the noise that the platform file states",
             "correct its [sensors]",
             size=ratio,
             is_harmless=ratio < 1.0,
@@ -366,7 +366,7 @@ def _noise(ratios: dict[str, float]) -> Iterator[Finding]:
     for name, ratio in off.items():
         yield Finding(
             f"{name} noise",
-            f"{name} channels have {ratio:.2g} times the noise that the platform file states",
+            f"{name} channels have {plain(ratio)} times the noise that the platform file states",
             "correct its [sensors]" if ratio < 1.0 else "correct its [sensors], or look at the sensors",
             size=ratio,
             is_harmless=ratio < 1.0,
@@ -391,7 +391,7 @@ def _jitter(record: Record, machine: Machine) -> Iterator[Finding]:
         jitter_s = np.sqrt(((along**2).mean() - across) / (20.0 * (size[moving] ** 2).mean()))
         yield Finding(
             "jitter",
-            f"samples are read {1e3 * jitter_s:.2g} ms off the times that they tell",
+            f"samples are read {plain(1e3 * jitter_s)} ms off the times that they tell",
             "look at the sampling: all channels at the same instant, once per period",
             size=float(jitter_s),
             unit="s",

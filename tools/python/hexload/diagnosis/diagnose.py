@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from hexload.diagnosis import channels, kinematics, one_force, phrases, sensors, wiring
 from hexload.diagnosis.bank import Bank
 from hexload.diagnosis.dynamics import Dynamics, Machine, TooShort, dynamics_of
-from hexload.diagnosis.finding import Finding, legs_in_words
+from hexload.diagnosis.finding import Finding, legs_in_words, plain
 from hexload.diagnosis.record import Record, record_of
 from hexload.diagnosis.search import explain
 from hexload.io.log_file import LegLog
@@ -42,11 +42,7 @@ class Diagnosis:
 
     def of_commissioned(self) -> "Diagnosis":
         """The same of a machine that has a rig file."""
-        mended = (
-            replace(each, mend=each.mend.replace(phrases.COMMISSION, phrases.COMMISSION_AGAIN))
-            for each in self.findings
-        )
-        return replace(self, findings=tuple(mended))
+        return replace(self, findings=tuple(phrases.of_commissioned(each) for each in self.findings))
 
     def beside(self, sigma: Array, is_fit: bool) -> "Diagnosis":
         """The same with what is small judged by what it does to the load, beside the published sigmas of these and what follows
@@ -151,7 +147,7 @@ def _light(d: Dynamics, bank: Bank) -> Finding:
     one = one_force.corrected(d)
     if one.left < REWIRED * bank.left / bank.rows:
         return one.finding
-    words = f"the legs carry {bank.theta()[0, 0]:.3g} kg, less than the empty platform"
+    words = f"the legs carry {plain(bank.theta()[0, 0], 3)} kg, less than the empty platform"
     return Finding("force unit", words, "check the forces' unit (N) and sign", is_input=True)
 
 
@@ -226,7 +222,7 @@ def _rewired(best: wiring.Rewired) -> Finding:
 def _no_pose(record: Record, machine: Machine) -> Finding:
     reach = float(np.ptp(record.displacement_m, axis=0).max())
     if reach > 1.5 * float(machine.geometry.home_leg_length_m.mean()):
-        words = f"displacements reach over {reach:.3g} m, more than a leg is long"
+        words = f"displacements reach over {plain(reach, 3)} m, more than a leg is long"
         return Finding("displacement unit", words, "check their unit (m)", is_input=True)
     if (finding := _pose_sign(record, machine)) is not None:
         return finding

@@ -41,3 +41,8 @@ def legs_in_words(legs: tuple[int, ...]) -> str:
     if not legs or len(legs) == LEGS:
         return "all legs"
     return f"legs {', '.join(str(leg + 1) for leg in legs[:-1])} and {legs[-1] + 1}"
+
+
+def plain(number: float, digits: int = 2) -> str:
+    """To so many digits, without an exponent up to 999,999."""
+    return f"{float(f'{number:.{digits}g}'):g}"

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from hexload.diagnosis.bank import Selected
-from hexload.diagnosis.finding import LEGS, Finding, legs_in_words
+from hexload.diagnosis.finding import LEGS, Finding, legs_in_words, plain
 from hexload.diagnosis.search import Change
 
 COMMISSION = "commission the machine (hexload commission), then replay with --rig"
@@ -54,23 +54,33 @@ def of_one_force(leg: int, gain: float, has_gain: bool) -> Finding:
         words = f"{who}: force is next to nothing beside {five}"
         return Finding("force dead", words, wiring, (leg,), gain - 1.0, is_input=True)
     if has_gain:
-        percent = f"{100.0 * abs(gain - 1.0):.2g}"
+        percent = plain(100.0 * abs(gain - 1.0))
         words = f"residual of {who} follows its force: gain of its force sensor off by about {percent} %"
         return Finding("force gain", words, CALIBRATE, (leg,), gain - 1.0)
     return Finding("force wrong", f"{who}: force is not {five}", wiring, (leg,), is_input=True)
+
+
+def of_commissioned(finding: Finding) -> Finding:
+    """Of a machine that has a rig file, whose hinges, gravity and friction count."""
+    mend = finding.mend.replace(COMMISSION, COMMISSION_AGAIN).replace(
+        "or commission the machine", "or commission it again"
+    )
+    if finding.is_input:
+        return replace(finding, mend=mend)
+    return replace(finding, words=finding.words.replace("the platform file", "the rig file"), mend=mend)
 
 
 def with_velocities(finding: Finding) -> Finding:
     """Velocities agree with displacements in time, so what is late or early beside them are the forces."""
     if finding.cause != "displacement late" or finding.legs not in ((), ALL):
         return finding
-    words = f"all force channels are {1e3 * abs(finding.size):.2g} ms {'late' if finding.size < 0 else 'early'}"
+    words = f"all force channels are {plain(1e3 * abs(finding.size))} ms {'late' if finding.size < 0 else 'early'}"
     return replace(finding, cause="force late", words=words, size=-finding.size)
 
 
 def change_in_words(change: Change, is_reported: bool) -> Finding:
     mass = float(change.theta[0])
-    words = f"another load from {change.at_s:.2f} s on, {abs(mass):.3g} kg {'more' if mass > 0 else 'less'}"
+    words = f"another load from {change.at_s:.2f} s on, {plain(abs(mass), 3)} kg {'more' if mass > 0 else 'less'}"
     return Finding(
         "load change",
         words if is_reported else f"{words}, which the estimator has not reported",
@@ -91,19 +101,19 @@ def _worded(s: Selected) -> tuple[str, str, str, float, str, tuple[int, ...]]:
     percent = 100.0 * first
     table = {
         "hinge friction": (
-            f"the residual follows the turning of the hinges: friction of about {first:.2g} N m in each",
+            f"the residual follows the turning of the hinges: friction of about {plain(first)} N m in each",
             COMMISSION,
             first,
             "N m",
         ),
         "tilt": (
-            f"the residual follows the platform's attitude: the base is {np.degrees(tilt_rad):.2g} degrees off level",
+            f"the residual follows the platform's attitude: the base is {plain(np.degrees(tilt_rad))} degrees off level",
             f"level it, or {COMMISSION}",
             tilt_rad,
             "rad",
         ),
         "gravity": (
-            f"weight and inertia do not agree by {abs(percent):.2g} %: gravity of the platform file, or the clock, is off",
+            f"weight and inertia do not agree by {plain(abs(percent))} %: gravity of the platform file, or the clock, is off",
             "check gravity_m_s2 and the sampling period",
             first,
             "",
@@ -115,7 +125,7 @@ def _worded(s: Selected) -> tuple[str, str, str, float, str, tuple[int, ...]]:
             "kg m²",
         ),
         "hoses": (
-            f"the residual follows the platform's position: something pulls it back with about {np.max(np.abs(s.size)):.2g} N/m, as hoses do",
+            f"the residual follows the platform's position: something pulls it back with about {plain(np.max(np.abs(s.size)))} N/m, as hoses do",
             "take them off, or lead them along",
             float(np.max(np.abs(s.size))),
             "N/m",
@@ -133,7 +143,7 @@ def _worded(s: Selected) -> tuple[str, str, str, float, str, tuple[int, ...]]:
             "1/s",
         ),
         "not rigid": (
-            f"a part of the load swings by itself at {at:.2g} Hz: it is not rigid (sloshing, pendulum, soft mount)",
+            f"a part of the load swings by itself at {plain(at)} Hz: it is not rigid (sloshing, pendulum, soft mount)",
             "fasten it; until then only its mass and its centre at rest hold",
             at,
             "Hz",
@@ -152,13 +162,13 @@ def _worded(s: Selected) -> tuple[str, str, str, float, str, tuple[int, ...]]:
             "s",
         ),
         "one hinge": (
-            f"the {'platform' if at else 'base'} hinge of {legs_in_words(s.family.legs)} is about {1e3 * np.linalg.norm(s.size):.2g} mm off its place in the platform file",
+            f"the {'platform' if at else 'base'} hinge of {legs_in_words(s.family.legs)} is about {plain(1e3 * np.linalg.norm(s.size))} mm off its place in the platform file",
             "measure it, or commission the machine",
             float(np.linalg.norm(s.size)),
             "m",
         ),
         "hinge circle": (
-            f"the circle of the {'platform' if at else 'base'} hinges is {abs(percent):.2g} % {'larger' if first > 0 else 'smaller'} than in the platform file",
+            f"the circle of the {'platform' if at else 'base'} hinges is {plain(abs(percent))} % {'larger' if first > 0 else 'smaller'} than in the platform file",
             "measure it, or commission the machine",
             first,
             "",
@@ -252,7 +262,7 @@ def _of_legs(s: Selected, sizes: np.ndarray, legs: tuple[int, ...], worst: float
     their = "its" if len(legs) == 1 else "their"
     named = factor * np.abs(sizes[list(legs)] if legs else sizes[:1])
     low, high = float(named.min()), float(named.max())
-    size = f"{high:.2g}" if high < 1.15 * low or len(named) == 1 else f"{low:.2g} to {high:.2g}"
+    size = plain(high) if high < 1.15 * low or len(named) == 1 else f"{plain(low)} to {plain(high)}"
     if cause == "force late" and worst < 0.0:
         what = what.replace("late", "early")
     if len(legs) != 1:

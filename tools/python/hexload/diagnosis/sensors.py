@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hexload.diagnosis.dynamics import Machine
-from hexload.diagnosis.finding import Finding, legs_in_words
+from hexload.diagnosis.finding import Finding, legs_in_words, plain
 from hexload.diagnosis.kinematics import Kinematics
 from hexload.diagnosis.record import LEGS, Record
 
@@ -186,7 +186,7 @@ def _lags(record: Record, found: Kinematics, machine: Machine, forces: Forces) -
         own = size if channel == "velocity" else -size
         who = "all" if len(group) == LEGS else f"leg {group[0] + 1}:"
         when = "late" if own > 0.0 else "early"
-        words = f"{who} {channel}{' channels are' if len(group) == LEGS else ' is'} {1e3 * abs(own):.2g} ms {when}"
+        words = f"{who} {channel}{' channels are' if len(group) == LEGS else ' is'} {plain(1e3 * abs(own))} ms {when}"
         finding = Finding(
             f"{channel} late",
             words,
@@ -223,12 +223,12 @@ def _zeros(record: Record, found: Kinematics, machine: Machine, forces: Forces) 
             is_displacement = name == "zero" and forces.are_better(mended)
             who = "all velocity zeros are" if len(group) == LEGS else f"leg {group[0] + 1}: the velocity's zero is"
             words = (
-                f"{who} {1e3 * size:.2g} mm/s off"
+                f"{who} {plain(1e3 * size)} mm/s off"
                 if name == "zero"
-                else f"{who} drifting by {1e3 * size:.2g} mm/s a second"
+                else f"{who} drifting by {plain(1e3 * size)} mm/s a second"
             )
             if is_displacement:
-                words = f"{legs_in_words(group)}: displacement drifts by {-1e3 * size:.2g} mm/s"
+                words = f"{legs_in_words(group)}: displacement drifts by {plain(-1e3 * size)} mm/s"
             yield (
                 Finding(
                     "displacement drift" if is_displacement else f"velocity {name}",
