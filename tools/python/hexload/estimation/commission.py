@@ -387,7 +387,7 @@ def _refuse_mass(found: Found, machine: Machine, run: Run, mass_kg: float) -> No
     sigma = np.zeros(UNKNOWNS)
     sigma[SLICES["theta"]] = np.inf
     loaded = _regress(
-        run, machine, Start(found.value, sigma), replace(found, hinge_columns=(None, None))
+        run, machine, Start(found.value, sigma), replace(found, hinge_rows=(None, None))
     )  # all else is held
     _refuse_residual(run, loaded)
     weighed_kg = loaded.value[0] - found.value[0]

@@ -46,16 +46,20 @@ class LegMotion:
 
     lengths_m: Array  # (n, 6)
     directions: Array  # e, (n, 6, 3), platform axes
+    place_m: Array  # O_A from the origin of the base axes, (n, 3)
     to_platform: Array  # R^T, (n, 3, 3)
     twist: Array  # [v; w], (n, 6), platform axes
     acceleration: Array  # [a; w'] of O_A, (n, 6), platform axes, without gravity
     jacobian: Array  # (n, 6, 6), rows [e, a x e]
 
 
-def motion_of_legs(geometry: Geometry, displacement_m: Array, speed_m_s: Array, acceleration_m_s2: Array) -> LegMotion:
-    """By Newton's method from home, all rows at once; the derivatives are those of the displacements."""
+def motion_of_legs(
+    geometry: Geometry, displacement_m: Array, speed_m_s: Array, acceleration_m_s2: Array, near: LegMotion | None = None
+) -> LegMotion:
+    """By Newton's method from home, or from `near`, all rows at once; the derivatives are those of the displacements."""
     lengths = geometry.home_leg_length_m + displacement_m
-    p, rotation = _poses(geometry, lengths)
+    start = _home(geometry, len(lengths)) if near is None else (near.place_m, np.swapaxes(near.to_platform, 1, 2))
+    p, rotation = _poses(geometry, lengths, *start)
     to_platform = np.swapaxes(rotation, 1, 2)
     e = np.einsum("nij,nlj->nli", to_platform, _leg_vectors(geometry, p, rotation)) / lengths[:, :, None]
     arms = geometry.platform_hinges_m
@@ -66,19 +70,22 @@ def motion_of_legs(geometry: Geometry, displacement_m: Array, speed_m_s: Array, 
     across = hinge_speed - e * speed_m_s[:, :, None]
     turning = np.sum(across**2, axis=2) / lengths + np.sum(e * np.cross(w, np.cross(w, arms)), axis=2)
     acceleration = np.linalg.solve(jacobian, (acceleration_m_s2 - turning)[:, :, None])[:, :, 0]
-    return LegMotion(lengths, e, to_platform, twist, acceleration, jacobian)
+    return LegMotion(lengths, e, p, to_platform, twist, acceleration, jacobian)
 
 
 def _leg_vectors(geometry: Geometry, p_m: Array, rotation: Array) -> Array:
     return p_m[:, None] + np.einsum("nij,lj->nli", rotation, geometry.platform_hinges_m) - geometry.base_hinges_m
 
 
-def _poses(geometry: Geometry, lengths_m: Array) -> tuple[Array, Array]:
-    """O_A from the origin of the base axes, (n, 3), and R, (n, 3, 3). Raises ValueError when legs reach no pose."""
-    rows = len(lengths_m)
+def _home(geometry: Geometry, rows: int) -> tuple[Array, Array]:
     spread = geometry.platform_hinges_m - geometry.base_hinges_m
     height = np.sqrt(np.mean(geometry.home_leg_length_m**2 - np.sum(spread[:, :2] ** 2, axis=1))) - spread[:, 2].mean()
-    p, rotation = np.tile([0.0, 0.0, height], (rows, 1)), np.tile(np.eye(3), (rows, 1, 1))
+    return np.tile([0.0, 0.0, height], (rows, 1)), np.tile(np.eye(3), (rows, 1, 1))
+
+
+def _poses(geometry: Geometry, lengths_m: Array, p: Array, rotation: Array) -> tuple[Array, Array]:
+    """O_A from the origin of the base axes, (n, 3), and R, (n, 3, 3), from a start near them. Raises ValueError when legs reach
+    no pose."""
     for _ in range(NEWTON_STEPS_MAX):
         legs = _leg_vectors(geometry, p, rotation)
         norms = np.linalg.norm(legs, axis=2)

@@ -100,7 +100,9 @@ class Found:
     residual_n: float  # standard deviation where legs move
     residuals_n: Array  # (rows, 6)
     t_s: Array  # (rows,)
-    hinge_columns: tuple[Array | None, Array | None]  # of the rigid part's forces, without and with more noise
+    hinge_rows: tuple[
+        Array | None, Array | None
+    ]  # (rows, 6, 36) of the rigid part's forces, without and with more noise
 
 
 @dataclass(frozen=True)
@@ -147,24 +149,24 @@ def fit(
     record = _prepare(log_t_s, displacement_m, force_n)
     if near is None:
         value = np.where(np.isfinite(start.value), start.value, 0.0)
-        law, hinge_columns = FIRST_LAW, (None, None)  # hinges are of no weight before there is a theta
+        law, hinge_rows = FIRST_LAW, (None, None)  # hinges are of no weight before there is a theta
     else:
         value = np.where(start.sigma > 0, near.value, start.value)
-        law, hinge_columns = near.law, near.hinge_columns
+        law, hinge_rows = near.law, near.hinge_rows
     shapes = _friction_rows(record, law)
     noisy = _with_noise(record, _prepare(log_t_s, _noise_like(displacement_m), force_n))
     for number in range(PASSES if near is None else MORE_PASSES):
         if number == 1 and near is None:
-            hinge_columns = tuple(_hinge_columns(seen, geometry, gravity, value, start) for seen in (record, noisy))
+            hinge_rows = tuple(_hinge_rows(seen, geometry, gravity, value, start) for seen in (record, noisy))
         if number in SCANNING_PASSES and near is None:
             law = _scan(record, geometry, gravity, value, start, LAWS if number == 1 else (law,))
             shapes = _friction_rows(record, law)
-        rows = _linearise(record, geometry, gravity, value, shapes, hinge_columns[0])
+        rows = _linearise(record, geometry, gravity, value, shapes, hinge_rows[0])
         known = near is not None or number >= SCANNING_PASSES[-1]
-        of_noise = _linearise(noisy, geometry, gravity, value, shapes, hinge_columns[1]) if known else rows
+        of_noise = _linearise(noisy, geometry, gravity, value, shapes, hinge_rows[1]) if known else rows
         value, left = _solve(record, *rows, value, start, (rows[0] - of_noise[0], of_noise[1] - rows[1]))
     covariances = _sandwich(record, left, start)
-    return Found(value, *covariances, law, left.noise_n, left.residual, record.t_s, hinge_columns)
+    return Found(value, *covariances, law, left.noise_n, left.residual, record.t_s, hinge_rows)
 
 
 def _prepare(t_s: Array, displacement_m: Array, force_n: Array) -> _Record:
@@ -240,26 +242,32 @@ def moved(geometry: Geometry, value: Array) -> Geometry:
     )
 
 
-def _motion(record: _Record, geometry: Geometry) -> LegMotion:
-    return rig_model.motion_of_legs(geometry, record.displacement, record.speed, record.acceleration)
+def _motion(record: _Record, geometry: Geometry, near: LegMotion | None = None) -> LegMotion:
+    return rig_model.motion_of_legs(geometry, record.displacement, record.speed, record.acceleration, near)
 
 
-def _rigid(record: _Record, geometry: Geometry, gravity: Array, value: Array) -> Array:
-    motion = _motion(record, geometry)
+def _rigid(motion: LegMotion, geometry: Geometry, gravity: Array, value: Array) -> Array:
     return rig_model.rigid_forces(motion, geometry, gravity, value[SLICES["theta"]], value[SLICES["leg_mass"]])
 
 
-def _hinge_columns(record: _Record, geometry: Geometry, gravity: float, value: Array, start: Start) -> Array | None:
-    """Of the rigid part's forces, (n, 6, 36), by differences; None: the hinges are fixed."""
+def _hinge_rows(record: _Record, geometry: Geometry, gravity: float, value: Array, start: Start) -> Array | None:
+    """(rows, 6, 36) of the rigid part's forces; None: the hinges are fixed."""
     if not (start.sigma[SLICES["hinges"]] > 0).any():
         return None
+    return _as_rows(record, _hinge_columns(record, geometry, gravity, value))
+
+
+def _hinge_columns(record: _Record, geometry: Geometry, gravity: float, value: Array) -> Array:
+    """Of the rigid part's forces, (n, 6, 36), by differences."""
     g = rig_model.gravity_vector(gravity, value[SLICES["tilt"]])
-    base = _rigid(record, moved(geometry, value), g, value)
+    here = _motion(record, moved(geometry, value))
+    base = _rigid(here, moved(geometry, value), g, value)
     columns = np.empty((*base.shape, GROUPS["hinges"]))
     for k in range(GROUPS["hinges"]):
         shifted = value.copy()
         shifted[SLICES["hinges"]][k] += HINGE_STEP_M
-        columns[:, :, k] = (_rigid(record, moved(geometry, shifted), g, value) - base) / HINGE_STEP_M
+        there = moved(geometry, shifted)
+        columns[:, :, k] = (_rigid(_motion(record, there, here), there, g, value) - base) / HINGE_STEP_M
     return columns
 
 
@@ -272,26 +280,33 @@ def _inertial_hinge_columns(record: _Record, geometry: Geometry, value: Array) -
     for k in range(GROUPS["hinges"]):
         shifted = value.copy()
         shifted[SLICES["hinges"]][k] += HINGE_STEP_M
-        motion = replace(_motion(record, moved(geometry, shifted)), jacobian=right.jacobian)
+        motion = replace(_motion(record, moved(geometry, shifted), right), jacobian=right.jacobian)
         wrong = rig_model.rigid_forces(motion, geometry, none, value[SLICES["theta"]], none)
         columns[:, :, k] = (wrong - base) / HINGE_STEP_M
     return columns
 
 
 def _linearise(
-    record: _Record, geometry: Geometry, gravity: float, value: Array, shapes: Array, hinge_columns: Array | None
+    record: _Record, geometry: Geometry, gravity: float, value: Array, shapes: Array, hinge_rows: Array | None
 ) -> tuple[Array, Array]:
     """Residual (rows, 6) and matrix (rows, 6, 88) at `value`."""
-    model, matrix = _columns(record, geometry, gravity, value, shapes, hinge_columns)
-    matrix = _as_rows(record, matrix)
+    model, columns = _columns(record, geometry, gravity, value, shapes)
+    is_used = columns.any(axis=0)  # a leg's own unknowns are in its own forces alone
+    matrix = np.zeros((len(record.force), *is_used.shape))
+    matrix[:, is_used] = _as_rows(record, columns[:, is_used])
     matrix[:, :, SLICES["delay"].start] = -record.force_rate
+    if hinge_rows is not None:
+        matrix[:, :, SLICES["hinges"]] = _gains(value) * hinge_rows
     return record.force - _as_rows(record, model) + value[SLICES["delay"]] * record.force_rate, matrix
 
 
-def _columns(
-    record: _Record, geometry: Geometry, gravity: float, value: Array, shapes: Array, hinge_columns: Array | None
-) -> tuple[Array, Array]:
-    """What the load cells show, (n, 6), and its derivatives, (n, 6, 88), the delay's left out."""
+def _gains(value: Array) -> Array:
+    """(6, 1)"""
+    return 1.0 + value[SLICES["gain"]][:, None]
+
+
+def _columns(record: _Record, geometry: Geometry, gravity: float, value: Array, shapes: Array) -> tuple[Array, Array]:
+    """What the load cells show, (n, 6), and its derivatives, (n, 6, 88), the delay's and the hinges' left out."""
     tilt = value[SLICES["tilt"]]
     g = rig_model.gravity_vector(gravity, tilt)
     here = moved(geometry, value)
@@ -302,7 +317,7 @@ def _columns(
     coefficients = np.stack([value[SLICES[name]] for name in FRICTION], axis=1)
     of_friction = friction_columns(shapes, rigid)
     model = rigid + np.einsum("nlk,lk->nl", of_friction, coefficients)
-    gain = 1.0 + value[SLICES["gain"]][:, None]
+    gain = _gains(value)
     matrix = np.zeros((*rigid.shape, UNKNOWNS))
     matrix[:, :, SLICES["theta"]] = gain * of_body
     matrix[:, :, SLICES["leg_mass"]] = gain * of_legs
@@ -314,8 +329,6 @@ def _columns(
         turned = rig_model.gravity_vector(gravity, tilt + TILT_STEP_RAD * np.eye(2)[k])
         tilted = rig_model.rigid_forces(motion, here, turned, theta, leg_mass)
         matrix[:, :, SLICES["tilt"].start + k] = gain[:, 0] * (tilted - rigid) / TILT_STEP_RAD
-    if hinge_columns is not None:
-        matrix[:, :, SLICES["hinges"]] = gain * hinge_columns
     return gain[:, 0] * model + value[SLICES["offset"]], matrix
 
 
@@ -379,7 +392,7 @@ def _scan(
     stay."""
     residual, matrix = _linearise(record, geometry, gravity, value, _friction_rows(record, FIRST_LAW), None)
     g = rig_model.gravity_vector(gravity, value[SLICES["tilt"]])
-    rigid = _rigid(record, moved(geometry, value), g, value)
+    rigid = _rigid(_motion(record, moved(geometry, value)), moved(geometry, value), g, value)
     weight = _weights(record, value, _noise(record, residual, value))
     shape = (LEGS, len(FRICTION))
     own = np.array([SLICES[name].start + np.arange(LEGS) for name in FRICTION]).T  # the unknowns of each leg's friction
@@ -392,7 +405,7 @@ def _scan(
     weight = weight.T
     due = weight * (residual + matrix[:, :, own.ravel()] @ np.where(is_free, value[own.ravel()], 0.0)).T
     due -= basis @ np.tensordot(basis, due, ((0, 1), (0, 1)))
-    gained = weight * (1.0 + value[SLICES["gain"]])[:, None]
+    gained = weight * _gains(value)
 
     @functools.cache
     def cost(law: FrictionLaw) -> float:
@@ -480,12 +493,12 @@ def fit_loaded(
     prior, root = _with_load(found, geometry, mass_kg)
     free = Start(found.value, np.sqrt(np.diag(found.covariance)))
     theta = SLICES["theta"]
-    u, dispersion, hinge_columns = np.zeros(root.shape[1]), 1.0, None
+    u, dispersion, hinge_rows = np.zeros(root.shape[1]), 1.0, None
     for number in range(LOADED_PASSES):
         carried = _as_carried(prior + root @ u)
         if number > 0:  # before, the load is a point
-            hinge_columns = _hinge_columns(record, geometry, gravity, carried, free)
-        residual, matrix = _linearise(record, geometry, gravity, carried, shapes, hinge_columns)
+            hinge_rows = _hinge_rows(record, geometry, gravity, carried, free)
+        residual, matrix = _linearise(record, geometry, gravity, carried, shapes, hinge_rows)
         matrix = np.concatenate([matrix, matrix[:, :, theta]], axis=2) @ root
         noise_n = _noise(record, residual, carried) if number > 0 else found.residual_n
         weight = _weights(record, carried, noise_n) / noise_n
@@ -547,8 +560,8 @@ def open_directions(
         for load in loads:
             value = found.value.copy()
             value[SLICES["theta"]] += load
-            hinges = _hinge_columns(slower, geometry, gravity, value, Start(value, np.ones(UNKNOWNS)))
-            _, matrix = _columns(slower, geometry, gravity, value, shapes, hinges)
+            _, matrix = _columns(slower, geometry, gravity, value, shapes)
+            matrix[:, :, SLICES["hinges"]] = _gains(value) * _hinge_columns(slower, geometry, gravity, value)
             flat = matrix.reshape(-1, UNKNOWNS)
             to_theta = np.linalg.pinv(flat[:, SLICES["theta"]])
             of_others = to_theta @ flat[:, SLICES["theta"].stop :]
@@ -611,11 +624,11 @@ def explain(
     """Of a rig with the unknowns `value`, (88,)."""
     record = _prepare(log_t_s, displacement_m, force_n)
     shapes = _friction_rows(record, law)
-    model, _ = _columns(record, geometry, gravity, value, shapes, None)
+    model, _ = _columns(record, geometry, gravity, value, shapes)
     smooth = value.copy()
     for name in FRICTION:
         smooth[SLICES[name]] = 0.0
-    without, _ = _columns(record, geometry, gravity, smooth, shapes, None)
+    without, _ = _columns(record, geometry, gravity, smooth, shapes)
     force = sosfiltfilt(record.motion_filter, force_n, axis=0)
     shown = (force + value[SLICES["delay"]] * np.gradient(force, record.dt_s, axis=0))[:: record.step]
     inner = slice(record.rows.start, record.rows.stop)
