@@ -101,7 +101,9 @@ static inline void watch_load(hexload_momentum_t* self, const hexload_config_t* 
     const bool is_weight = is_alarm && hexload_load_monitor_is_weight(&self->monitor, config, fit);
     const bool is_mismatch =
         (fit == HEXLOAD_FIT_UNPROVEN || !is_weight) && hexload_load_monitor_is_late(&self->monitor);
-    if (is_alarm && (is_mismatch || hexload_frozen_channels_are_there(&self->frozen))) {
+    const bool is_of_sensors = hexload_frozen_channels_are_there(&self->frozen) ||
+                               hexload_plausibility_is_wiring(&self->plausibility);
+    if (is_alarm && (is_mismatch || is_of_sensors)) {
         hexload_momentum_supervisor_doubt(&self->supervisor);
     } else if (is_weight && !self->is_changing) {
         self->is_changing = true;
@@ -136,6 +138,13 @@ static inline void forget_load(hexload_momentum_t* self, const hexload_config_t*
     }
     self->is_mass_known = false;
     self->is_changing = false;
+}
+
+/// Velocities that come at a lower rate are late by half of their period.
+static inline void watch_rate(hexload_momentum_t* self) {
+    if (hexload_frozen_channels_are_held(&self->frozen)) {
+        hexload_momentum_supervisor_doubt(&self->supervisor);
+    }
 }
 
 /// Takes off what the rig's own parameters make of a sample of the past.
@@ -269,6 +278,9 @@ static inline hexload_status_t hexload_momentum_run(hexload_momentum_t* self, co
     hexload_frozen_channels_step(&self->frozen, config, sample);
     // With its gaps: a value that is missing keeps its half second from saying anything.
     hexload_plausibility_step(&self->plausibility, config, sample, &now, HEXLOAD_REAL(0.0));
+    if (effects != NULL) { // they would take up what velocities at a lower rate leave
+        watch_rate(self);
+    }
     if (now.sample != NULL) {
         watch_load(self, config, effects, &now, &health);
     }

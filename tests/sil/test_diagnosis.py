@@ -163,6 +163,16 @@ def test_a_cause_that_the_sigmas_cover_is_none_where_the_estimator_finds_no_mism
     assert found.beside(0.5 * sigma, is_fit=True).cause.cause == "dry friction"
 
 
+@pytest.mark.parametrize("rows", [120, 2300, 3600])
+def test_a_log_that_nothing_explains_is_diagnosed_however_short(rows):
+    # GIVEN displacements of one run and forces of another: nothing explains these, nor those of a third of the time, which may be
+    # too short to say anything
+    log = replace(recorded(rows=rows), force_n=recorded("paper_noisy", rows).force_n)
+    # WHEN it is diagnosed THEN it says what it can
+    found = diagnose(log, machine())
+    assert rows < 2000 or found.findings
+
+
 def test_sensors_are_judged_by_what_they_have_shown():
     # GIVEN a log without what a rig file says of its friction, which changes sides within a sample: that looks like spikes
     log = recorded()

@@ -114,8 +114,62 @@ static void test_a_displacement_that_jumps_has_stopped(void) {
     TEST_ASSERT_TRUE(hexload_frozen_channels_are_there(&frozen));
 }
 
+/// Velocities of noise on 0.1 m/s, each held for `held` ticks and in steps of `step_m_s`, over `ticks`, after
+/// `before` others that are held for two. @return the tick at which they counted as held for the first time
+/// of those `ticks`, -1: never; `last`: whether they did at the last.
+static int held_from(int before, int ticks, int held, double step_m_s, bool* last) {
+    const hexload_config_t config = paper_machine();
+    hexload_frozen_channels_t frozen = {.missed_m = {HEXLOAD_REAL(0.0)}};
+    hexload_leg_sample_t sample = {.tick = 0};
+    uint64_t seed = 9;
+    int first = -1;
+    for (int tick = -before; tick < ticks; tick++) {
+        sample.tick++;
+        for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
+            const double m_s = 0.1 + 1e-3 * normal(&seed);
+            if (tick % (tick < 0 ? 2 : held) == 0) {
+                sample.velocity_m_s[leg] =
+                    (hexload_real_t)(step_m_s > 0.0 ? step_m_s * floor(m_s / step_m_s) : m_s);
+            }
+            sample.force_n[leg] = (hexload_real_t)(5.0 * normal(&seed));
+        }
+        hexload_frozen_channels_step(&frozen, &config, &sample);
+        *last = hexload_frozen_channels_are_held(&frozen);
+        first = tick >= 0 && first < 0 && *last ? tick : first;
+    }
+    return first;
+}
+
+static void test_velocities_at_a_lower_rate_that_are_held_are_found_after_sixteen_of_them(void) {
+    bool last;
+    // GIVEN velocities that change together every second, third or tenth tick, from tick 0 on
+    for (int held = 2; held <= 10; held += held == 2 ? 1 : 7) {
+        // WHEN the sixteenth change that follows a standstill has come THEN they are held
+        TEST_ASSERT_EQUAL_INT(16 * held, held_from(0, 20 * held, held, 0.0, &last));
+        TEST_ASSERT_TRUE(last);
+    }
+    // AND when they come at each tick again after a second THEN they are not, once what there was at most,
+    // 248, has come down to below 128
+    TEST_ASSERT_EQUAL_INT(0, held_from(1000, 121, 1, 0.0, &last));
+    TEST_ASSERT_TRUE(last);
+    (void)held_from(1000, 122, 1, 0.0, &last);
+    TEST_ASSERT_FALSE(last);
+}
+
+static void test_velocities_in_order_or_in_steps_are_not_held(void) {
+    bool last;
+    // GIVEN velocities of each tick, with noise, or in steps of 1, 2, 3 and 5 sigma, or of one value
+    const double steps_m_s[] = {0.0, 1e-3, 2e-3, 3e-3, 5e-3, 1.0};
+    for (size_t k = 0; k < sizeof steps_m_s / sizeof *steps_m_s; k++) {
+        // WHEN ten seconds go by THEN they never count as held
+        TEST_ASSERT_EQUAL_INT(-1, held_from(0, 10000, 1, steps_m_s[k], &last));
+    }
+}
+
 int main(void) {
     UNITY_BEGIN();
+    RUN_TEST(test_velocities_at_a_lower_rate_that_are_held_are_found_after_sixteen_of_them);
+    RUN_TEST(test_velocities_in_order_or_in_steps_are_not_held);
     RUN_TEST(test_a_sensor_that_stops_is_found_at_once);
     RUN_TEST(test_sensors_in_order_have_not_stopped);
     RUN_TEST(test_sensors_that_stand_still_together_say_that_the_machine_does);

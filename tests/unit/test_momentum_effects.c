@@ -1190,8 +1190,32 @@ static void test_friction_at_standstill_is_noise_of_the_speed_for_a_lag(void) {
     }
 }
 
+/// Two seconds of motion, whose velocities are held for so many ticks. @return the verdict at their end.
+static hexload_verdict_t verdict_of_held(uint32_t held_ticks) {
+    bench_t bench;
+    begin(&bench, paper_machine(), motion_from_rest(4), &none, 4);
+    hexload_leg_sample_t held = {.tick = 0};
+    for (uint32_t n = 0; n < 2000; n++) {
+        hexload_leg_sample_t sample = next_sample(&bench, &eccentric);
+        held = n % held_ticks == 0 ? sample : held;
+        memcpy(sample.velocity_m_s, held.velocity_m_s, sizeof held.velocity_m_s);
+        TEST_ASSERT_EQUAL_INT(HEXLOAD_OK, hexload_momentum_effects_tick(&bench.estimator, &bench.config,
+                                                                        &sample, &bench.estimate));
+        bench.tick++;
+    }
+    return bench.estimate.verdict;
+}
+
+static void test_velocities_that_are_held_are_a_misfit(void) {
+    // GIVEN velocities of each tick, and of every second one, held WHEN two seconds have passed THEN the
+    // latter are a misfit
+    TEST_ASSERT_LESS_THAN_INT(HEXLOAD_VERDICT_MISFIT, verdict_of_held(1));
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_VERDICT_MISFIT, verdict_of_held(2));
+}
+
 int main(void) {
     UNITY_BEGIN();
+    RUN_TEST(test_velocities_that_are_held_are_a_misfit);
     RUN_TEST(test_known_effects_leave_nothing_of_what_the_legs_show);
     RUN_TEST(test_step_is_that_of_a_dense_filter);
     RUN_TEST(test_columns_of_a_step_are_finite_differences);

@@ -442,6 +442,8 @@ typedef struct hexload_frozen_channels {
     uint8_t still_velocity_ticks[HEXLOAD_LEGS]; ///< for which it has, or many
     uint8_t still_force_ticks[HEXLOAD_LEGS];    ///< likewise
     uint8_t still_ticks;                        ///< of the one that has longest, while three others change
+    bool was_still;                             ///< all velocities, at the tick before
+    uint8_t held;                               ///< how often they all have changed after that, of late
     hexload_real_t left_s;                      ///< for which one that goes on again still counts
 } hexload_frozen_channels_t;
 

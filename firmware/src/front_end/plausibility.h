@@ -34,6 +34,13 @@ void hexload_plausibility_step(hexload_plausibility_t* self, const hexload_confi
                                const hexload_leg_sample_t* sample, const hexload_present_tick_t* now,
                                hexload_real_t late_s);
 
+/// Whether a velocity is known to have the wrong sign, or to be another leg's: speeds then say nothing of
+/// loads.
+static inline bool hexload_plausibility_is_wiring(const hexload_plausibility_t* self) {
+    return self->fault.cause == HEXLOAD_INPUT_VELOCITY_SIGN ||
+           self->fault.cause == HEXLOAD_INPUT_VELOCITY_SWAPPED;
+}
+
 /// What any input fault does: no verdict is better than "misfit", and health says so.
 /// @param parameters of the estimate.
 /// @param[in,out] health sets INPUT_IMPLAUSIBLE.

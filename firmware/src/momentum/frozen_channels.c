@@ -8,6 +8,8 @@ enum {
     STILL_TICKS = 2, ///< for which a channel repeats its value
     MANY_TICKS = 9,
     FRESH_LEGS = 3, ///< whose channels have changed at the same tick
+    HELD_STEP = 8, ///< for each time that all velocities change after having stood still; one less for others
+    HELD = 128,
 };
 
 /// Of a way in one tick: more noise than stated and the steps of a converter are no jumps.
@@ -79,6 +81,22 @@ void hexload_frozen_channels_step(hexload_frozen_channels_t* self, const hexload
         self->left_s = FADING_S;
     }
     self->last = *sample;
+}
+
+bool hexload_frozen_channels_are_held(hexload_frozen_channels_t* self) {
+    int still = 0;
+    for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
+        still += self->still_velocity_ticks[leg] > 0 ? 1 : 0;
+    }
+    const bool is_next = still == 0 && self->was_still;
+    self->was_still = still == HEXLOAD_LEGS;
+    if (is_next) {
+        self->held = (uint8_t)(self->held + (self->held < UINT8_MAX - HELD_STEP ? HELD_STEP : 0));
+    }
+    if (!is_next && !self->was_still && self->held > 0) {
+        self->held--;
+    }
+    return self->held >= HELD;
 }
 
 bool hexload_frozen_channels_are_there(const hexload_frozen_channels_t* self) {

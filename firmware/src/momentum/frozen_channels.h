@@ -19,4 +19,9 @@ void hexload_frozen_channels_step(hexload_frozen_channels_t* self, const hexload
 /// jump.
 HEXLOAD_MUST_USE bool hexload_frozen_channels_are_there(const hexload_frozen_channels_t* self);
 
+/// Whether velocities come at a lower rate than samples, and are held: all six stand still, then all change, for
+/// a while. Steps of a converter, where some change and some do not, are not that, nor is a machine at rest.
+/// Call it once after each step; some 40 instructions.
+HEXLOAD_MUST_USE bool hexload_frozen_channels_are_held(hexload_frozen_channels_t* self);
+
 #endif

@@ -174,7 +174,10 @@ def _other_forces(
 
 def _one_force(part: Record, machine: Machine) -> Diagnosis | None:
     """As _other_forces() of a part with a load of its own."""
-    d = dynamics_of(part, machine)
+    try:
+        d = dynamics_of(part, machine)
+    except ValueError:  # too short, or of no pose
+        return None
     bank = Bank(d, [np.ones(len(d.smooth.t_s))])
     return _other_forces(d, [], bank.left / bank.rows, explain(d).left, ())
 
