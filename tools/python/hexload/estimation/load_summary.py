@@ -100,11 +100,15 @@ def parameters(result: dict) -> list[Parameter]:
 
 def reasons(rows: Sequence[Parameter]) -> list[tuple[str, str]]:
     """Verdicts with a reason, each once: of which parameters, and in words."""
+    return each_once([(row.symbol, row.words) for row in rows if row.words != row.verdict], len(rows))
+
+
+def each_once(said: Sequence[tuple[str, str]], count: int) -> list[tuple[str, str]]:
+    """`said`: of a parameter, by its name, of `count` in all, and in words. Names that share their words are put together."""
     names: dict[str, list[str]] = {}
-    for row in rows:
-        if row.words != row.verdict:
-            names.setdefault(row.words, []).append(row.symbol)
-    return [("all" if len(of) == len(rows) else ", ".join(of), words) for words, of in names.items()]
+    for name, words in said:
+        names.setdefault(words, []).append(name)
+    return [("all" if len(of) == count else ", ".join(of), words) for words, of in names.items()]
 
 
 @dataclass(frozen=True)
