@@ -12,6 +12,7 @@ import typer
 from hexload import project
 from hexload.cli.app import app
 from hexload.errors import InputError
+from hexload.estimation.load_summary import digits_of
 from hexload.io.log_columns import COLUMNS
 from hexload.io.log_file import read_log
 from hexload.simulation import sim
@@ -81,7 +82,8 @@ def test_the_figures_of_a_replay_are_those_of_its_summary(hexload, short_log):
     summary = hexload(*replay(short_log)).out
     # THEN the ten parameters, the verdict and the files are the same
     assert list(figures["parameters"]) == list(THETA_NAMES)
-    assert f"{figures['parameters']['m']['value']:.4f}" in summary
+    mass = figures["parameters"]["m"]
+    assert f"{mass['value']:.{digits_of(mass['sigma'], 4)}f}" in summary
     assert f"verdict:   {figures['verdict']} after" in summary
     # and a path stands on one line, however long
     assert f"estimates: {figures['files']['estimates']}\n" in summary

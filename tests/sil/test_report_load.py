@@ -102,8 +102,11 @@ def test_the_page_of_a_run_has_truth_estimate_error_and_verdict(runs, page):
         truth, value, sigma, own, percent, sigmas, verdict = rows[f"{name}, {unit}"]
         last = run.estimates[name][-1]
         assert float(truth) == pytest.approx(theta[k], abs=1e-4)
-        assert (float(value), float(sigma)) == pytest.approx((last, run.estimates[f"s_{name}"][-1]), abs=1e-4)
-        assert 0.0 < float(own) <= float(sigma)
+        digits = len(sigma.partition(".")[2])  # two digits of sigma, and no more of the value
+        assert 9.5 <= float(sigma) * 10**digits < 99.5 or digits == 4
+        half = 0.5 * 10.0**-digits + 1e-4
+        assert (float(value), float(sigma)) == pytest.approx((last, run.estimates[f"s_{name}"][-1]), abs=half)
+        assert 0.0 < float(own) <= float(sigma) + half
         assert float(percent) == pytest.approx(100 * abs(last - theta[k]) / scale_of(theta)[k], abs=1e-3)
         assert float(sigmas) == pytest.approx((last - theta[k]) / run.estimates[f"s_{name}"][-1], abs=0.06)
         assert verdict in ("converged", "converging")
@@ -159,7 +162,7 @@ def test_the_page_has_an_animated_view_and_is_small(page):
     view = json.loads(data)
     # THEN it has a pose in each of its frames and its words of the mass, in some kB; and the page is below 2 MB
     assert len(base64.b64decode(view["pose"]["v"])) == 2 * 6 * view["frames"]
-    assert re.match(r"m = (399|400)\.\d+ ± 0\.\d+ kg, ", view["words"][-1]) and len(data) < 60_000
+    assert re.match(r"m = (399|400)\.\d+ ± 0\.\d+ kg \(3σ\), ", view["words"][-1]) and len(data) < 60_000
     assert len(page.encode()) < 2e6
 
 
@@ -171,17 +174,19 @@ def test_the_page_of_a_replay_says_what_the_terminal_says(early, tmp_path, capsy
     monkeypatch.setenv("COLUMNS", "200")
     print_summary(result, tmp_path / "estimates.csv")
     terminal, words = capsys.readouterr().out, words_of(page)
-    # THEN each verdict stands in both in the same words, with its reason
+    # THEN each verdict stands in both in the same words, with its reason once
+    assert any(terminal.count(words) == 1 for _, words in load_summary.reasons(load_summary.parameters(result)))
     for parameter in load_summary.parameters(result):
         assert parameter.words in terminal and parameter.words in words
-        assert f"{parameter.value:.{parameter.digits}f}" in terminal
+        assert words.count(parameter.words) == 1 or parameter.words == parameter.verdict
+        assert f"{parameter.value:z.{parameter.digits}f}" in terminal
     assert "not excited: friction and load cannot be separated" in words
     # AND what is said of the body, with the nearest consistent parameters
     assert load_summary.consistent_in_words(result["body"]) in terminal
     assert load_summary.consistent_in_words(result["body"]) in words
     rows = {row[0]: row[1:] for row in rows_of(page) if len(row) == 4}
     for number in load_summary.body_numbers(result["body"]):
-        expected = [f"{value:.{number.digits}f}" for value in (number.value, number.sigma, number.nearest)]
+        expected = [f"{value:z.{number.digits}f}" for value in (number.value, number.sigma, number.nearest)]
         assert rows[f"{number.name}, {number.unit}"] in (expected, [*expected[:2], "converged"])
         assert expected[2] in words and expected[2] in terminal
 

@@ -231,6 +231,29 @@ def test_a_start_that_is_far_off_does_not_hide_the_rest_of_the_nis():
     assert 6.0 < window.y_range[1] < tick.y_range[1] < 30.0
 
 
+@pytest.mark.parametrize(
+    "sigma, digits", [(119.2, 0), (39.7, 0), (9.9, 1), (0.98, 2), (0.0124, 3), (1e-9, 4), (0.0, 4), (np.nan, 4), (np.inf, 4), (None, 4)]
+)  # fmt: skip
+def test_a_number_has_the_digits_that_its_sigma_knows(sigma, digits):
+    # GIVEN a sigma WHEN digits after the point are asked for, four at most THEN they show two digits of it
+    assert load_summary.digits_of(sigma, 4) == digits
+
+
+def test_what_is_said_of_many_parameters_is_said_once():
+    said = [("m", "misfit: so"), ("hx", "not excited"), ("hz", "misfit: so")]
+    assert load_summary.each_once(said, 10) == [("m, hz", "misfit: so"), ("hx", "not excited")]
+    assert load_summary.each_once(said[::2], 2) == [("all", "misfit: so")]
+
+
+def test_the_nis_of_a_misfit_leaves_its_band_in_sight():
+    # GIVEN a NIS that is 3000 throughout, whose linear axis would draw the band less than a pixel high
+    values, t = np.full(10_000, 3e3), np.arange(10_000) * 1e-3
+    tick, window = innovation(t, values, nis.summarise(t, values, nis.LOAD_MEASUREMENTS)).panels
+    # WHEN drawn THEN the axis is logarithmic, from below the band's mean to above the values
+    for panel in (tick, window):
+        assert panel.y_log and 0.0 < panel.y_range[0] < nis.LOAD_MEASUREMENTS < 3e3 < panel.y_range[1]
+
+
 def test_moments_and_health_bits_are_told_in_words():
     assert load_summary.moments_in_words([6.1]) == "at 6.100 s"
     assert load_summary.moments_in_words([6.1, 8.0]) == "at 6.100 s, 8.000 s"

@@ -214,6 +214,8 @@ def test_in_the_browser_a_report_draws_every_panel_and_fits_a_narrow_screen(brow
             > 10
         )
         narrow = printed(tab)
+        # and whatever time is looked at closer, three numbers or more are below it
+        assert min(numbers_of_time(tab, *ends) for ends in ((0.05, 0.45), (0.3, 0.75), (0.1, 0.9), (0.52, 0.6))) >= 3
         # WHEN the screen is wide THEN they stand side by side
         tab.call(
             "Emulation.setDeviceMetricsOverride", width=1200, height=900, deviceScaleFactor=1, mobile=False
@@ -221,6 +223,21 @@ def test_in_the_browser_a_report_draws_every_panel_and_fits_a_narrow_screen(brow
         tab.wait_for(f"new Set({PANELS}.map(each => each.offsetLeft)).size > 4")
         # and they are printed as from the narrow one
         assert printed(tab) == narrow
+
+
+def numbers_of_time(tab, begin, end):
+    """The fewest of any panel, with the title, after a drag over this part of the axis."""
+    tab.evaluate(
+        f"""{PANELS}.forEach(each => {{
+            const box = each.getBoundingClientRect(), at = share => ({{ clientX: box.left + 52 + share * (box.width - 60), bubbles: true }});
+            each.dispatchEvent(new PointerEvent('pointerdown', at({begin})));
+            each.dispatchEvent(new PointerEvent('pointerup', at({end})));
+        }})"""
+    )
+    texts = "[...each.querySelectorAll('svg > text[text-anchor=middle]')].filter(text => /\\d/.test(text.textContent)).length"
+    found = tab.evaluate(f"{PANELS}.map(each => {texts})")
+    tab.evaluate(f"{PANELS}.forEach(each => each.dispatchEvent(new Event('dblclick')))")
+    return min(found)
 
 
 def printed(tab):

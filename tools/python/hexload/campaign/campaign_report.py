@@ -13,6 +13,7 @@ from hexload.campaign.one_case import code_version
 from hexload.campaign.statistics import ALARM_DUE_S, FAILURE_NEES, Alarms, ClassStatistics, FailedCase, Times
 from hexload.campaign.store import Settings
 from hexload.campaign.worst_runs import worst_run
+from hexload.diagnosis.finding import plain
 from hexload.estimation.load_summary import EFFECT_UNITS, EFFECT_WORDS
 from hexload.report.charts import to_html
 from hexload.report.page import templates
@@ -159,7 +160,7 @@ def fixed(value: float | None, digits: int) -> str:
 
 
 def three_digits(value: float | None) -> str:
-    return DASH if value is None else f"{value:.3g}"
+    return DASH if value is None else plain(value, 3)
 
 
 def largest(values: Array | None) -> str:

@@ -53,11 +53,15 @@ def print_summary(
     for heading in ("parameter", "estimate", "sigma", "filter's own", "verdict"):
         table.add_column(heading, justify="left" if heading in ("parameter", "verdict") else "right")
     mend = mend_of(result)
-    for row in load_summary.parameters(result):
-        numbers = (f"{value:.{row.digits}f}" for value in (row.value, row.sigma, row.own_sigma))
-        words = "inconsistent" if mend and row.words.startswith("inconsistent") else row.words  # the last line says why
-        table.add_row(f"{row.symbol}, {row.unit}", *numbers, words)
+    rows = load_summary.parameters(result)
+    for row in rows:
+        value, sigma = (f"{number:z.{row.digits}f}" for number in (row.value, row.sigma))
+        own_sigma = f"{row.own_sigma:.{row.own_digits}f}"
+        table.add_row(f"{row.symbol}, {row.unit}", value, sigma, own_sigma, row.verdict)
     Console().print(table)
+    for names, words in load_summary.reasons(rows):
+        if not (mend and words.startswith("inconsistent")):  # the last line says why
+            print(f"{names}: {words}")
     if "body" in result:
         Console().print(_body_table(result["body"]))
         print(f"body:      {load_summary.consistent_in_words(result['body'])}")
@@ -113,6 +117,6 @@ def _body_table(body: dict) -> Table:
         table.add_column(heading, justify="right")
     for row in load_summary.body_numbers(body):
         numbers = (getattr(row, key) for key in headings)
-        words = ("-" if number is None else f"{number:.{row.digits}f}" for number in numbers)
+        words = ("-" if number is None else f"{number:z.{row.digits}f}" for number in numbers)
         table.add_row(f"{row.name}, {row.unit}", *words)
     return table

@@ -15,7 +15,7 @@ DIGITS = {"dz": 6, "Ixx": 2, "Iyy": 2, "Izz": 2}
 
 EFFECT_WORDS = {"bias": "force bias", "coulomb": "Coulomb friction", "viscous": "viscous friction"}  # of each leg
 EFFECT_UNITS = {"bias": "N", "coulomb": "N", "viscous": "N s/m", "g": "m/s²"}  # the last of the base's tilt, gx and gy
-TEN_DIGITS = 4  # of the momentum filter's parameters, in kg, kg m and kg m^2
+TEN_DIGITS = 4  # at most, of the momentum filter's parameters, in kg, kg m and kg m^2
 BODY_UNITS = {"m": "kg", "c": "m", "I": "kg m²"}
 BODY_DIGITS = {"m": TEN_DIGITS, "c": 6, "I": TEN_DIGITS}
 PUSH_S = 0.25  # by which the diagnosis may find a push too late
@@ -68,6 +68,22 @@ class Parameter:
     own_sigma: float  # the filter's part of it
     words: str  # the verdict; of the machine's effects, which have none, nothing
 
+    @property
+    def verdict(self) -> str:
+        """Without its reason."""
+        return self.words.partition(":")[0]
+
+    @property
+    def own_digits(self) -> int:
+        return max(self.digits, digits_of(self.own_sigma, TEN_DIGITS))
+
+
+def digits_of(sigma: float | None, most: int) -> int:
+    """After the point, that show two digits of sigma: more of a number would be noise. `most` where sigma tells nothing."""
+    if sigma is None or not 0.0 < sigma < math.inf:
+        return most
+    return min(max(1 - math.floor(math.log10(sigma)), 0), most)
+
 
 def parameters(result: dict) -> list[Parameter]:
     """Of what hexload_native.replay returns."""
@@ -77,9 +93,22 @@ def parameters(result: dict) -> list[Parameter]:
     for name, value, sigma, own, verdict in zip_longest(result["names"], *numbers, result["parameter_verdict"]):
         unit = unit_of_parameter(name)
         words = "" if verdict is None else in_words(name, verdict, result["confounded"].get(name))
-        digits = TEN_DIGITS if has_ten else DIGITS[name]
+        digits = digits_of(sigma, TEN_DIGITS) if has_ten else DIGITS[name]
         rows.append(Parameter(name, SYMBOLS.get(name, name), unit, digits, value, sigma, own, words))
     return rows
+
+
+def reasons(rows: Sequence[Parameter]) -> list[tuple[str, str]]:
+    """Verdicts with a reason, each once: of which parameters, and in words."""
+    return each_once([(row.symbol, row.words) for row in rows if row.words != row.verdict], len(rows))
+
+
+def each_once(said: Sequence[tuple[str, str]], count: int) -> list[tuple[str, str]]:
+    """`said`: of a parameter, by its name, of `count` in all, and in words. Names that share their words are put together."""
+    names: dict[str, list[str]] = {}
+    for name, words in said:
+        names.setdefault(words, []).append(name)
+    return [("all" if len(of) == count else ", ".join(of), words) for words, of in names.items()]
 
 
 @dataclass(frozen=True)
@@ -95,10 +124,10 @@ class BodyNumber:
 
 
 def body_numbers(body: dict) -> list[BodyNumber]:
-    columns = (body["names"], body["value"], body["sigma"], body["nearest"])
+    columns = (body["names"], *(map(_known, body[key]) for key in ("value", "sigma", "nearest")))
     return [
-        BodyNumber(name, BODY_UNITS[name[0]], BODY_DIGITS[name[0]], *map(_known, numbers))
-        for name, *numbers in zip(*columns, strict=True)
+        BodyNumber(name, BODY_UNITS[name[0]], digits_of(sigma, BODY_DIGITS[name[0]]), value, sigma, nearest)
+        for name, value, sigma, nearest in zip(*columns, strict=True)
     ]
 
 

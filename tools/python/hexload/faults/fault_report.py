@@ -23,7 +23,7 @@ OUTCOME_WORDS = {
     "said": "said",
     "weak": "weak",
     "silent": "silent",
-    "indistinguishable": "no log can show it",
+    "indistinguishable": "indistinguishable",
     "refused": "refused",
     "false_alarm": "false alarm",
 }
@@ -32,7 +32,7 @@ COLOURS = {  # Okabe and Ito's
     "said": "#56b4e9",
     "weak": "#e69f00",
     "silent": "#d55e00",
-    "indistinguishable": "#999999",
+    "indistinguishable": "#c6ccd3",
     "refused": "#6b7280",
     "false_alarm": "#cc79a7",
 }

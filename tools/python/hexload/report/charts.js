@@ -3,7 +3,7 @@
 // pointer, a drag that zooms all panels of a chart in time, a double click that undoes it.
 (() => {
   const STEPS = 65534;
-  const LEFT = 52, RIGHT = 8, TOP = 22, BOTTOM = 36;
+  const LEFT = 52, RIGHT = 8, TOP = 22, BOTTOM = 36, LETTER = 7;
   const INK = "#24292f", GRID = "#e4e7eb", AXIS = "#9aa3ad", BAND = "rgba(0, 114, 178, 0.16)", TRUTH = "#111418";
   const PAPER = { tall: 920, broad: 1200 }; // px across a printed A4 page, which makes its letters 6 points
   const VIRIDIS = [[68, 1, 84], [59, 82, 139], [33, 145, 140], [94, 201, 98], [253, 231, 37]];
@@ -14,30 +14,40 @@
     return Array.from(new Uint16Array(bytes.buffer), code => code > STEPS ? NaN : low + code * (high - low) / STEPS);
   };
 
-  // Round numbers, and the digits that tell them apart.
-  function ticks(low, high, most) {
+  // Round numbers, and the digits that tell them apart: `most` at most, but three where room is for them, for one alone
+  // or two are hardly a scale. `fits`: whether these ticks have room.
+  function ticks(low, high, most, fits = () => true) {
     const rough = (high - low) / Math.max(most, 1), power = 10 ** Math.floor(Math.log10(rough));
-    const step = [1, 2, 5, 10].map(factor => factor * power).find(each => each >= rough * 0.999);
+    const steps = [10, 5, 2, 1, 0.5, 0.2].map(factor => factor * power);
+    const place = steps.findLastIndex(each => each >= rough * 0.999), finer = steps.slice(place).map(step => multiples(step, low, high));
+    return finer.find((found, k) => found.length >= 3 && (k === 0 || fits(found))) || finer[0];
+  }
+  function multiples(step, low, high) {
     const digits = Math.max(0, -Math.floor(Math.log10(step) + 1e-9)), found = [];
     for (let k = Math.ceil(low / step - 1e-9); k * step <= high + 1e-9 * step; k++) {
       found.push([k * step, (k * step + 0).toFixed(digits).replace("-", "−")]);
     }
     return found;
   }
-  // Of a logarithmic axis: powers of ten, with 2 and 5 between where few are in sight, and more where the axis is short.
-  function logTicks(low, high) {
-    const factors = high - low > 2.2 ? [1] : high - low > 0.7 ? [1, 2, 5] : high - low > 0.25 ? [1, 1.5, 2, 3, 4, 5, 6, 8] :
-      Array.from({ length: 90 }, (_, k) => 1 + k / 10);
-    const found = [];
-    for (let power = Math.floor(low); power <= Math.ceil(high); power++) {
-      for (const factor of factors) {
-        const at = power + Math.log10(factor);
-        if (at >= low - 1e-9 && at <= high + 1e-9) found.push([at, plain(factor * 10 ** power)]);
+  // Of a logarithmic axis: powers of ten, with as many between as have room; where it is short, round numbers.
+  function logTicks(low, high, most) {
+    const within = factors => {
+      const found = [];
+      for (let power = Math.floor(low); power <= Math.ceil(high); power++) {
+        for (const factor of factors) {
+          const at = power + Math.log10(factor);
+          if (at >= low - 1e-9 && at <= high + 1e-9) found.push([at, scientific(factor, power)]);
+        }
       }
-    }
-    const every = Math.ceil(found.length / 9);
+      return found;
+    };
+    const choices = [[1, 2, 3, 5, 7], [1, 2, 5], [1, 3], [1]].map(within), found = choices.find(each => each.length <= most) || choices[3];
+    if (found.length < 3) return ticks(10 ** low, 10 ** high, most).filter(([at]) => at > 0).map(([at, label]) => [Math.log10(at), label]);
+    const every = Math.ceil(found.length / Math.max(most, 1));
     return found.filter((_, k) => k % every === 0);
   }
+  const scientific = (factor, power) => power > -4 && power < 5 ? plain(factor * 10 ** power) :
+    (factor === 1 ? "" : `${factor}·`) + "10" + String(power).replace(/./g, letter => "⁰¹²³⁴⁵⁶⁷⁸⁹⁻"["0123456789-".indexOf(letter)]);
   const plain = number => !Number.isFinite(number) ? "–" : String(Number(number.toPrecision(5))).replace("-", "−");
 
   const SYMBOLS = [
@@ -77,9 +87,9 @@
     if (series.k === "dots" || series.k === "both") {
       xs.forEach((x, k) => { if (!Number.isNaN(ys[k])) text += symbol(px(x), py(ys[k]), series.s || 0, series.r, series.c); });
     }
-    (series.l || []).forEach((label, k) => {
-      const inwards = xs[k] > 0 ? 9 : -9;
-      if (label) text += `<text x="${px(xs[k]) + inwards}" y="${py(ys[k]) + 4}" fill="${INK}" text-anchor="${inwards > 0 ? "start" : "end"}">${escaped(label)}</text>`;
+    (series.l || []).forEach((label, k) => { // of a line's end: away from the line
+      const [across, down] = [px(xs[k]) - px(xs[1 - k]), py(ys[k]) - py(ys[1 - k])], share = 13 / (Math.hypot(across, down) || 1);
+      if (label) text += `<text x="${px(xs[k]) + share * across}" y="${py(ys[k]) + share * down + 4}" fill="${INK}" text-anchor="middle">${escaped(label)}</text>`;
     });
     return text;
   }
@@ -127,9 +137,10 @@
     }
     const px = value => left + (value - x[0]) / (x[1] - x[0]) * across;
     const py = value => TOP + (y[1] - value) / (y[1] - y[0]) * up;
-    const xTicks = panel.names ? panel.names.map((name, k) => [k, name]) : panel.xl ? logTicks(...x) : ticks(...x, across / 70);
-    const yTicks = panel.yl ? logTicks(...y) : ticks(...y, up / 26);
-    const slanted = panel.names && panel.names.some(name => name.length * 7 > across / panel.names.length);
+    const fits = found => found.every(([, label]) => (label.length + 1.5) * LETTER < across / found.length);
+    const xTicks = panel.names ? panel.names.map((name, k) => [k, name]) : panel.xl ? logTicks(...x, across / 40) : ticks(...x, across / 70, fits);
+    const yTicks = panel.yl ? logTicks(...y, up / 24) : ticks(...y, up / 26);
+    const slanted = panel.names && panel.names.some(name => name.length * LETTER > across / panel.names.length);
     let text = `<text x="${left}" y="13" class="title">${escaped(panel.title || "")}</text>`;
     for (const [at, label] of yTicks) {
       text += `<path d="M${left},${py(at).toFixed(1)}H${width - right}" stroke="${GRID}"/>` +
@@ -139,7 +150,7 @@
       const middle = px(at).toFixed(1), below = height - BOTTOM + 14;
       text += panel.names ? "" : `<path d="M${middle},${TOP}V${height - BOTTOM}" stroke="${GRID}"/>`;
       text += slanted ? `<text transform="translate(${middle} ${below}) rotate(-18)" text-anchor="end">${escaped(label)}</text>` :
-        `<text x="${middle}" y="${below}" text-anchor="middle">${escaped(label)}</text>`;
+        `<text x="${Math.min(middle, width - 0.5 * LETTER * label.length)}" y="${below}" text-anchor="middle">${escaped(label)}</text>`;
     }
     text += `<text x="${left + across / 2}" y="${height - 6}" text-anchor="middle" class="quiet">${escaped(panel.xt || "")}</text>`;
     if (panel.yt) text += `<text transform="translate(12 ${TOP + up / 2}) rotate(-90)" text-anchor="middle" class="quiet">${escaped(panel.yt)}</text>`;

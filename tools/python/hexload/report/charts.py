@@ -204,7 +204,7 @@ def _axes(panel: Panel, series: Sequence[Series]) -> tuple[tuple[float, float], 
     x = (
         (-0.5, len(panel.x_names) - 0.5)
         if panel.x_names
-        else _around([each.x for each in series], 0.08 * panel.same_scale)
+        else _around([each.x for each in series], 0.12 * panel.same_scale)
     )
     if panel.cells is not None:
         x, y = (float(panel.cells.x[0]), float(panel.cells.x[-1])), (float(panel.cells.y[0]), float(panel.cells.y[-1]))

@@ -28,6 +28,8 @@ from hexload.theory.nis import NisSummary
 
 DOTS = 2500  # of a scatter plot
 ROWS_OF_THETA = (("m", "hx", "hy", "hz"), ("Ixx", "Iyy", "Izz"), ("Ixy", "Ixz", "Iyz"))  # of panels
+FAR_NIS = 5.0  # times the band: a larger median makes the axis logarithmic, else it would hide the band
+LOWEST_NIS = 0.5  # of a logarithmic axis
 UNSETTLED = 0.2  # of the time with one load: it may be far off
 THIRD, QUARTER = 500, 400  # points of a curve in a panel as wide as that part of the page
 
@@ -159,12 +161,14 @@ def innovation(t: Array, nis: Array, summary: NisSummary, marks: Marks = ()) -> 
     dots = Series(t[::every], nis[::every], ESTIMATE, "NIS", kind="dots", size=1.2)
     means = line(summary.window_t_s, summary.window_mean, ESTIMATE, "mean NIS", 2 * THIRD)
     window = round(len(t) / len(summary.window_t_s))
+    is_far = float(np.median(nis)) > FAR_NIS * summary.tick_band[1]
     panels = [
         Panel(
             title,
             (curve,),
             x_range=(float(t[0]), float(t[-1])),
-            y_range=(0.0, ceiling),
+            y_range=(LOWEST_NIS, ceiling) if is_far else (0.0, ceiling),
+            y_log=is_far,
             levels=(float(summary.measurements),),
             shade=shade,
             marks=marks,

@@ -73,6 +73,10 @@ class LoadEstimate:
     refused: int
 
     @property
+    def reasons(self) -> list[tuple[str, str]]:
+        return load_summary.reasons([row.estimate for row in self.parameters])
+
+    @property
     def worst(self) -> ParameterRow | None:
         judged = [row for row in self.parameters if row.error_percent is not None]
         return max(judged, key=lambda row: row.error_percent, default=None)

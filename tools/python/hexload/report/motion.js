@@ -62,9 +62,11 @@
       const [low, high] = data.force.kept;
       data.base.forEach((foot, leg) => {
         stroke([foot, heads[leg]], INK, 7); stroke([foot, heads[leg]], colour((force[6 * row + leg] - low) / (high - low)), 5);
+      });
+      data.base.forEach((foot, leg) => { // over the legs behind them
         const [left, up] = project(foot.map((part, axis) => axis < 2 ? 1.13 * part : part));
-        context.fillStyle = INK; context.font = "12px system-ui, sans-serif"; context.textAlign = "center";
-        context.fillText(leg + 1, left, up + 4);
+        context.font = "12px system-ui, sans-serif"; context.textAlign = "center"; context.strokeStyle = "#fff"; context.lineWidth = 4;
+        context.strokeText(leg + 1, left, up + 4); context.fillStyle = INK; context.fillText(leg + 1, left, up + 4);
       });
       stroke(rings[1].map(k => heads[k]), INK, 2, true); fill("rgba(154, 163, 173, 0.75)");
       for (const [shapes, style, thick] of loads) {

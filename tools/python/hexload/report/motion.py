@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from hexload import project
 from hexload.estimation.load_summary import SYMBOLS, unit_of_parameter
 from hexload.report.charts import encode
+from hexload.view import colours
 from hexload.view.body import Body, body_of_estimate, body_of_theta
 from hexload.view.recorded import Recording
 
@@ -31,9 +32,16 @@ def to_html(platform: Any, recording: Recording, identifier: str, frames: int = 
     text = json.dumps(data, ensure_ascii=False, separators=(",", ":")).replace("<", "\\u003c")
     return (
         f'<div class="motion" id="{escape(identifier)}"><canvas></canvas><p class="controls"><button type="button"></button>'
-        '<input type="range" min="0" step="1" aria-label="time"><output></output></p>'
+        f'<input type="range" min="0" step="1" aria-label="time"><output></output></p>{_scale(*data["force"]["kept"])}'
         f'<script type="application/json">{text}</script></div>'
     )
+
+
+def _scale(low_n: float, high_n: float) -> str:
+    """What the legs' colours mean."""
+    bar = f'<i style="background: {colours.gradient_css()}"></i>'
+    low, high = (f"{force_n:.0f}".replace("-", "−") for force_n in (low_n, high_n))
+    return f'<p class="scale">force of the legs, N (positive pushes): <span>{low}</span>{bar}<span>{high}</span></p>'
 
 
 def _data(platform: Any, recording: Recording, frames: int) -> dict | None:
@@ -103,7 +111,8 @@ def _words(estimate: Any) -> str:
     name, value, sigma = estimate.names[0], estimate.value[0], SIGMAS * estimate.sigma[0]
     digits = 4 if name == "dz" else 2
     verdict = estimate.verdict.replace("_", " ")
-    return f"{SYMBOLS.get(name, name)} = {value:.{digits}f} ± {sigma:.{digits}f} {unit_of_parameter(name)}, {verdict}"
+    size = f"{value:.{digits}f} ± {sigma:.{digits}f} {unit_of_parameter(name)} (3σ)"
+    return f"{SYMBOLS.get(name, name)} = {size}, {verdict}"
 
 
 def _coded(values: Array) -> dict:

@@ -8,6 +8,7 @@ import jinja2
 import numpy as np
 
 from hexload import project
+from hexload.diagnosis.finding import plain
 from hexload.estimation import load_summary
 from hexload.estimation.firmware_run import load_platform, native_firmware
 from hexload.io.atomic_file import replaced_when_done
@@ -89,7 +90,11 @@ def render_replay(result: dict, platform: Any, title: str, description: str) -> 
 
 def render(sections: list[Section | LoadSection]) -> str:
     environment = templates()
-    environment.filters |= {"moments": load_summary.moments_in_words, "health": load_summary.health_in_words}
+    environment.filters |= {
+        "plain": plain,
+        "moments": load_summary.moments_in_words,
+        "health": load_summary.health_in_words,
+    }
     return environment.get_template(TEMPLATE).render(
         sections=sections,
         symbols=load_summary.SYMBOLS,
@@ -121,7 +126,7 @@ def templates(package: str = OWN) -> jinja2.Environment:
 
 def _fixed(value: float | None, digits: int) -> str:
     """A number with a fixed count of digits; a dash where there is none."""
-    return "–" if value is None or not np.isfinite(value) else f"{value:.{digits}f}"
+    return "–" if value is None or not np.isfinite(value) else f"{value:z.{digits}f}"
 
 
 def _signed(value: float | None, digits: int) -> str:
@@ -136,7 +141,7 @@ def _percent(value: float | None, digits: int = 3) -> str:
 def _section(anchor: str, run: Run) -> Section | LoadSection:
     marks = figures.marks_of(run.meta.get("load_changes_detected_s", ()))
     drawn = {"tracking": figures.tracking(run, marks)}
-    matrix = figures.coupling(run.meta["coupling_matrix_home"], f"{anchor}-coupling-figure")
+    matrix = figures.coupling(_coupling(run), f"{anchor}-coupling-figure")
     platform = load_platform(native_firmware(), run.directory / "platform.toml")
     moving = motion.to_html(platform, recording_of(run), f"{anchor}-motion")
     errors = [_tracking_error(run, name) for name in POSE]
@@ -163,6 +168,15 @@ def _section(anchor: str, run: Run) -> Section | LoadSection:
         figures=_all_to_html(anchor, drawn) | {"coupling": matrix},
         motion=moving,
     )
+
+
+def _coupling(run: Run) -> list[list[float]]:
+    """(19) at home with the last load; meta.json has it with the first. It is linear in the load's parameters."""
+    first, last = (np.array(load["theta"]) for load in (run.meta["loads"][0], run.final_load))
+    _, hx, hy, hz, *_, xy, xz, yz = last - first
+    arm = np.array([[0.0, -hz, hy], [hz, 0.0, -hx], [-hy, hx, 0.0]])
+    products = np.array([[0.0, xy, xz], [xy, 0.0, yz], [xz, yz, 0.0]])
+    return (run.meta["coupling_matrix_home"] + np.block([[np.zeros((3, 3)), -arm], [arm, products]])).tolist()
 
 
 def _all_to_html(anchor: str, drawn: dict[str, charts.Chart]) -> dict[str, str]:

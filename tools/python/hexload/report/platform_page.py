@@ -13,6 +13,7 @@ Array = NDArray[np.float64]
 TEMPLATE = "platform.html.jinja"
 VIEWS = (("from above", 0, 1), ("from the front", 0, 2), ("from the side", 1, 2))  # title, axes
 NAMES = "xyz"
+SAME_MM = 1.0  # hinges of a view that are closer are drawn as one
 
 
 def render(checked: Checked) -> str:
@@ -46,11 +47,16 @@ def pictures(machine: Machine) -> Chart:
             series.append(Series(ring[:, across], ring[:, up], REFERENCE, name, dash=dash, width=2.0))
         for leg, colour in enumerate(LEG_COLOURS):
             ends = np.array([base[leg], upper[leg]])
-            labels = (str(leg + 1), "") if up == 1 else ()
-            look = {"kind": "both", "width": 3.0, "size": 3.5, "labels": labels}
+            look = {"kind": "both", "width": 3.0, "size": 3.5, "labels": (_label(base[:, [across, up]], leg), "")}
             series.append(Series(ends[:, across], ends[:, up], colour, f"leg {leg + 1}", **look))
         panels.append(Panel(title, series, x_title=f"{NAMES[across]}, mm", y_title=f"{NAMES[up]}, mm", same_scale=True))
     return Chart(panels, columns=3, height=340)
+
+
+def _label(hinges: Array, leg: int) -> str:
+    """Of a leg in a view: its number, with those of legs behind or before it at the first of them alone."""
+    same = np.flatnonzero(np.linalg.norm(hinges - hinges[leg], axis=1) < SAME_MM)
+    return ", ".join(str(each + 1) for each in same) if same[0] == leg else ""
 
 
 def _around(points: Array) -> Array:

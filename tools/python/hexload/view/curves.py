@@ -11,6 +11,7 @@ from hexload.view.frame import Curves
 Array = NDArray[np.float64]
 SIGMAS = 3.0
 HEIGHT_PX = 140
+LEAST_PX = 18  # between numbers at the left: at the plot's own 30 some charts have one alone
 FONT = "11px sans-serif"
 OUTSIDE = 1e3  # ranges: far below the chart, from where the lines of load changes come
 MARGIN = 0.08  # of the range, above and below
@@ -91,7 +92,7 @@ def _add_chart(server: viser.ViserServer, name: str) -> viser.GuiUplotHandle:
     unscaled = {"auto": False, "points": {"show": False}}  # `range` alone makes the axis
     edge = {"stroke": colours.css(colours.ESTIMATE, 0.35), "width": 0.5, **unscaled}
     ink, grid = colours.css(colours.INK), {"stroke": "rgba(0, 0, 0, 0.08)", "width": 1}
-    axis = {"stroke": ink, "grid": grid, "font": FONT}
+    axis = {"stroke": ink, "grid": grid, "font": FONT, "ticks": {"stroke": ink, "width": 1, "size": 4}}
     nothing = np.zeros(2)
     return server.gui.add_uplot(
         data=(np.array([0.0, 1.0]), *(nothing,) * 6),
@@ -107,7 +108,10 @@ def _add_chart(server: viser.ViserServer, name: str) -> viser.GuiUplotHandle:
         bands=({"series": (1, 2), "fill": band},),
         title=f"{SYMBOLS.get(name, name)}, {_unit(name)[0]}",
         scales={"x": {"time": False}},
-        axes=({**axis, "size": 30, "label": "t, s", "labelSize": 18, "labelFont": FONT}, {**axis, "size": 58}),
+        axes=(
+            {**axis, "size": 30, "label": "t, s", "labelSize": 18, "labelFont": FONT},
+            {**axis, "size": 58, "space": LEAST_PX},
+        ),
         padding=(8, 16, 0, 0),
         legend={"show": False},
         cursor={"show": True, "y": False},

@@ -36,7 +36,7 @@ IS_DRAWN = """(() => {
     const canvases = [...document.querySelectorAll('canvas')];
     return canvases.some(c => c.width > 0) && canvases.every(c => getComputedStyle(c).opacity === '1');
 })()"""
-IS_LOADED = "document.readyState === 'complete'"
+IS_LOADED = "location.protocol !== 'about:' && document.readyState === 'complete'"  # not the empty page before it
 # What tells of the browser's software renderer, over the picture.
 CLOSE_NOTES = "document.querySelectorAll('.mantine-Notification-closeButton').forEach(button => button.click())"
 

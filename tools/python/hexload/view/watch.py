@@ -19,7 +19,7 @@ from rich.text import Text
 
 from hexload import project
 from hexload.errors import ToolFailed
-from hexload.estimation.load_summary import SYMBOLS, unit_of_parameter
+from hexload.estimation.load_summary import SYMBOLS, digits_of, unit_of_parameter
 from hexload.view.body import body_of_estimate
 from hexload.view.frame import Frame
 from hexload.view.listening import listened_to
@@ -29,7 +29,7 @@ from hexload.view.words import VERDICTS
 PERIOD_S = 0.25
 LATEST = 6  # events that are shown
 SIGMAS = 3.0
-DIGITS = 4
+DIGITS = 4  # after the point, at most
 COLOURS = {"converged": "bold cyan", "converging": "bold", "not_excited": "bold yellow"}  # others: magenta
 
 
@@ -175,6 +175,7 @@ def _table(frame: Frame) -> Table:
         table.add_column(heading, justify="right" if heading in ("estimate", "± 3σ") else "left")
     verdicts = estimate.parameter_verdict or ("",) * len(estimate.names)
     for name, value, sigma, verdict in zip(estimate.names, estimate.value, estimate.sigma, verdicts):
-        cells = (f"{value:.{DIGITS}f}", f"{SIGMAS * sigma:.{DIGITS}f}", unit_of_parameter(name))
+        digits = digits_of(SIGMAS * sigma, DIGITS)
+        cells = (f"{value:z.{digits}f}", f"{SIGMAS * sigma:.{digits}f}", unit_of_parameter(name))
         table.add_row(SYMBOLS.get(name, name), *cells, verdict.replace("_", " "))
     return table

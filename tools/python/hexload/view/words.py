@@ -4,7 +4,7 @@ from html import escape
 
 import numpy as np
 
-from hexload.estimation.load_summary import DIGITS, SYMBOLS, in_words, unit_of_parameter
+from hexload.estimation.load_summary import DIGITS, SYMBOLS, digits_of, each_once, in_words, unit_of_parameter
 from hexload.view import colours
 from hexload.view.frame import Event, Frame, Health
 
@@ -49,8 +49,10 @@ def status(frame: Frame) -> str:
 def _row(frame: Frame, k: int) -> str:
     estimate, truth = frame.estimate, frame.truth
     name = estimate.names[k]
-    digits = max(DIGITS[name] - 2, 2) if name in DIGITS and len(estimate.names) < 10 else DIGITS_OF_TEN
-    numbers = [f"{estimate.value[k]:.{digits}f}", f"{SIGMAS * estimate.sigma[k]:.{digits}f}"]
+    spread = SIGMAS * estimate.sigma[k]
+    is_of_ten = name not in DIGITS or len(estimate.names) >= 10
+    digits = digits_of(spread, DIGITS_OF_TEN) if is_of_ten else max(DIGITS[name] - 2, 2)
+    numbers = [f"{estimate.value[k]:z.{digits}f}", f"{spread:.{digits}f}"]
     known = truth is not None and np.isfinite(truth.value[k])
     numbers.append(f"{truth.value[k]:.{digits}f}" if known else "")
     cells = "".join(f"<td style='text-align: right'>{number}</td>" for number in numbers)
@@ -61,11 +63,12 @@ def _row(frame: Frame, k: int) -> str:
 def _reasons(frame: Frame) -> str:
     """Of the parameters whose own verdict asks for something."""
     estimate = frame.estimate
-    asked = [
-        f"<div>{name}: {escape(in_words(name, verdict))}</div>"
+    said = [
+        (SYMBOLS.get(name, name), in_words(name, verdict))
         for name, verdict in zip(estimate.names, estimate.parameter_verdict)
         if verdict in ("not_excited", "misfit", "inconsistent")
     ]
+    asked = [f"<div>{names}: {escape(words)}</div>" for names, words in each_once(said, len(estimate.names))]
     return f"<div style='margin-top: 6px; color: #444'>{''.join(asked)}</div>" if asked else ""
 
 
