@@ -18,7 +18,7 @@ from hexload.errors import InputError
 from hexload.estimation.machine_check import check, lag_in_words
 from hexload.io.log_file import COLUMNS
 from hexload.io.quantity import parse
-from hexload.io.toml_document import to_toml
+from hexload.io.toml_document import read_toml, to_toml
 from hexload.platform import Platform
 from hexload.theory import workspace
 from hexload.theory.machine_findings import findings_of, order_findings
@@ -195,6 +195,26 @@ def test_a_platform_in_millimetres_is_refused_in_the_same_words_by_every_reader(
     for refused in (lambda: check(path), lambda: Platform.of(path)):
         with pytest.raises(InputError, match=r"mm\.toml:\d+: geometry\.base_hinges_m\[0\]\[0\]: found 590\.88.*not mm"):
             refused()
+
+
+@pytest.mark.parametrize("encoding", ["latin-1", "utf-16", "utf-8-sig"])
+def test_a_platform_file_in_another_encoding_is_read_or_refused_alike_by_every_reader(tmp_path, encoding):
+    # GIVEN a platform file with a letter that is no ASCII, of an editor that writes another encoding
+    path = tmp_path / "p.toml"
+    path.write_bytes(("\n# Prüfstand\n" + PAPER_FILE.read_text()).encode(encoding))
+    # WHEN the firmware's and the formulas' readers read it THEN UTF-8 with its mark is taken
+    if encoding == "utf-8-sig":
+        assert hexload_native.load_platform(str(path)).mass_kg == read_toml(path)["platform"]["mass_kg"]
+        return
+    # AND else both say the line, what it looks like and the command that mends it
+    with pytest.raises(ValueError) as native:
+        hexload_native.load_platform(str(path))
+    with pytest.raises(InputError) as own:
+        read_toml(path)
+    assert str(native.value) == str(own.value)
+    line, iconv = (2, "latin1") if encoding == "latin-1" else (1, "utf-16")
+    assert str(own.value).startswith(f"{path}:{line}: found ")
+    assert str(own.value).endswith(f"expected UTF-8: iconv -f {iconv} -t utf-8 p.toml > utf8-p.toml")
 
 
 def test_what_follows_from_several_numbers_is_told_by_those_that_the_user_wrote(tmp_path):

@@ -3,7 +3,6 @@
 The regression is in rig_regression.py; here stand what is known beforehand, what is refused, and the words.
 """
 
-import tomllib
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -21,6 +20,7 @@ from hexload.estimation.rig_model import LEGS, Geometry
 from hexload.estimation.rig_regression import SLICES, UNKNOWNS, Found, Start
 from hexload.io.atomic_file import replaced_or_none, replaced_when_done
 from hexload.io.log_file import LegLog
+from hexload.io.toml_document import read_toml
 from hexload.theory.bound import THETA_NAMES, unit_of
 
 Array = NDArray[np.float64]
@@ -159,7 +159,7 @@ def _write_page(
 
 
 def _machine(platform, path: Path) -> Machine:
-    table = tomllib.loads(path.read_text(encoding="utf-8"))
+    table = read_toml(path)
     declared = table.get("tolerances", {})
     return Machine(
         path,
