@@ -13,7 +13,7 @@ from hexload import project
 from hexload.errors import InputError
 from hexload.io.toml_document import read_toml
 from hexload.theory import workspace
-from hexload.theory.machine_findings import Finding, findings_of, order_findings
+from hexload.theory.machine_findings import Finding, findings_of, has_velocity, order_findings
 from hexload.theory.workspace import Machine, Map, Reach
 
 Array = NDArray[np.float64]
@@ -83,7 +83,7 @@ def lag_in_words(tables: Mapping[str, Any]) -> str:
     """That the momentum filter looks back less far than it should at this tick; nothing where it does not. Source:
     hexload_config_set_momentum()."""
     sensors = tables["sensors"]
-    if sensors.get("velocity", True) is False:
+    if not has_velocity(sensors):
         return ""
     tick_s = sensors.get("tick_s", 1e-3)
     ratio = 32.0 * sensors["displacement_sigma_m"] / (sensors["velocity_sigma_m_s"] * tick_s)
