@@ -16,6 +16,7 @@ from hexload.estimation.load_summary import load_changes_s
 from hexload.estimation.replay import replay_log
 from hexload.estimation.rig_model import FrictionLaw, slides
 from hexload.io.log_file import COLUMNS
+from hexload.io.toml_document import GUESSED
 from rig_plant import ROD_KG, Machine, log_of, multisine
 
 NOMINAL = (project.SCENARIOS / "platforms" / "paper.toml").read_text()
@@ -237,7 +238,9 @@ def test_noise_is_not_taken_for_a_motion(found, platform):
 
 def test_what_is_no_run_of_an_empty_platform_is_refused(found, platform):
     # GIVEN logs of a loaded platform, of one whose load comes in mid-run, of legs that stand still, of load cells at the
-    # end of their range and stopped, and a short one
+    # end of their range and stopped, and a short one, with a platform file whose mass was guessed
+    guessed = platform.parent / "guessed.toml"
+    guessed.write_text(re.sub("(mass_kg = 100.0)", f"\\1 # {GUESSED} a drawing", platform.read_text()))
     machine, _, _ = found
     motion = multisine(1, 6.0)
     still = (motion[0], np.zeros_like(motion[1]))
@@ -245,7 +248,7 @@ def test_what_is_no_run_of_an_empty_platform_is_refused(found, platform):
     stopped_n = force_n.copy()
     stopped_n[3000:, 2] = stopped_n[3000, 2]
     cases = {
-        "seems to carry a load": log_of(machine, motion, LOAD, 7),
+        "seems to carry a load.*; mass_kg in .* was guessed: the first suspect": log_of(machine, motion, LOAD, 7),
         "a load that comes or goes": log_of(machine, motion, 2.0 * LOAD, 7, load_from_s=3.0),
         "a livelier motion of all six axes": log_of(machine, still, EMPTY, 7),
         "leg 1's force at -250 N in .* of all rows": (t_s, way_m, speed_m_s, np.maximum(force_n, -250.0)),
@@ -256,7 +259,7 @@ def test_what_is_no_run_of_an_empty_platform_is_refused(found, platform):
         path = write_log(platform.parent / "refused.csv", log)
         # WHEN they are commissioned THEN the cause is named, and nothing written
         with pytest.raises(InputError, match=words):
-            commission(Wish(path, platform, platform.parent / "refused.toml"))
+            commission(Wish(path, guessed, platform.parent / "refused.toml"))
         assert not (platform.parent / "refused.toml").exists()
 
 

@@ -20,7 +20,7 @@ from hexload.estimation.rig_model import LEGS, Geometry
 from hexload.estimation.rig_regression import SLICES, UNKNOWNS, Found, Start
 from hexload.io.atomic_file import replaced_or_none, replaced_when_done
 from hexload.io.log_file import LegLog
-from hexload.io.toml_document import read_toml
+from hexload.io.toml_document import guessed_in_words, read_toml
 from hexload.theory.bound import THETA_NAMES, unit_of
 
 Array = NDArray[np.float64]
@@ -322,8 +322,13 @@ def _refuse(run: Run, machine: Machine, found: Found, wish: Wish) -> None:
             f"{run.name}: the platform seems to carry a load: found {THETA_NAMES[k]} = {found.value[k]:.4g} "
             f"{unit_of(THETA_NAMES[k])}, expected {machine.theta[k]:.4g} +- "
             f"{wish.largest_offset * machine.scale[k]:.4g} of the empty platform with its legs "
-            "(--largest-offset allows more, --loaded takes the platform file's)"
+            f"(--largest-offset allows more, --loaded takes the platform file's){_guessed(machine.platform_file)}"
         )
+
+
+def _guessed(platform_file: Path) -> str:
+    words = guessed_in_words(platform_file, rig_file.MACHINE_KEYS["platform"])
+    return f"; {words}: the first suspect" if words else ""
 
 
 def _refuse_residual(run: Run, found: Found) -> None:

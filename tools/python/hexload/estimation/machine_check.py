@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from hexload import project
 from hexload.errors import InputError
-from hexload.io.toml_document import read_toml
+from hexload.io.toml_document import guessed_in_words, read_toml
 from hexload.theory import workspace
 from hexload.theory.machine_findings import Finding, findings_of, has_velocity, order_findings
 from hexload.theory.workspace import Machine, Map, Reach
@@ -34,6 +34,7 @@ class Checked:
     holding_n: Array  # (6,) of the empty platform
     reaches: list[Reach]
     findings: list[Finding]
+    guessed: str  # of the body, in words
 
     @cached_property
     def maps(self) -> list[Map]:
@@ -64,6 +65,7 @@ def check(path: Path, name: str | None = None) -> Checked:
         holding_n=workspace.holding_forces(machine, machine.platform.theta),
         reaches=workspace.reaches(machine),
         findings=findings_of(tables, machine),
+        guessed=guessed_in_words(path, tuple(tables["platform"]), name),
     )
 
 

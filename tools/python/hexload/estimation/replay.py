@@ -13,13 +13,13 @@ from hexload.estimation import load_summary
 from hexload.estimation.commanded import follow
 from hexload.estimation.firmware_run import FirmwareReplay, load_platform, native_firmware
 from hexload.estimation.input_check import REFUSED, InputCheck, WayIn, gaps_in_words, input_in_words
-from hexload.estimation.rig_file import platform_with_rig
+from hexload.estimation.rig_file import MACHINE_KEYS, platform_with_rig
 from hexload.estimation.tare import MachineTare, tare_for
 from hexload.io.atomic_file import replaced_or_none, replaced_when_done
 from hexload.io.log_file import LegLog, joined
 from hexload.io.log_formats import read_parts
 from hexload.io.progress import progress_of
-from hexload.io.toml_document import read_toml
+from hexload.io.toml_document import guessed_in_words, read_toml
 from hexload.theory import workspace
 from hexload.theory.machine_findings import findings_of
 
@@ -44,7 +44,7 @@ def replay_log(
     commanded: Path | None = None,
 ) -> dict:
     """Writes the estimates CSV to `out`, one row per log row, and returns what hexload_native.replay returns, with
-    `has_rig`, `diagnosis`, `input_words`, what is wrong with the log's channels, `rows` of the log and the reader's remarks. Of a log of
+    `has_rig`, `guessed` of the platform in words, `diagnosis`, `input_words`, what is wrong with the log's channels, `rows` of the log and the reader's remarks. Of a log of
     more than MOST_ROWS rows only every second, fourth, ... row is in the result's arrays, and on the page.
 
     `estimator` and `prior` override the platform file's [estimator] table. `tare`: file of `hexload tare`, made with
@@ -79,6 +79,7 @@ def replay_log(
         result["input_words"] = result["input_words"] or result["diagnosis"].input_words
         if result["verdict"][-1] in ("misfit", "inconsistent"):
             result["input_words"] = result["input_words"] or _geometry_in_words(platform_file)
+        result["guessed"] = guessed_in_words(platform_file, MACHINE_KEYS["platform"]) if rig is None else ""
         if commanded is not None:
             followed = result["followed"] = follow(result["log"], platform, commanded)
             result["input_words"] = followed.contradiction or result["input_words"]

@@ -30,7 +30,7 @@ from hexload.estimation.input_check import WayIn, checked_log, refuse_implausibl
 from hexload.estimation.load_summary import load_changes_s
 from hexload.io.atomic_file import replaced_when_done
 from hexload.io.log_file import LegLog
-from hexload.io.toml_document import read_toml
+from hexload.io.toml_document import guessed_in_words, read_toml
 from hexload.platform import Platform as MachineDescription
 from hexload.theory.bound import LEGS, THETA_NAMES, Platform, read_platform, unit_of
 
@@ -60,7 +60,11 @@ def make_tare(log: Path, platform_file: Path, out: Path, largest_offset: float, 
     samples = checked_log(native, log, platform, way_in or WayIn(), 0.0)
     with replaced_when_done(out) as temporary:
         names = (str(log), f"{log} with {platform_file}")
-        found = _find(native, platform, read_platform(platform_file), samples, largest_offset, names)
+        try:
+            found = _find(native, platform, read_platform(platform_file), samples, largest_offset, names)
+        except InputError as error:
+            guessed = guessed_in_words(platform_file, MACHINE_KEYS["platform"])
+            raise InputError(f"{error}; {guessed}: the first suspect") if guessed else error from None
         table = {
             "theta": found.theta.tolist(),
             "sigma": found.sigma.tolist(),

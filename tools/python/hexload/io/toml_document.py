@@ -3,10 +3,12 @@
 import codecs
 import json
 import tomllib
+from collections.abc import Sequence
 from pathlib import Path
 
 from hexload.errors import InputError
 
+GUESSED = "guessed:"  # in the comment of a key of which hexload platform new was told less than it writes
 Table = dict[str, "str | float | list | Table"]
 
 
@@ -25,6 +27,15 @@ def read_toml(path: Path) -> Table:
 
 def _expected(path: Path, encoding: str) -> str:
     return f"expected UTF-8: iconv -f {encoding} -t utf-8 {path.name} > utf8-{path.name}"
+
+
+def guessed_in_words(path: Path, keys: Sequence[str], name: str | None = None) -> str:
+    """Which of a platform file's keys are marked as guessed; nothing where none is. `name`: of the file."""
+    lines = (
+        line.partition("=") for line in path.read_text(encoding="utf-8-sig").splitlines() if f"# {GUESSED}" in line
+    )
+    found = [key.strip() for key, _, _ in lines if key.strip() in keys]
+    return f"{', '.join(found)} in {name or path} {'was' if len(found) == 1 else 'were'} guessed" if found else ""
 
 
 def to_toml(table: Table) -> str:
