@@ -10,13 +10,14 @@ import pytest
 
 from hexload import project
 from hexload.errors import InputError
-from hexload.estimation.commission import GROWTH_TOLERANCE_N_N, Wish, commission
+from hexload.estimation.commission import Wish, commission
 from hexload.estimation.firmware_run import native_firmware
 from hexload.estimation.load_summary import load_changes_s
 from hexload.estimation.replay import replay_log
 from hexload.estimation.rig_model import FrictionLaw, slides
 from hexload.io.log_file import COLUMNS
 from hexload.io.toml_document import GUESSED
+from hexload.theory.tolerances import DEFAULTS
 from rig_plant import ROD_KG, Machine, log_of, multisine
 
 NOMINAL = (project.SCENARIOS / "platforms" / "paper.toml").read_text()
@@ -135,6 +136,8 @@ def test_the_page_says_what_was_found_and_how_well(found, platform):
     # AND the residual has fallen from that of a machine that rubs to the sensors' noise
     before, after = map(float, re.search(r"([\d.]+) N rms with .*? ([\d.]+) N with those found", words).groups())
     assert before > 40.0 and after < 2.5
+    # AND the common gain is what six gains of 0.4 % leave, of which an empty run tells nothing
+    assert f"known to {0.4 / np.sqrt(6):.2f} % (one sigma)" in words
     # AND nothing is loaded from a network
     assert not re.search(r"<(script|link|img)[^>]*(src|href)=", page)
 
@@ -185,7 +188,7 @@ def test_a_load_is_found_on_legs_that_are_not_alike_and_rub_more_under_load(foun
     result = commission(Wish(empty, platform, out))
     sigma = np.array(result["sigma"]["growth_n_n"])
     assert (np.abs(result["rig"]["growth_n_n"] - machine.growth) < 4.0 * sigma).all()
-    assert sigma.max() < 0.1 * GROWTH_TOLERANCE_N_N
+    assert sigma.max() < 0.1 * DEFAULTS["friction_growth"]
     # AND a load is found to 0.4 %, 1.5 mm and four of the published sigmas
     log = write_log(platform.parent / "grown_load.csv", log_of(machine, multisine(3, 10.0), LOAD, 4))
     replayed = replay_log(log, platform, None, None, platform.parent / "grown_estimates.csv", rig=out)
@@ -211,7 +214,7 @@ def test_a_reference_mass_tells_the_common_gain_and_the_growth_of_friction(found
     # 4.7 %
     growth_sigma = np.array(result["sigma"]["growth_n_n"])
     assert (np.abs(result["rig"]["growth_n_n"] - machine.growth) < 4.0 * growth_sigma).all()
-    assert growth_sigma.max() < 0.03 * GROWTH_TOLERANCE_N_N
+    assert growth_sigma.max() < 0.03 * DEFAULTS["friction_growth"]
     # AND offsets, gains and the platform's mass with its legs' upper parts are within four of theirs
     for key, value in (
         ("force_offset_n", machine.offset_n),

@@ -15,6 +15,7 @@ from hexload.estimation.machine_check import Checked, check
 from hexload.io.atomic_file import replaced_when_done
 from hexload.io.quantity import Quantity, parse
 from hexload.io.toml_document import GUESSED
+from hexload.theory.tolerances import DEFAULTS, OPEN
 
 Array = NDArray[np.float64]
 
@@ -396,6 +397,7 @@ def document(machine: Machine) -> str:
     actuators = "\n".join(
         f"{key} = {_number(value)}" if value is not None else f"# {key} =" for key, value in stated.items()
     )
+    tolerances = "\n".join(f"# {key} = {_number(each)}" for key, each in DEFAULTS.items() if each != OPEN)
     velocity = machine.sigmas["velocity"]
     text = f"""# A hexapod, by hexload platform new. SI units; hexload platform check says whether it is plausible.
 
@@ -424,10 +426,7 @@ force_sigma_n = {_number(machine.sigmas["force"])}
 # force_bandwidth_hz = 300.0 # of the force channel's second-order low-pass
 
 # [tolerances] # of the data sheets, one standard deviation; these are what is taken where nothing is stated
-# force_gain_common = 0.005
-# platform_mass = 0.03
-# platform_com_m = 0.002
-# platform_inertia = 0.06
+{tolerances}
 
 {"[load]" if machine.load_kg is not None else "# [load] # when the load's mass is known"}
 {f"known_mass_kg = {_number(machine.load_kg)}" if machine.load_kg is not None else "# known_mass_kg ="}

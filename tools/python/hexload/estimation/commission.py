@@ -22,12 +22,17 @@ from hexload.io.atomic_file import replaced_or_none, replaced_when_done
 from hexload.io.log_file import LegLog
 from hexload.io.toml_document import guessed_in_words, read_toml
 from hexload.theory.bound import THETA_NAMES, unit_of
+from hexload.theory.tolerances import DEFAULTS
 
 Array = NDArray[np.float64]
 
-GAIN_TOLERANCE = 0.01  # of a load cell and of a drawing, where the platform file declares none
-HINGE_TOLERANCE_M = 1e-3
-GROWTH_TOLERANCE_N_N = 0.01  # of dry friction with the leg's force
+TOLERANCES = {  # groups of unknowns by the key of their tolerance
+    "gain": "force_gain",
+    "hinges": "hinge_m",
+    "offset": "force_offset_n",
+    "tilt": "tilt_rad",
+    "growth": "friction_growth",
+}
 DELAY_SIGMA_S = 1e-3
 MIXED = ("leg_mass", "coulomb", "stribeck", "viscous")  # groups that are none unless they stand out of the noise
 DECLARED = ("growth", "offset", "delay", "gain", "hinges")  # groups with a tolerance
@@ -168,13 +173,7 @@ def _machine(platform, path: Path) -> Machine:
         ),
         np.array(platform.theta),
         platform.gravity_m_s2,
-        {
-            "gain": declared.get("force_gain", GAIN_TOLERANCE),
-            "hinges": declared.get("hinge_m", HINGE_TOLERANCE_M),
-            "offset": declared.get("force_offset_n", np.inf),
-            "tilt": declared.get("tilt_rad", np.inf),
-            "growth": declared.get("friction_growth", GROWTH_TOLERANCE_N_N),
-        },
+        {group: declared.get(key, DEFAULTS[key]) for group, key in TOLERANCES.items()},
         declared.get("force_gain_common"),
         platform.force_delay_s,
         platform.velocity_delay_s,
