@@ -463,6 +463,8 @@ def export(
         float | None, typer.Option(help="Sampling period of the controller, s.", show_default="the platform file's")
     ] = None,
     force: Annotated[bool, typer.Option("--force", help="Replace the header.")] = False,
+    as_json: AsJson = False,
+    quiet: Quiet = False,
 ) -> None:
     """Writes machine, sensors, estimator and rig as a C header: a constant hexload_config_t for a controller, in flash.
 
@@ -470,13 +472,17 @@ def export(
 
     Example:  hexload export rig.toml --platform platform.toml --out rig_config.h
     """
+    from hexload.cli import output
     from hexload.cli.kept_inputs import keep
     from hexload.estimation.config_header import export as write_header
 
-    keep((rig, platform), (out,))
-    name = write_header(rig, platform, out, tick, force)
-    print(f"header:    {out}")
-    print(f'use:       #include "{out.name}", then hexload_init(&estimator, &{name})')
+    with output.said(as_json, quiet):
+        keep((rig, platform), (out,))
+        name = write_header(rig, platform, out, tick, force)
+        print(f"header:    {out}")
+        print(f'use:       #include "{out.name}", then hexload_init(&estimator, &{name})')
+    if as_json:
+        output.print_json({"file": out, "constant": name})
 
 
 @app.command()
