@@ -196,6 +196,30 @@ def test_a_scenario_with_an_unknown_key_is_refused_by_the_simulator(tmp_path):
     assert not (tmp_path / "run").exists()
 
 
+@pytest.mark.parametrize("there", ["mine.toml", "mine.html", "mine.csv", "mine.json"])
+def test_what_took_long_to_get_is_not_overwritten_without_force(platform, tmp_path, there):
+    # GIVEN an earlier rig file or its page, an earlier motion or its summary, and a log
+    earlier, log = tmp_path / there, tmp_path / "log.csv"
+    earlier.write_text("earlier")
+    log.write_text("no log")
+    if there in ("mine.toml", "mine.html"):
+        words = ("commission", log, "--out", tmp_path / "mine.toml", "--report", tmp_path / "mine.html")
+    else:
+        words = ("excite", "--duration", 0.1, "--out", tmp_path / "mine.csv")
+    # WHEN the verb is to write there THEN it is refused before anything is read, and nothing is lost
+    result = hexload(*words, "--platform", platform)
+    assert (result.returncode, result.stderr) == (
+        2,
+        f"hexload: {earlier}: found it already there, expected a new file, or --force to replace it\n",
+    )
+    # AND with --force it goes on, here to its next refusal, and leaves what it has not replaced
+    if there in ("mine.html", "mine.json"):
+        return
+    forced = hexload(*words, "--platform", platform, "--force")
+    assert forced.returncode == 2 and "already there" not in forced.stderr
+    assert earlier.read_text() == "earlier" and log.read_text() == "no log"
+
+
 def test_a_run_directory_is_not_overwritten_without_force(tmp_path):
     # GIVEN a folder with a file in it
     out = tmp_path / "run"

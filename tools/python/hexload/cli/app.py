@@ -422,6 +422,7 @@ def commission_verb(
         Path | None,
         typer.Option(help="Page to write (.html): what was found, how well, residual spectra, friction curves."),
     ] = None,
+    force: Annotated[bool, typer.Option("--force", help="Replace rig file and page.")] = False,
     columns: Columns = None,
     resample: Resample = None,
     unchecked: Unchecked = False,
@@ -437,15 +438,17 @@ def commission_verb(
     Example:  hexload commission empty.csv --platform platform.toml --out rig.toml
     """
     from hexload.cli import output
+    from hexload.cli.kept_inputs import keep, refuse_existing
+
+    keep((log, platform, reference), (out, report))
+    refuse_existing((out, report), force)
     from hexload.cli.commission import print_summary
-    from hexload.cli.kept_inputs import keep
     from hexload.estimation.commission import Wish, commission
     from hexload.estimation.input_check import WayIn
 
     way_in = WayIn(columns or (), resample, unchecked)
     wish = Wish(log, platform, out, reference, reference_mass, loaded, largest_offset, report, way_in)
     with output.said(as_json, quiet):
-        keep((log, platform, reference), (out, report))
         found = commission(wish)
         print_summary(found, out)
         if report is not None:
@@ -550,6 +553,7 @@ def excite(
             min=0.0, help="Of that Jacobian to a singular one, 1 / |J^-1|.", show_default="0.3 of that of home"
         ),
     ] = None,
+    force: Annotated[bool, typer.Option("--force", help="Replace trajectory and summary.")] = False,
     as_json: AsJson = False,
     quiet: Quiet = False,
 ) -> None:
@@ -567,7 +571,7 @@ def excite(
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     from hexload.cli import excite as verb
     from hexload.cli import output
-    from hexload.cli.kept_inputs import keep
+    from hexload.cli.kept_inputs import keep, refuse_existing
 
     wish = verb.Wish(
         platform,
@@ -588,7 +592,8 @@ def excite(
         empty,
     )
     with output.said(as_json, quiet):
-        keep((platform,), (out,))
+        keep((platform,), (out, verb.summary_of(out)))
+        refuse_existing((out, verb.summary_of(out)), force)
         found = verb.design(wish, out)
         verb.print_summary(found, wish, out)
     if as_json:

@@ -10,6 +10,7 @@ import numpy as np
 import typer
 from numpy.typing import NDArray
 
+from hexload.cli.kept_inputs import refuse_existing
 from hexload.errors import InputError
 from hexload.estimation.machine_check import Checked, check
 from hexload.io.atomic_file import replaced_when_done
@@ -122,8 +123,7 @@ def new(given: Mapping[str, str | None], out: Path, force: bool) -> tuple[list[s
     """
     if out.suffix != ".toml":
         raise InputError(f"--out: found {out}, expected NAME.toml")
-    if out.exists() and not force:
-        raise InputError(f"{out}: found it already there, expected a new file, or --force")
+    refuse_existing((out,), force)
     _refuse_both(given)
     texts = _completed(given, sys.stdin.isatty())
     machine = machine_of(texts)
