@@ -6,7 +6,9 @@ import subprocess
 import sys
 import time
 import tomllib
+from contextlib import nullcontext
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 
@@ -17,6 +19,7 @@ from hexload.errors import InputError
 from hexload.io.log_file import COLUMNS
 from hexload.io.run_directory import read_run
 from hexload.simulation.sim import known_scenarios, resolve_scenario
+from hexload.view import verb as view
 from synthetic_run import PLATFORM_TOML
 
 VERBS = (
@@ -218,6 +221,20 @@ def test_what_took_long_to_get_is_not_overwritten_without_force(platform, tmp_pa
     forced = hexload(*words, "--platform", platform, "--force")
     assert forced.returncode == 2 and "already there" not in forced.stderr
     assert earlier.read_text() == "earlier" and log.read_text() == "no log"
+
+
+def test_the_address_of_a_live_page_is_told_when_all_that_it_shows_is_built(monkeypatch):
+    # GIVEN a fresh clone, in which a build takes its time WHEN a run is to be shown live
+    done = []
+    monkeypatch.setattr(project, "ensure_built", lambda *targets: done.extend(targets))
+    monkeypatch.setattr(view, "live_page", lambda *_, **__: nullcontext(SimpleNamespace(play=id, wait=lambda: None)))
+    monkeypatch.setattr(view, "tell", lambda page: done.append("told"))
+    monkeypatch.setattr(view, "wait_for_browser", lambda page: None)
+    monkeypatch.setattr(view, "recording_of", lambda *_: (None, None))
+    monkeypatch.setattr("hexload.simulation.sim.run_simulation", lambda *_: Path("run"))
+    app(["sim", "multisine", "--real-time", "--view"], prog_name="hexload", standalone_mode=False)
+    # THEN simulator and controller are built before the address is told
+    assert set(done[: done.index("told")]) >= {"hexload_sim_app", "hexload_ecu"}
 
 
 def test_a_run_directory_is_not_overwritten_without_force(tmp_path):

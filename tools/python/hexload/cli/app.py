@@ -220,6 +220,7 @@ def sim(
     run = functools.partial(verb.run_simulation, scenario, out, seed, tuple(options), controller)
     with stack:
         if view and real_time:
+            verb.build_for(controller)  # a page is there when its address is told, and moves
             _view_simulation(verb.platform_file(verb.resolve_scenario(scenario)), bus, profile, publish, key, run)
             return
         directory = run()

@@ -62,6 +62,11 @@ def platform_file(scenario: Path) -> Path:
     return scenario.parent / str(named)
 
 
+def build_for(controller: tuple | None) -> None:
+    """The programs that run_simulation() starts."""
+    project.ensure_built("hexload_sim_app", *(() if controller is None else ("hexload_ecu",)))
+
+
 def run_simulation(
     name_or_file: str,
     out: Path | None = None,
@@ -78,7 +83,7 @@ def run_simulation(
     scenario = resolve_scenario(name_or_file)
     refuse_other_units(scenario)
     directory = out or default_directory(scenario, seed)
-    project.ensure_built("hexload_sim_app", *(() if controller is None else ("hexload_ecu",)))
+    build_for(controller)
     command = [project.simulator(), scenario, "--out", directory, *options]
     if seed is not None:
         command += ["--seed", str(seed)]
