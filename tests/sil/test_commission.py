@@ -9,12 +9,14 @@ import numpy as np
 import pytest
 
 from hexload import project
+from hexload.cli.commission import TITLES
 from hexload.errors import InputError
 from hexload.estimation.commission import Wish, commission
 from hexload.estimation.firmware_run import native_firmware
 from hexload.estimation.load_summary import load_changes_s
 from hexload.estimation.replay import replay_log
 from hexload.estimation.rig_model import FrictionLaw, slides
+from hexload.estimation.rig_regression import SLICES
 from hexload.io.log_file import COLUMNS
 from hexload.io.toml_document import GUESSED
 from hexload.theory.tolerances import DEFAULTS
@@ -264,6 +266,10 @@ def test_what_is_no_run_of_an_empty_platform_is_refused(found, platform):
         with pytest.raises(InputError, match=words):
             commission(Wish(path, guessed, platform.parent / "refused.toml"))
         assert not (platform.parent / "refused.toml").exists()
+
+
+def test_every_group_of_unknowns_has_a_name_on_the_terminal():
+    assert set(TITLES) == set(SLICES)
 
 
 def test_a_rig_file_of_another_machine_is_refused(found, platform):

@@ -332,7 +332,7 @@ def convert(
     as_json: AsJson = False,
     quiet: Quiet = False,
 ) -> None:
-    """Writes a log of any kind as the CSV that every verb takes, or as MCAP, which Foxglove and PlotJuggler open.
+    """Writes a log of any kind as the CSV that every command takes, or as MCAP, which Foxglove and PlotJuggler open.
 
     Example:  hexload convert recorded.mf4 log.csv --columns columns.toml
 
@@ -693,7 +693,7 @@ def platform_check(
     """What a platform file says of a machine: home pose, reach along each axis, condition over x, y and tilt; and what of it cannot be.
 
     Named are hinges in another unit, legs mirrored or in each other's place, a home pose that is nearly singular, a stroke that cannot be
-    used, mass, inertia, noise and actuators of another kind of machine. Exit status: 0; 2 for a file that no verb takes; 3 when
+    used, mass, inertia, noise and actuators of another kind of machine. Exit status: 0; 2 for a file that no command takes; 3 when
     something is implausible.
 
     Example:  hexload platform check mine.toml --report mine.html
