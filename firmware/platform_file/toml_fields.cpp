@@ -53,25 +53,31 @@ std::size_t line_of(const toml::node& node) {
     return node.source().begin.line;
 }
 
-// Where text stops being UTF-8; its end: nowhere. Which code points there are is left to the parser.
-std::string_view::const_iterator end_of_utf8(std::string_view text) {
-    auto place = text.begin();
-    while (place != text.end()) {
-        const auto lead = static_cast<unsigned char>(*place);
-        const std::ptrdiff_t more = lead < 0x80   ? 0
-                                    : lead < 0xc2 ? -1
-                                    : lead < 0xe0 ? 1
-                                    : lead < 0xf0 ? 2
-                                    : lead < 0xf5 ? 3
-                                                  : -1;
-        const bool is_whole =
-            more >= 0 && text.end() - place > more && std::all_of(place + 1, place + 1 + more, [](char next) {
-                return (static_cast<unsigned char>(next) & 0xc0) == 0x80;
-            });
+// Bytes of the character that begins with `lead`; 0: none does.
+std::size_t bytes_of_character(unsigned char lead) {
+    if (lead < 0x80) {
+        return 1;
+    }
+    if (lead < 0xc2 || lead > 0xf4) {
+        return 0;
+    }
+    return lead < 0xe0 ? 2 : lead < 0xf0 ? 3 : 4;
+}
+
+// Where text stops being UTF-8; its size: nowhere. Which code points there are is left to the parser.
+std::size_t end_of_utf8(std::string_view text) {
+    std::size_t place = 0;
+    while (place < text.size()) {
+        const std::size_t size = bytes_of_character(static_cast<unsigned char>(text[place]));
+        const std::string_view character = text.substr(place, size);
+        const bool is_whole = size > 0 && character.size() == size &&
+                              std::all_of(character.begin() + 1, character.end(), [](char next) {
+                                  return (static_cast<unsigned char>(next) & 0xc0) == 0x80;
+                              });
         if (!is_whole) {
             break;
         }
-        place += more + 1;
+        place += size;
     }
     return place;
 }
@@ -87,12 +93,11 @@ void refuse_other_encodings(const std::filesystem::path& path) {
     if (text.starts_with("\xff\xfe") || text.starts_with("\xfe\xff")) {
         throw InputError(fmt::format("{}:1: found text in UTF-16, {}", path.string(), mend("utf-16")));
     }
-    const std::string_view view = text;
-    const auto end = end_of_utf8(view);
-    if (end != view.end()) {
+    const std::size_t end = end_of_utf8(text);
+    if (end < text.size()) {
         throw InputError(fmt::format("{}:{}: found byte 0x{:02x}, which is no UTF-8 but may be Latin-1, {}",
-                                     path.string(), 1 + std::count(view.begin(), end, '\n'),
-                                     static_cast<unsigned char>(*end), mend("latin1")));
+                                     path.string(), 1 + std::ranges::count(text.substr(0, end), '\n'),
+                                     static_cast<unsigned char>(text[end]), mend("latin1")));
     }
 }
 
