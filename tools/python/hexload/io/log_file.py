@@ -32,6 +32,7 @@ LONGEST_LINE_BYTES = 1 << 16
 HEADER_WITHIN = 60  # lines
 LATEST_START_S = 1e7  # beyond, t is a date: it counts from the first row, as no estimate's file has digits for it
 DAY_S = 86400.0
+ARCHIVE = b"PK\x03\x04"
 NO_TEXT = re.compile(rb"[^\t\n\f\r\x1b -\xff]")
 SPACED_COMMA = re.compile(" *, *")
 Array = NDArray[np.float64]
@@ -165,6 +166,8 @@ class _Reader:
             yield self._text(rest, place).splitlines()
 
     def _text(self, raw: bytes, place: int) -> str:
+        if place == 0 and raw.startswith(ARCHIVE):
+            raise InputError(f"{self._path}: found a workbook, or another archive, expected CSV: save its sheet as CSV")
         if (strange := NO_TEXT.search(raw)) is not None:
             line = self._line + 1 + raw.count(b"\n", 0, strange.start())
             what_to_do = f"; of UTF-16 without its mark: iconv -f utf-16le -t utf-8 {self._path.name} > utf8.csv"
