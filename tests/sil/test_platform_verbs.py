@@ -93,6 +93,16 @@ def test_the_unit_above_a_list_of_hinges_is_its_unit(tmp_path, heading):
         np.testing.assert_allclose(getattr(made_of, name), getattr(papers, name), rtol=0, atol=1e-6, err_msg=name)
 
 
+@pytest.mark.parametrize("encoding", ["latin-1", "utf-16", "utf-8-sig"])
+def test_a_list_of_hinges_may_have_another_encoding(tmp_path, encoding):
+    # GIVEN a list with a comment that is no ASCII WHEN the file is made THEN it has the hinges of the plain one
+    lists = hinge_lists(tmp_path, (1.0, "# Gelenke des Prüfstands, in m"), (1.0, "x [m]"))
+    plain = made(tmp_path, **lists).read_text()
+    base = Path(lists["base_hinges"])
+    base.write_bytes(base.read_text().encode(encoding))
+    assert made(tmp_path, **lists).read_text() == plain
+
+
 def test_sizes_in_mixed_units_are_refused(tmp_path):
     # GIVEN lists of which one is in mm and one in m, and nobody says so WHEN the file is made THEN it is refused, by both
     with pytest.raises(InputError) as refused:

@@ -1,5 +1,6 @@
 """`hexload platform new`: a platform file from what a data sheet says of a hexapod."""
 
+import codecs
 import re
 import sys
 from collections.abc import Callable, Mapping
@@ -268,9 +269,14 @@ def _text_of(hinges: str) -> str:
     if not hinges.lower().endswith((".csv", ".txt")):
         return hinges
     try:
-        lines = [line.strip() for line in path.read_text(encoding="utf-8-sig").splitlines()]
-    except (OSError, UnicodeDecodeError) as error:
+        raw = path.read_bytes()
+    except OSError as error:
         raise InputError(f"{path}: found no readable file ({error}), expected a list of hinges") from None
+    try:
+        text = raw.decode("utf-16" if raw[:2] in (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE) else "utf-8-sig")
+    except UnicodeDecodeError:
+        text = raw.decode("latin-1")  # its letters can stand in words alone, never in a number
+    lines = [line.strip() for line in text.splitlines()]
     is_row = [bool(line) and not line[0].isalpha() and line[0] not in '#"' for line in lines]
     rows = [line for line, is_one in zip(lines, is_row) if is_one]
     units = {unit for line, is_one in zip(lines, is_row) if not is_one for unit in HEADED_UNIT.findall(line)}
