@@ -98,6 +98,33 @@ std::string refusal_of(std::string_view field, const PlatformFile& platform, dou
     return fmt::format("{}: the estimator refuses its configuration: {} is out of range", file, field);
 }
 
+// What no sample may be beyond, where it is known what the legs can do: a leg that is pushed is faster than
+// alone, and takes more than it can give.
+constexpr double granted = 2.0;
+
+void take_actuators(const ActuatorSettings& can, hexload_sensors_t& sensors) {
+    if (can.leg_speed_m_s) {
+        sensors.velocity_range_m_s =
+            real(std::min(granted * *can.leg_speed_m_s, 50.0)); // the configuration's limits
+    }
+    if (can.leg_force_n) {
+        sensors.force_range_n = real(std::min(granted * *can.leg_force_n, 1e8));
+    }
+}
+
+void take_sensors(const PlatformFile& platform, hexload_config_t& config) {
+    config.sensors.displacement_sigma_m = real(platform.sensors.displacement_sigma_m);
+    config.sensors.force_sigma_n = real(platform.sensors.force_sigma_n);
+    config.sensors.velocity_sigma_m_s = real(platform.sensors.velocity_sigma_m_s);
+    take_actuators(platform.actuators, config.sensors);
+    config.rig.force_delay_s = real(platform.sensors.force_delay_s);
+    config.rig.velocity_delay_s = real(platform.sensors.velocity_delay_s);
+    if (!platform.sensors.has_velocity) {
+        hexload_config_set_no_velocity(&config); // at the sampling period of this estimator
+        config.rig.velocity_delay_s = 0;
+    }
+}
+
 } // namespace
 
 hexload_config_t firmware_config(const PlatformFile& platform, const EstimatorSettings& settings,
@@ -125,15 +152,7 @@ hexload_config_t firmware_config(const PlatformFile& platform, const EstimatorSe
     config.platform.inertia_kg_m2[HEXLOAD_I_YZ] = real(inertia(1, 2));
 
     config.gravity_m_s2 = real(platform.gravity_m_s2);
-    config.sensors.displacement_sigma_m = real(platform.sensors.displacement_sigma_m);
-    config.sensors.force_sigma_n = real(platform.sensors.force_sigma_n);
-    config.sensors.velocity_sigma_m_s = real(platform.sensors.velocity_sigma_m_s);
-    config.rig.force_delay_s = real(platform.sensors.force_delay_s);
-    config.rig.velocity_delay_s = real(platform.sensors.velocity_delay_s);
-    if (!platform.sensors.has_velocity) {
-        hexload_config_set_no_velocity(&config); // at the sampling period of this estimator
-        config.rig.velocity_delay_s = 0;
-    }
+    take_sensors(platform, config);
     if (platform.rig) {
         put_rig(*platform.rig, config);
     }

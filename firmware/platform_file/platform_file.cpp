@@ -136,6 +136,7 @@ Tolerances read_tolerances(TomlReader table) {
 
 SensorSigma read_sensor_sigma(TomlReader table) {
     SensorSigma sigma;
+    sigma.has_velocity = table.has("velocity_sigma_m_s"); // without its noise a sensor counts for nothing
     table.boolean("velocity", sigma.has_velocity);
     for (const auto& [key, value, range] :
          {std::tuple{"displacement_sigma_m", &sigma.displacement_sigma_m, displacement_noise},

@@ -70,7 +70,8 @@ struct Tolerances {
 // Of a platform whose body has been found on the machine itself.
 Tolerances of_known_body(Tolerances tolerances);
 
-// What the actuators can do, section [actuators]; nothing: not stated. Only motions are designed by it.
+// What the actuators can do, section [actuators]; nothing: not stated. Motions are designed by it, and
+// samples beyond twice of it are refused.
 struct ActuatorSettings {
     std::optional<double> leg_speed_m_s; // of one leg, without load
     std::optional<double> leg_force_n;   // at standstill

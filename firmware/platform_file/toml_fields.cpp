@@ -22,6 +22,10 @@ constexpr void assert_of_parser(bool holds) {
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <fstream>
+#include <iterator>
+#include <numeric>
 #include <sstream>
 #include <utility>
 
@@ -49,6 +53,74 @@ std::size_t line_of(const toml::node& node) {
     return node.source().begin.line;
 }
 
+// Bytes of the character that begins with `lead`; 0: none does.
+std::size_t bytes_of_character(unsigned char lead) {
+    if (lead < 0x80) {
+        return 1;
+    }
+    if (lead < 0xc2 || lead > 0xf4) {
+        return 0;
+    }
+    return lead < 0xe0 ? 2 : lead < 0xf0 ? 3 : 4;
+}
+
+// Where text stops being UTF-8; its size: nowhere. Which code points there are is left to the parser.
+std::size_t end_of_utf8(std::string_view text) {
+    std::size_t place = 0;
+    while (place < text.size()) {
+        const std::size_t size = bytes_of_character(static_cast<unsigned char>(text[place]));
+        const std::string_view character = text.substr(place, size);
+        const bool is_whole = size > 0 && character.size() == size &&
+                              std::all_of(character.begin() + 1, character.end(), [](char next) {
+                                  return (static_cast<unsigned char>(next) & 0xc0) == 0x80;
+                              });
+        if (!is_whole) {
+            break;
+        }
+        place += size;
+    }
+    return place;
+}
+
+// A file in another encoding is refused with the command that mends it.
+void refuse_other_encodings(const std::filesystem::path& path) {
+    std::ifstream file(path, std::ios::binary);
+    const std::string text{std::istreambuf_iterator<char>(file), {}};
+    const auto mend = [&path](std::string_view encoding) {
+        const std::string name = path.filename().string();
+        return fmt::format("expected UTF-8: iconv -f {} -t utf-8 {} > utf8-{}", encoding, name, name);
+    };
+    if (text.starts_with("\xff\xfe") || text.starts_with("\xfe\xff")) {
+        throw InputError(fmt::format("{}:1: found text in UTF-16, {}", path.string(), mend("utf-16")));
+    }
+    const std::size_t end = end_of_utf8(text);
+    if (end < text.size()) {
+        throw InputError(fmt::format("{}:{}: found byte 0x{:02x}, which is no UTF-8 but may be Latin-1, {}",
+                                     path.string(), 1 + std::ranges::count(text.substr(0, end), '\n'),
+                                     static_cast<unsigned char>(text[end]), mend("latin1")));
+    }
+}
+
+// Letters to add, leave out or change (Levenshtein's distance).
+std::size_t edits_between(std::string_view one, std::string_view other) {
+    std::vector<std::size_t> row(other.size() + 1);
+    std::iota(row.begin(), row.end(), std::size_t{0});
+    for (std::size_t i = 0; i < one.size(); ++i) {
+        std::size_t before = std::exchange(row[0], i + 1);
+        for (std::size_t j = 0; j < other.size(); ++j) {
+            const std::size_t changed = before + (one[i] == other[j] ? 0 : 1);
+            before = std::exchange(row[j + 1], std::min({row[j] + 1, row[j + 1] + 1, changed}));
+        }
+    }
+    return row.back();
+}
+
+// One a misspelling of the other, or without its unit.
+bool are_alike(std::string_view one, std::string_view other) {
+    return one.starts_with(other) || other.starts_with(one) ||
+           edits_between(one, other) <= 1 + std::min(one.size(), other.size()) / 4;
+}
+
 } // namespace
 
 toml::table parse_toml_file(const std::filesystem::path& path) {
@@ -58,6 +130,7 @@ toml::table parse_toml_file(const std::filesystem::path& path) {
     try {
         return toml::parse_file(path.string());
     } catch (const toml::parse_error& error) {
+        refuse_other_encodings(path);
         throw InputError(fmt::format("{}:{}: {}", path.string(), error.source().begin.line,
                                      std::string(error.description())));
     } catch (const ParserFailed&) {
@@ -161,9 +234,15 @@ bool TomlReader::has(std::string_view key) const {
 
 void TomlReader::require(std::string_view key) {
     known_keys_.emplace(key);
-    if (!has(key)) {
-        fail(key, "nothing", "this key");
+    if (has(key)) {
+        return;
     }
+    for (const auto& [found, node] : *table_) {
+        if (!known_keys_.contains(found.str()) && are_alike(found.str(), key)) {
+            refuse_misspelt(found.str(), node, key);
+        }
+    }
+    fail(key, "nothing", "this key");
 }
 
 TomlReader TomlReader::table(std::string_view key) {
@@ -194,11 +273,27 @@ std::vector<TomlReader> TomlReader::tables(std::string_view key) {
 
 void TomlReader::refuse_unknown_keys() const {
     for (const auto& [key, node] : *table_) {
-        if (known_keys_.find(key.str()) == known_keys_.end()) {
-            throw InputError(file_, line_of(node), qualified(key.str()), "an unknown key",
-                             fmt::format("one of {}", fmt::join(known_keys_, ", ")));
+        const std::string_view found = key.str();
+        if (known_keys_.contains(found)) {
+            continue;
         }
+        const auto nearest =
+            std::min_element(known_keys_.begin(), known_keys_.end(),
+                             [found](const std::string& one, const std::string& other) {
+                                 return edits_between(one, found) < edits_between(other, found);
+                             });
+        if (nearest != known_keys_.end() && are_alike(*nearest, found)) {
+            refuse_misspelt(found, node, *nearest);
+        }
+        throw InputError(file_, line_of(node), qualified(found), "an unknown key",
+                         fmt::format("one of {}", fmt::join(known_keys_, ", ")));
     }
+}
+
+void TomlReader::refuse_misspelt(std::string_view found, const toml::node& node,
+                                 std::string_view meant) const {
+    throw InputError(fmt::format("{}:{}: {}: found an unknown key, did you mean {}?", file_, line_of(node),
+                                 qualified(found), qualified(meant)));
 }
 
 void TomlReader::fail(std::string_view key, const std::string& found, const std::string& expected) const {

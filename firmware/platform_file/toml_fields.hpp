@@ -45,7 +45,7 @@ constexpr std::string_view name_in(const std::array<Choice<Enum>, n>& choices, E
     return choices[i].name;
 }
 
-// Throws InputError for a missing file or bad syntax.
+// Throws InputError for a missing file, another encoding than UTF-8, or bad syntax.
 toml::table parse_toml_file(const std::filesystem::path& path);
 
 // Reads one table. A method leaves `value` alone where the key is absent; the require_ forms refuse that.
@@ -79,6 +79,8 @@ class TomlReader {
 
   private:
     const toml::node* find(std::string_view key);
+    [[noreturn]] void refuse_misspelt(std::string_view found, const toml::node& node,
+                                      std::string_view meant) const;
     double to_number(std::string_view key, const toml::node& node, const Range& range) const;
     const toml::array& to_array(std::string_view key, const toml::node& node, std::size_t size) const;
     void read_numbers(std::string_view key, const toml::node& node, std::span<double> values,

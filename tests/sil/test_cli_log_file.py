@@ -1,11 +1,13 @@
 """The log reader: what it accepts, and every refusal with its message."""
 
+import codecs
 import gzip
 
 import numpy as np
 import pytest
 
 from hexload.errors import InputError
+from hexload.io import log_file
 from hexload.io.log_file import COLUMNS, read_log
 
 HEADER = ",".join(COLUMNS)
@@ -184,10 +186,43 @@ def test_a_plain_file_with_the_compressed_suffix_is_refused(tmp_path):
     assert refusal(path) == f"{path}: found damaged or incomplete gzip data, expected a .csv.gz log"
 
 
+@pytest.mark.parametrize("name", ["log.csv", "log.csv.gz"])
+@pytest.mark.parametrize("encoding", ["latin-1", "utf-8", "utf-8-sig", "utf-16", "utf-16-be with its mark"])
+def test_a_log_is_read_in_every_encoding_that_recorders_write(tmp_path, encoding, name):
+    # GIVEN a log with a comment and a unit that are not ASCII, in some encoding
+    header = HEADER.replace("dl1", "dl1 [µm]")
+    text = f"# Prüfstand, 20 °C\n{header}\n{row('0')}\n{row('0.001')}\n"
+    raw = codecs.BOM_UTF16_BE + text.encode("utf-16-be") if "mark" in encoding else text.encode(encoding)
+    path = tmp_path / name
+    path.write_bytes(gzip.compress(raw) if name.endswith(".gz") else raw)
+    # WHEN it is read THEN its numbers and units are, and of Latin-1, which no mark tells, that it was taken for it
+    log = read_log(path)
+    np.testing.assert_allclose(log.displacement_m[0], [1.5e-6, 2.5, 3.5, 4.5, 5.5, 6.5])
+    assert ("read as Latin-1: line 1 has byte 0xfc, which is no UTF-8" in log.remarks) == (encoding == "latin-1")
+
+
+def test_a_log_in_utf_16_longer_than_what_is_read_at_once_is_read_whole(tmp_path, monkeypatch):
+    # GIVEN a log of many blocks WHEN it is read THEN it has each of its rows
+    monkeypatch.setattr(log_file, "BLOCK_BYTES", 4093)
+    rows = [row(f"0.{k:06d}") for k in range(1000)]
+    path = tmp_path / "log.csv"
+    path.write_text("\n".join([HEADER, *rows]), encoding="utf-16")
+    np.testing.assert_allclose(read_log(path).t_s, 1e-6 * np.arange(1000), atol=1e-12)
+
+
 def test_bytes_that_are_no_text_are_refused(tmp_path):
     path = tmp_path / "log.csv"
-    path.write_bytes(b"t,\xff\xfe")
-    assert refusal(path) == f"{path}: found bytes that are not text at offset 2, expected CSV"
+    path.write_bytes(f"{HEADER}\n".encode() + b"0,\x01\xfe")
+    assert refusal(path) == f"{path}: line 2: found byte 0x01 at offset {len(HEADER) + 3}, expected CSV as text"
+
+
+def test_utf_16_without_its_mark_is_refused_with_what_to_do(tmp_path):
+    path = tmp_path / "log.csv"
+    path.write_bytes(HEADER.encode("utf-16-le"))
+    assert refusal(path) == (
+        f"{path}: line 1: found byte 0x00 at offset 1, expected CSV as text; of UTF-16 without its mark: "
+        "iconv -f utf-16le -t utf-8 log.csv > utf8.csv"
+    )
 
 
 def test_a_line_that_is_none_of_a_log_is_not_read_to_its_end(tmp_path):

@@ -22,7 +22,7 @@ from hexload_dev import build, cli, vm
 DATA = project.ROOT / "tests" / "data"
 UNKNOWN = DATA / "unknown_load.toml"
 FIGURES = {
-    "demo", "sim", "replay", "convert", "tare", "commission", "excite", "campaign", "faults", "soak", "bench", "doctor",
+    "demo", "sim", "replay", "convert", "tare", "commission", "excite", "export", "campaign", "faults", "soak", "bench", "doctor",
     "watch",
 }  # fmt: skip
 
@@ -67,10 +67,10 @@ VERBS = {
 
 @pytest.mark.parametrize("verb", VERBS)
 def test_json_is_all_that_is_printed_and_quiet_prints_nothing(hexload, short_log, verb):
-    # GIVEN a verb that prints figures WHEN it is called with --json THEN stdout is one object
+    # GIVEN a verb that prints figures WHEN it is called with --json THEN stdout is one object, AND stderr is empty
     words = VERBS[verb](short_log)
     said = hexload(*words, "--json")
-    assert isinstance(json.loads(said.out), dict)
+    assert isinstance(json.loads(said.out), dict) and said.err == ""
     # and WHEN with --quiet THEN nothing is printed, but the run directory, whose name sim chooses
     path = f"{short_log.parent / 'run'}\n" if verb == "sim" else ""
     assert hexload(*words, "--quiet") == (path, "")

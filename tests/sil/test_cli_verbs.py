@@ -6,7 +6,9 @@ import subprocess
 import sys
 import time
 import tomllib
+from contextlib import nullcontext
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 
@@ -17,6 +19,7 @@ from hexload.errors import InputError
 from hexload.io.log_file import COLUMNS
 from hexload.io.run_directory import read_run
 from hexload.simulation.sim import known_scenarios, resolve_scenario
+from hexload.view import verb as view
 from synthetic_run import PLATFORM_TOML
 
 VERBS = (
@@ -194,6 +197,44 @@ def test_a_scenario_with_an_unknown_key_is_refused_by_the_simulator(tmp_path):
     result = hexload("sim", scenario, "--out", tmp_path / "run")
     assert_refused(result, str(scenario), "speed")
     assert not (tmp_path / "run").exists()
+
+
+@pytest.mark.parametrize("there", ["mine.toml", "mine.html", "mine.csv", "mine.json"])
+def test_what_took_long_to_get_is_not_overwritten_without_force(platform, tmp_path, there):
+    # GIVEN an earlier rig file or its page, an earlier motion or its summary, and a log
+    earlier, log = tmp_path / there, tmp_path / "log.csv"
+    earlier.write_text("earlier")
+    log.write_text("no log")
+    if there in ("mine.toml", "mine.html"):
+        words = ("commission", log, "--out", tmp_path / "mine.toml", "--report", tmp_path / "mine.html")
+    else:
+        words = ("excite", "--duration", 0.1, "--out", tmp_path / "mine.csv")
+    # WHEN the verb is to write there THEN it is refused before anything is read, and nothing is lost
+    result = hexload(*words, "--platform", platform)
+    assert (result.returncode, result.stderr) == (
+        2,
+        f"hexload: {earlier}: found it already there, expected a new file, or --force to replace it\n",
+    )
+    # AND with --force it goes on, here to its next refusal, and leaves what it has not replaced
+    if there in ("mine.html", "mine.json"):
+        return
+    forced = hexload(*words, "--platform", platform, "--force")
+    assert forced.returncode == 2 and "already there" not in forced.stderr
+    assert earlier.read_text() == "earlier" and log.read_text() == "no log"
+
+
+def test_the_address_of_a_live_page_is_told_when_all_that_it_shows_is_built(monkeypatch):
+    # GIVEN a fresh clone, in which a build takes its time WHEN a run is to be shown live
+    done = []
+    monkeypatch.setattr(project, "ensure_built", lambda *targets: done.extend(targets))
+    monkeypatch.setattr(view, "live_page", lambda *_, **__: nullcontext(SimpleNamespace(play=id, wait=lambda: None)))
+    monkeypatch.setattr(view, "tell", lambda page: done.append("told"))
+    monkeypatch.setattr(view, "wait_for_browser", lambda page: None)
+    monkeypatch.setattr(view, "recording_of", lambda *_: (None, None))
+    monkeypatch.setattr("hexload.simulation.sim.run_simulation", lambda *_: Path("run"))
+    app(["sim", "multisine", "--real-time", "--view"], prog_name="hexload", standalone_mode=False)
+    # THEN simulator and controller are built before the address is told
+    assert set(done[: done.index("told")]) >= {"hexload_sim_app", "hexload_ecu"}
 
 
 def test_a_run_directory_is_not_overwritten_without_force(tmp_path):

@@ -1,11 +1,13 @@
 """`hexload export`: the header gives a controller the bits that `replay --rig` gives the firmware."""
 
+import json
 import subprocess
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from forked_command import hexload
 from hexload import project
 from hexload.errors import InputError
 from hexload.estimation import rig_file
@@ -79,6 +81,29 @@ def test_a_compiled_header_has_the_bits_of_the_configuration(rig, language, tmp_
     assert export(rig, PLATFORM, out, TICK_S, force=False) == "rig_config"
     # THEN the constant is, byte for byte, the configuration of replay --rig
     assert in_memory(out, COMPILERS[language]) == config_of(rig)
+
+
+def test_what_no_sample_may_be_beyond_is_of_the_actuators_where_they_are_stated(rig, tmp_path):
+    # GIVEN a platform file that says what its legs can do WHEN it is exported THEN the gates are twice that
+    stated, out = tmp_path / "stated.toml", tmp_path / "rig_config.h"
+    stated.write_text(PLATFORM.read_text() + "\n[actuators]\nleg_speed_m_s = 1.25\nleg_force_n = 6e3\n")
+    export(rig, stated, out, TICK_S, force=True)
+    text = out.read_text()
+    assert ".velocity_range_m_s = HEXLOAD_REAL(2.5), // m/s" in text
+    assert ".force_range_n = HEXLOAD_REAL(12000.0), // N" in text
+    # AND the header says where they come from, AND that they are wide open where nothing is stated
+    assert "//   speed: twice actuators.leg_speed_m_s = 1.25\n//   force: twice actuators.leg_force_n = 6000" in text
+    export(rig, PLATFORM, out, TICK_S, force=True)
+    assert "//   force: 1e6 N, the firmware's default, as it has no actuators.leg_force_n" in out.read_text()
+    assert ".force_range_n = HEXLOAD_REAL(1000000.0), // N" in out.read_text()
+
+
+def test_the_figures_of_an_export_are_json(rig, tmp_path):
+    # GIVEN --json WHEN a rig is exported THEN standard output is JSON alone, and standard error empty
+    out = tmp_path / "rig_config.h"
+    result = hexload("export", rig, "--platform", PLATFORM, "--out", out, "--json")
+    assert (result.returncode, result.stderr) == (0, "")
+    assert json.loads(result.stdout) == {"file": str(out), "constant": "rig_config"}
 
 
 def test_no_field_of_the_configuration_is_left_out(rig, tmp_path):

@@ -45,6 +45,11 @@ def multisine_log(tmp_path_factory) -> Path:
     return without_columns("multisine_eccentric", tmp_path_factory.mktemp("logs"))
 
 
+@pytest.fixture(scope="module")
+def replayed_without(multisine_log, tmp_path_factory) -> dict:
+    return replay_log(multisine_log, UNKNOWN, None, None, tmp_path_factory.mktemp("replayed") / "out.csv")
+
+
 @pytest.fixture
 def no_velocity_file(tmp_path) -> Path:
     """The platform file of a machine that says so, without a sigma."""
@@ -90,13 +95,20 @@ def test_a_load_change_is_reported_within_20_ms(tmp_path):
     assert load_changes_s(replay_log(log, UNKNOWN, None, None, tmp_path / "out.csv")) == pytest.approx([6.11], abs=0.01)
 
 
-def test_the_platform_file_may_say_it_for_a_log_that_has_the_columns(multisine_log, no_velocity_file, tmp_path):
-    # GIVEN a platform file with velocity = false WHEN the log with the columns is replayed THEN they do not count
-    by_log = replay_log(multisine_log, UNKNOWN, None, None, tmp_path / "by_log.csv")
+@pytest.mark.parametrize("says", ["velocity = false\n", ""])
+def test_the_platform_file_may_say_it_for_a_log_that_has_the_columns(
+    replayed_without, no_velocity_file, tmp_path, says
+):
+    # GIVEN a platform file with velocity = false, or without their sigma WHEN the log with the columns is replayed
+    no_velocity_file.write_text(no_velocity_file.read_text().replace("velocity = false\n", says))
     whole = DATA / "multisine_eccentric.csv.gz"
     by_file = replay_log(whole, no_velocity_file, None, None, tmp_path / "by_file.csv")
-    np.testing.assert_array_equal(by_log["value"], by_file["value"])
-    np.testing.assert_array_equal(by_log["sigma"], by_file["sigma"])
+    # THEN they do not count, AND that is said
+    np.testing.assert_array_equal(replayed_without["value"], by_file["value"])
+    np.testing.assert_array_equal(replayed_without["sigma"], by_file["sigma"])
+    assert any("velocities left out" in remark and "velocity_sigma_m_s" in remark for remark in by_file["remarks"])
+    # AND of a log without velocities there is nothing to say
+    assert not replayed_without["remarks"]
 
 
 def test_sample_by_sample_and_over_a_log_are_the_same_bits(multisine_log, no_velocity_file):

@@ -18,7 +18,7 @@ from hexload.errors import InputError
 from hexload.estimation.machine_check import check, lag_in_words
 from hexload.io.log_file import COLUMNS
 from hexload.io.quantity import parse
-from hexload.io.toml_document import to_toml
+from hexload.io.toml_document import GUESSED, guessed_in_words, read_toml, to_toml
 from hexload.platform import Platform
 from hexload.theory import workspace
 from hexload.theory.machine_findings import findings_of, order_findings
@@ -72,15 +72,82 @@ def test_hinges_legs_and_stroke_may_be_said_in_other_ways(tmp_path):
         np.testing.assert_allclose(getattr(mine, name), getattr(papers, name), rtol=0, atol=2e-6, err_msg=name)
 
 
+def hinge_lists(tmp_path: Path, base: tuple[float, str], platform: tuple[float, str]) -> dict[str, str | None]:
+    """Options of the paper's machine with lists of hinges: of each side its scale from m, and the first line of its file."""
+    geometry = tomllib.loads(PAPER_FILE.read_text())["geometry"]
+    changes = dict.fromkeys(("platform_radius", "platform_angle", "base_radius", "base_angle"), None)
+    for side, (scale, heading) in (("base", base), ("platform", platform)):
+        rows = ["; ".join(f"{scale * x:.6f}" for x in row) for row in geometry[f"{side}_hinges_m"]]
+        path = tmp_path / f"{side}.csv"
+        path.write_text("\n".join([heading, *rows]) + "\n")
+        changes[f"{side}_hinges"] = str(path)
+    return changes
+
+
+@pytest.mark.parametrize("heading", ["x [m]; y [m]; z [m]", "# x, y, z in (m)", "x_m;y_m;z_m", '"x/m";"y/m";"z/m"'])
+def test_the_unit_above_a_list_of_hinges_is_its_unit(tmp_path, heading):
+    # GIVEN a list in mm and one in m, each with its unit above its rows WHEN the file is made THEN both are right
+    mine = made(tmp_path, **hinge_lists(tmp_path, (1e3, "x [mm]; y [mm]; z [mm]"), (1.0, heading)))
+    made_of, papers = (hexload_native.load_platform(str(path)) for path in (mine, PAPER_FILE))
+    for name in ("base_hinges_m", "platform_hinges_m"):
+        np.testing.assert_allclose(getattr(made_of, name), getattr(papers, name), rtol=0, atol=1e-6, err_msg=name)
+
+
+@pytest.mark.parametrize("encoding", ["latin-1", "utf-16", "utf-8-sig"])
+def test_a_list_of_hinges_may_have_another_encoding(tmp_path, encoding):
+    # GIVEN a list with a comment that is no ASCII WHEN the file is made THEN it has the hinges of the plain one
+    lists = hinge_lists(tmp_path, (1.0, "# Gelenke des Prüfstands, in m"), (1.0, "x [m]"))
+    plain = made(tmp_path, **lists).read_text()
+    base = Path(lists["base_hinges"])
+    base.write_bytes(base.read_text().encode(encoding))
+    assert made(tmp_path, **lists).read_text() == plain
+
+
+def test_sizes_in_mixed_units_are_refused(tmp_path):
+    # GIVEN lists of which one is in mm and one in m, and nobody says so WHEN the file is made THEN it is refused, by both
+    with pytest.raises(InputError) as refused:
+        made(tmp_path, **hinge_lists(tmp_path, (1e3, "x;y;z"), (1.0, "x;y;z")))
+    assert str(refused.value).startswith("--platform-hinges: found 0.386")
+    assert (
+        "beside --base-hinges of 590.885 without a unit, expected sizes of one machine: their units are mixed"
+        in str(refused.value)
+    )
+    # AND a list that names two units likewise
+    with pytest.raises(InputError, match="found the units m, mm above the rows"):
+        made(tmp_path, **hinge_lists(tmp_path, (1e3, "x [mm];y [mm];z [m]"), (1.0, "x")))
+
+
+def test_what_was_guessed_is_marked_in_the_file(tmp_path):
+    # GIVEN a machine without inertia and centre of mass, with bare lengths WHEN its file is made
+    path = made(tmp_path, inertia=None, leg_length="874.1", stroke="300", mass="100")
+    # THEN the lines of what was guessed say so, and no others
+    marked = {line.partition(" =")[0] for line in path.read_text().splitlines() if f"# {GUESSED}" in line}
+    assert marked == {"home_leg_length_m", "stroke_m", "com_m", "inertia_kg_m2"}
+    assert guessed_in_words(path, ("mass_kg", "inertia_kg_m2")) == f"inertia_kg_m2 in {path} was guessed"
+    assert guessed_in_words(path, ("mass_kg",)) == ""
+    # AND the check of the file names them
+    printed = hexload("platform", "check", path).stdout
+    assert (
+        f"com_m, inertia_kg_m2 in {path} were guessed: what the guess is off, the load's estimate will be"
+        in " ".join(printed.split())
+    )
+
+
 @pytest.mark.parametrize(
     ("changes", "guess"),
     [
-        ({"platform_radius": "400", "base_radius": "600", "leg_length": "874.1", "stroke": "300"}, "taken as mm"),
-        ({"platform_radius": "0.4", "base_radius": "0.6", "leg_length": "0.8741", "stroke": "0.3"}, "taken as m:"),
-        ({"platform_angle": "0.2618"}, "--platform-angle 0.2618 without a unit taken as rad"),
-        ({"displacement_sigma": "20"}, "--displacement-sigma 20 without a unit taken as um"),
-        ({"velocity_sigma": "1"}, "--velocity-sigma 1 without a unit taken as mm/s"),
-        ({"inertia": "25e6, 25e6, 44e6"}, "--inertia without a unit taken as kg mm2"),
+        (
+            {"platform_radius": "400", "base_radius": "600", "leg_length": "874.1", "stroke": "300"},
+            "--base-radius, --platform-radius, --leg-length, --stroke without a unit read as mm, because the largest number is 874.1",
+        ),
+        (
+            {"platform_radius": "0.4", "base_radius": "0.6", "leg_length": "0.8741", "stroke": "0.3"},
+            "read as m, because the largest number is 0.8741",
+        ),
+        ({"platform_angle": "0.2618"}, "--platform-angle 0.2618 without a unit read as rad, because"),
+        ({"displacement_sigma": "20"}, "--displacement-sigma 20 without a unit read as um, because"),
+        ({"velocity_sigma": "1"}, "--velocity-sigma 1 without a unit read as mm/s, because"),
+        ({"inertia": "25e6, 25e6, 44e6"}, "--inertia without a unit read as kg mm2, because"),
     ],
 )
 def test_a_unit_that_is_not_there_is_guessed_and_told(tmp_path, changes, guess):
@@ -143,6 +210,8 @@ def test_the_new_file_is_one_that_the_other_verbs_take(tmp_path):
     log.write_text("\n".join([",".join(COLUMNS), *rows, ""]))
     replay = hexload("replay", log, "--platform", out, "--out", tmp_path / "estimates.csv")
     assert replay.returncode == 0, replay.stderr
+    # AND that its centre of mass was guessed is told where it counts
+    assert f"guessed:   com_m in {out} was guessed" in replay.stdout
 
 
 def scaled(path: Path, **factors: float) -> str:
@@ -195,6 +264,26 @@ def test_a_platform_in_millimetres_is_refused_in_the_same_words_by_every_reader(
     for refused in (lambda: check(path), lambda: Platform.of(path)):
         with pytest.raises(InputError, match=r"mm\.toml:\d+: geometry\.base_hinges_m\[0\]\[0\]: found 590\.88.*not mm"):
             refused()
+
+
+@pytest.mark.parametrize("encoding", ["latin-1", "utf-16", "utf-8-sig"])
+def test_a_platform_file_in_another_encoding_is_read_or_refused_alike_by_every_reader(tmp_path, encoding):
+    # GIVEN a platform file with a letter that is no ASCII, of an editor that writes another encoding
+    path = tmp_path / "p.toml"
+    path.write_bytes(("\n# Prüfstand\n" + PAPER_FILE.read_text()).encode(encoding))
+    # WHEN the firmware's and the formulas' readers read it THEN UTF-8 with its mark is taken
+    if encoding == "utf-8-sig":
+        assert hexload_native.load_platform(str(path)).mass_kg == read_toml(path)["platform"]["mass_kg"]
+        return
+    # AND else both say the line, what it looks like and the command that mends it
+    with pytest.raises(ValueError) as native:
+        hexload_native.load_platform(str(path))
+    with pytest.raises(InputError) as own:
+        read_toml(path)
+    assert str(native.value) == str(own.value)
+    line, iconv = (2, "latin1") if encoding == "latin-1" else (1, "utf-16")
+    assert str(own.value).startswith(f"{path}:{line}: found ")
+    assert str(own.value).endswith(f"expected UTF-8: iconv -f {iconv} -t utf-8 p.toml > utf8-p.toml")
 
 
 def test_what_follows_from_several_numbers_is_told_by_those_that_the_user_wrote(tmp_path):

@@ -22,6 +22,7 @@ from hexload.estimation.leg_mass import find_leg_mass, without_leg_mass
 from hexload.estimation.replay import replay_log
 from hexload.estimation.tare import make_tare, tare_for
 from hexload.io.log_file import read_log
+from hexload.io.toml_document import GUESSED
 from hexload.theory.bound import THETA_NAMES, read_platform
 
 LARGEST_OFFSET = 0.25
@@ -283,10 +284,18 @@ def refuse(rig: Rig, log: Path, out: Path, *expected: str) -> None:
 
 
 def test_a_platform_with_a_load_gives_no_tare(rig, tmp_path):
-    # GIVEN a log with a load WHEN a tare is wanted THEN the load's mass is told
+    # GIVEN a log with a load, and a platform file with a guess WHEN a tare is wanted THEN load and guess are told
+    rig.platform.write_text(re.sub("(inertia_kg_m2 = .*)", f"\\1 # {GUESSED} a disc", NOMINAL))
     refuse(
-        rig, rig.log("loaded", LOAD, seed=12), tmp_path, "seems to carry a load: found m = 512", "expected 25 at most"
+        rig,
+        rig.log("loaded", LOAD, seed=12),
+        tmp_path,
+        "seems to carry a load: found m = 512",
+        "expected 25 at most",
+        "; inertia_kg_m2 in",
+        "nominal.toml was guessed: the first suspect",
     )
+    rig.platform.write_text(NOMINAL)
 
 
 def test_a_heavy_platform_gives_a_tare_when_the_user_says_so(rig, tmp_path):

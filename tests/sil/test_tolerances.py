@@ -9,6 +9,7 @@ import hexload_native
 import numpy as np
 import pytest
 
+from hexload import project
 from hexload.errors import InputError
 from hexload.estimation import rig_file
 from hexload.estimation.commission import with_common_gain
@@ -17,6 +18,7 @@ from hexload.estimation.load_summary import mend_in_words
 from hexload.estimation.rig_regression import SLICES, UNKNOWNS
 from hexload.io.log_file import LegLog, read_log
 from hexload.platform import Platform
+from hexload.theory.tolerances import DEFAULTS
 
 DATA = Path(__file__).parents[1] / "data"
 EXACT = tomllib.loads((DATA / "unknown_load.toml").read_text())
@@ -53,6 +55,21 @@ def test_of_a_machine_of_which_nothing_was_declared_ordinary_tolerances_count(lo
     exact, of_exact, own_of_exact, _ = last(EXACT, log, log.force_n, tmp_path / "exact.csv")
     assert np.array_equal(exact, value)
     assert (of_exact < 2.0 * own_of_exact).all()
+
+
+def test_the_document_has_the_defaults_that_the_code_has():
+    # GIVEN the document's table of tolerances WHEN its numbers are read THEN they are those of the code
+    text = (project.ROOT / "host_sim" / "README.md").read_text(encoding="utf-8")
+    table = text[text.index("| key of `[tolerances]` |") :].partition("\n\n")[0]
+    rows = re.findall(r"^\| `(\w+)` \| (\S+) \|", table, re.MULTILINE)
+    assert {key: np.inf if number == "open" else float(number) for key, number in rows} == DEFAULTS
+    # AND of the firmware, whose numbers are floats
+    config = hexload_native.config_bytes(Platform.of(UNTOLD).native(), 1e-3)
+    source = hexload_native.config_initialiser(config)
+    for key in ("force_gain_common", "platform_mass", "platform_com_m", "platform_inertia"):
+        name = key.removesuffix("_common")
+        number = re.search(rf"\.tolerances = \{{.*?\.{name} = HEXLOAD_REAL\(([^)]*)\)", source, re.DOTALL)[1]
+        assert float.fromhex(number) if "0x" in number else float(number) == pytest.approx(DEFAULTS[key], rel=1e-6), key
 
 
 @pytest.mark.parametrize("gain", [-0.02, 0.01, 0.02])

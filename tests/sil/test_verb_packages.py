@@ -8,9 +8,10 @@ import re
 import subprocess
 
 import pytest
+import typer
 
 from hexload import project
-from hexload_dev import lock
+from hexload_dev import cli, lock
 from hexload_dev.requirements import canonical, chosen, read_lock, requirements
 
 SOURCES = project.ROOT / "tools" / "python"
@@ -104,3 +105,20 @@ def test_a_verb_imports_only_what_is_installed_for_it(verb, body):
     # THEN each module that it imports is of a package that tools/hexload has installed for it
     assert missing(imports_at_once(body), [verb]) == set()
     assert missing(imports_somewhere(body), [verb, *OPTIONS]) == set()
+
+
+def test_a_misspelt_verb_is_refused_before_anything_is_installed_for_it(tmp_path):
+    # GIVEN the script alone, beside which nothing is set up WHEN a verb is misspelt
+    script = tmp_path / "tools" / "hexload"
+    script.parent.mkdir()
+    script.write_text(SCRIPT)
+    result = subprocess.run(["bash", script, "rplay", "log.csv"], capture_output=True, text=True)
+    # THEN it says so, and which is meant, AND has made nothing
+    words = "hexload: No such command 'rplay'. Did you mean replay? (see hexload --help)\n"
+    assert (result.returncode, result.stderr) == (2, words)
+    assert [path.name for path in tmp_path.iterdir()] == ["tools"]
+
+
+def test_the_script_knows_every_verb():
+    known = re.search(r"^verbs=\(\n(.*?)\)", SCRIPT, re.M | re.S)[1].split()
+    assert known == sorted(typer.main.get_command(cli.app).commands)

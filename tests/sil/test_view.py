@@ -6,6 +6,7 @@ import socket
 import subprocess
 import time
 from contextlib import closing
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -20,6 +21,7 @@ from hexload.report.page import write_report
 from hexload.theory.bound import THETA_NAMES, rotation_from_rpy
 from hexload.view import picture
 from hexload.view.body import body_of_estimate, body_of_theta
+from hexload.view.live import Live
 from hexload.view.page import page_of
 from hexload.view.recorded import recording_of_run
 from hexload.view.scene import quaternion
@@ -30,6 +32,21 @@ PATIENCE_S = 60.0
 SKIPPED = 77  # SKIP_RETURN_CODE in CMakeLists.txt
 PLATFORM_BOX = (0.35, 0.1, 0.7, 0.5)  # of the page, left, top, right, bottom: platform and load
 FLOOR_BOX = (0.45, 0.88, 0.6, 0.98)
+
+
+@pytest.mark.parametrize("silence_s", [0.6, 30.0])
+def test_samples_per_second_are_counted_without_the_silence_before_them(monkeypatch, silence_s):
+    # GIVEN a listener that hears nothing for a while, then 1 kHz for 1.1 s
+    now_s = 100.0
+    monkeypatch.setattr("hexload.view.live.time", SimpleNamespace(monotonic=lambda: now_s))
+    live = Live("test")
+    now_s += silence_s
+    for tick in range(1100):
+        live.count("samples")
+        live.sample(tick, np.zeros(6), np.zeros(6))
+        now_s += 1e-3
+    # WHEN it is asked for the rate THEN it is that of the samples, to the one at each end
+    assert live.rate() == pytest.approx(1000.0, abs=2.0)
 
 
 @pytest.fixture(scope="module")

@@ -322,9 +322,8 @@ WRONG = [
     Wrong(
         "a radius without its unit and legs in mm",
         "platform new",
-        "1 implausible",
+        "their units are mixed",
         new(platform_radius="0.4", leg_length="874.1"),
-        3,
     ),
     Wrong(
         "whole angles for half",

@@ -234,7 +234,7 @@ WRONG = [
     Wrong(
         "a workbook",
         2,
-        "found bytes that are not text",
+        "found a workbook",
         text=lambda _: b"PK\x03\x04\x14\x00\x06\x00\xff\xfe\xfd\n",
         name="log.xlsx",
         is_mended=False,

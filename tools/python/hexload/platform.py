@@ -15,7 +15,7 @@ import numpy as np
 
 from hexload import project
 from hexload.errors import InputError
-from hexload.io.toml_document import to_toml
+from hexload.io.toml_document import read_toml, to_toml
 from hexload.theory import bound
 
 Kind = Literal["momentum", "momentum_effects", "paper"]
@@ -77,8 +77,8 @@ def _plain(value: object) -> object:
 
 def _read(path: Path) -> dict:
     try:
-        return tomllib.loads(path.read_text(encoding="utf-8"))
+        return read_toml(path)
     except FileNotFoundError:
         raise InputError(f"{path}: found no such file, expected a platform file (.toml)") from None
-    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
+    except (OSError, tomllib.TOMLDecodeError) as error:
         raise InputError(f"{path}: found no valid TOML ({error}), expected a platform file") from None

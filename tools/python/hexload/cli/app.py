@@ -220,6 +220,7 @@ def sim(
     run = functools.partial(verb.run_simulation, scenario, out, seed, tuple(options), controller)
     with stack:
         if view and real_time:
+            verb.build_for(controller)  # a page is there when its address is told, and moves
             _view_simulation(verb.platform_file(verb.resolve_scenario(scenario)), bus, profile, publish, key, run)
             return
         directory = run()
@@ -331,7 +332,7 @@ def convert(
     as_json: AsJson = False,
     quiet: Quiet = False,
 ) -> None:
-    """Writes a log of any kind as the CSV that every verb takes, or as MCAP, which Foxglove and PlotJuggler open.
+    """Writes a log of any kind as the CSV that every command takes, or as MCAP, which Foxglove and PlotJuggler open.
 
     Example:  hexload convert recorded.mf4 log.csv --columns columns.toml
 
@@ -422,6 +423,7 @@ def commission_verb(
         Path | None,
         typer.Option(help="Page to write (.html): what was found, how well, residual spectra, friction curves."),
     ] = None,
+    force: Annotated[bool, typer.Option("--force", help="Replace rig file and page.")] = False,
     columns: Columns = None,
     resample: Resample = None,
     unchecked: Unchecked = False,
@@ -437,15 +439,17 @@ def commission_verb(
     Example:  hexload commission empty.csv --platform platform.toml --out rig.toml
     """
     from hexload.cli import output
+    from hexload.cli.kept_inputs import keep, refuse_existing
+
+    keep((log, platform, reference), (out, report))
+    refuse_existing((out, report), force)
     from hexload.cli.commission import print_summary
-    from hexload.cli.kept_inputs import keep
     from hexload.estimation.commission import Wish, commission
     from hexload.estimation.input_check import WayIn
 
     way_in = WayIn(columns or (), resample, unchecked)
     wish = Wish(log, platform, out, reference, reference_mass, loaded, largest_offset, report, way_in)
     with output.said(as_json, quiet):
-        keep((log, platform, reference), (out, report))
         found = commission(wish)
         print_summary(found, out)
         if report is not None:
@@ -463,6 +467,8 @@ def export(
         float | None, typer.Option(help="Sampling period of the controller, s.", show_default="the platform file's")
     ] = None,
     force: Annotated[bool, typer.Option("--force", help="Replace the header.")] = False,
+    as_json: AsJson = False,
+    quiet: Quiet = False,
 ) -> None:
     """Writes machine, sensors, estimator and rig as a C header: a constant hexload_config_t for a controller, in flash.
 
@@ -470,13 +476,17 @@ def export(
 
     Example:  hexload export rig.toml --platform platform.toml --out rig_config.h
     """
+    from hexload.cli import output
     from hexload.cli.kept_inputs import keep
     from hexload.estimation.config_header import export as write_header
 
-    keep((rig, platform), (out,))
-    name = write_header(rig, platform, out, tick, force)
-    print(f"header:    {out}")
-    print(f'use:       #include "{out.name}", then hexload_init(&estimator, &{name})')
+    with output.said(as_json, quiet):
+        keep((rig, platform), (out,))
+        name = write_header(rig, platform, out, tick, force)
+        print(f"header:    {out}")
+        print(f'use:       #include "{out.name}", then hexload_init(&estimator, &{name})')
+    if as_json:
+        output.print_json({"file": out, "constant": name})
 
 
 @app.command()
@@ -544,6 +554,7 @@ def excite(
             min=0.0, help="Of that Jacobian to a singular one, 1 / |J^-1|.", show_default="0.3 of that of home"
         ),
     ] = None,
+    force: Annotated[bool, typer.Option("--force", help="Replace trajectory and summary.")] = False,
     as_json: AsJson = False,
     quiet: Quiet = False,
 ) -> None:
@@ -561,7 +572,7 @@ def excite(
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     from hexload.cli import excite as verb
     from hexload.cli import output
-    from hexload.cli.kept_inputs import keep
+    from hexload.cli.kept_inputs import keep, refuse_existing
 
     wish = verb.Wish(
         platform,
@@ -582,7 +593,8 @@ def excite(
         empty,
     )
     with output.said(as_json, quiet):
-        keep((platform,), (out,))
+        keep((platform,), (out, verb.summary_of(out)))
+        refuse_existing((out, verb.summary_of(out)), force)
         found = verb.design(wish, out)
         verb.print_summary(found, wish, out)
     if as_json:
@@ -681,7 +693,7 @@ def platform_check(
     """What a platform file says of a machine: home pose, reach along each axis, condition over x, y and tilt; and what of it cannot be.
 
     Named are hinges in another unit, legs mirrored or in each other's place, a home pose that is nearly singular, a stroke that cannot be
-    used, mass, inertia, noise and actuators of another kind of machine. Exit status: 0; 2 for a file that no verb takes; 3 when
+    used, mass, inertia, noise and actuators of another kind of machine. Exit status: 0; 2 for a file that no command takes; 3 when
     something is implausible.
 
     Example:  hexload platform check mine.toml --report mine.html

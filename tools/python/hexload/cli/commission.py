@@ -9,6 +9,20 @@ from rich.table import Table
 
 from hexload.estimation.rig_model import LEGS
 
+TITLES = {  # of groups of unknowns, as a control engineer calls them
+    "theta": "platform's mass, centre, inertia",
+    "leg_mass": "leg mass",
+    "coulomb": "Coulomb friction",
+    "stribeck": "more at rest (Stribeck)",
+    "viscous": "viscous friction",
+    "growth": "friction growing with leg force",
+    "offset": "force offset",
+    "delay": "force delay",
+    "tilt": "tilt of the base",
+    "gain": "force gain",
+    "hinges": "hinge positions",
+}
+
 
 def print_summary(result: dict, out: Path) -> None:
     """What was found, on the terminal."""
@@ -37,5 +51,5 @@ def print_summary(result: dict, out: Path) -> None:
     print(f"delays:    forces {1e3 * rig['force_delay_s']:.2f} ms, velocities {1e3 * rig['velocity_delay_s']:.2f} ms")
     print(f"residual:  {result['residual_n']:.2f} N of {result['duration_s']:.1f} s")
     for name, words in result["words"].items():
-        print(f"{name + ':':<10} {words}")
+        print(f"{TITLES[name] + ':':<34}{words}")
     print(f"rig:       {out}")

@@ -3,7 +3,6 @@
 import io
 import json
 import math
-import sys
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, redirect_stderr, redirect_stdout
 from dataclasses import fields, is_dataclass
@@ -14,12 +13,12 @@ import numpy as np
 
 @contextmanager
 def said(as_json: bool, quiet: bool) -> Iterator[None]:
-    """While a verb works: what it prints goes to stderr with --json, nowhere with --quiet."""
+    """While a verb works: its summary goes nowhere with --json and --quiet, with the latter its progress neither."""
     if quiet:
         with redirect_stdout(io.StringIO()), redirect_stderr(io.StringIO()):
             yield
     elif as_json:
-        with redirect_stdout(sys.stderr):
+        with redirect_stdout(io.StringIO()):
             yield
     else:
         yield

@@ -19,6 +19,7 @@ def figures(checked: Checked) -> dict:
         "platform": checked.name,
         "is_plausible": not checked.findings,
         "findings": checked.findings,
+        "guessed": checked.guessed,
         "home": {
             "height_m": checked.height_m,
             "leg_length_m": checked.machine.home_leg_length_m + checked.home_m,
@@ -48,6 +49,8 @@ def print_checked(checked: Checked) -> None:
         print(f"tilt {np.degrees(each.tilt_rad):3.0f} deg in any direction: {map_words(each)}")
     if words := lag_in_words(checked.tables):
         print(f"lag:       {words}")
+    if checked.guessed:
+        print(f"guessed:   {checked.guessed}: what the guess is off, the load's estimate will be")
     print_findings(checked)
 
 

@@ -1,5 +1,6 @@
 """`hexload platform new`: a platform file from what a data sheet says of a hexapod."""
 
+import codecs
 import re
 import sys
 from collections.abc import Callable, Mapping
@@ -10,10 +11,13 @@ import numpy as np
 import typer
 from numpy.typing import NDArray
 
+from hexload.cli.kept_inputs import refuse_existing
 from hexload.errors import InputError
 from hexload.estimation.machine_check import Checked, check
 from hexload.io.atomic_file import replaced_when_done
 from hexload.io.quantity import Quantity, parse
+from hexload.io.toml_document import GUESSED
+from hexload.theory.tolerances import DEFAULTS, OPEN
 
 Array = NDArray[np.float64]
 
@@ -64,6 +68,11 @@ OPTIONS = {
     "actuators.leg_force_n": ("leg-force",),
     "actuators.speed_sum_m_s": ("speed-sum",),
 }
+# Of these a guess of the others tells nothing.
+GUESSED_BY = {
+    "geometry.platform_hinges_m": ("platform-radius", "platform-angle", "platform-hinges"),
+    "platform.inertia_kg_m2": ("inertia",),
+}
 # What stands for what: of each line one suffices.
 INSTEAD = {
     "platform-radius": "platform-hinges",
@@ -73,7 +82,21 @@ INSTEAD = {
     "leg-length": "home-height",
     "stroke": "leg-range",
 }
+SIZES = ("base-radius", "platform-radius", "base-hinges", "platform-hinges", "leg-length", "home-height", "leg-range")
+SIZES_RATIO = 100.0  # of a machine's: beyond, one of them is in another unit
+HEADED_UNIT = re.compile(r"(?:^\W*|[\[(/_]|\bin |\bunits?:? )(um|mm|cm|m|in|ft)(?![a-z])")
+IN_SI = {"mass": "kg", "force": "N", "acceleration": "m/s2"}  # what is taken of a number without a unit
 ACTUATORS = {"leg-speed": "speed", "leg-force": "force", "speed-sum": "speed"}
+
+
+@dataclass(frozen=True)
+class Guess:
+    options: tuple[str, ...]
+    words: str  # for the terminal, after the options
+    mark: str = ""  # in the file, at what they became; none: nothing that may be wrong
+
+    def __str__(self) -> str:
+        return f"{', '.join(f'--{option}' for option in self.options)} {self.words}"
 
 
 @dataclass
@@ -91,7 +114,7 @@ class Machine:
     gravity_m_s2: float
     load_kg: float | None
     actuators: dict[str, float]
-    guesses: list[str] = field(default_factory=list)
+    guesses: list[Guess] = field(default_factory=list)
 
 
 def new(given: Mapping[str, str | None], out: Path, force: bool) -> tuple[list[str], Checked]:
@@ -101,8 +124,7 @@ def new(given: Mapping[str, str | None], out: Path, force: bool) -> tuple[list[s
     """
     if out.suffix != ".toml":
         raise InputError(f"--out: found {out}, expected NAME.toml")
-    if out.exists() and not force:
-        raise InputError(f"{out}: found it already there, expected a new file, or --force")
+    refuse_existing((out,), force)
     _refuse_both(given)
     texts = _completed(given, sys.stdin.isatty())
     machine = machine_of(texts)
@@ -112,7 +134,7 @@ def new(given: Mapping[str, str | None], out: Path, force: bool) -> tuple[list[s
             checked = check(temporary, str(out))
         except InputError as error:
             raise InputError(_by_option(str(error), str(out), texts)) from None
-    return machine.guesses, checked
+    return [str(guess) for guess in machine.guesses], checked
 
 
 def _by_option(message: str, file: str, texts: Mapping[str, str]) -> str:
@@ -158,7 +180,7 @@ def _answer(name: str) -> str:
 
 
 def machine_of(texts: Mapping[str, str]) -> Machine:
-    guesses: list[str] = []
+    guesses = _bare(texts)
     lengths = _lengths(texts, guesses)
     base, platform = (_hinges(texts, side, lengths, guesses) for side in ("base", "platform"))
     home = _home_lengths(base, platform, lengths)
@@ -197,47 +219,84 @@ LENGTHS = {
 }
 
 
-def _lengths(texts: Mapping[str, str], guesses: list[str]) -> dict[str, list[float]]:
+def _bare(texts: Mapping[str, str]) -> list[Guess]:
+    """Numbers without a unit where one alone is usual."""
+    kinds = {"mass": "mass", "load": "mass", "force-sigma": "force", "leg-force": "force", "gravity": "acceleration"}
+    bare = {
+        name: parse(texts[name], kind, f"--{name}").numbers[0]
+        for name, kind in kinds.items()
+        if name in texts and parse(texts[name], kind, f"--{name}").factor is None
+    }
+    return [Guess((name,), f"{number:g} without a unit read as {IN_SI[kinds[name]]}") for name, number in bare.items()]
+
+
+def _lengths(texts: Mapping[str, str], guesses: list[Guess]) -> dict[str, list[float]]:
     """All lengths in m; those without a unit are all in the same one, which the largest of them tells."""
     found: dict[str, Quantity] = {
         name: parse(_text_of(texts[name]) if name.endswith("hinges") else texts[name], "length", f"--{name}", counts)
         for name, counts in LENGTHS.items()
         if name in texts
     }
-    bare = [abs(number) for each in found.values() if each.factor is None for number in each.numbers]
-    is_mm = max(bare, default=0.0) > LONGEST_M
-    if any(bare):
+    bare = {name: max(map(abs, each.numbers)) for name, each in found.items() if each.factor is None}
+    largest = max(bare.values(), default=0.0)
+    is_mm = largest > LONGEST_M
+    if largest:
         unit, other = ("mm", "m") if is_mm else ("m", "mm")
-        guesses.append(f"lengths without a unit taken as {unit}: the largest is {max(bare):g}, hardly {other}")
-    return {name: each.si(1e-3 if is_mm else 1.0) for name, each in found.items()}
+        words = f"without a unit read as {unit}, because the largest number is {largest:g}, hardly {other}"
+        guesses.append(Guess(tuple(bare), words, f"the unit, {unit}"))
+    lengths = {name: each.si(1e-3 if is_mm else 1.0) for name, each in found.items()}
+    _refuse_mixed_units({name: max(map(abs, lengths[name])) for name in SIZES if name in lengths}, bare)
+    return lengths
+
+
+def _refuse_mixed_units(sizes_m: Mapping[str, float], bare: Mapping[str, float]) -> None:
+    small, large = min(sizes_m, key=sizes_m.get), max(sizes_m, key=lambda name: (name in bare, sizes_m[name]))
+    if not sizes_m[large] > SIZES_RATIO * sizes_m[small]:
+        large = max(sizes_m, key=sizes_m.get)
+    if sizes_m[large] > SIZES_RATIO * sizes_m[small]:
+        found = [
+            f"{bare[name]:g} without a unit" if name in bare else f"{sizes_m[name]:g} m" for name in (small, large)
+        ]
+        raise InputError(
+            f"--{small}: found {found[0]} beside --{large} of {found[1]}, expected sizes of one machine: their units are mixed; "
+            "write them, as in 400mm, in a file as x [mm], y [mm], z [mm] above the rows"
+        )
 
 
 def _text_of(hinges: str) -> str:
-    """The list itself, or that in a file: three numbers a line, lines with words left out."""
+    """The list itself, or that in a file: three numbers a line, lines with words left out but for the unit in them."""
     path = Path(hinges)
     if not hinges.lower().endswith((".csv", ".txt")):
         return hinges
     try:
-        lines = path.read_text(encoding="utf-8").splitlines()
-    except (OSError, UnicodeDecodeError) as error:
+        raw = path.read_bytes()
+    except OSError as error:
         raise InputError(f"{path}: found no readable file ({error}), expected a list of hinges") from None
-    rows = [line for line in lines if line.strip() and not line.strip()[0].isalpha() and line.strip()[0] != "#"]
+    try:
+        text = raw.decode("utf-16" if raw[:2] in (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE) else "utf-8-sig")
+    except UnicodeDecodeError:
+        text = raw.decode("latin-1")  # its letters can stand in words alone, never in a number
+    lines = [line.strip() for line in text.splitlines()]
+    is_row = [bool(line) and not line[0].isalpha() and line[0] not in '#"' for line in lines]
+    rows = [line for line, is_one in zip(lines, is_row) if is_one]
+    units = {unit for line, is_one in zip(lines, is_row) if not is_one for unit in HEADED_UNIT.findall(line)}
+    if len(units) > 1:
+        raise InputError(f"{path}: found the units {', '.join(sorted(units))} above the rows, expected one of them")
     if all(";" in row and "," in row for row in rows):
         rows = [row.replace(",", ".") for row in rows]  # decimal commas
-    return "; ".join(rows)
+    return "; ".join(rows) + (units.pop() if units else "")
 
 
-def _hinges(texts: Mapping[str, str], side: str, lengths: Mapping[str, list[float]], guesses: list[str]) -> Array:
+def _hinges(texts: Mapping[str, str], side: str, lengths: Mapping[str, list[float]], guesses: list[Guess]) -> Array:
     if f"{side}-hinges" in lengths:
         return np.array(lengths[f"{side}-hinges"]).reshape(6, 3)
     angle = parse(texts[f"{side}-angle"], "angle", f"--{side}-angle", (1, 6))
-    factor = np.pi / 180.0
-    if angle.factor is None and max(map(abs, angle.numbers)) < np.pi / 3.0 and any(angle.numbers):
-        factor = 1.0
-        guesses.append(
-            f"--{side}-angle {angle.numbers[0]:g} without a unit taken as rad: as degrees it is next to none"
-        )
-    angles = np.array(angle.si(factor))
+    is_rad = max(map(abs, angle.numbers)) < np.pi / 3.0 and any(angle.numbers)
+    if angle.factor is None:
+        unit, because = ("rad", ", because as degrees it is next to none") if is_rad else ("deg", "")
+        words = f"{angle.numbers[0]:g} without a unit read as {unit}{because}"
+        guesses.append(Guess((f"{side}-angle",), words, "the unit, rad" if is_rad else ""))
+    angles = np.array(angle.si(1.0 if is_rad else np.pi / 180.0))
     if len(angles) == 1:
         half = float(angles[0])
         if not 0.0 <= half < np.radians(PAIR_DEG):
@@ -267,15 +326,14 @@ def _stroke(lengths: Mapping[str, list[float]], home: Array) -> tuple[float, flo
     return (-abs(stroke[0]), abs(stroke[0])) if len(stroke) == 1 else (stroke[0], stroke[1])
 
 
-def _com(lengths: Mapping[str, list[float]], guesses: list[str]) -> list[float]:
+def _com(lengths: Mapping[str, list[float]], guesses: list[Guess]) -> list[float]:
     if "com" not in lengths:
-        guesses.append(
-            "--com: none given, taken as 0, 0, 0: the platform's centre of mass is in the middle of its hinges"
-        )
+        words = "not given, taken as 0, 0, 0: the platform's centre of mass is in the middle of its hinges"
+        guesses.append(Guess(("com",), words, "the middle of the hinges"))
     return lengths.get("com", [0.0, 0.0, 0.0])
 
 
-def _inertia(texts: Mapping[str, str], body: tuple[float, Array, float], guesses: list[str]) -> list[float]:
+def _inertia(texts: Mapping[str, str], body: tuple[float, Array, float], guesses: list[Guess]) -> list[float]:
     """About O_A."""
     mass, com, radius = body
     if "inertia" not in texts:
@@ -283,34 +341,36 @@ def _inertia(texts: Mapping[str, str], body: tuple[float, Array, float], guesses
         tensor = np.diag([tilting, tilting, 0.5 * mass * radius**2])
         tensor += mass * (com @ com * np.eye(3) - np.outer(com, com))
         entries = [*np.diag(tensor), tensor[0, 1], tensor[0, 2], tensor[1, 2]]
-        guesses.append(
-            f"--inertia: none given, taken as a disc of the hinges' radius and a fifth of it thick: "
-            f"{entries[0]:.3g}, {entries[1]:.3g}, {entries[2]:.3g} kg m2"
-        )
+        words = "not given, taken as that of a disc of the hinges' radius and a fifth of it thick: "
+        words += f"{entries[0]:.3g}, {entries[1]:.3g}, {entries[2]:.3g} kg m2"
+        guesses.append(Guess(("inertia",), words, "a disc of the hinges' radius"))
         return [float(each) for each in entries]
     found = parse(texts["inertia"], "inertia", "--inertia", (3, 6))
     gyration = np.sqrt(max(map(abs, found.numbers)) / abs(mass)) if mass else 0.0
     is_mm = found.factor is None and gyration > LONGEST_M * radius
-    if is_mm:
-        guesses.append(f"--inertia without a unit taken as kg mm2: as kg m2 the mass would be {gyration:.0f} m away")
+    if found.factor is None:
+        because = f", because as kg m2 the mass would be {gyration:.0f} m away" if is_mm else ""
+        words = f"without a unit read as {'kg mm2' if is_mm else 'kg m2'}{because}"
+        guesses.append(Guess(("inertia",), words, "the unit, kg mm2" if is_mm else ""))
     values = found.si(1e-6 if is_mm else 1.0)
     return [*values, *([0.0] * (6 - len(values)))]
 
 
-def _sigmas(texts: Mapping[str, str], guesses: list[str]) -> dict[str, float | None]:
+def _sigmas(texts: Mapping[str, str], guesses: list[Guess]) -> dict[str, float | None]:
     displacement = parse(texts["displacement-sigma"], "length", "--displacement-sigma")
     size = abs(displacement.numbers[0])
     unit, factor = ("um", 1e-6) if size >= 0.5 else ("mm", 1e-3) if size >= 1e-3 else ("m", 1.0)
     if displacement.factor is None:
-        guesses.append(f"--displacement-sigma {displacement.numbers[0]:g} without a unit taken as {unit}")
+        words = f"{displacement.numbers[0]:g} without a unit read as {unit}, because that is what such sensors have"
+        guesses.append(Guess(("displacement-sigma",), words, f"the unit, {unit}"))
     velocity = None
     if texts["velocity-sigma"].strip().lower() != "none":
         found = parse(texts["velocity-sigma"], "speed", "--velocity-sigma")
         is_mm = found.factor is None and abs(found.numbers[0]) >= 0.05
         if found.factor is None:
-            guesses.append(
-                f"--velocity-sigma {found.numbers[0]:g} without a unit taken as {'mm/s' if is_mm else 'm/s'}"
-            )
+            unit = "mm/s" if is_mm else "m/s"
+            words = f"{found.numbers[0]:g} without a unit read as {unit}, because that is what such sensors have"
+            guesses.append(Guess(("velocity-sigma",), words, f"the unit, {unit}"))
         velocity = found.si(1e-3 if is_mm else 1.0)[0]
     return {
         "displacement": displacement.si(factor)[0],
@@ -319,11 +379,13 @@ def _sigmas(texts: Mapping[str, str], guesses: list[str]) -> dict[str, float | N
     }
 
 
-def _actuator(text: str, name: str, kind: str, guesses: list[str]) -> float:
+def _actuator(text: str, name: str, kind: str, guesses: list[Guess]) -> float:
     found = parse(text, kind, f"--{name}")
     is_mm = kind == "speed" and found.factor is None and abs(found.numbers[0]) > LONGEST_M
-    if is_mm:
-        guesses.append(f"--{name} {found.numbers[0]:g} without a unit taken as mm/s")
+    if kind == "speed" and found.factor is None:
+        unit, because = ("mm/s", f", because legs are slower than {LONGEST_M:g} m/s") if is_mm else ("m/s", "")
+        words = f"{found.numbers[0]:g} without a unit read as {unit}{because}"
+        guesses.append(Guess((name,), words, f"the unit, {unit}" if is_mm else ""))
     return found.si(1e-3 if is_mm else 1.0)[0]
 
 
@@ -341,8 +403,9 @@ def document(machine: Machine) -> str:
     actuators = "\n".join(
         f"{key} = {_number(value)}" if value is not None else f"# {key} =" for key, value in stated.items()
     )
+    tolerances = "\n".join(f"# {key} = {_number(each)}" for key, each in DEFAULTS.items() if each != OPEN)
     velocity = machine.sigmas["velocity"]
-    return f"""# A hexapod, by hexload platform new. SI units; hexload platform check says whether it is plausible.
+    text = f"""# A hexapod, by hexload platform new. SI units; hexload platform check says whether it is plausible.
 
 [geometry] # legs 1 to 6 in the order of their channels
 base_hinges_m = [ # in base axes: z up, origin anywhere in the middle of the base
@@ -369,10 +432,7 @@ force_sigma_n = {_number(machine.sigmas["force"])}
 # force_bandwidth_hz = 300.0 # of the force channel's second-order low-pass
 
 # [tolerances] # of the data sheets, one standard deviation; these are what is taken where nothing is stated
-# force_gain_common = 0.005
-# platform_mass = 0.03
-# platform_com_m = 0.002
-# platform_inertia = 0.06
+{tolerances}
 
 {"[load]" if machine.load_kg is not None else "# [load] # when the load's mass is known"}
 {f"known_mass_kg = {_number(machine.load_kg)}" if machine.load_kg is not None else "# known_mass_kg ="}
@@ -380,6 +440,25 @@ force_sigma_n = {_number(machine.sigmas["force"])}
 [actuators] # what they can do, for hexload excite: speed without load, force at standstill, six speeds together
 {actuators}
 """
+    return _marked(text, machine.guesses)
+
+
+def _marked(text: str, guesses: list[Guess]) -> str:
+    """With each guess at the key that comes of it, where guessed_in_words() of io/toml_document.py finds it."""
+    marks: dict[str, list[str]] = {}
+    for guess in guesses:
+        for key, options in (OPTIONS | GUESSED_BY).items():
+            if guess.mark and set(options) & set(guess.options):
+                marks.setdefault(key.partition(".")[2], []).append(guess.mark)
+    lines = []
+    for line in text.splitlines():
+        key, _, rest = line.partition(" = ")
+        if key in marks and "#" in rest:
+            line = line.replace("#", f"# {GUESSED} {', '.join(marks[key])};", 1)
+        elif key in marks:
+            line += f" # {GUESSED} {', '.join(marks[key])}"
+        lines.append(line)
+    return "\n".join(lines) + "\n"
 
 
 def _number(value: float | None) -> str:

@@ -41,6 +41,7 @@ def figures(result: dict) -> dict:
         "causes": result["diagnosis"].findings,
         "input_faults": [{"t_s": t_s, "words": words} for t_s, words in result["input_faults"]],
         "remarks": result["remarks"],
+        "guessed": result["guessed"],
         "mend": mend_of(result),
     }
 
@@ -81,6 +82,10 @@ def print_summary(
         print(f"refused:   {result['refused']} samples, the first at {result['first_refusal']}")
     for remark in result["remarks"]:
         print(f"log:       {remark}")
+    if result["guessed"]:
+        print(
+            f"guessed:   {result['guessed']}: what the guess is off, the load is; the first suspect of a contradiction"
+        )
     print(f"estimates: {out}")
     if bodies is not None:
         print(f"bodies:    {bodies}")

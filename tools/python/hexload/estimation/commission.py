@@ -3,7 +3,6 @@
 The regression is in rig_regression.py; here stand what is known beforehand, what is refused, and the words.
 """
 
-import tomllib
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -21,13 +20,19 @@ from hexload.estimation.rig_model import LEGS, Geometry
 from hexload.estimation.rig_regression import SLICES, UNKNOWNS, Found, Start
 from hexload.io.atomic_file import replaced_or_none, replaced_when_done
 from hexload.io.log_file import LegLog
+from hexload.io.toml_document import guessed_in_words, read_toml
 from hexload.theory.bound import THETA_NAMES, unit_of
+from hexload.theory.tolerances import DEFAULTS
 
 Array = NDArray[np.float64]
 
-GAIN_TOLERANCE = 0.01  # of a load cell and of a drawing, where the platform file declares none
-HINGE_TOLERANCE_M = 1e-3
-GROWTH_TOLERANCE_N_N = 0.01  # of dry friction with the leg's force
+TOLERANCES = {  # groups of unknowns by the key of their tolerance
+    "gain": "force_gain",
+    "hinges": "hinge_m",
+    "offset": "force_offset_n",
+    "tilt": "tilt_rad",
+    "growth": "friction_growth",
+}
 DELAY_SIGMA_S = 1e-3
 MIXED = ("leg_mass", "coulomb", "stribeck", "viscous")  # groups that are none unless they stand out of the noise
 DECLARED = ("growth", "offset", "delay", "gain", "hinges")  # groups with a tolerance
@@ -159,7 +164,7 @@ def _write_page(
 
 
 def _machine(platform, path: Path) -> Machine:
-    table = tomllib.loads(path.read_text(encoding="utf-8"))
+    table = read_toml(path)
     declared = table.get("tolerances", {})
     return Machine(
         path,
@@ -168,13 +173,7 @@ def _machine(platform, path: Path) -> Machine:
         ),
         np.array(platform.theta),
         platform.gravity_m_s2,
-        {
-            "gain": declared.get("force_gain", GAIN_TOLERANCE),
-            "hinges": declared.get("hinge_m", HINGE_TOLERANCE_M),
-            "offset": declared.get("force_offset_n", np.inf),
-            "tilt": declared.get("tilt_rad", np.inf),
-            "growth": declared.get("friction_growth", GROWTH_TOLERANCE_N_N),
-        },
+        {group: declared.get(key, DEFAULTS[key]) for group, key in TOLERANCES.items()},
         declared.get("force_gain_common"),
         platform.force_delay_s,
         platform.velocity_delay_s,
@@ -322,8 +321,13 @@ def _refuse(run: Run, machine: Machine, found: Found, wish: Wish) -> None:
             f"{run.name}: the platform seems to carry a load: found {THETA_NAMES[k]} = {found.value[k]:.4g} "
             f"{unit_of(THETA_NAMES[k])}, expected {machine.theta[k]:.4g} +- "
             f"{wish.largest_offset * machine.scale[k]:.4g} of the empty platform with its legs "
-            "(--largest-offset allows more, --loaded takes the platform file's)"
+            f"(--largest-offset allows more, --loaded takes the platform file's){_guessed(machine.platform_file)}"
         )
+
+
+def _guessed(platform_file: Path) -> str:
+    words = guessed_in_words(platform_file, rig_file.MACHINE_KEYS["platform"])
+    return f"; {words}: the first suspect" if words else ""
 
 
 def _refuse_residual(run: Run, found: Found) -> None:

@@ -1,6 +1,7 @@
 """`hexload export`: the configuration that `replay --rig` gives the firmware, as a C header for a controller."""
 
 import re
+from collections.abc import Sequence
 from pathlib import Path
 
 from hexload.errors import InputError
@@ -15,6 +16,10 @@ KEYWORDS = frozenset(
 TEXT = """\
 // Made by `hexload export` from {rig} and {platform}. Do not edit: commission, and export again.
 // Numbers have the bits that `hexload replay --rig` works with.
+// Samples are refused beyond {platform}'s
+//   stroke: geometry.stroke_m
+//   speed: {speed}
+//   force: {force}
 #ifndef {guard}
 #define {guard}
 
@@ -43,12 +48,20 @@ def export(rig: Path, platform_file: Path, out: Path, tick_s: float | None, forc
     except ValueError as error:
         raise InputError(f"{platform_file} with {rig}: {error}") from None
     with replaced_when_done(out) as temporary:
-        temporary.write_text(header(native.config_initialiser(config), len(config), name, rig, platform_file))
+        temporary.write_text(
+            header(native.config_initialiser(config), len(config), name, rig, platform_file, platform.actuators)
+        )
     return name
 
 
-def header(initialiser: str, size: int, name: str, rig: Path, platform: Path) -> str:
+def header(
+    initialiser: str, size: int, name: str, rig: Path, platform: Path, actuators: Sequence[float | None] = (None,) * 3
+) -> str:
+    """`actuators`: hexload_native.Platform's."""
+    speed_m_s, force_n, _ = actuators
     return TEXT.format(
+        speed=_gate("leg_speed_m_s", speed_m_s, "10 m/s"),
+        force=_gate("leg_force_n", force_n, "1e6 N"),
         rig=rig.name,
         platform=platform.name,
         guard=f"{name.upper()}_H",
@@ -56,6 +69,13 @@ def header(initialiser: str, size: int, name: str, rig: Path, platform: Path) ->
         name=name,
         initialiser=initialiser.rstrip(),
     )
+
+
+def _gate(key: str, stated: float | None, default: str) -> str:
+    """Source: take_actuators() in firmware/platform_file/firmware_config.cpp."""
+    if stated is None:
+        return f"{default}, the firmware's default, as it has no actuators.{key}; state it for a gate that is your machine's"
+    return f"twice actuators.{key} = {stated:g}"
 
 
 def _name_of(out: Path) -> str:

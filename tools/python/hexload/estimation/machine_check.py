@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 
 from hexload import project
 from hexload.errors import InputError
-from hexload.io.toml_document import read_toml
+from hexload.io.toml_document import guessed_in_words, read_toml
 from hexload.theory import workspace
-from hexload.theory.machine_findings import Finding, findings_of, order_findings
+from hexload.theory.machine_findings import Finding, findings_of, has_velocity, order_findings
 from hexload.theory.workspace import Machine, Map, Reach
 
 Array = NDArray[np.float64]
@@ -34,6 +34,7 @@ class Checked:
     holding_n: Array  # (6,) of the empty platform
     reaches: list[Reach]
     findings: list[Finding]
+    guessed: str  # of the body, in words
 
     @cached_property
     def maps(self) -> list[Map]:
@@ -64,6 +65,7 @@ def check(path: Path, name: str | None = None) -> Checked:
         holding_n=workspace.holding_forces(machine, machine.platform.theta),
         reaches=workspace.reaches(machine),
         findings=findings_of(tables, machine),
+        guessed=guessed_in_words(path, tuple(tables["platform"]), name),
     )
 
 
@@ -83,7 +85,7 @@ def lag_in_words(tables: Mapping[str, Any]) -> str:
     """That the momentum filter looks back less far than it should at this tick; nothing where it does not. Source:
     hexload_config_set_momentum()."""
     sensors = tables["sensors"]
-    if sensors.get("velocity", True) is False:
+    if not has_velocity(sensors):
         return ""
     tick_s = sensors.get("tick_s", 1e-3)
     ratio = 32.0 * sensors["displacement_sigma_m"] / (sensors["velocity_sigma_m_s"] * tick_s)

@@ -1,6 +1,5 @@
 """`hexload replay`: runs the firmware's own C over a recorded log."""
 
-import tomllib
 from pathlib import Path
 from types import ModuleType
 
@@ -14,17 +13,19 @@ from hexload.estimation import load_summary
 from hexload.estimation.commanded import follow
 from hexload.estimation.firmware_run import FirmwareReplay, load_platform, native_firmware
 from hexload.estimation.input_check import REFUSED, InputCheck, WayIn, gaps_in_words, input_in_words
-from hexload.estimation.rig_file import platform_with_rig
+from hexload.estimation.rig_file import MACHINE_KEYS, platform_with_rig
 from hexload.estimation.tare import MachineTare, tare_for
 from hexload.io.atomic_file import replaced_or_none, replaced_when_done
 from hexload.io.log_file import LegLog, joined
 from hexload.io.log_formats import read_parts
 from hexload.io.progress import progress_of
+from hexload.io.toml_document import guessed_in_words, read_toml
 from hexload.theory import workspace
 from hexload.theory.machine_findings import findings_of
 
 MOST_ROWS = 200_000  # that are kept of a log
 DIAGNOSED_S = LONGEST_S + 1.0  # of its end
+NO_SENSORS = "velocities left out: the platform file has no sensors.velocity_sigma_m_s, or says velocity = false"
 ROWS_BEFORE = 8  # of a part, which taking the legs' mass off its first rows looks at: 5 are needed
 
 
@@ -43,7 +44,7 @@ def replay_log(
     commanded: Path | None = None,
 ) -> dict:
     """Writes the estimates CSV to `out`, one row per log row, and returns what hexload_native.replay returns, with
-    `has_rig`, `diagnosis`, `input_words`, what is wrong with the log's channels, `rows` of the log and the reader's remarks. Of a log of
+    `has_rig`, `guessed` of the platform in words, `diagnosis`, `input_words`, what is wrong with the log's channels, `rows` of the log and the reader's remarks. Of a log of
     more than MOST_ROWS rows only every second, fourth, ... row is in the result's arrays, and on the page.
 
     `estimator` and `prior` override the platform file's [estimator] table. `tare`: file of `hexload tare`, made with
@@ -78,6 +79,7 @@ def replay_log(
         result["input_words"] = result["input_words"] or result["diagnosis"].input_words
         if result["verdict"][-1] in ("misfit", "inconsistent"):
             result["input_words"] = result["input_words"] or _geometry_in_words(platform_file)
+        result["guessed"] = guessed_in_words(platform_file, MACHINE_KEYS["platform"]) if rig is None else ""
         if commanded is not None:
             followed = result["followed"] = follow(result["log"], platform, commanded)
             result["input_words"] = followed.contradiction or result["input_words"]
@@ -121,7 +123,8 @@ class _Run:
             result = run.finish()
         result |= {"rows": self.shown.rows, "log": self.shown.log}
         result["input_words"] = input_in_words(result, self.shown.rows)
-        remarks = (*self.shown.remarks, *gaps_in_words(result, sampling_s, self.shown.rows))
+        unused = (NO_SENSORS,) if self.shown.last_rows.has_velocity and not self._platform.has_velocity else ()
+        remarks = (*self.shown.remarks, *unused, *gaps_in_words(result, sampling_s, self.shown.rows))
         return result | {"remarks": remarks}
 
     def _take(self, run: FirmwareReplay, part: LegLog) -> None:
@@ -178,7 +181,7 @@ def _diagnosis(result: dict, legs: LegLog, platform, rig: Path | None) -> Diagno
 
 def _geometry_in_words(platform_file: Path) -> str:
     """What `hexload platform check` would say of legs and hinges; nothing where they are plausible."""
-    tables = tomllib.loads(platform_file.read_text(encoding="utf-8"))
+    tables = read_toml(platform_file)
     found = findings_of(tables, workspace.machine_of(tables))
     words = [str(each) for each in found if each.key.startswith("geometry")]
     return f"{platform_file}: {words[0]}" if words else ""

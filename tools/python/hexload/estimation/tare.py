@@ -30,6 +30,7 @@ from hexload.estimation.input_check import WayIn, checked_log, refuse_implausibl
 from hexload.estimation.load_summary import load_changes_s
 from hexload.io.atomic_file import replaced_when_done
 from hexload.io.log_file import LegLog
+from hexload.io.toml_document import guessed_in_words, read_toml
 from hexload.platform import Platform as MachineDescription
 from hexload.theory.bound import LEGS, THETA_NAMES, Platform, read_platform, unit_of
 
@@ -59,7 +60,11 @@ def make_tare(log: Path, platform_file: Path, out: Path, largest_offset: float, 
     samples = checked_log(native, log, platform, way_in or WayIn(), 0.0)
     with replaced_when_done(out) as temporary:
         names = (str(log), f"{log} with {platform_file}")
-        found = _find(native, platform, read_platform(platform_file), samples, largest_offset, names)
+        try:
+            found = _find(native, platform, read_platform(platform_file), samples, largest_offset, names)
+        except InputError as error:
+            guessed = guessed_in_words(platform_file, MACHINE_KEYS["platform"])
+            raise InputError(f"{error}; {guessed}: the first suspect") if guessed else error from None
         table = {
             "theta": found.theta.tolist(),
             "sigma": found.sigma.tolist(),
@@ -274,10 +279,10 @@ def tare_for(path: Path, native: ModuleType, platform, platform_file: Path) -> M
 
 def _read(path: Path) -> dict:
     try:
-        document = tomllib.loads(path.read_text(encoding="utf-8"))
+        document = read_toml(path)
     except FileNotFoundError:
         raise InputError(f"{path}: found no such file, expected a tare file written by `hexload tare`") from None
-    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
+    except (OSError, tomllib.TOMLDecodeError) as error:
         raise InputError(f"{path}: found no valid TOML ({error}), expected a tare file") from None
     expected = {"tare": KEYS, **MACHINE_KEYS} | ({"legs": LEG_KEYS} if "legs" in document else {})
     for section, keys in expected.items():

@@ -20,6 +20,7 @@ from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
 
 from hexload.errors import InputError
+from hexload.io.toml_document import read_toml
 
 LEGS = range(1, 7)
 AREA = "an area in m2, above 0"
@@ -103,10 +104,10 @@ def _table_of(text: str) -> tuple[str, dict]:
     path = Path(text)
     is_line = "=" in text and not path.is_file()
     try:
-        return ("--columns", tomllib.loads(text)) if is_line else (text, tomllib.loads(path.read_text("utf-8")))
+        return ("--columns", tomllib.loads(text)) if is_line else (text, read_toml(path))
     except FileNotFoundError:
         raise InputError(f"{text}: found no such file, expected a column map (.toml), or a line of one") from None
-    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
+    except (OSError, tomllib.TOMLDecodeError) as error:
         raise InputError(f'--columns {text}: found no valid TOML ({error}), expected dl = "NAME [UNIT]"') from None
 
 

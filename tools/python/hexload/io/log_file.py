@@ -1,10 +1,12 @@
 """Reader of leg logs: CSV or CSV.gz, one row per tick, columns t,dl1..dl6,vl1..vl6,f1..f6 in SI units or those of their
 headings, in any order and among others; with commas, semicolons or tabs between; lines before the header are passed over.
+Text is UTF-8, UTF-16 with its mark, or Latin-1, whose letters can stand in names, units and comments alone: never in a number.
 
 A log without vl1..vl6 is of a machine without velocity sensors. Ticks may be missing, and single displacements and
 forces: an empty cell or nan. Anything else that is wrong in a log is refused with file, line and column.
 """
 
+import codecs
 import gzip
 import math
 import re
@@ -30,6 +32,8 @@ LONGEST_LINE_BYTES = 1 << 16
 HEADER_WITHIN = 60  # lines
 LATEST_START_S = 1e7  # beyond, t is a date: it counts from the first row, as no estimate's file has digits for it
 DAY_S = 86400.0
+ARCHIVE = b"PK\x03\x04"
+NO_TEXT = re.compile(rb"[^\t\n\f\r\x1b -\xff]")
 SPACED_COMMA = re.compile(" *, *")
 Array = NDArray[np.float64]
 Progress = Callable[[int], None]  # told the bytes read
@@ -96,6 +100,8 @@ def log_parts(
     try:
         with path.open("rb") as raw:
             stream = gzip.open(raw) if path.suffix == ".gz" else raw
+            if stream.peek(2)[:2] in (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE):
+                stream = codecs.EncodedFile(stream, "utf-8", "utf-16")
             reader = _Reader(path, stream, columns or ColumnMap(), home_leg_length_m)
             for part in reader.parts():
                 if progress is not None:
@@ -125,6 +131,7 @@ class _Reader:
         self._clock: _Clock | None = None
         self._start_s = 0.0  # taken off all times
         self._last_t_s = -math.inf
+        self._of_text: tuple[str, ...] = ()  # remarks
 
     def parts(self) -> Iterator[LegLog]:
         blocks = self._blocks()
@@ -132,7 +139,7 @@ class _Reader:
         if not any(line.strip() for line in lines):
             raise InputError(f"{self._path}: found an empty file, expected the header {HEADER} and at least 2 rows")
         part = self._part(self._after_header(lines))
-        part = replace(part, remarks=self._selection.remarks + part.remarks)
+        part = replace(part, remarks=self._of_text + self._selection.remarks + part.remarks)
         for lines in blocks:
             if self._rows < 2:
                 part = joined([part, self._part(lines)])
@@ -159,11 +166,19 @@ class _Reader:
             yield self._text(rest, place).splitlines()
 
     def _text(self, raw: bytes, place: int) -> str:
+        if place == 0 and raw.startswith(ARCHIVE):
+            raise InputError(f"{self._path}: found a workbook, or another archive, expected CSV: save its sheet as CSV")
+        if (strange := NO_TEXT.search(raw)) is not None:
+            line = self._line + 1 + raw.count(b"\n", 0, strange.start())
+            what_to_do = f"; of UTF-16 without its mark: iconv -f utf-16le -t utf-8 {self._path.name} > utf8.csv"
+            found = f"found byte 0x{strange[0][0]:02x} at offset {place + strange.start()}, expected CSV as text"
+            raise InputError(f"{self._path}: line {line}: {found}{what_to_do if strange[0] == bytes(1) else ''}")
         try:
             return raw.decode("utf-8-sig" if place == 0 else "utf-8")
         except UnicodeDecodeError as error:
-            at = place + error.start
-            raise InputError(f"{self._path}: found bytes that are not text at offset {at}, expected CSV") from None
+            line = self._line + 1 + raw.count(b"\n", 0, error.start)
+            self._of_text = (f"read as Latin-1: line {line} has byte 0x{raw[error.start]:02x}, which is no UTF-8",)
+            return raw.decode("latin-1")
 
     def _after_header(self, lines: list[str]) -> list[str]:
         """The lines after the header, which is the first line that can be one; of none, that of most columns is to blame."""

@@ -111,6 +111,7 @@ def render(
             source=source,
             groups=groups,
             by_name={group.name: group for group in groups},
+            common_gain_percent=100.0 * float(np.sqrt(found.covariance[SLICES["gain"], SLICES["gain"]].mean())),
             legs=[group for group in groups if group.is_per_leg],
             law=found.law,
             rms=[(_rms(before.slow_residual_n[:, leg]), _rms(after.slow_residual_n[:, leg])) for leg in range(LEGS)],

@@ -14,6 +14,7 @@ from hexload.errors import InputError, ToolFailed
 from hexload.estimation.load_summary import inconsistent_words
 from hexload.io.key_file import new_key
 from hexload.io.run_directory import PAPER_PARAMETERS, read_run
+from hexload.io.toml_document import read_toml
 from hexload.simulation.virtual_controller import running_controller
 from hexload.theory.bound import THETA_NAMES
 from hexload.theory.workspace import displacements, machine_of
@@ -44,8 +45,8 @@ def default_directory(scenario: Path, seed: int | None) -> Path:
     """build/runs/NAME-SEED."""
     if seed is None:
         try:
-            seed = tomllib.loads(scenario.read_text(encoding="utf-8"))["simulation"]["seed"]
-        except (tomllib.TOMLDecodeError, UnicodeDecodeError, KeyError, TypeError):
+            seed = read_toml(scenario)["simulation"]["seed"]
+        except (tomllib.TOMLDecodeError, KeyError, TypeError):
             seed = 0  # the simulator refuses such a file, and says why
     return project.RUNS / f"{scenario.stem}-{seed}"
 
@@ -53,12 +54,17 @@ def default_directory(scenario: Path, seed: int | None) -> Path:
 def platform_file(scenario: Path) -> Path:
     """The platform file that a scenario names."""
     try:
-        named = tomllib.loads(scenario.read_text(encoding="utf-8"))["platform"]
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        named = read_toml(scenario)["platform"]
+    except tomllib.TOMLDecodeError as error:
         raise InputError(f"{scenario}: found no valid TOML ({error}), expected a scenario") from None
     except KeyError:
         raise InputError(f"{scenario}: platform: found nothing, expected this key") from None
     return scenario.parent / str(named)
+
+
+def build_for(controller: tuple | None) -> None:
+    """The programs that run_simulation() starts."""
+    project.ensure_built("hexload_sim_app", *(() if controller is None else ("hexload_ecu",)))
 
 
 def run_simulation(
@@ -77,7 +83,7 @@ def run_simulation(
     scenario = resolve_scenario(name_or_file)
     refuse_other_units(scenario)
     directory = out or default_directory(scenario, seed)
-    project.ensure_built("hexload_sim_app", *(() if controller is None else ("hexload_ecu",)))
+    build_for(controller)
     command = [project.simulator(), scenario, "--out", directory, *options]
     if seed is not None:
         command += ["--seed", str(seed)]
@@ -93,9 +99,9 @@ def run_simulation(
 def refuse_other_units(scenario: Path) -> None:
     """A motion of a file that no legs of this machine make, or that is in another unit of time. Raises InputError."""
     try:
-        world = tomllib.loads(scenario.read_text(encoding="utf-8"))
+        world = read_toml(scenario)
         motion = scenario.parent / world["trajectory"]["path"]
-        machine = machine_of(tomllib.loads((scenario.parent / world["platform"]).read_text(encoding="utf-8")))
+        machine = machine_of(read_toml(scenario.parent / world["platform"]))
         rows = np.loadtxt(motion, delimiter=",", skiprows=1, ndmin=2)
         duration_s = float(world.get("simulation", {}).get("duration_s", 10.0))
     except (OSError, ValueError, KeyError, TypeError, IndexError):
@@ -121,8 +127,8 @@ def fitting_estimator(scenario: Path) -> tuple[str, str] | None:
     """The estimator that fits where the platform file's is the paper's and the scenario is not of its kind, and why; None:
     the platform file's."""
     try:
-        world = tomllib.loads(scenario.read_text(encoding="utf-8"))
-        machine = tomllib.loads((scenario.parent / world["platform"]).read_text(encoding="utf-8"))
+        world = read_toml(scenario)
+        machine = read_toml(scenario.parent / world["platform"])
         kind, known_kg = machine["estimator"]["kind"], machine["load"]["known_mass_kg"]
         loads = [
             load
@@ -132,7 +138,7 @@ def fitting_estimator(scenario: Path) -> tuple[str, str] | None:
         reason = _no_load_of_the_paper(loads, known_kg)
         has_friction = any(np.any(world.get("hydraulics", {}).get(key, 0.0)) for key in FRICTION)
         has_bias = bool(np.any(world.get("sensors", {}).get("force_bias_n", 0.0)))
-    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError, KeyError, TypeError, AttributeError, ValueError):
+    except (OSError, tomllib.TOMLDecodeError, KeyError, TypeError, AttributeError, ValueError):
         return None  # the simulator refuses such files, and says why
     if kind != "paper" or not (reason or has_friction or has_bias):
         return None

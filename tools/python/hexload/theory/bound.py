@@ -42,7 +42,6 @@ O_A counts from home. Arrays carry the tick as their first axis.
 
 import csv
 import json
-import tomllib
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
@@ -51,6 +50,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from hexload.errors import InputError
+from hexload.io.toml_document import read_toml
 
 Array = NDArray[np.float64]
 Parameters = Literal["ten", "paper"]
@@ -120,8 +120,7 @@ def scale_of(theta: Array) -> Array | None:
 
 def read_platform(path: Path) -> Platform:
     """The platform of a platform TOML file, which the simulator has already checked."""
-    with open(path, "rb") as file:
-        return platform_of(tomllib.load(file))
+    return platform_of(read_toml(path))
 
 
 def platform_of(table: dict) -> Platform:

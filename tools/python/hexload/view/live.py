@@ -4,6 +4,7 @@ Listeners run in threads of their own and keep the newest of each kind; how ofte
 """
 
 import itertools
+import math
 import threading
 import time
 from collections import Counter, deque
@@ -60,6 +61,7 @@ class Live:
         self._numbers = itertools.cycle(range(COMMAND_NUMBERS))
         self._rate = (time.monotonic(), 0, 0.0)
         self._heard_s = 0.0
+        self._sampled_s = -math.inf
 
     # What listeners have heard.
 
@@ -67,7 +69,10 @@ class Live:
         with self._lock:
             if tick < self._tick:  # another run
                 self._load_changes_s, self._truth_theta, self._truth_paper = [], None, None
-            self._tick, self._heard_s = tick, time.monotonic()
+            now = time.monotonic()
+            if now - self._sampled_s >= RATE_S:  # they are counted from the first on, without the silence before it
+                self._rate = (now, self._counts["samples"], 0.0)
+            self._tick, self._heard_s, self._sampled_s = tick, now, now
             self._legs = (np.asarray(displacement_m, float), np.asarray(force_n, float))
 
     def answer(self, estimate: Estimate | None, state: tuple[str, ...]) -> None:

@@ -1,0 +1,17 @@
+"""What a platform file's table [tolerances] is taken for where it states nothing: one standard deviation each."""
+
+import math
+
+OPEN = math.inf  # nothing is known beforehand
+DEFAULTS = {
+    "force_gain": 0.01,  # of each load cell
+    "force_offset_n": OPEN,
+    "hinge_m": 1e-3,  # of a drawing
+    "tilt_rad": OPEN,
+    "friction_growth": 0.01,
+    # The firmware's, firmware/src/configuration/config_default.c:
+    "force_gain_common": 0.005,
+    "platform_mass": 0.03,
+    "platform_com_m": 0.002,
+    "platform_inertia": 0.06,
+}
