@@ -1,6 +1,5 @@
 """The machine that a log is held against: the platform file's, or with a rig file what commissioning has found of it."""
 
-import tomllib
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -11,6 +10,7 @@ from hexload.diagnosis.dynamics import Machine
 from hexload.estimation import rig_model
 from hexload.estimation.rig_model import FrictionLaw, Geometry
 from hexload.io.log_file import LegLog
+from hexload.io.toml_document import read_toml
 
 SPEED_ROWS = 12  # over which the speeds of friction are taken
 TENSOR = ((0, 1, 2, 0, 0, 1), (0, 1, 2, 1, 2, 2))
@@ -42,7 +42,7 @@ def in_time(platform: Any, log: LegLog) -> LegLog:
 
 def with_rig(rig_file: Path, machine: Machine, log: LegLog) -> tuple[Machine, LegLog]:
     """The machine of the rig file, and the log without what the file says of its sensors, friction and legs."""
-    rig = tomllib.loads(rig_file.read_text(encoding="utf-8"))["rig"]
+    rig = read_toml(rig_file)["rig"]
     number = {key: np.asarray(value, float) for key, value in rig.items()}
     hinges = (number["base_hinges_m"], number["platform_hinges_m"])
     geometry = Geometry(*hinges, machine.geometry.home_leg_length_m)

@@ -77,7 +77,7 @@ def input_in_words(result: dict, rows: int) -> str:
 
 REFUSED = (
     "most samples are refused: check the units (m, m/s, N), the order of the legs, the [geometry] of the platform file and "
-    "the ranges of its [sensors]"
+    "the ranges of its [sensors] and [actuators]"
 )
 
 
