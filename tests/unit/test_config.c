@@ -341,6 +341,18 @@ static void test_config_knows_both_ends_of_every_range(void) {
     ASSERT_REFUSED(tolerances, ((hexload_tolerances_t){.force_gain = HEXLOAD_REAL(-1e-6)}));
 }
 
+static void test_priors_of_legs_are_those_of_the_platform_s_mass(void) {
+    // GIVEN the default configuration, with another platform WHEN the momentum filter's numbers are set anew
+    hexload_config_t config = paper_machine();
+    const hexload_real_t mass_kg = HEXLOAD_REAL(123.0);
+    config.platform.mass_kg = mass_kg;
+    hexload_config_set_momentum(&config);
+    // THEN of a kilogram a leg may have 1 N of bias, 2 N of friction and 10 N s/m of viscous friction
+    TEST_ASSERT_EQUAL_DOUBLE(123.0, (double)config.actuator_effects.prior_bias_sigma_n);
+    TEST_ASSERT_EQUAL_DOUBLE(246.0, (double)config.actuator_effects.prior_coulomb_sigma_n);
+    TEST_ASSERT_EQUAL_DOUBLE(1230.0, (double)config.actuator_effects.prior_viscous_sigma_n_s_m);
+}
+
 int main(void) {
     UNITY_BEGIN();
     RUN_TEST(test_config_accepts_the_default_machine);
@@ -358,5 +370,6 @@ int main(void) {
     RUN_TEST(test_health_counters_stay_at_their_end);
     RUN_TEST(test_numbers_without_a_name_are_called_unknown);
     RUN_TEST(test_config_knows_both_ends_of_every_range);
+    RUN_TEST(test_priors_of_legs_are_those_of_the_platform_s_mass);
     return UNITY_END();
 }
