@@ -19,6 +19,20 @@ static void test_config_accepts_a_platform_off_its_centre(void) {
     TEST_ASSERT_EQUAL_INT(HEXLOAD_OK, hexload_config_check(&config, NULL));
 }
 
+static void test_the_default_bridges_gaps_as_its_errors_allow(void) {
+    // GIVEN the default configuration WHEN its ticks are read THEN the paper's filter integrates over gaps of
+    // which the trapezoid's error at 3 Hz is below 4e-4, and no longer ones; and the momentum filter over
+    // five
+    hexload_config_t config;
+    hexload_config_default(&config);
+    const double radians = 2.0 * 3.14159265358979 * 3.0 * 1e-3;
+    const double ticks = (double)config.paper.longest_gap_ticks;
+    TEST_ASSERT_TRUE(radians * radians * ticks * ticks / 12.0 < 4e-4);
+    TEST_ASSERT_TRUE(radians * radians * (ticks + 1.0) * (ticks + 1.0) / 12.0 > 4e-4);
+    TEST_ASSERT_EQUAL_UINT32(20, config.paper.longest_gate_ticks);
+    TEST_ASSERT_EQUAL_UINT32(5, config.momentum.longest_gap_ticks);
+}
+
 /// GIVEN the default machine WHEN one field is set to a value THEN the check refuses and names the field.
 #define ASSERT_REFUSED(field, value)                                                                         \
     do {                                                                                                     \
@@ -341,9 +355,22 @@ static void test_config_knows_both_ends_of_every_range(void) {
     ASSERT_REFUSED(tolerances, ((hexload_tolerances_t){.force_gain = HEXLOAD_REAL(-1e-6)}));
 }
 
+static void test_priors_of_legs_are_those_of_the_platform_s_mass(void) {
+    // GIVEN the default configuration, with another platform WHEN the momentum filter's numbers are set anew
+    hexload_config_t config = paper_machine();
+    const hexload_real_t mass_kg = HEXLOAD_REAL(123.0);
+    config.platform.mass_kg = mass_kg;
+    hexload_config_set_momentum(&config);
+    // THEN of a kilogram a leg may have 1 N of bias, 2 N of friction and 10 N s/m of viscous friction
+    TEST_ASSERT_EQUAL_DOUBLE(123.0, (double)config.actuator_effects.prior_bias_sigma_n);
+    TEST_ASSERT_EQUAL_DOUBLE(246.0, (double)config.actuator_effects.prior_coulomb_sigma_n);
+    TEST_ASSERT_EQUAL_DOUBLE(1230.0, (double)config.actuator_effects.prior_viscous_sigma_n_s_m);
+}
+
 int main(void) {
     UNITY_BEGIN();
     RUN_TEST(test_config_accepts_the_default_machine);
+    RUN_TEST(test_the_default_bridges_gaps_as_its_errors_allow);
     RUN_TEST(test_config_accepts_a_platform_off_its_centre);
     RUN_TEST(test_config_names_each_field_out_of_range);
     RUN_TEST(test_printed_prior_is_the_papers_start_covariance);
@@ -358,5 +385,6 @@ int main(void) {
     RUN_TEST(test_health_counters_stay_at_their_end);
     RUN_TEST(test_numbers_without_a_name_are_called_unknown);
     RUN_TEST(test_config_knows_both_ends_of_every_range);
+    RUN_TEST(test_priors_of_legs_are_those_of_the_platform_s_mass);
     return UNITY_END();
 }

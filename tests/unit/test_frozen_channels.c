@@ -166,6 +166,93 @@ static void test_velocities_in_order_or_in_steps_are_not_held(void) {
     }
 }
 
+static void test_a_way_that_is_missed_is_summed_and_of_one_that_is_gone_an_eighth_counts(void) {
+    // GIVEN legs with a speed, of which every other one repeats its displacement
+    const hexload_config_t config = paper_machine();
+    for (uint32_t gap = 1; gap <= 3; gap += 2) {
+        hexload_frozen_channels_t frozen = {.last = {.tick = 10}};
+        hexload_leg_sample_t sample = {.tick = 10 + gap};
+        double expected_m[HEXLOAD_LEGS];
+        for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
+            const double speed_m_s = 0.01 * (leg + 1), moved_m = leg % 2 == 0 ? 0.0 : 1e-3 * leg;
+            const double way_m = (double)config.tick_s * gap * speed_m_s;
+            frozen.missed_m[leg] = (hexload_real_t)(1e-5 * leg);
+            frozen.last.displacement_m[leg] = HEXLOAD_REAL(0.25);
+            sample.displacement_m[leg] = (hexload_real_t)(0.25 + moved_m);
+            sample.velocity_m_s[leg] = (hexload_real_t)speed_m_s;
+            expected_m[leg] = leg % 2 == 0 ? 1e-5 * leg + way_m : (way_m - moved_m) / 8.0;
+        }
+        // WHEN a sample comes after one tick or three THEN ways are those of the time that has gone by
+        hexload_frozen_channels_step(&frozen, &config, &sample);
+        for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
+            TEST_ASSERT_DOUBLE_WITHIN(ROUNDINGS(1, 0.25), expected_m[leg], (double)frozen.missed_m[leg]);
+        }
+        TEST_ASSERT_EQUAL_MEMORY(&sample, &frozen.last, sizeof sample);
+    }
+}
+
+static void test_a_jump_is_seven_sigma_of_a_channel_that_has_stood_still_for_nine_ticks(void) {
+    // GIVEN a velocity or a force that has repeated its value so often, alone or as the machine does
+    const hexload_config_t config = paper_machine();
+    for (int n = 0; n < 32; n++) {
+        const bool is_force = n & 1, has_stood = n & 2, had_stopped = n & 4, is_far = n & 8;
+        const double jump = (n & 16 ? -1.0 : 1.0) * (is_far ? 7.1 : 6.9);
+        hexload_frozen_channels_t frozen = {.still_ticks = had_stopped ? 9 : 8, .left_s = HEXLOAD_REAL(0.05)};
+        hexload_leg_sample_t sample = {.tick = 1};
+        uint8_t* still_ticks = is_force ? frozen.still_force_ticks : frozen.still_velocity_ticks;
+        hexload_real_t* channel = is_force ? sample.force_n : sample.velocity_m_s;
+        still_ticks[0] = 9;
+        still_ticks[3] = has_stood ? 9 : 8;
+        channel[3] = (hexload_real_t)jump *
+                     (is_force ? config.sensors.force_sigma_n : config.sensors.velocity_sigma_m_s);
+        // WHEN it goes on THEN 0.2 s begin if all of it is so, and else what is left of them runs out
+        hexload_frozen_channels_step(&frozen, &config, &sample);
+        const double left_s = has_stood && had_stopped && is_far ? 0.2 : 0.05 - (double)config.tick_s;
+        TEST_ASSERT_DOUBLE_WITHIN(ROUNDINGS(2, 0.2), left_s, (double)frozen.left_s);
+        // AND its count begins anew, and others go on up to nine
+        TEST_ASSERT_EQUAL_UINT8(0, still_ticks[3]);
+        TEST_ASSERT_EQUAL_UINT8(1, still_ticks[5]);
+        TEST_ASSERT_EQUAL_UINT8(9, still_ticks[0]);
+        TEST_ASSERT_EQUAL_UINT8(0, frozen.still_ticks);
+    }
+}
+
+static void test_seven_sigma_of_a_missed_way_count_in_either_direction(void) {
+    // GIVEN a leg whose displacement has missed a way WHEN that is more than 7 sigma THEN it counts for 0.2 s
+    const hexload_config_t config = paper_machine();
+    static const double sigmas[4] = {6.9, 7.1, -6.9, -7.1};
+    for (int n = 0; n < 4; n++) {
+        hexload_frozen_channels_t frozen = {.left_s = HEXLOAD_REAL(0.0)};
+        const hexload_leg_sample_t sample = {.tick = 1};
+        frozen.missed_m[5] = (hexload_real_t)sigmas[n] * config.sensors.displacement_sigma_m;
+        hexload_frozen_channels_step(&frozen, &config, &sample);
+        TEST_ASSERT_EQUAL_INT(n % 2 == 1, hexload_frozen_channels_are_there(&frozen));
+    }
+}
+
+static void test_a_kind_of_which_three_legs_change_has_the_longest_stop_of_the_others(void) {
+    // GIVEN velocities and forces that have stood still for some ticks WHEN three legs of one kind change
+    // THEN the longer of the stops of both counts, and from its second tick on
+    const hexload_config_t config = paper_machine();
+    for (uint8_t velocity_ticks = 0; velocity_ticks < 3; velocity_ticks++) {
+        for (uint8_t force_ticks = 0; force_ticks < 3; force_ticks++) {
+            hexload_frozen_channels_t frozen = {.left_s = HEXLOAD_REAL(0.0)};
+            hexload_leg_sample_t sample = {.tick = 1};
+            frozen.still_velocity_ticks[4] = velocity_ticks;
+            frozen.still_force_ticks[1] = force_ticks;
+            for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
+                const bool has_velocity = leg < 3, has_force = leg >= 3;
+                sample.velocity_m_s[leg] = has_velocity ? config.sensors.velocity_sigma_m_s : 0;
+                sample.force_n[leg] = has_force ? config.sensors.force_sigma_n : 0;
+            }
+            hexload_frozen_channels_step(&frozen, &config, &sample);
+            const int longest = 1 + (velocity_ticks > force_ticks ? velocity_ticks : force_ticks);
+            TEST_ASSERT_EQUAL_INT(longest, frozen.still_ticks);
+            TEST_ASSERT_EQUAL_INT(longest >= 2, hexload_frozen_channels_are_there(&frozen));
+        }
+    }
+}
+
 int main(void) {
     UNITY_BEGIN();
     RUN_TEST(test_velocities_at_a_lower_rate_that_are_held_are_found_after_sixteen_of_them);
@@ -175,5 +262,9 @@ int main(void) {
     RUN_TEST(test_sensors_that_stand_still_together_say_that_the_machine_does);
     RUN_TEST(test_a_sensor_that_goes_on_again_counts_until_its_jump_is_forgotten);
     RUN_TEST(test_a_displacement_that_jumps_has_stopped);
+    RUN_TEST(test_a_way_that_is_missed_is_summed_and_of_one_that_is_gone_an_eighth_counts);
+    RUN_TEST(test_a_jump_is_seven_sigma_of_a_channel_that_has_stood_still_for_nine_ticks);
+    RUN_TEST(test_seven_sigma_of_a_missed_way_count_in_either_direction);
+    RUN_TEST(test_a_kind_of_which_three_legs_change_has_the_longest_stop_of_the_others);
     return UNITY_END();
 }

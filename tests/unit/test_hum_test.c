@@ -122,6 +122,53 @@ static void test_factors_are_those_of_the_frequencies_or_nothing_is_heard(void) 
     }
 }
 
+static void test_the_energy_is_what_each_frequency_has_beyond_nine_by_block(void) {
+    // GIVEN blocks with 50 and 60 Hz in all three innovations, loud ones and others
+    const hexload_config_t config = paper_machine();
+    hexload_hum_test_t test;
+    uint64_t seed = 12;
+    double excess[2] = {0.0, 0.0};
+    int humming = 0;
+    hexload_hum_test_init(&test, &config);
+    show(&test, &config, BLOCK_TICKS / 2, 1.0, 50.0, &seed);
+    for (int block = 0; block < 60; block++) {
+        const double amplitude = (block % 20 < 8 ? 0.1 : 0.5) * (double)uniform(&seed);
+        double in_phase[3] = {0}, quadrature[3] = {0};
+        // WHEN half a second goes by
+        for (int tick = 0; tick < BLOCK_TICKS; tick++) {
+            const double turn = 2.0 * PI * (double)config.tick_s * tick;
+            hexload_real_t innovation[3];
+            for (int k = 0; k < 3; k++) {
+                innovation[k] =
+                    (hexload_real_t)(amplitude * (sin(50.0 * turn + k) + (k - 0.5) * cos(60.0 * turn)));
+                in_phase[k] += (double)innovation[k] * cos((block % 2 == 0 ? 50.0 : 60.0) * turn);
+                quadrature[k] += (double)innovation[k] * sin((block % 2 == 0 ? 50.0 : 60.0) * turn);
+            }
+            hexload_hum_test_step(&test, 1, innovation);
+        }
+        // THEN what the Fourier sums of the one whose turn it is have beyond 9 is summed, from 0 up, and each
+        // sum beyond 60 stands for two blocks
+        double nis = 0.0, energy = 0.0;
+        for (int k = 0; k < 3; k++) {
+            nis += 2.0 / BLOCK_TICKS * (in_phase[k] * in_phase[k] + quadrature[k] * quadrature[k]);
+        }
+        excess[block % 2] = fmax(0.0, excess[block % 2] + nis - 9.0);
+        for (int n = 0; n < 2; n++) {
+            energy += excess[n] > 60.0 ? 2.0 * excess[n] : 0.0;
+        }
+        // AND the factors' 2e-6 turn the phase by 500 2e-6 / (2 sin(0.31)) = 2e-3 in a block at most
+        const double bound = 2e-3 * (excess[0] + excess[1] + 9.0);
+        for (int n = 0; n < 2; n++) {
+            TEST_ASSERT_DOUBLE_WITHIN(bound, excess[n], (double)test.excess[n]);
+        }
+        TEST_ASSERT_DOUBLE_WITHIN(2.0 * bound, energy, (double)test.energy);
+        TEST_ASSERT_EQUAL_INT(energy > 0.0, test.hums);
+        humming += energy > 0.0;
+    }
+    TEST_ASSERT_GREATER_THAN_INT(5, humming);
+    TEST_ASSERT_LESS_THAN_INT(60, humming);
+}
+
 int main(void) {
     UNITY_BEGIN();
     RUN_TEST(test_noise_does_not_hum);
@@ -130,5 +177,6 @@ int main(void) {
     RUN_TEST(test_a_gap_begins_its_block_anew);
     RUN_TEST(test_no_hum_is_heard_in_speeds_from_displacements);
     RUN_TEST(test_factors_are_those_of_the_frequencies_or_nothing_is_heard);
+    RUN_TEST(test_the_energy_is_what_each_frequency_has_beyond_nine_by_block);
     return UNITY_END();
 }

@@ -57,6 +57,7 @@ static void step(bench_t* bench, const body_t* load) {
     sample.velocity_m_s[3] += bench->tick % 250 == 249 ? (hexload_real_t)bench->wrong_m_s : HEXLOAD_REAL(0.0);
     TEST_ASSERT_EQUAL_INT(
         HEXLOAD_OK, hexload_momentum_tick(&bench->estimator, &bench->config, &sample, &bench->estimate));
+    TEST_ASSERT_EQUAL_UINT32(sample.tick, bench->estimate.tick);
     if ((bench->estimator.health.bits >> HEXLOAD_HEALTH_LOAD_CHANGED & 1u) != 0) {
         bench->alarms++;
         bench->last_alarm = bench->tick;

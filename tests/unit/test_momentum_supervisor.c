@@ -473,6 +473,44 @@ static void test_nothing_has_converged_before_the_fit_is_known(void) {
     }
 }
 
+/// Whether a tick with these numbers, after which nothing else has happened, says that the machine does not
+/// fit.
+static bool is_unfit_at(double nis, double calm_s, double pooled) {
+    bench_t bench;
+    begin(&bench);
+    bench.self.fit_nis = (hexload_real_t)nis;
+    bench.filter.nis = (hexload_real_t)nis; // the leaky mean stays to the bit
+    bench.self.calm_s = (hexload_real_t)calm_s;
+    bench.jackknife.pooled = (hexload_real_t)pooled;
+    hexload_momentum_supervisor_watch(&bench.self, &bench.scene.config, &bench.filter, &bench.jackknife,
+                                      &bench.residual_test, &bench.past);
+    return bench.self.unfit_s > HEXLOAD_REAL(0.0);
+}
+
+static double moved_s_at(hexload_real_t speed_m_s) {
+    bench_t bench;
+    begin(&bench);
+    bench.self.moved_s = HEXLOAD_REAL(0.0);
+    bench.past.smooth.smooth_velocity_m_s[5] = speed_m_s;
+    hexload_momentum_supervisor_watch(&bench.self, &bench.scene.config, &bench.filter, &bench.jackknife,
+                                      &bench.residual_test, &bench.past);
+    return (double)bench.self.moved_s;
+}
+
+static void test_what_is_at_its_limit_is_not_beyond_it(void) {
+    // GIVEN a mean NIS of 12, a quarter of a second since an alarm, or blocks with nine times their variance
+    // WHEN one of them is at its limit to the bit THEN the machine fits, and beyond it does not
+    TEST_ASSERT_FALSE(is_unfit_at(12.0, 5.0, 0.0));
+    TEST_ASSERT_TRUE(is_unfit_at(12.001, 5.0, 0.0));
+    TEST_ASSERT_FALSE(is_unfit_at(13.0, 0.25, 0.0));
+    TEST_ASSERT_TRUE(is_unfit_at(13.0, 0.2501, 0.0));
+    TEST_ASSERT_FALSE(is_unfit_at(6.0, 5.0, 9.0));
+    TEST_ASSERT_TRUE(is_unfit_at(6.0, 5.0, 9.001));
+    // AND 10 mm/s are rest
+    TEST_ASSERT_EQUAL_DOUBLE(0.0, moved_s_at(HEXLOAD_REAL(0.01)));
+    TEST_ASSERT_TRUE(moved_s_at(HEXLOAD_REAL(0.01001)) > 0.0);
+}
+
 int main(void) {
     UNITY_BEGIN();
     RUN_TEST(test_what_a_sample_shows_is_that_of_the_equations);
@@ -480,5 +518,6 @@ int main(void) {
     RUN_TEST(test_fit_is_what_friction_motion_and_doubt_make_of_it);
     RUN_TEST(test_alarms_doubts_and_other_loads_are_remembered);
     RUN_TEST(test_nothing_has_converged_before_the_fit_is_known);
+    RUN_TEST(test_what_is_at_its_limit_is_not_beyond_it);
     return UNITY_END();
 }

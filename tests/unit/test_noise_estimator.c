@@ -118,6 +118,42 @@ static void test_a_ratio_is_the_mean_of_all_squares_and_then_of_a_second(void) {
     }
 }
 
+static void test_ratios_are_believed_from_a_hundred_ticks_on_beyond_a_fifth_and_within_limits(void) {
+    // GIVEN ratios of variances: sigmas beyond a fifth of the stated, of a quarter to ten times it
+    static const double ratios[] = {0.01, 0.06, 0.0625, 0.07, 0.69, 0.70, 1.0, 1.43, 1.45, 99.0, 101.0, 1e4};
+    const hexload_config_t config = paper_machine();
+    for (int n = 0; n < 3 * 12; n++) {
+        const int kind = n / 12;
+        const double ratio = ratios[n % 12];
+        for (int way = 0; way < 4; way++) {
+            const bool has_window = way & 1, has_ticks = way & 2;
+            hexload_sensors_t stated = config.sensors, used;
+            hexload_noise_estimator_t meter;
+            uint32_t health = 0;
+            hexload_noise_estimator_init(&meter);
+            stated.half_window_ticks = has_window ? 1 : 0;
+            meter.ticks = has_ticks ? 100 : 99;
+            meter.ratio[kind] = (hexload_real_t)ratio;
+            // WHEN they are asked for THEN that kind has its measured sigma, and speeds that come of
+            // displacements have theirs
+            hexload_noise_estimator_read(&meter, &stated, &used, &health);
+            const bool is_off = has_ticks && (ratio < 1.0 / 1.44 || ratio > 1.44);
+            const double factor = is_off ? sqrt(fmin(fmax(ratio, 0.0625), 100.0)) : 1.0;
+            const int of_speeds = has_window ? 0 : 1;
+            const double expected[3] = {kind == 0 ? factor : 1.0, kind == of_speeds ? factor : 1.0,
+                                        kind == 2 ? factor : 1.0};
+            const double found[3] = {(double)(used.displacement_sigma_m / stated.displacement_sigma_m),
+                                     (double)(used.velocity_sigma_m_s / stated.velocity_sigma_m_s),
+                                     (double)(used.force_sigma_n / stated.force_sigma_n)};
+            for (int k = 0; k < 3; k++) {
+                TEST_ASSERT_DOUBLE_WITHIN(ROUNDINGS(4, factor + 1.0), expected[k], found[k]);
+            }
+            const bool is_used = is_off && (kind != 1 || !has_window);
+            TEST_ASSERT_EQUAL_UINT32(is_used ? 1u << HEXLOAD_HEALTH_NOISE_MISSTATED : 0, health);
+        }
+    }
+}
+
 int main(void) {
     UNITY_BEGIN();
     RUN_TEST(test_stated_sigmas_that_are_right_are_used_as_they_are);
@@ -126,5 +162,6 @@ int main(void) {
     RUN_TEST(test_a_few_samples_prove_nothing);
     RUN_TEST(test_before_the_first_sample_noise_is_taken_to_be_as_stated);
     RUN_TEST(test_a_ratio_is_the_mean_of_all_squares_and_then_of_a_second);
+    RUN_TEST(test_ratios_are_believed_from_a_hundred_ticks_on_beyond_a_fifth_and_within_limits);
     return UNITY_END();
 }

@@ -199,8 +199,25 @@ static void test_every_verdict_and_status_has_a_name_of_its_own(void) {
     }
 }
 
+static void test_a_mean_nis_above_five_widens_sigma_by_its_root_over_three(void) {
+    // GIVEN innovations of a NIS just below five, or of six, for twenty time constants of its mean
+    const hexload_config_t config = paper_machine();
+    hexload_paper_filter_t filter = good_filter(&config);
+    const double nis[] = {4.99, 6.0}, expected[] = {1.0, sqrt(2.0)};
+    for (int k = 0; k < 2; k++) {
+        filter.nis = (hexload_real_t)nis[k];
+        uint32_t health = 0;
+        // WHEN the filter is judged THEN sigma is its own, or larger by the root of 6 over the ideal 3
+        const hexload_estimate_t estimate = judge(&config, &filter, 10000, &health);
+        TEST_ASSERT_DOUBLE_WITHIN(
+            1e-4, expected[k],
+            (double)(estimate.sigma[HEXLOAD_PAPER_IYY] / estimate.own_sigma[HEXLOAD_PAPER_IYY]));
+    }
+}
+
 int main(void) {
     UNITY_BEGIN();
+    RUN_TEST(test_a_mean_nis_above_five_widens_sigma_by_its_root_over_three);
     RUN_TEST(test_supervisor_calls_a_small_sigma_converged);
     RUN_TEST(test_supervisor_passes_on_values_sigmas_and_nis);
     RUN_TEST(test_one_parameter_that_is_not_known_yet_decides_the_verdict);
