@@ -81,6 +81,8 @@ FAULTS = {
     "force half, and friction": (lambda log: rubbing(with_leg(log, "force_n", 4, lambda f: 0.5 * f)), "force gain", (4,), 0.5, 0.05),
     "force dead": (lambda log: with_leg(log, "force_n", 5, lambda f: np.random.default_rng(1).normal(2.0, 5.0, len(f))), "force dead", (5,), None, None),
     "force in kN": (lambda log: with_leg(log, "force_n", 2, lambda f: 1e-3 * f), "force unit", (2,), None, None),
+    "a force that bends": (lambda log: with_leg(log, "force_n", 3, lambda f: f + 0.02 * f**2 / np.abs(log.force_n).max()), "force curve", (3,), 0.02, 2e-3),
+    "forces that bend": (lambda log: replace(log, force_n=log.force_n + 0.02 * log.force_n**2 / np.abs(log.force_n).max()), "force curve", None, 0.02, 2e-3),
     "legs exchanged": (lambda log: with_swapped(log, 1, 4, *ALL), "legs exchanged", (1, 4), None, None),
     "displacements swapped": (lambda log: with_swapped(log, 1, 2, "displacement_m"), "displacement swapped", (1, 2), None, None),
     "velocity gain": (lambda log: with_leg(log, "velocity_m_s", 6, lambda v: 1.005 * v), "velocity gain", (6,), 0.005, 2.5e-4),

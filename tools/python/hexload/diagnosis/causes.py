@@ -53,6 +53,7 @@ def quick(d: Dynamics, theta: Array) -> Iterator[Family]:
     yield from _of_legs("force late", -unit * d.smooth.force_rate[:, :, None])
     rigid = of_load(d.of_body, theta)
     yield from _gains(unit * rigid[:, :, None])
+    yield from _of_legs("force curve", unit * (rigid**2 / np.abs(rigid).max())[:, :, None])
     g = d.machine.gravity_m_s2
     strength = np.linalg.norm(g)
     tilts = [

@@ -218,6 +218,13 @@ _OF_LEGS = {
         CALIBRATE,
     ),
     "force gain": ("follows {its} force", "gain of {its} force sensor off by about {size} %", 100.0, "", CALIBRATE),
+    "force curve": (
+        "follows the square of {its} force",
+        "{its} force sensor not straight, by about {size} % of the largest force",
+        100.0,
+        "",
+        "calibrate it over its whole range",
+    ),
     "force late": (
         "follows the change of {its} force",
         "force late by about {size} ms",
