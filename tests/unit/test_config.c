@@ -30,6 +30,13 @@ static void test_the_default_bridges_gaps_as_its_errors_allow(void) {
     TEST_ASSERT_TRUE(radians * radians * ticks * ticks / 12.0 < 4e-4);
     TEST_ASSERT_TRUE(radians * radians * (ticks + 1.0) * (ticks + 1.0) / 12.0 > 4e-4);
     TEST_ASSERT_EQUAL_UINT32(20, config.paper.longest_gate_ticks);
+    // AND its gates are those of chi-square at 1e-8 of good innovations with 3 degrees of freedom, 39.8, and
+    // of the sigmas that may be understated by 300
+    TEST_ASSERT_DOUBLE_WITHIN(0.5, 39.8, (double)config.paper.gate_nis);
+    TEST_ASSERT_DOUBLE_WITHIN(1.0, 3.0 * 300.0 * 300.0, (double)config.paper.inconsistent_nis);
+    TEST_ASSERT_EQUAL_DOUBLE(0.5, (double)config.paper.nis_time_constant_s);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-7, 0.1, (double)config.paper.converged_relative_sigma);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-7, 0.05, (double)config.momentum.converged_relative_sigma);
     TEST_ASSERT_EQUAL_UINT32(5, config.momentum.longest_gap_ticks);
 }
 
@@ -87,6 +94,7 @@ static void test_config_names_each_field_out_of_range(void) {
 
 static void test_printed_prior_is_the_papers_start_covariance(void) {
     hexload_config_t config = paper_machine();
+    memset(config.paper.prior_inertia_sigma_kg_m2, 0, sizeof config.paper.prior_inertia_sigma_kg_m2);
     hexload_config_set_prior(&config, HEXLOAD_PRIOR_PRINTED);
     const double expected[4] = {1.0, 10.0, 500.0,
                                 500.0}; // paper, section 4; the rates' 1 is a start from the sensors

@@ -133,8 +133,24 @@ static void test_the_count_of_accepted_samples_stays_at_its_end(void) {
     TEST_ASSERT_EQUAL_UINT32(7, gate.last_tick);
 }
 
+static void test_a_tick_is_later_up_to_half_of_what_a_counter_holds(void) {
+    // GIVEN ticks that are later than the last by half of 2^32 at most, over the counter's end too, and by
+    // one more, which is as well one of before WHEN they are checked THEN the first are a gap, the others
+    // refused
+    static const uint32_t lasts[] = {0, 5, UINT32_MAX - 1};
+    for (size_t n = 0; n < sizeof lasts / sizeof *lasts; n++) {
+        uint32_t gap_ticks = 0, health = 0;
+        const hexload_leg_sample_t later = {.tick = lasts[n] + UINT32_MAX / 2};
+        const hexload_leg_sample_t before = {.tick = lasts[n] + UINT32_MAX / 2 + 1};
+        TEST_ASSERT_EQUAL_INT(HEXLOAD_OK, check_after(lasts[n], &later, &gap_ticks, &health));
+        TEST_ASSERT_EQUAL_UINT32(UINT32_MAX / 2, gap_ticks);
+        TEST_ASSERT_EQUAL_INT(HEXLOAD_ERR_TICK, check_after(lasts[n], &before, &gap_ticks, &health));
+    }
+}
+
 int main(void) {
     UNITY_BEGIN();
+    RUN_TEST(test_a_tick_is_later_up_to_half_of_what_a_counter_holds);
     RUN_TEST(test_leg_sample_refuses_a_channel_that_is_not_finite);
     RUN_TEST(test_leg_sample_refuses_a_leg_without_length);
     RUN_TEST(test_leg_sample_refuses_what_no_sensor_of_the_machine_can_say);

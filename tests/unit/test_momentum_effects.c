@@ -1206,6 +1206,25 @@ static hexload_verdict_t verdict_of_held(uint32_t held_ticks) {
     return bench.estimate.verdict;
 }
 
+static void test_what_has_converged_is_confounded_with_nothing(void) {
+    // GIVEN an instance that takes all parameters for confounded, and an estimate of which the first has
+    // converged
+    static hexload_momentum_effects_t estimator;
+    hexload_estimate_t estimate = {.tick = 0};
+    hexload_effects_estimate_t effects;
+    estimator.effects.identifiability.bias_mask = UINT32_MAX;
+    estimator.effects.identifiability.friction_mask = UINT32_MAX;
+    estimator.effects.identifiability.tilt_mask = UINT32_MAX;
+    for (int k = 1; k < LOAD; k++) {
+        estimate.parameter_verdict[k] = HEXLOAD_VERDICT_CONVERGING;
+    }
+    // WHEN it is read THEN all others are
+    hexload_momentum_effects_read(&estimator, &estimate, &effects);
+    TEST_ASSERT_EQUAL_UINT32(1022, effects.confounded_with_bias);
+    TEST_ASSERT_EQUAL_UINT32(1022, effects.confounded_with_friction);
+    TEST_ASSERT_EQUAL_UINT32(1022, effects.confounded_with_tilt);
+}
+
 static void test_velocities_that_are_held_are_a_misfit(void) {
     // GIVEN velocities of each tick, and of every second one, held WHEN two seconds have passed THEN the
     // latter are a misfit
@@ -1215,6 +1234,7 @@ static void test_velocities_that_are_held_are_a_misfit(void) {
 
 int main(void) {
     UNITY_BEGIN();
+    RUN_TEST(test_what_has_converged_is_confounded_with_nothing);
     RUN_TEST(test_velocities_that_are_held_are_a_misfit);
     RUN_TEST(test_known_effects_leave_nothing_of_what_the_legs_show);
     RUN_TEST(test_step_is_that_of_a_dense_filter);

@@ -199,6 +199,24 @@ static void test_every_verdict_and_status_has_a_name_of_its_own(void) {
     }
 }
 
+static void test_what_the_papers_filter_does_not_know_of_is_zero(void) {
+    // GIVEN an estimate with numbers of another estimator in it WHEN the paper's filter is judged THEN none
+    // are left
+    const hexload_config_t config = paper_machine();
+    const hexload_paper_filter_t filter = good_filter(&config);
+    hexload_paper_supervisor_t supervisor;
+    hexload_estimate_t estimate;
+    memset(&estimate, 1, sizeof estimate);
+    hexload_paper_supervisor_init(&supervisor);
+    (void)hexload_paper_supervisor_judge(&supervisor, &config, &filter, HEXLOAD_REAL(1.0), HEXLOAD_REAL(0.0),
+                                         &estimate);
+    for (int k = HEXLOAD_PAPER_DIM; k < HEXLOAD_PARAMETERS_MAX; k++) {
+        TEST_ASSERT_TRUE(estimate.value[k] == HEXLOAD_REAL(0.0) && estimate.sigma[k] == HEXLOAD_REAL(0.0));
+        TEST_ASSERT_TRUE(estimate.own_sigma[k] == HEXLOAD_REAL(0.0));
+        TEST_ASSERT_EQUAL_INT(HEXLOAD_VERDICT_CONVERGED, estimate.parameter_verdict[k]);
+    }
+}
+
 static void test_a_mean_nis_above_five_widens_sigma_by_its_root_over_three(void) {
     // GIVEN innovations of a NIS just below five, or of six, for twenty time constants of its mean
     const hexload_config_t config = paper_machine();
@@ -217,6 +235,7 @@ static void test_a_mean_nis_above_five_widens_sigma_by_its_root_over_three(void)
 
 int main(void) {
     UNITY_BEGIN();
+    RUN_TEST(test_what_the_papers_filter_does_not_know_of_is_zero);
     RUN_TEST(test_a_mean_nis_above_five_widens_sigma_by_its_root_over_three);
     RUN_TEST(test_supervisor_calls_a_small_sigma_converged);
     RUN_TEST(test_supervisor_passes_on_values_sigmas_and_nis);

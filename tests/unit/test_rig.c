@@ -166,6 +166,29 @@ static void test_friction_that_grows_with_the_force_is_taken_off(void) {
     }
 }
 
+static void test_a_gap_slides_as_far_as_its_ticks_do(void) {
+    // GIVEN legs that have just turned round, whose friction follows the way WHEN four ticks come one by one,
+    // or as a gap THEN it is as far, to 2e-5 of dry friction a tick
+    hexload_config_t config = rubbing_machine();
+    config.rig.presliding_m = HEXLOAD_REAL(5e-5);
+    const hexload_real_t speed_m_s[HEXLOAD_LEGS] = {HEXLOAD_REAL(0.004), HEXLOAD_REAL(-0.004),
+                                                    HEXLOAD_REAL(0.008), HEXLOAD_REAL(-0.008),
+                                                    HEXLOAD_REAL(0.012), HEXLOAD_REAL(-0.012)};
+    hexload_real_t by_ticks_n[HEXLOAD_LEGS], by_gap_n[HEXLOAD_LEGS], variance_n2[HEXLOAD_LEGS];
+    hexload_rig_slide_t ticks, gap;
+    hexload_rig_slide_init(&ticks);
+    hexload_rig_slide_init(&gap);
+    for (int tick = 0; tick < 4; tick++) {
+        memset(by_ticks_n, 0, sizeof by_ticks_n);
+        hexload_rig_compensate(&ticks, &config, speed_m_s, 1, by_ticks_n, variance_n2);
+    }
+    memset(by_gap_n, 0, sizeof by_gap_n);
+    hexload_rig_compensate(&gap, &config, speed_m_s, 4, by_gap_n, variance_n2);
+    for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
+        TEST_ASSERT_DOUBLE_WITHIN(4.0 * 2e-5 * 120.0, (double)by_ticks_n[leg], (double)by_gap_n[leg]);
+    }
+}
+
 static void test_legs_that_rub_only_when_they_move_are_compensated(void) {
     // GIVEN a law whose dry friction vanishes at rest: what is less there is all of Coulomb's
     hexload_config_t config = rubbing_machine();
@@ -541,6 +564,7 @@ int main(void) {
     RUN_TEST(test_late_channels_are_brought_to_one_instant);
     RUN_TEST(test_friction_is_taken_off);
     RUN_TEST(test_friction_that_grows_with_the_force_is_taken_off);
+    RUN_TEST(test_a_gap_slides_as_far_as_its_ticks_do);
     RUN_TEST(test_legs_that_rub_only_when_they_move_are_compensated);
     RUN_TEST(test_friction_turns_over_the_presliding_length);
     RUN_TEST(test_leg_wrench_does_the_work_that_the_legs_take_up);

@@ -195,7 +195,6 @@ HEXLOAD_RARE static void begin_anew(hexload_smoother_t* self) {
     memset(self->sum, 0, sizeof self->sum);
     self->stored = 0;
     self->entered = 0;
-    self->gap_ticks = 0;
     self->has_taken = false;
     memset(self->held_m_s, 0, sizeof self->held_m_s);
 }
