@@ -45,8 +45,8 @@ class Diagnosis:
         return replace(self, findings=tuple(phrases.of_commissioned(each) for each in self.findings))
 
     def beside(self, sigma: Array, is_fit: bool) -> "Diagnosis":
-        """The same with what is small judged by what it does to the load, beside the published sigmas of these and what follows
-        them. `is_fit`: the estimator finds no mismatch; then so is all else, too, that is no wrong input."""
+        """The same with what is small judged by what it does to the load, beside the published sigmas; where the estimator finds no
+        mismatch (`is_fit`) so is every cause but a wrong input."""
         return replace(self, findings=tuple(_beside(each, sigma, is_fit) for each in self.findings))
 
     @property
