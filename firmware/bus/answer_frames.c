@@ -3,7 +3,7 @@
 #include "bus/frame.h"
 
 #include <hexload_dbc.h>
-
+#include <math.h>
 #include <stddef.h>
 
 // Codes of the DBC are those of the core. The application checks its own.

@@ -4,7 +4,7 @@
 #include "bus/frame.h"
 
 #include <hexload_dbc.h>
-
+#include <math.h>
 #include <stddef.h>
 #include <string.h>
 

@@ -4,7 +4,7 @@
 #ifndef HEXLOAD_BUS_CMAC_H
 #define HEXLOAD_BUS_CMAC_H
 
-#include "hexload/real.h"
+#include "hexload/types.h"
 
 #include <stddef.h>
 #include <stdint.h>

@@ -2,6 +2,7 @@
 
 #include "bus/sample_frames.h"
 
+#include <math.h>
 #include <string.h>
 
 enum { ALL_LEGS = (1 << HEXLOAD_LEGS) - 1 };

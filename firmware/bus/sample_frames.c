@@ -3,6 +3,7 @@
 #include "bus/frame.h"
 
 #include <hexload_dbc.h>
+#include <math.h>
 
 static const hexload_frame_layout_t fd_layout = {HEXLOAD_DBC_LEG_SAMPLE_FD_FRAME_ID,
                                                  HEXLOAD_DBC_LEG_SAMPLE_FD_LENGTH};
@@ -64,10 +65,11 @@ static scale_t classic_scale(void) {
 static int32_t quantise(hexload_real_t value, hexload_real_t step, int32_t largest, uint32_t* saturated) {
     const hexload_real_t steps = value / step;
     const hexload_real_t half = HEXLOAD_REAL(0.5);
+    const hexload_real_t limit = (hexload_real_t)largest + half;
     if (isnan(steps) != 0) {
         return -largest - 1;
     }
-    if (hexload_abs(steps) >= (hexload_real_t)largest + half) {
+    if (steps >= limit || steps <= -limit) {
         *saturated += *saturated < UINT32_MAX ? 1u : 0u;
         return steps > 0 ? largest : -largest;
     }

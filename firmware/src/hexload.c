@@ -1,5 +1,6 @@
 #include "hexload/hexload.h"
 
+#include "algebra/real.h"
 #include "configuration/health.h"
 #include "front_end/differentiator.h"
 #include "front_end/leg_sample.h"

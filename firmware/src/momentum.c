@@ -1,5 +1,6 @@
 #include "hexload/momentum.h"
 
+#include "algebra/real.h"
 #include "configuration/config_fields.h"
 #include "configuration/momentum_prior.h"
 #include "momentum_tick.h"

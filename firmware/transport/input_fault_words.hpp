@@ -1,7 +1,7 @@
 // The input fault as a sentence.
 #pragma once
 
-#include <hexload/status.h>
+#include <hexload/types.h>
 
 #include <cmath>
 #include <string>

@@ -2,7 +2,7 @@
 
 #include "write_error.hpp"
 
-#include <hexload/body.h>
+#include <hexload/estimate.h>
 
 #include <fmt/format.h>
 

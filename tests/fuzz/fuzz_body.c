@@ -1,7 +1,7 @@
 /// Bodies of arbitrary parameters and covariances.
 #include "bytes.h"
 
-#include "hexload/body.h"
+#include "hexload/estimate.h"
 
 #include <math.h>
 

@@ -13,7 +13,7 @@ BUILD = Path(os.environ["HEXLOAD_BUILD_DIR"])
 
 CORE = "firmware/src"
 PUBLIC = "firmware/include"
-FRONT = ("configuration", "algebra", "body", "front_end")
+FRONT = ("algebra", "configuration", "body", "front_end")
 
 
 def core(*rooms: str) -> set[str]:
@@ -28,8 +28,8 @@ RUN = APP | PLANT | {"host_sim/links", "firmware/transport", "lcm_types"}
 # longest name that it is in.
 BORDERS = {
     PUBLIC: set(),
-    f"{CORE}/configuration": core(),
-    f"{CORE}/algebra": core(*FRONT[:1]),
+    f"{CORE}/algebra": core(),
+    f"{CORE}/configuration": core(*FRONT[:1]),
     f"{CORE}/body": core(*FRONT[:2]),
     f"{CORE}/front_end": core(*FRONT[:3]),
     f"{CORE}/paper": core(*FRONT),

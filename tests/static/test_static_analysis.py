@@ -32,7 +32,7 @@ SOURCES = sorted(
 PRESETS = ("target-cortex-m7", "target-cortex-r5f")  # with the ports that the host does not compile
 GCC_ONLY = re.compile(r"-fcallgraph-info|-fpeel-loops")
 JOBS = "2"
-# What cppcheck reads is what a board with a fused multiply-add is built from. The other choices of real.h, of precision
+# What cppcheck reads is what a board with a fused multiply-add is built from. The other choices of algebra/real.h, of precision
 # and rounding, would be four more readings of each file: three times the processor time, and no other finding.
 CONFIGURATION = ("-D__GNUC__=12", "-DHEXLOAD_FUSED=1")
 SHARE_THAT_IS_LEFT = 0.8  # of the places that a pattern allows: where fewer are left, it allows no more

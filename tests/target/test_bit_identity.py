@@ -2,7 +2,7 @@
 
 Both round every operation to the nearest float (IEEE 754), so they agree when both do the same operations in the same
 order. The core sees to it: one source, -ffp-contract=off, with fmaf() where a product and a sum are rounded together
-(real.h), no -ffast-math, so that no optimisation level may reorder sums, float literals and no double anywhere, and
+(algebra/real.h), no -ffast-math, so that no optimisation level may reorder sums, float literals and no double anywhere, and
 from the C library only sqrtf and fmaf, which every implementation rounds correctly; each is one instruction on both.
 The core uses no sine and no cosine. The host is x86-64, where float arithmetic is done in SSE registers without excess
 precision.

@@ -1,4 +1,4 @@
-#include "hexload/body.h"
+#include "hexload/estimate.h"
 #include "machine.h"
 
 #include <math.h>

@@ -535,11 +535,11 @@ void bind_firmware(nb::module_& module) {
                "The median distance of at least two times, s, to 0.1 us.");
     module.def(
         "describe_body", &describe_body, nb::arg("theta"), nb::arg("covariance"),
-        "hexload_body_describe() of hexload/body.h: theta [10], covariance [10, 10], of which the lower "
+        "hexload_body_describe() of hexload/estimate.h: theta [10], covariance [10, 10], of which the lower "
         "triangle is read.");
-    module.def(
-        "nearest_body", &nearest_body, nb::arg("theta"), nb::arg("covariance"),
-        "hexload_body_nearest() of hexload/body.h, likewise: a dict of theta, distance_sigmas, is_found.");
+    module.def("nearest_body", &nearest_body, nb::arg("theta"), nb::arg("covariance"),
+               "hexload_body_nearest() of hexload/estimate.h, likewise: a dict of theta, distance_sigmas, "
+               "is_found.");
     nb::class_<FirmwareKinematics>(module, "Kinematics", "The firmware's kinematics stage, started at home.")
         .def(nb::init<const PlatformFile&>(), nb::arg("platform"))
         .def("solve", &FirmwareKinematics::solve, nb::arg("displacement_m"), nb::arg("velocity_m_s"),

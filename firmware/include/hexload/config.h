@@ -8,8 +8,7 @@
 #ifndef HEXLOAD_CONFIG_H
 #define HEXLOAD_CONFIG_H
 
-#include "hexload/real.h"
-#include "hexload/status.h"
+#include "hexload/types.h"
 
 HEXLOAD_DECLS_BEGIN
 

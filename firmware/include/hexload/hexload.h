@@ -13,7 +13,6 @@
 #ifndef HEXLOAD_HEXLOAD_H
 #define HEXLOAD_HEXLOAD_H
 
-#include "hexload/body.h"
 #include "hexload/momentum.h"
 #include "hexload/paper.h"
 

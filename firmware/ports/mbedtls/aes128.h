@@ -3,7 +3,7 @@
 #ifndef HEXLOAD_PORTS_AES128_H
 #define HEXLOAD_PORTS_AES128_H
 
-#include "hexload/real.h"
+#include "hexload/types.h"
 
 #include <mbedtls/aes.h>
 #include <stdint.h>

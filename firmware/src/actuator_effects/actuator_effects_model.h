@@ -4,6 +4,7 @@
 #define HEXLOAD_ACTUATOR_EFFECTS_MODEL_H
 
 #include "actuator_effects/actuator_effects.h"
+#include "algebra/real.h"
 
 /// Where row i of the effects begins in hexload_actuator_effects_t.covariance: theta, mu, then effects 0..i.
 #define EFFECT_ROW(i) ((i)*HEXLOAD_MOMENTUM_STATES + (i) * ((i) + 1) / 2)

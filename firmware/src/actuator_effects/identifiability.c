@@ -1,6 +1,7 @@
 #include "actuator_effects/identifiability.h"
 
 #include "algebra/linalg.h"
+#include "configuration/health.h"
 #include "actuator_effects/actuator_effects_model.h"
 
 #include <string.h>

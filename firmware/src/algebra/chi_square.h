@@ -4,7 +4,7 @@
 #ifndef HEXLOAD_CHI_SQUARE_H
 #define HEXLOAD_CHI_SQUARE_H
 
-#include "hexload/real.h"
+#include "hexload/types.h"
 
 #define CHI_SQUARE_6_MEAN HEXLOAD_REAL(6.0)
 #define CHI_SQUARE_6_95 HEXLOAD_REAL(12.59)  ///< exceeded in 5 % of all cases

@@ -4,7 +4,7 @@
 #ifndef HEXLOAD_LINALG_H
 #define HEXLOAD_LINALG_H
 
-#include "hexload/real.h"
+#include "algebra/real.h"
 
 #include <stdbool.h>
 

@@ -4,7 +4,7 @@
 #define HEXLOAD_BODY_MODEL_H
 
 #include "body/pseudo_inertia.h"
-#include "hexload/body.h"
+#include "hexload/estimate.h"
 
 /// hexload_pseudo_inertia_is_positive() of theta as it is.
 static inline bool hexload_body_is_consistent(const hexload_real_t theta[HEXLOAD_LOAD_DIM]) {

@@ -1,4 +1,5 @@
 #include "configuration/config_fields.h"
+#include "algebra/real.h"
 #include "hexload/state.h"
 
 #include <stdbool.h>

@@ -1,3 +1,4 @@
+#include "algebra/real.h"
 #include "hexload/config.h"
 
 #include <stddef.h>

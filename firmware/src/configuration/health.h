@@ -3,7 +3,13 @@
 #ifndef HEXLOAD_HEALTH_H
 #define HEXLOAD_HEALTH_H
 
-#include "hexload/status.h"
+#include "hexload/types.h"
+
+/// Sets a health bit of the present tick. Reentrant, constant time.
+static inline void hexload_health_set(uint32_t* bits, hexload_health_bit_t bit) {
+    const uint32_t one = 1;
+    *bits |= one << bit;
+}
 
 /// Counts a refused sample. @return status.
 hexload_status_t hexload_health_refuse(hexload_health_t* health, hexload_status_t status);

@@ -1,5 +1,5 @@
 /// Words of the input fault, in a file of their own: who has no one to tell them links none.
-#include "hexload/status.h"
+#include "hexload/types.h"
 
 const char* hexload_input_fault_text(hexload_input_cause_t cause) {
     static const char* const TEXTS[HEXLOAD_INPUT_CAUSES] = {

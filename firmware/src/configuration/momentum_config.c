@@ -1,3 +1,4 @@
+#include "algebra/real.h"
 #include "configuration/momentum_prior.h"
 #include "hexload/state.h"
 

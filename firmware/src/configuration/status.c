@@ -1,4 +1,4 @@
-#include "hexload/status.h"
+#include "hexload/types.h"
 
 const char* hexload_status_name(hexload_status_t status) {
     switch (status) {

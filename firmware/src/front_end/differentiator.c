@@ -1,5 +1,7 @@
 #include "front_end/differentiator.h"
 
+#include "algebra/real.h"
+
 #include <string.h>
 
 enum {

@@ -3,6 +3,7 @@
 #ifndef HEXLOAD_KINEMATICS_H
 #define HEXLOAD_KINEMATICS_H
 
+#include "algebra/real.h"
 #include "hexload/state.h"
 
 HEXLOAD_DECLS_BEGIN

@@ -1,5 +1,8 @@
 #include "front_end/leg_sample.h"
 
+#include "algebra/real.h"
+#include "configuration/health.h"
+
 #include <stdbool.h>
 #include <string.h>
 

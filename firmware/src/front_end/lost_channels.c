@@ -1,5 +1,8 @@
 #include "front_end/lost_channels.h"
 
+#include "algebra/real.h"
+#include "configuration/health.h"
+
 /// As long as a force may still be in a smoother, with what it spreads over its neighbours.
 enum { DOUBT_TICKS = HEXLOAD_LAG_TICKS_MAX + HEXLOAD_RIG_DELAY_TICKS_MAX + 8 };
 

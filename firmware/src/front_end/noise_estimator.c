@@ -1,5 +1,8 @@
 #include "front_end/noise_estimator.h"
 
+#include "algebra/real.h"
+#include "configuration/health.h"
+
 #include <stdbool.h>
 #include <string.h>
 

@@ -1,6 +1,7 @@
 #include "front_end/plausibility.h"
 
 #include "algebra/linalg.h"
+#include "configuration/health.h"
 
 #include <string.h>
 

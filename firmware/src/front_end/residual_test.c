@@ -1,5 +1,7 @@
 #include "front_end/residual_test.h"
 
+#include "algebra/real.h"
+
 #include <string.h>
 
 /// Of a sum: long against the noise, short against a motion.

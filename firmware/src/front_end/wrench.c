@@ -1,5 +1,7 @@
 #include "front_end/wrench.h"
 
+#include "algebra/real.h"
+
 void hexload_wrench_compute(const hexload_motion_t* motion, const hexload_leg_sample_t* sample,
                             hexload_wrench_t* wrench) {
     hexload_real_t base_axes[6] = {0}; // (12), with J in base axes

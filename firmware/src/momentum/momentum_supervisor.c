@@ -2,6 +2,7 @@
 
 #include "algebra/chi_square.h"
 #include "algebra/linalg.h"
+#include "configuration/health.h"
 #include "body/pseudo_inertia.h"
 #include "momentum/tolerances.h"
 

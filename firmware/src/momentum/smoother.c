@@ -1,6 +1,7 @@
 #include "momentum/smoother.h"
 
 #include "algebra/chi_square.h"
+#include "algebra/real.h"
 #include "momentum/motion_directions.h"
 #include "momentum/transient.h"
 

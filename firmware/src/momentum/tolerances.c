@@ -1,5 +1,7 @@
 #include "momentum/tolerances.h"
 
+#include "algebra/real.h"
+
 static hexload_real_t mean_moment(const hexload_real_t own[HEXLOAD_LOAD_DIM]) {
     const hexload_real_t third = HEXLOAD_REAL(1.0) / HEXLOAD_REAL(3.0);
     return third * (own[HEXLOAD_LOAD_IXX] + own[HEXLOAD_LOAD_IYY] + own[HEXLOAD_LOAD_IZZ]);

@@ -1,6 +1,7 @@
 #include "momentum/transient.h"
 
 #include "algebra/chi_square.h"
+#include "algebra/real.h"
 
 #include <string.h>
 

@@ -1,6 +1,7 @@
 #include "paper/paper_filter.h"
 
 #include "algebra/linalg.h"
+#include "configuration/health.h"
 #include "paper/paper_model.h"
 #include "paper/rate_noise.h"
 

@@ -1,5 +1,7 @@
 #include "paper/paper_supervisor.h"
 
+#include "algebra/real.h"
+#include "configuration/health.h"
 #include "paper/paper_tolerances.h"
 
 #include <stdbool.h>

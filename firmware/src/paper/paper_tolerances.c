@@ -1,5 +1,7 @@
 #include "paper/paper_tolerances.h"
 
+#include "algebra/real.h"
+
 enum { GAIN, MASS, CENTRE, WEIGHT, SOURCES };
 
 /// Errors of a parameter for one standard deviation of each source.

@@ -38,7 +38,7 @@ struct EstimateRow {
 };
 
 struct HealthCount {
-    std::string name; // as in hexload/status.h
+    std::string name; // as in hexload/types.h
     std::uint32_t ticks = 0;
 };
 

@@ -1,6 +1,6 @@
 /// Describes estimates inside the controller and brings them to their nearest bodies: arguments IN OUT, files
 /// of the host in the format of tools/python/hexload_dev/target.py.
-#include "hexload/body.h"
+#include "hexload/estimate.h"
 
 #include "arguments.h"
 #include "instruction_counter.h"

@@ -4,6 +4,7 @@
 #ifndef HEXLOAD_TEST_MACHINE_H
 #define HEXLOAD_TEST_MACHINE_H
 
+#include "algebra/real.h"
 #include "hexload/hexload.h"
 
 #include <unity.h>

@@ -1,5 +1,5 @@
 """Estimates of the ten parameters that are about as wrong as their covariance says: what the tests of the load as a
-body (firmware/include/hexload/body.h) begin with."""
+body (firmware/include/hexload/estimate.h) begin with."""
 
 from pathlib import Path
 from types import ModuleType

@@ -39,7 +39,7 @@ class Estimate:
     nis: float  # normalised innovation squared; its mean is the number of measurements where model and noise fit
     verdict: str  # the worst of the parameters': converged, converging, not_excited, misfit, inconsistent
     parameter_verdict: tuple[str, ...]  # of the load's parameters
-    health: tuple[str, ...]  # remarks of this sample, as in hexload/status.h
+    health: tuple[str, ...]  # remarks of this sample, as in hexload/types.h
     input_fault: str  # what is wrong with the channels, with leg and what to do; empty: nothing
 
     def __getitem__(self, name: str) -> float:

@@ -1,13 +1,17 @@
-/// @file status.h
-/// What a call returns (status), and what it reports although it ran (health).
-#ifndef HEXLOAD_STATUS_H
-#define HEXLOAD_STATUS_H
-
-#include "hexload/real.h"
+/// @file types.h
+/// The floating-point type, what a call returns (status), and what it reports although it ran (health).
+#ifndef HEXLOAD_TYPES_H
+#define HEXLOAD_TYPES_H
 
 #include <stdint.h>
 
-HEXLOAD_DECLS_BEGIN
+#ifdef __cplusplus
+#define HEXLOAD_DECLS_BEGIN extern "C" {
+#define HEXLOAD_DECLS_END }
+#else
+#define HEXLOAD_DECLS_BEGIN
+#define HEXLOAD_DECLS_END
+#endif
 
 #if defined(__GNUC__)
 #define HEXLOAD_MUST_USE __attribute__((warn_unused_result))
@@ -16,6 +20,19 @@ HEXLOAD_DECLS_BEGIN
 #define HEXLOAD_MUST_USE
 #define HEXLOAD_NONNULL
 #endif
+
+/// The one floating-point type. A controller's build is single precision throughout; one with
+/// HEXLOAD_REFERENCE_DOUBLE is the double-precision reference that the tests compare with, and differs in
+/// nothing else. HEXLOAD_REAL(0.1) is a literal in that precision, never a double in single.
+#ifdef HEXLOAD_REFERENCE_DOUBLE
+typedef double hexload_real_t;
+#define HEXLOAD_REAL(literal) literal
+#else
+typedef float hexload_real_t;
+#define HEXLOAD_REAL(literal) literal##f
+#endif
+
+HEXLOAD_DECLS_BEGIN
 
 /// Result of a call. Zero: done. Negative: refused; the estimate is what it was before, and health counts it.
 typedef enum hexload_status {
@@ -91,12 +108,6 @@ typedef struct {                         // no tag: hexload_health() has the nam
     uint32_t refused;                    ///< samples refused with a negative status
     hexload_input_fault_t input;         ///< what INPUT_IMPLAUSIBLE means
 } hexload_health_t;
-
-/// Sets a health bit of the present tick. Reentrant, constant time.
-static inline void hexload_health_set(uint32_t* bits, hexload_health_bit_t bit) {
-    const uint32_t one = 1;
-    *bits |= one << bit;
-}
 
 /// Short name of a status for messages, e.g. "pose not found". Never NULL; static storage.
 const char* hexload_status_name(hexload_status_t status);

@@ -1,20 +1,12 @@
 /// @file real.h
-/// The one floating-point type of the core and what it takes from libm.
-///
-/// The controller build is single precision throughout. A build with HEXLOAD_REFERENCE_DOUBLE is the
-/// double-precision reference that the tests compare with; nothing else differs between the two.
-#ifndef HEXLOAD_REAL_H
-#define HEXLOAD_REAL_H
+/// Arithmetic of the core's floating-point type: what it takes from libm, how a b + c is rounded, and what
+/// the compiler is told of loops and functions. Internal. Reentrant, constant time.
+#ifndef HEXLOAD_ALGEBRA_REAL_H
+#define HEXLOAD_ALGEBRA_REAL_H
+
+#include "hexload/types.h"
 
 #include <math.h>
-
-#ifdef __cplusplus
-#define HEXLOAD_DECLS_BEGIN extern "C" {
-#define HEXLOAD_DECLS_END }
-#else
-#define HEXLOAD_DECLS_BEGIN
-#define HEXLOAD_DECLS_END
-#endif
 
 /// 1: a b + c is rounded once, as processors with that instruction do it in half the time; 0: twice, for
 /// those without. All builds with the same value compute the same bits. On x86-64 libm does it where the
@@ -28,8 +20,6 @@
 #endif
 
 #ifdef HEXLOAD_REFERENCE_DOUBLE
-typedef double hexload_real_t;
-#define HEXLOAD_REAL(literal) literal
 #define HEXLOAD_REAL_EPSILON 2.220446049250313e-16
 static inline hexload_real_t hexload_sqrt(hexload_real_t x) {
     return sqrt(x);
@@ -41,9 +31,6 @@ static inline hexload_real_t hexload_fma(hexload_real_t a, hexload_real_t b, hex
     return HEXLOAD_FUSED ? fma(a, b, c) : a * b + c;
 }
 #else
-typedef float hexload_real_t;
-/// A literal in the core's precision: HEXLOAD_REAL(0.1) is 0.1f, never a double.
-#define HEXLOAD_REAL(literal) literal##f
 /// Distance from 1 to the next larger number.
 #define HEXLOAD_REAL_EPSILON 1.1920929e-7f
 static inline hexload_real_t hexload_sqrt(hexload_real_t x) {
