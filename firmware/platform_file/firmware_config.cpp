@@ -185,6 +185,7 @@ hexload_config_t firmware_config(const PlatformFile& platform, const EstimatorSe
     override_with(settings.viscous_sigma_n_s_m, config.actuator_effects.prior_viscous_sigma_n_s_m);
     override_with(of_tilt(settings.tilt_sigma_rad), config.actuator_effects.prior_tilt_sigma_m_s2);
     override_with(settings.friction_speed_m_s, config.actuator_effects.friction_speed_m_s);
+    override_with(platform.tolerances.friction_shape, config.actuator_effects.friction_shape);
     override_with(platform.tolerances.force_gain_common, config.tolerances.force_gain);
     override_with(platform.tolerances.platform_mass, config.tolerances.platform_mass);
     override_with(platform.tolerances.platform_com_m, config.tolerances.platform_com_m);

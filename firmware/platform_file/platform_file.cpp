@@ -37,6 +37,7 @@ constexpr Range start_force{0.0, 1e6, "N, from 0 to 1e6"};
 constexpr Range start_viscous{0.0, 1e8, "N s/m, from 0 to 1e8"};
 constexpr Range start_tilt{0.0, 1.0, "rad, from 0 to 1 (not degrees)"};
 constexpr Range friction_speed{1e-6, 10.0, "m/s, from 1e-6 to 10"};
+constexpr Range friction_shape{0.0, 10.0, "of a logarithm, from 0 to 10"};
 constexpr Range share{0.0, 1.0, "a share, from 0 to 1 (not %)"};
 constexpr Range open_length{0.0, 1.0, "m, from 0 to 1 (not mm)"};
 constexpr Range actuator_speed{1e-6, 1e3, "m/s, from 1e-6 to 1000 (not mm/s)"};
@@ -126,6 +127,7 @@ Tolerances read_tolerances(TomlReader table) {
     Tolerances open;
     table.optional_number("force_offset_n", open.force_offset_n, start_force);
     table.optional_number("tilt_rad", open.tilt_rad, start_tilt);
+    table.optional_number("friction_shape", open.friction_shape, friction_shape);
     table.optional_number("force_gain_common", open.force_gain_common, share);
     table.optional_number("platform_mass", open.platform_mass, share);
     table.optional_number("platform_com_m", open.platform_com_m, open_length);

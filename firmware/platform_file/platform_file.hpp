@@ -61,6 +61,7 @@ struct EstimatorSettings {
 struct Tolerances {
     std::optional<double> force_offset_n;
     std::optional<double> tilt_rad;
+    std::optional<double> friction_shape;
     std::optional<double> force_gain_common;
     std::optional<double> platform_mass;
     std::optional<double> platform_com_m;

@@ -90,6 +90,7 @@ static void test_config_names_each_field_out_of_range(void) {
     ASSERT_REFUSED(actuator_effects.prior_viscous_sigma_n_s_m, HEXLOAD_REAL(-0.1));
     ASSERT_REFUSED(actuator_effects.prior_tilt_sigma_m_s2, HEXLOAD_REAL(-0.1));
     ASSERT_REFUSED(actuator_effects.friction_speed_m_s, HEXLOAD_REAL(0.0));
+    ASSERT_REFUSED(actuator_effects.friction_shape, nan);
 }
 
 static void test_printed_prior_is_the_papers_start_covariance(void) {
@@ -347,6 +348,7 @@ static void test_config_knows_both_ends_of_every_range(void) {
     ASSERT_RANGE(actuator_effects.prior_viscous_sigma_n_s_m, 0.0, 1e8);
     ASSERT_RANGE(actuator_effects.prior_tilt_sigma_m_s2, 0.0, 30.0);
     ASSERT_RANGE(actuator_effects.friction_speed_m_s, 1e-6, 10.0);
+    ASSERT_RANGE(actuator_effects.friction_shape, 0.0, 10.0);
     ASSERT_RANGE(rig.force_offset_n[5], -1e6, 1e6);
     ASSERT_RANGE(rig.force_gain[5], -0.5, 0.5);
     ASSERT_RANGE(rig.coulomb_n[5], 0.0, 1e6);

@@ -94,7 +94,9 @@ static void check_clean(bench_t* bench, bool has_tilt) {
                                (double)config->sensors.velocity_sigma_m_s;
         double force_n =
             (double)bench->scene.sample.force_n[leg] + (has_tilt ? carried(bench, leg, tilted) : 0.0);
-        double lasting = 0.0;
+        const double shape =
+            (double)config->actuator_effects.friction_shape * (double)effect[6 + leg] * slope * v;
+        double lasting = shape * shape;
         for (int i = 0; i < 3; i++) {
             force_n -= weight[i] * (double)effect[6 * i + leg];
             for (int j = 0; j < 3; j++) {
@@ -123,12 +125,14 @@ static void test_forces_are_those_on_a_level_platform_without_friction(void) {
         const bool has_tilt = trial % 2 == 0;
         bench.scene.config.actuator_effects.prior_tilt_sigma_m_s2 = (hexload_real_t)(has_tilt ? 0.1 : 0.0);
         bench.scene.config.actuator_effects.friction_speed_m_s = HEXLOAD_REAL(0.004);
+        bench.scene.config.actuator_effects.friction_shape = (hexload_real_t)(0.7 * (trial % 4));
         if (trial % 5 == 0) { // of which the least certain leg's turning counts most
             memset(bench.P, 0, sizeof bench.P);
             memset(bench.effects.covariance, 0, sizeof bench.effects.covariance);
         }
         // WHEN a sample is cleaned of them THEN forces are less bias, friction and tilt, and their sigma has
-        // what is not known of the worst leg's: what lasts counts as noise of 50 ms
+        // what is not known of the worst leg's: what lasts, as friction's shape does, counts as noise of 50
+        // ms
         check_clean(&bench, has_tilt);
     }
 }

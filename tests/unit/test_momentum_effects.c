@@ -435,8 +435,10 @@ static void dense_predict(const step_t* step, dense_t* dense) {
         const double slope = 5e-3 * 5e-3 / pow(hypot(v, 5e-3), 3.0);
         const double sigma_n = (double)step->config.sensors.force_sigma_n;
         const double square = c * c + (double)effects_covariance(&step->effects, 6 + leg, 6 + leg);
-        const double variance = sigma_n * sigma_n + (double)step->config.momentum.lag_ticks * speed_variance *
-                                                        square * slope * slope;
+        const double shape = (double)step->config.actuator_effects.friction_shape * v;
+        const double variance = sigma_n * sigma_n + (double)step->config.momentum.lag_ticks *
+                                                        (speed_variance + shape * shape) * square * slope *
+                                                        slope;
         for (int a = 0; a < 6; a++) {
             for (int b = 0; b < 6; b++) {
                 dense->P[MU + a][MU + b] += dt_s * dt_s * variance * A[a][leg] * A[b][leg];
@@ -556,7 +558,9 @@ static void predicted_momentum(step_t* step, int state, double change, double mu
     const motion_t motion = random_motion(29, 0.05, 0.1);
     const effects_t effects = random_effects(7);
     begin_step(step);
-    step->config.sensors.velocity_sigma_m_s = HEXLOAD_REAL(1.0);
+    step->config.sensors.velocity_sigma_m_s =
+        HEXLOAD_REAL(1.0); // so that the update takes next to nothing off
+    step->config.actuator_effects.friction_shape = HEXLOAD_REAL(0.0); // likewise
     for (int i = 0; i < DIM; i++) {
         step->effects.effect[i] = (hexload_real_t)effects.value[i];
     }
@@ -1130,9 +1134,10 @@ static void test_rest_is_what_noise_of_the_smoother_reaches_in_95_of_100_cases(v
     TEST_ASSERT_EQUAL_UINT32(0, step.effects.rest_ticks);
 }
 
-/// Sum of the variances of a momentum that was known exactly, after a tick in which the legs stand and rub,
-/// and the smoother's residual is known for long. @param[out] push the sum of squares of the legs' columns.
-static double momentum_variance(double coulomb_n, double residual_m2_s2, double* push) {
+/// Sum of the variances of a momentum that was known exactly, after a tick in which the legs have a speed and
+/// rub, and the smoother's residual is known for long. @param[out] push the sum of squares of the legs'
+/// columns.
+static double momentum_variance(double coulomb_n, double residual_m2_s2, double speed_m_s, double* push) {
     const motion_t motion = random_motion(29, 0.05, 0.1);
     step_t step;
     begin_step(&step);
@@ -1140,12 +1145,12 @@ static double momentum_variance(double coulomb_n, double residual_m2_s2, double*
         HEXLOAD_REAL(1.0); // so that the update takes next to nothing off
     for (uint32_t tick = 0; tick < 2; tick++) {
         next_step(&step, &motion, &none, tick, 0.0);
-        memset(step.sample.smooth_velocity_m_s, 0, sizeof step.sample.smooth_velocity_m_s);
         memset(step.load.load_cov, 0, sizeof step.load.load_cov);
         memset(step.load.cross_cov, 0, sizeof step.load.cross_cov);
         memset(step.load.momentum_cov, 0, sizeof step.load.momentum_cov);
         memset(step.effects.covariance, 0, sizeof step.effects.covariance);
         for (int leg = 0; leg < 6; leg++) {
+            step.sample.smooth_velocity_m_s[leg] = (hexload_real_t)speed_m_s;
             step.effects.effect[6 + leg] = (hexload_real_t)coulomb_n;
         }
         step.effects.residual_m2_s2 = (hexload_real_t)residual_m2_s2;
@@ -1164,9 +1169,10 @@ static double momentum_variance(double coulomb_n, double residual_m2_s2, double*
     return sum;
 }
 
-static void test_friction_at_standstill_is_noise_of_the_speed_for_a_lag(void) {
-    // GIVEN legs at standstill, where the speed's error turns the sign of their friction: by the smoother's
-    // noise, and what the legs do faster than it, if that is more than nothing
+static void test_friction_near_standstill_is_noise_of_speed_and_shape_for_a_lag(void) {
+    // GIVEN legs at or near standstill, where the speed's error turns the sign of their friction: by the
+    // smoother's noise, and what the legs do faster than it, if that is more than nothing; and friction of
+    // another shape is off by v s'(v) of itself for each unit of ln v0
     const hexload_config_t config = crooked_machine();
     hexload_smoother_t smoother;
     hexload_smoother_init(&smoother, &config);
@@ -1175,17 +1181,22 @@ static void test_friction_at_standstill_is_noise_of_the_speed_for_a_lag(void) {
         noise += pow((double)config.sensors.displacement_sigma_m, 2.0) /
                  (double)smoother.constants.inverse_gain[m];
     }
-    const double without = momentum_variance(0.0, 0.0, &push);
     const struct {
-        double coulomb_n, residual_m2_s2;
-    } cases[] = {{1000.0, -0.5}, {2000.0, 0.0}, {1000.0, noise}, {-1500.0, 3.0 * noise}};
-    for (int n = 0; n < 4; n++) {
-        // WHEN a tick passes THEN the momentum's variance grows by that of an impulse F s'(0) dv for a tick,
+        double coulomb_n, residual_m2_s2, speed_m_s;
+    } cases[] = {{1000.0, -0.5, 0.0},         {2000.0, 0.0, 0.0},  {1000.0, noise, 0.0},
+                 {-1500.0, 3.0 * noise, 0.0}, {50.0, 0.0, 3.5e-3}, {30.0, noise, -8e-3}};
+    for (int n = 0; n < 6; n++) {
+        // WHEN a tick passes THEN the momentum's variance grows by that of an impulse F s'(v) dv for a tick,
         // as often as the error lasts, to a hundredth: the update takes off next to nothing
-        const double added = momentum_variance(cases[n].coulomb_n, cases[n].residual_m2_s2, &push) - without;
-        const double impulse = cases[n].coulomb_n * (double)config.tick_s / 5e-3;
+        const double v = cases[n].speed_m_s, shape_m_s = (double)config.actuator_effects.friction_shape * v;
+        const double without = momentum_variance(0.0, 0.0, v, &push);
+        const double added =
+            momentum_variance(cases[n].coulomb_n, cases[n].residual_m2_s2, v, &push) - without;
+        const double slope_s_m = 5e-3 * 5e-3 / pow(hypot(v, 5e-3), 3.0);
+        const double impulse = cases[n].coulomb_n * (double)config.tick_s * slope_s_m;
         const double expected = (double)config.momentum.lag_ticks *
-                                (noise + fmax(cases[n].residual_m2_s2, 0.0)) * impulse * impulse * push;
+                                (noise + fmax(cases[n].residual_m2_s2, 0.0) + shape_m_s * shape_m_s) *
+                                impulse * impulse * push;
         TEST_ASSERT_DOUBLE_WITHIN(0.01 * expected, expected, added);
     }
 }
@@ -1259,7 +1270,7 @@ int main(void) {
     RUN_TEST(test_what_legs_do_faster_than_the_smoother_is_a_mean_of_two_seconds);
     RUN_TEST(test_the_residual_is_a_mean_of_all_and_then_of_two_seconds);
     RUN_TEST(test_rest_is_what_noise_of_the_smoother_reaches_in_95_of_100_cases);
-    RUN_TEST(test_friction_at_standstill_is_noise_of_the_speed_for_a_lag);
+    RUN_TEST(test_friction_near_standstill_is_noise_of_speed_and_shape_for_a_lag);
     RUN_TEST(test_errors_are_as_large_as_the_filter_says);
     return UNITY_END();
 }

@@ -133,6 +133,9 @@ typedef struct hexload_actuator_effects_config {
     hexload_real_t prior_viscous_sigma_n_s_m; ///< of each leg's viscous friction; 0..1e8
     hexload_real_t prior_tilt_sigma_m_s2;     ///< of gravity's x and y; 0..30. 0.17 is a degree
     hexload_real_t friction_speed_m_s;        ///< v0 of v / sqrt(v^2 + v0^2): 71 % of Coulomb's; 1e-6..10
+    /// Of ln v0, that the friction near zero speed is of another shape (breakaway, presliding); 0..10, 0:
+    /// exact.
+    hexload_real_t friction_shape;
 } hexload_actuator_effects_config_t;
 
 /// One way in which the constants of the rig may all be off together, by one standard deviation: estimates

@@ -357,10 +357,12 @@ static void watch_residual(hexload_actuator_effects_t* self, const hexload_confi
 }
 
 /// Near speed zero the smooth speed's error turns the sign: its noise, and what is too quick for the
-/// smoother, such as the jerk when friction turns. Both last for about the lag; noise of this strength adds
-/// up to the same variance.
+/// smoother, such as the jerk when friction turns; and friction has another shape there, which is an error of
+/// ln v0, as d s / d ln v0 = -v s'. All last for about the lag; noise of this strength adds up to the same
+/// variance.
 static void add_sign_noise(const hexload_actuator_effects_t* self, hexload_momentum_filter_t* load,
-                           const hexload_delayed_tick_t* past, rub_t* now, hexload_real_t dt_s) {
+                           const hexload_config_t* config, const hexload_delayed_tick_t* past, rub_t* now,
+                           hexload_real_t dt_s) {
     hexload_real_t variance[HEXLOAD_LEGS];
     const hexload_real_t error =
         speed_variance(past->smoother, past->sensors) + hexload_max(self->residual_m2_s2, HEXLOAD_REAL(0.0));
@@ -369,7 +371,9 @@ static void add_sign_noise(const hexload_actuator_effects_t* self, hexload_momen
         const hexload_real_t square =
             coulomb_n * coulomb_n + effects_covariance(self, COULOMB + leg, COULOMB + leg);
         const hexload_real_t slope_s = dt_s * now->slope_s_m[leg];
-        variance[leg] = (hexload_real_t)past->smoother->lag_ticks * error * square * slope_s * slope_s;
+        const hexload_real_t of_shape_m_s = config->actuator_effects.friction_shape * now->at.speed_m_s[leg];
+        variance[leg] = (hexload_real_t)past->smoother->lag_ticks *
+                        hexload_fma(of_shape_m_s, of_shape_m_s, error) * square * slope_s * slope_s;
     }
     hexload_momentum_add_noise(now->at.push, variance, load->momentum_cov);
 }
@@ -522,7 +526,7 @@ bool hexload_actuator_effects_step(hexload_actuator_effects_t* self, hexload_mom
             tilt_load(load, &tilted);
         }
         pull_covariance(self, load, &past->motion, &tilted, dt_s * config->gravity_m_s2);
-        add_sign_noise(self, load, past, &now, dt_s);
+        add_sign_noise(self, load, config, past, &now, dt_s);
         inflate_covariance(self);
         hexload_momentum_filter_step(load, config, past, update);
         correct(self, consider, config, update);
@@ -603,7 +607,9 @@ void hexload_actuator_effects_clean(const hexload_actuator_effects_t* self,
         const hexload_real_t slope_n_s_m =
             self->effect[COULOMB + leg] * sign.slope_s_m + self->effect[VISCOUS + leg];
         const hexload_real_t turning_n = slope_n_s_m * sensors->velocity_sigma_m_s;
-        hexload_real_t lasting = of_tilt_n2[leg];
+        const hexload_real_t shape_n = config->actuator_effects.friction_shape * self->effect[COULOMB + leg] *
+                                       sign.slope_s_m * speed_m_s;
+        hexload_real_t lasting = hexload_fma(shape_n, shape_n, of_tilt_n2[leg]);
         hexload_real_t share[HEXLOAD_EFFECT_KINDS][HEXLOAD_EFFECT_KINDS];
         for (int i = 0; i < HEXLOAD_EFFECT_KINDS; i++) {
             const hexload_real_t* row = &self->covariance[EFFECT_ROW(i * HEXLOAD_LEGS + leg) + KNOWN];

@@ -36,7 +36,9 @@ INTEGRAL_1_M_S = (0.0, 35.0)
 PROPORTIONAL_PER_FEEDBACK_N_M = 4e6
 COMMISSIONING_S = 20.0
 # A simulated machine is exactly its platform file's, or a rig, whose tolerances are rigs.py's.
-EXACT = {"force_gain_common": 0.0, "platform_mass": 0.0, "platform_com_m": 0.0, "platform_inertia": 0.0}
+EXACT = dict.fromkeys(
+    ("friction_shape", "force_gain_common", "platform_mass", "platform_com_m", "platform_inertia"), 0.0
+)
 LARGEST_BIAS_N = 70.0  # of a force sensor
 
 

@@ -10,6 +10,7 @@ DEFAULTS = {
     "tilt_rad": OPEN,
     "friction_growth": 0.01,
     # The firmware's, firmware/src/configuration/config_default.c:
+    "friction_shape": 2.0,
     "force_gain_common": 0.005,
     "platform_mass": 0.03,
     "platform_com_m": 0.002,
