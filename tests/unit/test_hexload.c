@@ -10,6 +10,8 @@ void setUp(void) {}
 void tearDown(void) {}
 
 static const body_t eccentric = {312.0, {-0.09, 0.13, 0.27}, {17.0, 21.0, 12.0, 2.0, -1.0, 1.5}};
+static const body_t on_axis = {
+    500.0, {0.0, 0.0, 0.27}, {17.0, 21.0, 12.0, 0.0, 0.0, 0.0}}; // the paper's kind
 static const hexload_kind_t kinds[HEXLOAD_KINDS] = {HEXLOAD_KIND_PAPER, HEXLOAD_KIND_MOMENTUM,
                                                     HEXLOAD_KIND_MOMENTUM_EFFECTS};
 
@@ -24,8 +26,9 @@ static hexload_leg_sample_t sample_at(const hexload_config_t* config, uint32_t t
     const motion_t motion = random_motion(7, 0.05, 0.1);
     hexload_kinematics_t kinematics;
     TEST_ASSERT_EQUAL_INT(HEXLOAD_OK, hexload_kinematics_init(&kinematics, config));
+    const body_t* load = config->kind == HEXLOAD_KIND_PAPER ? &on_axis : &eccentric;
     hexload_leg_sample_t sample =
-        perfect_sample(config, &eccentric, &motion, (double)kinematics.home_height_m, tick);
+        perfect_sample(config, load, &motion, (double)kinematics.home_height_m, tick);
     add_noise(config, seed, &sample);
     return sample;
 }
@@ -87,6 +90,17 @@ static void test_before_the_first_sample_the_prior_is_read(void) {
     }
 }
 
+static const hexload_residual_test_t* residual_test_of(const hexload_t* estimator) {
+    switch (estimator->kind) {
+    case HEXLOAD_KIND_PAPER:
+        return &estimator->as.paper.residual_test;
+    case HEXLOAD_KIND_MOMENTUM:
+        return &estimator->as.momentum.residual_test;
+    default:
+        return &estimator->as.momentum_effects.momentum.residual_test;
+    }
+}
+
 /// 1,500 ticks of motion through the interface, with a trace of each, and through the estimator itself.
 static void run_traced(hexload_kind_t kind, double* innovation_ratio, double* nis_mean) {
     const hexload_config_t config = config_of(kind);
@@ -106,6 +120,8 @@ static void run_traced(hexload_kind_t kind, double* innovation_ratio, double* ni
         TEST_ASSERT_EQUAL_INT(HEXLOAD_OK, hexload_trace(&traced, &config, &sample, &estimate, &trace));
         TEST_ASSERT_EQUAL_MEMORY(expected.value, estimate.value, sizeof estimate.value);
         TEST_ASSERT_EQUAL_UINT32(dimension, trace.dimension);
+        TEST_ASSERT_EQUAL_DOUBLE((double)residual_test_of(&traced)->nis, (double)trace.sum_nis);
+        TEST_ASSERT_EQUAL_DOUBLE((double)residual_test_of(&traced)->nis_mean, (double)trace.sum_nis_mean);
         if (trace.gate == HEXLOAD_GATE_ACCEPTED && tick >= 1000) {
             updates++;
             *nis_mean += (double)trace.nis;
@@ -153,13 +169,15 @@ static void test_a_traced_innovation_is_the_factor_times_the_whitened_one(void) 
 
 static void test_a_trace_leaves_the_estimate_and_its_innovations_have_the_variance_it_gives(void) {
     // GIVEN samples with the stated noise WHEN they are traced THEN estimates are those of a tick without,
-    // and squares of innovations over their variances have a mean of 1. The mean of 500 ticks of six (three)
-    // correlated chi-squares has a sigma of at most sqrt(2 / 500) = 0.063; four of them are allowed
-    for (int n = 1; n < HEXLOAD_KINDS; n++) { // of a load off the axis the paper's innovations are no noise
+    // the sums of half a second are those of the residual test, and squares of innovations over their
+    // variances have a mean of 1. The mean of 500 ticks of six (three) correlated chi-squares has a sigma of
+    // at most sqrt(2 / 500) = 0.063; four of them are allowed
+    for (int n = 0; n < HEXLOAD_KINDS; n++) {
+        const double dimension = (double)hexload_describe(kinds[n])->measurements;
         double ratio, nis;
         run_traced(kinds[n], &ratio, &nis);
         TEST_ASSERT_DOUBLE_WITHIN(0.25, 1.0, ratio);
-        TEST_ASSERT_DOUBLE_WITHIN(0.25 * 6.0, 6.0, nis);
+        TEST_ASSERT_DOUBLE_WITHIN(0.25 * dimension, dimension, nis);
     }
 }
 

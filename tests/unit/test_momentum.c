@@ -464,8 +464,10 @@ static void test_known_mass_stays(void) {
     TEST_ASSERT_DOUBLE_WITHIN(0.4, 312.0, (double)bench.estimate.value[0]);
     TEST_ASSERT_TRUE((double)bench.estimate.sigma[0] < 0.1);
     // AND when another load takes its place that mass is known no more
+    TEST_ASSERT_TRUE(bench.estimator.is_mass_known);
     run(&bench, &heavier, 2000);
     TEST_ASSERT_EQUAL_UINT32(1, bench.alarms);
+    TEST_ASSERT_FALSE(bench.estimator.is_mass_known);
     TEST_ASSERT_TRUE(nees_of(&bench, &heavier) < 53.0);
 }
 
@@ -495,13 +497,38 @@ static void test_broken_covariance_begins_anew(void) {
     bench_t bench;
     begin(&bench, paper_machine(), random_motion(45, 0.05, 0.1), 10);
     run(&bench, &eccentric, 1000);
-    // GIVEN a covariance that rounding, or a fault of memory, has spoilt WHEN the next sample comes
+    // GIVEN a covariance that rounding, or a fault of memory, has spoilt, with what the run has said of the
+    // machine WHEN the next sample comes
     bench.estimator.filter.load_cov[0][0] = HEXLOAD_REAL(-1.0);
+    bench.estimator.residual_test.factor = HEXLOAD_REAL(7.0);
+    bench.estimator.consider.load[0][3] = HEXLOAD_REAL(0.5);
     step(&bench, &eccentric);
-    // THEN the filter begins anew and says so, and finds the load again
+    // THEN the filter begins anew and says so, knows nothing of that, and finds the load again
     TEST_ASSERT_TRUE(bench.estimator.health.bits >> HEXLOAD_HEALTH_FILTER_RESTARTED & 1u);
+    TEST_ASSERT_EQUAL_DOUBLE(1.0, (double)bench.estimator.residual_test.factor);
+    TEST_ASSERT_EQUAL_DOUBLE(0.0, (double)bench.estimator.consider.load[0][3]);
     run(&bench, &eccentric, 2000);
     TEST_ASSERT_TRUE(nees_of(&bench, &eccentric) < 53.0);
+}
+
+static void test_nothing_has_converged_before_the_blocks_of_the_run_were_compared(void) {
+    // GIVEN a motion that lowers every sigma in no time WHEN it begins THEN no verdict is `converged` until
+    // the blocks have said whether the machine is its model, and then it is
+    bench_t bench;
+    begin(&bench, paper_machine(), random_motion(46, 0.05, 0.1), 12);
+    uint32_t held_ticks = 0;
+    for (int tick = 0; tick < 3000; tick++) {
+        step(&bench, &eccentric);
+        if (!bench.estimator.jackknife.has_concluded) {
+            held_ticks++;
+            for (int k = 0; k < DIM; k++) {
+                TEST_ASSERT_NOT_EQUAL(HEXLOAD_VERDICT_CONVERGED, bench.estimate.parameter_verdict[k]);
+            }
+            TEST_ASSERT_NOT_EQUAL(HEXLOAD_VERDICT_CONVERGED, bench.estimate.verdict);
+        }
+    }
+    TEST_ASSERT_TRUE(held_ticks > 500);
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_VERDICT_CONVERGED, bench.estimate.verdict);
 }
 
 /// The verdict a tick later if nothing changes.
@@ -867,6 +894,7 @@ int main(void) {
     RUN_TEST(test_known_mass_stays);
     RUN_TEST(test_refused_sample_changes_nothing_but_the_counter);
     RUN_TEST(test_broken_covariance_begins_anew);
+    RUN_TEST(test_nothing_has_converged_before_the_blocks_of_the_run_were_compared);
     RUN_TEST(test_an_estimate_that_no_body_has_widens_its_sigma_and_is_kept);
     RUN_TEST(test_an_estimate_that_no_sigma_covers_is_inconsistent);
     RUN_TEST(test_a_force_sensor_that_stops_is_no_load_change);
