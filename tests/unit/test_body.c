@@ -1,3 +1,4 @@
+#include "body/pseudo_inertia.h"
 #include "hexload/estimate.h"
 #include "machine.h"
 
@@ -339,6 +340,29 @@ static void test_what_no_body_has_is_inconsistent(void) {
     TEST_ASSERT_FALSE(body.is_consistent);
 }
 
+/// Whether some body has these parameters within three sigmas, of which all but one are zero.
+static bool is_granted(double mass_kg, double h_x, double I_xx, int parameter, double sigma) {
+    const hexload_real_t theta[DIM] = {
+        (hexload_real_t)mass_kg, (hexload_real_t)h_x, 0, 0, (hexload_real_t)I_xx,
+        HEXLOAD_REAL(2.0),       HEXLOAD_REAL(2.0)};
+    hexload_real_t sigmas[DIM] = {0};
+    sigmas[parameter] = (hexload_real_t)sigma;
+    return hexload_pseudo_inertia_is_positive(theta, sigmas);
+}
+
+static void test_what_some_body_has_within_three_sigmas_is_granted_and_no_more(void) {
+    // GIVEN Ixx = 10 beside Iyy = Izz = 2, whose second moment (Iyy + Izz - Ixx) / 2 = -3 WHEN it may be half
+    // of three sigmas more THEN sigma has to be above 2
+    TEST_ASSERT_FALSE(is_granted(1.0, 0.0, 10.0, HEXLOAD_LOAD_IYY, 1.99));
+    TEST_ASSERT_TRUE(is_granted(1.0, 0.0, 10.0, HEXLOAD_LOAD_IYY, 2.01));
+    // AND a mass of -1 kg needs a sigma above a third
+    TEST_ASSERT_FALSE(is_granted(-1.0, 0.0, 2.0, HEXLOAD_LOAD_M, 0.33));
+    TEST_ASSERT_TRUE(is_granted(-1.0, 0.0, 2.0, HEXLOAD_LOAD_M, 0.34));
+    // AND h = 3 kg m of 1 kg takes 9 of a second moment of 1: h^2 is 6 h sigma less to first order
+    TEST_ASSERT_FALSE(is_granted(1.0, 3.0, 2.0, HEXLOAD_LOAD_HX, 0.44));
+    TEST_ASSERT_TRUE(is_granted(1.0, 3.0, 2.0, HEXLOAD_LOAD_HX, 0.45));
+}
+
 /// Parameters of a pseudo-inertia V^T diag(eigenvalue) V, V a product of rotations in the planes of the axes.
 static void theta_of_eigenvalues(const double V[4][4], const double eigenvalue[4], double theta[DIM]) {
     double pseudo[4][4] = {{0}};
@@ -558,6 +582,7 @@ int main(void) {
     RUN_TEST(test_a_body_that_is_known_exactly_has_all_its_numbers);
     RUN_TEST(test_bodies_of_point_masses_are_consistent_and_their_own_nearest);
     RUN_TEST(test_what_no_body_has_is_inconsistent);
+    RUN_TEST(test_what_some_body_has_within_three_sigmas_is_granted_and_no_more);
     RUN_TEST(test_where_all_entries_are_as_uncertain_the_nearest_has_its_negative_eigenvalues_cut);
     RUN_TEST(test_nearest_is_consistent_and_nearer_to_every_body);
     RUN_TEST(test_where_rounding_hides_the_nearest_the_estimate_is_given_back);
