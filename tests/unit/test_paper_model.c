@@ -502,6 +502,7 @@ static void test_restart_of_the_rates_forgets_all_that_hung_on_them(void) {
     TEST_ASSERT_EQUAL_DOUBLE(0.0, (double)x.filter.cross_cov[0][0]);
     TEST_ASSERT_EQUAL_DOUBLE(0.0, (double)x.filter.jacobian_noise.inertia[1]);
     TEST_ASSERT_EQUAL_UINT32(0, x.filter.gated);
+    TEST_ASSERT_EQUAL_DOUBLE(3.0, (double)x.filter.nis); // that of no innovation: its mean
     TEST_ASSERT_EQUAL_UINT32(1, x.filter.history);
     TEST_ASSERT_DOUBLE_WITHIN(ROUNDINGS(20, noise[0][0]), noise[0][0], (double)x.filter.rate_cov[0][0]);
 }

@@ -168,10 +168,12 @@ static void test_inertias_that_no_body_has_widen_sigma_until_some_body_has_them(
 }
 
 static void test_a_mismatch_that_lasts_widens_sigma_and_nothing_counts_as_converged(void) {
-    // GIVEN innovations whose sums say that sigma is eight times too small WHEN judged
+    // GIVEN innovations whose sums say that sigma is eight times too small, or a fifth WHEN judged
     const hexload_config_t config = paper_machine();
     const hexload_paper_filter_t filter = good_filter(&config);
     uint32_t health = 0;
+    (void)judge_misfit(&config, &filter, 1, 1.2, &health);
+    TEST_ASSERT_EQUAL_UINT32(1u << HEXLOAD_HEALTH_MODEL_MISFIT, health);
     const hexload_estimate_t estimate = judge_misfit(&config, &filter, 1, 8.0, &health);
     for (int k = 0; k < HEXLOAD_PAPER_DIM; k++) {
         // THEN the published sigma has it, the filter's own does not
