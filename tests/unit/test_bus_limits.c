@@ -228,20 +228,25 @@ static void test_jumps_that_do_not_follow_each_other_are_not_believed(void) {
 }
 
 static void test_a_prior_that_is_safe_in_part_is_ones_own(void) {
-    // GIVEN the safe prior but for the last inertia WHEN a mass is set THEN the prior stays
-    hexload_config_t config = paper_machine();
-    hexload_app_settings_t settings;
-    hexload_bus_acknowledge_t acknowledge;
-    const hexload_bus_command_t order = {.kind = HEXLOAD_COMMAND_SET_KNOWN_MASS, .argument = 320.5f};
-    hexload_app_t app;
-    config.paper.prior_inertia_sigma_kg_m2[1] *= HEXLOAD_REAL(0.5);
-    hexload_app_settings_default(&settings);
-    TEST_ASSERT_EQUAL_INT(HEXLOAD_OK, hexload_app_init(&app, &config, &settings));
-    hexload_app_command(&app, &order, &acknowledge);
-    TEST_ASSERT_EQUAL_UINT8(HEXLOAD_RESULT_DONE, acknowledge.result);
-    TEST_ASSERT_EQUAL_MEMORY(config.paper.prior_inertia_sigma_kg_m2,
-                             app.config.paper.prior_inertia_sigma_kg_m2,
-                             sizeof config.paper.prior_inertia_sigma_kg_m2);
+    for (int part = 0; part < 4; part++) {
+        // GIVEN the safe prior but for one of its four numbers WHEN a mass is set THEN the prior stays
+        hexload_config_t config = paper_machine();
+        hexload_app_settings_t settings;
+        hexload_bus_acknowledge_t acknowledge;
+        const hexload_bus_command_t order = {.kind = HEXLOAD_COMMAND_SET_KNOWN_MASS, .argument = 320.5f};
+        hexload_app_t app;
+        hexload_paper_config_t* paper = &config.paper;
+        hexload_real_t* const number =
+            part < 3 ? &paper->prior_inertia_sigma_kg_m2[part] : &paper->prior_dz_sigma_m;
+        *number *= HEXLOAD_REAL(0.5);
+        hexload_app_settings_default(&settings);
+        TEST_ASSERT_EQUAL_INT(HEXLOAD_OK, hexload_app_init(&app, &config, &settings));
+        hexload_app_command(&app, &order, &acknowledge);
+        TEST_ASSERT_EQUAL_UINT8(HEXLOAD_RESULT_DONE, acknowledge.result);
+        TEST_ASSERT_TRUE(paper->prior_dz_sigma_m == app.config.paper.prior_dz_sigma_m);
+        TEST_ASSERT_EQUAL_MEMORY(paper->prior_inertia_sigma_kg_m2, app.config.paper.prior_inertia_sigma_kg_m2,
+                                 sizeof paper->prior_inertia_sigma_kg_m2);
+    }
 }
 
 static void test_a_configurations_checksum_has_its_directions_to_the_last(void) {

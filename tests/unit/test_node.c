@@ -360,25 +360,25 @@ static void test_a_counter_that_comes_again_with_any_other_content_has_another_s
 static void test_a_source_with_another_configuration_cannot_start(void) {
     begin_active(HEXLOAD_BUS_CLASSIC);
     const uint32_t own = read_status().configuration;
-    for (uint32_t n = 0; n < 4; n++) {
-        // GIVEN sources that work with the low bits of another configuration, the same, the same but for what
-        // the bus does not tell, and with one that they do not tell
-        const uint32_t stated[4] = {own ^ 1u, own, own ^ 0xFF000000u, 0};
+    for (uint32_t n = 0; n < 5; n++) {
+        // GIVEN sources that work with another configuration, by the lowest or the highest bit that the bus
+        // tells, the same, the same but for what the bus does not tell, and with one that they do not tell
+        const uint32_t stated[5] = {own ^ 1u, own ^ 0x800000u, own, own ^ 0xFF000000u, 0};
         const hexload_bus_command_t start = {.kind = HEXLOAD_COMMAND_START,
                                              .session = 7,
                                              .sequence = (uint8_t)(n + 1),
                                              .configuration = stated[n]};
-        // WHEN they start the controller THEN only the first is refused
+        // WHEN they start the controller THEN only the first two are refused
         command(HEXLOAD_COMMAND_RESET, 0.0f);
         machine.count = 0;
         give_command(&start);
-        TEST_ASSERT_EQUAL_UINT8(n == 0 ? HEXLOAD_RESULT_OTHER_CONFIGURATION : HEXLOAD_RESULT_DONE,
+        TEST_ASSERT_EQUAL_UINT8(n < 2 ? HEXLOAD_RESULT_OTHER_CONFIGURATION : HEXLOAD_RESULT_DONE,
                                 last_acknowledge().result);
-        TEST_ASSERT_EQUAL_INT(n == 0 ? HEXLOAD_APP_IDLE : HEXLOAD_APP_ARMED, node.app.state);
+        TEST_ASSERT_EQUAL_INT(n < 2 ? HEXLOAD_APP_IDLE : HEXLOAD_APP_ARMED, node.app.state);
     }
     // AND a mass that was stated makes it another one, until RESET
     const hexload_bus_command_t start = {
-        .kind = HEXLOAD_COMMAND_START, .session = 7, .sequence = 5, .configuration = own};
+        .kind = HEXLOAD_COMMAND_START, .session = 7, .sequence = 6, .configuration = own};
     command(HEXLOAD_COMMAND_RESET, 0.0f);
     command(HEXLOAD_COMMAND_SET_KNOWN_MASS, 499.0f);
     give_command(&start);
@@ -886,6 +886,7 @@ static void test_a_source_that_goes_on_far_ahead_is_followed_when_it_is_silent_w
             give(HEXLOAD_BUS_FD, tick++);
         }
         TEST_ASSERT_EQUAL_UINT32(5, node.app.last_tick);
+        TEST_ASSERT_EQUAL_UINT16(HEXLOAD_APP_JUMP_SAMPLES, node.app.jump_samples);
         TEST_ASSERT_EQUAL_INT(0, machine.count);
         // WHEN it is silent for longer THEN the line that goes on is followed
         pass(1);
