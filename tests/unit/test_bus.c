@@ -137,6 +137,22 @@ static void test_a_channel_beyond_the_range_arrives_as_its_end_and_is_counted(vo
     }
 }
 
+static void test_half_a_step_beyond_the_range_is_cut_and_counted_too(void) {
+    // GIVEN a force that lies half a step beyond an end, which floats have without rounding WHEN it is sent
+    for (int p = 0; p < 2; p++) {
+        const double end_n = promises[p].largest[2] * promises[p].step[2];
+        for (int sign = -1; sign <= 1; sign += 2) {
+            hexload_leg_sample_t sample = {0};
+            uint32_t saturated = 0;
+            sample.force_n[4] = (hexload_real_t)(sign * (end_n + 0.5 * promises[p].step[2]));
+            const hexload_leg_sample_t found = carry(promises[p].profile, &sample, &saturated);
+            // THEN the end arrives
+            TEST_ASSERT_EQUAL_UINT32(1, saturated);
+            TEST_ASSERT_EQUAL_DOUBLE(sign * end_n, (double)found.force_n[4]);
+        }
+    }
+}
+
 static void test_a_channel_that_is_infinite_is_not_sent(void) {
     const hexload_real_t wrong[2] = {(hexload_real_t)INFINITY, -(hexload_real_t)INFINITY};
     for (int p = 0; p < 2; p++) {
@@ -636,6 +652,7 @@ int main(void) {
     RUN_TEST(test_a_sample_comes_back_within_half_a_step);
     RUN_TEST(test_rounding_is_to_the_nearest_step_on_both_sides_of_zero);
     RUN_TEST(test_a_channel_beyond_the_range_arrives_as_its_end_and_is_counted);
+    RUN_TEST(test_half_a_step_beyond_the_range_is_cut_and_counted_too);
     RUN_TEST(test_a_channel_that_is_infinite_is_not_sent);
     RUN_TEST(test_frames_have_identifier_format_and_length_of_the_contract);
     RUN_TEST(test_counters_go_up_by_one_from_page_to_page_and_from_whole_tick_to_whole_tick);

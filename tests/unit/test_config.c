@@ -359,6 +359,9 @@ static void test_config_knows_both_ends_of_every_range(void) {
     ASSERT_RANGE(rig.leg_inertia_kg_m2, -1e6, 1e6);
     ASSERT_RANGE(rig.leg_slide_kg_m, -1e6, 1e6);
     ASSERT_RANGE(rig.leg_tilt_kg_m, -1e6, 1e6);
+    // what is only to be positive may be the least that a float has all digits of, 1.2e-38
+    ASSERT_NOT_NAMED(sensors.force_range_n, HEXLOAD_REAL(1.3e-38));
+    ASSERT_REFUSED(sensors.force_range_n, HEXLOAD_REAL(1.1e-38));
     ASSERT_REFUSED(tolerances, ((hexload_tolerances_t){.platform_inertia = HEXLOAD_REAL(1.01)}));
     ASSERT_REFUSED(tolerances, ((hexload_tolerances_t){.force_gain = HEXLOAD_REAL(-1e-6)}));
 }

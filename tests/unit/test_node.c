@@ -954,6 +954,20 @@ static void test_a_sample_that_comes_again_and_again_is_refused_and_not_answered
     TEST_ASSERT_BITS_HIGH(1u << HEXLOAD_HEALTH_FRAMES_REFUSED, answer.health);
 }
 
+static void test_a_late_sample_is_answered_as_such(void) {
+    // GIVEN a run in lockstep WHEN a sample comes after a later one THEN its source, which may wait, hears it
+    hexload_bus_answer_t answer;
+    begin_run(HEXLOAD_BUS_FD, HEXLOAD_PACING_LOCKSTEP);
+    give(HEXLOAD_BUS_FD, 100);
+    give(HEXLOAD_BUS_FD, 104);
+    machine.count = 0;
+    give(HEXLOAD_BUS_FD, 103);
+    TEST_ASSERT_EQUAL_INT(1, read_answers(HEXLOAD_BUS_FD, 103, &answer));
+    TEST_ASSERT_EQUAL_UINT32(103, answer.tick);
+    TEST_ASSERT_EQUAL_INT8(HEXLOAD_ERR_TICK, answer.status);
+    TEST_ASSERT_EQUAL_UINT32(1, node.status.frames_refused);
+}
+
 static void test_samples_far_ahead_are_not_late_ones(void) {
     // GIVEN a run with one late sample WHEN many come from far ahead THEN there are not ten late ones
     begin_run(HEXLOAD_BUS_FD, HEXLOAD_PACING_REAL_TIME);
@@ -1297,6 +1311,7 @@ int main(void) {
     RUN_TEST(test_too_few_that_follow_one_another_are_not_followed_however_silent_the_source);
     RUN_TEST(test_the_line_that_is_followed_stays_so_beside_a_flood_from_far_ahead);
     RUN_TEST(test_a_sample_that_comes_again_and_again_is_refused_and_not_answered);
+    RUN_TEST(test_a_late_sample_is_answered_as_such);
     RUN_TEST(test_samples_far_ahead_are_not_late_ones);
     RUN_TEST(test_a_forged_sample_that_hides_behind_one_far_ahead_is_a_fault);
     RUN_TEST(test_many_refused_frames_are_a_health_bit_for_a_second_or_two);

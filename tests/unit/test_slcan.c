@@ -2,6 +2,7 @@
 
 #include "bus/slcan.h"
 
+#include <stddef.h>
 #include <string.h>
 
 void setUp(void) {}
@@ -196,6 +197,16 @@ static void test_a_line_without_end_is_dropped_once(void) {
     assert_counts(&reading, 1, 0, 1, 0);
 }
 
+static void test_nothing_is_written_behind_the_longest_line(void) {
+    // GIVEN a line that is full WHEN it goes on THEN the memory behind it stays as it is
+    reading_t reading = read_text("t100800112233445566770123");
+    TEST_ASSERT_EQUAL_UINT8(HEXLOAD_SLCAN_LINE_BYTES, reading.slcan.length);
+    uint8_t* behind = (uint8_t*)&reading.slcan + offsetof(hexload_slcan_t, line) + HEXLOAD_SLCAN_LINE_BYTES;
+    *behind = 0x5A;
+    read_bytes(&reading, "4", 1);
+    TEST_ASSERT_EQUAL_HEX8(0x5A, *behind);
+}
+
 static void test_random_bytes_give_no_frame_that_could_not_be_sent(void) {
     // GIVEN bytes that are random, and often of the format's alphabet
     static const char alphabet[] = "ttt000000001122357AF\r\r\r\aTr";
@@ -247,6 +258,7 @@ int main(void) {
     RUN_TEST(test_lines_without_a_frame_of_ours_are_passed_over);
     RUN_TEST(test_garbage_is_dropped_and_the_next_line_is_read);
     RUN_TEST(test_a_line_without_end_is_dropped_once);
+    RUN_TEST(test_nothing_is_written_behind_the_longest_line);
     RUN_TEST(test_random_bytes_give_no_frame_that_could_not_be_sent);
     RUN_TEST(test_counters_stay_at_their_end);
     return UNITY_END();
