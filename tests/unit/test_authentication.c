@@ -758,6 +758,22 @@ static void test_a_leg_that_is_lost_spoils_no_other_tick(void) {
     TEST_ASSERT_TRUE(hexload_app_is_running(&node.app));
 }
 
+static bool double_code(hexload_bus_frame_t* frame) {
+    hexload_node_receive(&node, frame);
+    return true;
+}
+
+static void test_a_code_that_comes_twice_is_refused_and_stops_nothing(void) {
+    for (int profile = HEXLOAD_BUS_FD; profile <= HEXLOAD_BUS_CLASSIC; profile++) {
+        // GIVEN a run with codes WHEN each of them comes twice THEN the second one is refused, and it goes on
+        begin_in((hexload_bus_profile_t)profile, 3);
+        source_t source = begin_run((hexload_bus_profile_t)profile);
+        give_ticks(&source, 0, 16 * 5, double_code);
+        TEST_ASSERT_EQUAL_UINT32(5, node.status.frames_refused);
+        TEST_ASSERT_TRUE(hexload_app_is_running(&node.app));
+    }
+}
+
 static void test_more_legs_than_a_tick_has_are_left_out(void) {
     // GIVEN leg frames without a first one WHEN more of them come than fit THEN nothing is written beyond
     hexload_sample_code_t code;
@@ -923,6 +939,25 @@ static void test_a_reader_with_the_key_knows_the_controllers_answers_from_others
     }
 }
 
+static bool hear_nothing(hexload_bus_frame_t* frame, uint32_t tick) {
+    (void)frame;
+    (void)tick;
+    return false;
+}
+
+static void test_a_reader_that_joins_late_knows_a_false_answer_from_the_first_whole_code_on(void) {
+    for (int profile = HEXLOAD_BUS_FD; profile <= HEXLOAD_BUS_CLASSIC; profile++) {
+        // GIVEN a reader that has missed what the first code goes over WHEN of the next one is false THEN it
+        // is told
+        begin_in((hexload_bus_profile_t)profile, 3);
+        source_t source = begin_run_with((hexload_bus_profile_t)profile, HEXLOAD_PACING_ANSWER_CODES);
+        const uint32_t ticks = ticks_of_a_code(profile);
+        TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_OTHER, read_ticks(&source, 0, ticks, hear_nothing));
+        TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_ERR_AUTHENTICATION,
+                              read_ticks(&source, ticks, 2 * ticks, forge_code));
+    }
+}
+
 static void test_answers_without_codes_are_counted(void) {
     // GIVEN a run whose answers have codes WHEN these do not come THEN the reader counts
     begin_in(HEXLOAD_BUS_FD, 3);
@@ -1038,10 +1073,12 @@ int main(void) {
     RUN_TEST(test_samples_from_far_ahead_are_never_followed_where_samples_have_codes);
     RUN_TEST(test_samples_without_their_code_are_a_remark);
     RUN_TEST(test_a_leg_that_is_lost_spoils_no_other_tick);
+    RUN_TEST(test_a_code_that_comes_twice_is_refused_and_stops_nothing);
     RUN_TEST(test_more_legs_than_a_tick_has_are_left_out);
     RUN_TEST(test_a_recorded_run_is_not_the_next_ones);
     RUN_TEST(test_a_start_without_codes_asks_for_none);
     RUN_TEST(test_a_reader_with_the_key_knows_the_controllers_answers_from_others);
+    RUN_TEST(test_a_reader_that_joins_late_knows_a_false_answer_from_the_first_whole_code_on);
     RUN_TEST(test_answers_without_codes_are_counted);
     RUN_TEST(test_a_code_goes_over_the_samples_that_were_answered);
     RUN_TEST(test_a_stop_is_acknowledged_after_the_code_of_the_last_answers);
