@@ -319,6 +319,23 @@ static void test_guesses_are_looked_at_and_answered_at_a_bounded_rate(void) {
     TEST_ASSERT_EQUAL_UINT32(100000, node.status.frames_refused);
 }
 
+static void test_commands_without_codes_are_told_so_at_a_bounded_rate(void) {
+    // GIVEN a controller with a key WHEN a command without a code comes every millisecond THEN each takes the
+    // place of the one before, and one in 20 ms is told that it is refused
+    begin_with(1);
+    uint32_t told = 0;
+    for (uint32_t ms = 0; ms < 200; ms++) {
+        const hexload_bus_frame_t stop = command(HEXLOAD_COMMAND_STOP);
+        sent_count = 0;
+        hexload_node_receive(&node, &stop);
+        TEST_ASSERT_EQUAL_UINT32(ms % HEXLOAD_NODE_REFUSAL_MS == 1, sent_of(ID_ACKNOWLEDGE, NULL));
+        told += sent_count;
+        hexload_node_period(&node, 1);
+    }
+    TEST_ASSERT_EQUAL_UINT32(200 / HEXLOAD_NODE_REFUSAL_MS, told);
+    TEST_ASSERT_EQUAL_UINT32(199, node.status.frames_refused);
+}
+
 static void test_who_listens_does_not_look_at_commands(void) {
     // GIVEN a controller with a key that has just started WHEN a command with a code comes
     begin_with(1);
@@ -813,6 +830,11 @@ static void test_a_start_without_codes_asks_for_none(void) {
     source_t source = {.profile = HEXLOAD_BUS_FD};
     give_ticks(&source, 0, 16 * 8, NULL);
     TEST_ASSERT_TRUE(hexload_app_is_running(&node.app));
+    // AND passes over a code that comes nevertheless
+    const uint32_t refused = node.status.frames_refused;
+    const hexload_bus_frame_t mac = {.id = ID_SAMPLE_MAC, .length = 8};
+    hexload_node_receive(&node, &mac);
+    TEST_ASSERT_EQUAL_UINT32(refused, node.status.frames_refused);
     // AND a controller without a key refuses one with codes
     hexload_bus_acknowledge_t acknowledge;
     const hexload_bus_command_t start = {.kind = HEXLOAD_COMMAND_START, .argument = HEXLOAD_PACING_CODES};
@@ -1058,6 +1080,7 @@ int main(void) {
     RUN_TEST(test_damaged_frames_of_a_command_are_refused);
     RUN_TEST(test_challenges_are_answered_at_a_bounded_rate);
     RUN_TEST(test_guesses_are_looked_at_and_answered_at_a_bounded_rate);
+    RUN_TEST(test_commands_without_codes_are_told_so_at_a_bounded_rate);
     RUN_TEST(test_who_listens_does_not_look_at_commands);
     RUN_TEST(test_whole_blocks_one_by_one_have_the_code_of_all);
     RUN_TEST(test_nonces_and_codes_of_commands_go_over_data_id_nonce_and_command);
