@@ -262,6 +262,29 @@ static void test_late_and_doubled_pages_are_refused(void) {
     TEST_ASSERT_EQUAL_UINT32(0, bench.assembly.incomplete);
 }
 
+static void test_pages_are_ahead_by_one_tick_to_half_of_all(void) {
+    // GIVEN the first page of an answer WHEN the next one comes so many ticks ahead THEN it is late when
+    // these are none or more than half of all, and otherwise lost ones are between them
+    static const struct {
+        uint32_t ahead;
+        hexload_bus_status_t expected;
+    } cases[] = {{0, HEXLOAD_BUS_ERR_TICK},
+                 {UINT32_MAX / 2, HEXLOAD_BUS_PARTIAL},
+                 {UINT32_MAX / 2 + 1, HEXLOAD_BUS_ERR_TICK}};
+    for (size_t n = 0; n < sizeof cases / sizeof cases[0]; n++) {
+        bench_t bench = started(HEXLOAD_BUS_CLASSIC);
+        TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_PARTIAL, add_pages(&bench, 100, 0, 0));
+        bench.near_tick = 100 + cases[n].ahead;
+        const hexload_bus_frame_t page = page_frame(bench.near_tick - HEXLOAD_BUS_ANSWER_PERIOD, 1);
+        TEST_ASSERT_EQUAL_INT(cases[n].expected, add(&bench, &page));
+        TEST_ASSERT_EQUAL_UINT32(cases[n].expected == HEXLOAD_BUS_PARTIAL, bench.assembly.incomplete);
+    }
+    // AND none is late when no answer has begun
+    bench_t bench = started(HEXLOAD_BUS_CLASSIC);
+    const hexload_bus_frame_t page = page_frame(0u - HEXLOAD_BUS_ANSWER_PERIOD, 1); // of tick 0
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_PARTIAL, add(&bench, &page));
+}
+
 static void test_a_page_0_begins_anew_at_any_time(void) {
     bench_t bench = started(HEXLOAD_BUS_CLASSIC);
     TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_PARTIAL, add_pages(&bench, 500, 0, 8));
@@ -514,6 +537,7 @@ int main(void) {
         RUN_TEST(test_a_whole_lost_round_does_not_join_two_answers);
         RUN_TEST(test_pages_belong_together_for_as_long_as_a_round_takes);
         RUN_TEST(test_late_and_doubled_pages_are_refused);
+        RUN_TEST(test_pages_are_ahead_by_one_tick_to_half_of_all);
         RUN_TEST(test_a_page_0_begins_anew_at_any_time);
         RUN_TEST(test_each_flipped_bit_of_an_answer_is_detected);
         RUN_TEST(test_unknown_codes_and_numbers_that_are_not_finite_are_refused);

@@ -1284,6 +1284,16 @@ static void test_a_bus_that_goes_down_and_up_leads_over_fault_to_idle(void) {
     TEST_ASSERT_EQUAL_INT(HEXLOAD_APP_ESTIMATING, node.app.state);
 }
 
+static void test_a_bus_that_comes_up_again_has_missed_no_leg(void) {
+    // GIVEN a tick of which legs have come when the bus goes down WHEN it comes up THEN none is missing
+    begin_run(HEXLOAD_BUS_CLASSIC, HEXLOAD_PACING_REAL_TIME);
+    give_without(HEXLOAD_BUS_CLASSIC, 16, 3);
+    hexload_node_bus_state(&node, false);
+    TEST_ASSERT_EQUAL_HEX8(0x04, node.assembly.missing_legs);
+    hexload_node_bus_state(&node, true);
+    TEST_ASSERT_EQUAL_HEX8(0, node.assembly.missing_legs);
+}
+
 static void test_a_bus_that_comes_up_clears_no_other_fault(void) {
     begin_active(HEXLOAD_BUS_FD);
     hexload_app_set_fault(&node.app, HEXLOAD_FAULT_WRONG_PROFILE);
@@ -1403,6 +1413,7 @@ int main(void) {
     RUN_TEST(test_in_lockstep_silence_does_not_lose_the_tick);
     RUN_TEST(test_a_silent_source_is_a_fault_that_the_status_reports);
     RUN_TEST(test_a_bus_that_goes_down_and_up_leads_over_fault_to_idle);
+    RUN_TEST(test_a_bus_that_comes_up_again_has_missed_no_leg);
     RUN_TEST(test_a_bus_that_comes_up_clears_no_other_fault);
     RUN_TEST(test_random_frames_do_no_harm);
     RUN_TEST(test_a_start_leaves_nothing_of_what_memory_held);
