@@ -101,6 +101,17 @@ static void test_codes_of_input_faults_beyond_those_there_are_name_nothing(void)
     }
 }
 
+static void test_the_code_of_a_leg_is_its_number_and_of_none_zero(void) {
+    const hexload_input_fault_t none[3] = {{.leg = 6}, {.leg = 7}, {.leg = UINT32_MAX}};
+    for (uint32_t leg = 0; leg < 6; leg++) {
+        const hexload_input_fault_t input = {.leg = leg};
+        TEST_ASSERT_EQUAL_UINT8(leg + 1, hexload_frame_leg_code(&input));
+    }
+    for (int n = 0; n < 3; n++) {
+        TEST_ASSERT_EQUAL_UINT8(0, hexload_frame_leg_code(&none[n]));
+    }
+}
+
 static void test_channels_that_were_cut_are_counted_up_to_the_end(void) {
     hexload_leg_sample_t sample = numbered_sample(17);
     hexload_bus_frame_t frames[HEXLOAD_BUS_SAMPLE_FRAMES];
@@ -278,6 +289,7 @@ int main(void) {
     RUN_TEST(test_an_answer_that_is_joined_midway_is_given_up_for_the_next);
     RUN_TEST(test_an_echo_has_every_channel_of_the_first);
     RUN_TEST(test_codes_of_input_faults_beyond_those_there_are_name_nothing);
+    RUN_TEST(test_the_code_of_a_leg_is_its_number_and_of_none_zero);
     RUN_TEST(test_channels_that_were_cut_are_counted_up_to_the_end);
     RUN_TEST(test_an_adapters_time_that_is_no_number_is_no_frame);
     RUN_TEST(test_a_period_that_took_half_the_clocks_time_leaves_less_than_nothing);

@@ -40,6 +40,73 @@ static void test_the_default_bridges_gaps_as_its_errors_allow(void) {
     TEST_ASSERT_EQUAL_UINT32(5, config.momentum.longest_gap_ticks);
 }
 
+/// Seven digits of a number that a float has.
+#define ASSERT_NUMBER(expected, found)                                                                       \
+    TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(1.2e-7 * fabs(expected), expected, (double)(found), #found)
+
+static void test_the_default_machine_is_that_of_the_paper(void) {
+    // GIVEN the default configuration WHEN its hinges are looked at from above THEN those of the base lie at
+    // 0.6 m and 10 degrees from the axes of symmetry, those of the platform at 0.4 m and 15 degrees from the
+    // axes between them, legs being numbered all round
+    const double base_deg[HEXLOAD_LEGS] = {10, 110, 130, 230, 250, 350};
+    const double platform_deg[HEXLOAD_LEGS] = {45, 75, 165, 195, 285, 315};
+    const double radians = 3.14159265358979 / 180.0;
+    hexload_config_t config;
+    hexload_config_default(&config);
+    for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
+        const hexload_real_t* base = config.geometry.base_hinge_m[leg];
+        const hexload_real_t* platform = config.geometry.platform_hinge_m[leg];
+        TEST_ASSERT_DOUBLE_WITHIN(1e-7, 0.6 * cos(radians * base_deg[leg]), (double)base[0]);
+        TEST_ASSERT_DOUBLE_WITHIN(1e-7, 0.6 * sin(radians * base_deg[leg]), (double)base[1]);
+        TEST_ASSERT_DOUBLE_WITHIN(1e-7, 0.4 * cos(radians * platform_deg[leg]), (double)platform[0]);
+        TEST_ASSERT_DOUBLE_WITHIN(1e-7, 0.4 * sin(radians * platform_deg[leg]), (double)platform[1]);
+        TEST_ASSERT_EQUAL_DOUBLE(0.0, (double)base[2]);
+        TEST_ASSERT_EQUAL_DOUBLE(0.0, (double)platform[2]);
+        ASSERT_NUMBER(0.8741, config.geometry.home_leg_length_m[leg]);
+    }
+    ASSERT_NUMBER(-0.3, config.geometry.stroke_min_m);
+    ASSERT_NUMBER(0.3, config.geometry.stroke_max_m);
+    // AND mass, inertia, sensors and gravity are those of its Table 1
+    ASSERT_NUMBER(100.0, config.platform.mass_kg);
+    const double inertia_kg_m2[6] = {25.0, 25.0, 44.0};
+    for (int k = 0; k < 6; k++) {
+        ASSERT_NUMBER(inertia_kg_m2[k], config.platform.inertia_kg_m2[k]);
+        ASSERT_NUMBER(0.0, config.platform.com_m[k % 3]);
+    }
+    ASSERT_NUMBER(20e-6, config.sensors.displacement_sigma_m);
+    ASSERT_NUMBER(0.001, config.sensors.velocity_sigma_m_s);
+    ASSERT_NUMBER(5.0, config.sensors.force_sigma_n);
+    ASSERT_NUMBER(0.001, config.tick_s);
+    ASSERT_NUMBER(9.81, config.gravity_m_s2);
+    ASSERT_NUMBER(500.0, config.paper.load_mass_kg);
+}
+
+static void test_the_default_tolerances_ranges_and_speeds_are_those_of_the_header(void) {
+    hexload_config_t config;
+    hexload_config_default(&config);
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_KIND_MOMENTUM, config.kind);
+    ASSERT_NUMBER(10.0, config.sensors.velocity_range_m_s);
+    ASSERT_NUMBER(1e6, config.sensors.force_range_n);
+    // six load cells of 1 % and gravity's 0.3 %, a scale, and that mass at a disc's rim
+    ASSERT_NUMBER(0.005, config.tolerances.force_gain);
+    ASSERT_NUMBER(0.03, config.tolerances.platform_mass);
+    ASSERT_NUMBER(0.002, config.tolerances.platform_com_m);
+    ASSERT_NUMBER(0.06, config.tolerances.platform_inertia);
+    ASSERT_NUMBER(9.0, config.momentum.inconsistent_nis);
+    ASSERT_NUMBER(0.5, config.momentum.nis_time_constant_s);
+    ASSERT_NUMBER(10.0, config.momentum.excitation_time_constant_s);
+    ASSERT_NUMBER(5e-3, config.actuator_effects.friction_speed_m_s);
+    ASSERT_NUMBER(0.01, config.rig.stribeck_speed_m_s);
+    ASSERT_NUMBER(0.001, config.rig.reversal_speed_m_s);
+    // AND the priors are the safe ones of 500 kg, and of a platform of 100 kg
+    ASSERT_NUMBER(0.31622777, config.paper.prior_dz_sigma_m);
+    for (int k = 0; k < 3; k++) {
+        ASSERT_NUMBER(500.0 * 0.04472136, config.paper.prior_inertia_sigma_kg_m2[k]);
+    }
+    ASSERT_NUMBER(0.0, config.momentum.prior_mass_kg);
+    ASSERT_NUMBER(300.0, config.momentum.prior_mass_sigma_kg);
+}
+
 /// GIVEN the default machine WHEN one field is set to a value THEN the check refuses and names the field.
 #define ASSERT_REFUSED(field, value)                                                                         \
     do {                                                                                                     \
@@ -382,6 +449,8 @@ int main(void) {
     UNITY_BEGIN();
     RUN_TEST(test_config_accepts_the_default_machine);
     RUN_TEST(test_the_default_bridges_gaps_as_its_errors_allow);
+    RUN_TEST(test_the_default_machine_is_that_of_the_paper);
+    RUN_TEST(test_the_default_tolerances_ranges_and_speeds_are_those_of_the_header);
     RUN_TEST(test_config_accepts_a_platform_off_its_centre);
     RUN_TEST(test_config_names_each_field_out_of_range);
     RUN_TEST(test_printed_prior_is_the_papers_start_covariance);
