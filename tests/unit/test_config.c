@@ -226,6 +226,29 @@ static void test_config_names_what_contradicts_another_field(void) {
     ASSERT_REFUSED(rig.direction_count, UINT32_MAX);
 }
 
+static void test_any_leg_that_may_be_as_short_as_nothing_is_refused(void) {
+    for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
+        // GIVEN a leg that is just as long as it may be shorter WHEN it is checked THEN it is refused
+        hexload_config_t config = paper_machine();
+        const char* bad_field = NULL;
+        config.geometry.stroke_min_m = HEXLOAD_REAL(-0.5);
+        config.geometry.home_leg_length_m[leg] = HEXLOAD_REAL(0.5);
+        TEST_ASSERT_EQUAL_INT(HEXLOAD_ERR_CONFIG, hexload_config_check(&config, &bad_field));
+        TEST_ASSERT_EQUAL_STRING("geometry.stroke_min_m", bad_field);
+    }
+}
+
+static void test_a_leg_whose_friction_pushes_at_rest_is_refused(void) {
+    for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
+        hexload_config_t config = paper_machine();
+        const char* bad_field = NULL;
+        config.rig.coulomb_n[leg] = HEXLOAD_REAL(0.1);
+        config.rig.stribeck_n[leg] = HEXLOAD_REAL(-0.2);
+        TEST_ASSERT_EQUAL_INT(HEXLOAD_ERR_CONFIG, hexload_config_check(&config, &bad_field));
+        TEST_ASSERT_EQUAL_STRING("rig.stribeck_n", bad_field);
+    }
+}
+
 static void test_a_flat_platform_is_a_body(void) {
     // GIVEN moments of (25, 25, 44) kg m^2, one of which becomes the sum of the others, as of a sheet WHEN
     // they are checked THEN none is refused
@@ -378,10 +401,11 @@ static void test_numbers_without_a_name_are_called_unknown(void) {
                                  #field);                                                                    \
     } while (0)
 
-/// And as far inside it is not.
+/// And as far inside, or at the upper end itself, it is not.
 #define ASSERT_RANGE(field, least, most)                                                                     \
     do {                                                                                                     \
         ASSERT_REFUSED_OUTSIDE(field, least, most);                                                          \
+        ASSERT_NOT_NAMED(field, (hexload_real_t)(most));                                                     \
         ASSERT_NOT_NAMED(field, (hexload_real_t)((most)-END_MARGIN(least, most)));                           \
         ASSERT_NOT_NAMED(field, (hexload_real_t)((least) + LEAST_MARGIN(least)));                            \
     } while (0)
@@ -457,6 +481,8 @@ int main(void) {
     RUN_TEST(test_the_momentum_filters_prior_grows_with_mass_and_size_of_the_platform);
     RUN_TEST(test_safe_prior_grows_with_the_load_it_is_for);
     RUN_TEST(test_config_names_what_contradicts_another_field);
+    RUN_TEST(test_any_leg_that_may_be_as_short_as_nothing_is_refused);
+    RUN_TEST(test_a_leg_whose_friction_pushes_at_rest_is_refused);
     RUN_TEST(test_a_flat_platform_is_a_body);
     RUN_TEST(test_a_tensor_is_that_of_a_body_about_its_own_centre);
     RUN_TEST(test_config_accepts_the_ends_of_its_ranges);
