@@ -260,6 +260,20 @@ static void test_a_flat_platform_is_a_body(void) {
     }
 }
 
+static void test_a_light_platform_is_a_body_and_a_rod_without_width_is_none(void) {
+    hexload_config_t config = paper_machine();
+    const hexload_real_t light[3] = {HEXLOAD_REAL(0.03), HEXLOAD_REAL(0.03), HEXLOAD_REAL(0.05)};
+    memcpy(config.platform.inertia_kg_m2, light, sizeof light);
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_OK, hexload_config_check(&config, NULL));
+    for (int axis = 0; axis < 3; axis++) {
+        config = paper_machine();
+        for (int k = 0; k < 3; k++) {
+            config.platform.inertia_kg_m2[k] = k == axis ? HEXLOAD_REAL(0.0) : HEXLOAD_REAL(25.0);
+        }
+        TEST_ASSERT_EQUAL_INT(HEXLOAD_ERR_CONFIG, hexload_config_check(&config, NULL));
+    }
+}
+
 static void test_a_tensor_is_that_of_a_body_about_its_own_centre(void) {
     // GIVEN platforms with any mass, centre of mass and tensor about that, which is given about O_A
     uint64_t seed = 81;
@@ -484,6 +498,7 @@ int main(void) {
     RUN_TEST(test_any_leg_that_may_be_as_short_as_nothing_is_refused);
     RUN_TEST(test_a_leg_whose_friction_pushes_at_rest_is_refused);
     RUN_TEST(test_a_flat_platform_is_a_body);
+    RUN_TEST(test_a_light_platform_is_a_body_and_a_rod_without_width_is_none);
     RUN_TEST(test_a_tensor_is_that_of_a_body_about_its_own_centre);
     RUN_TEST(test_config_accepts_the_ends_of_its_ranges);
     RUN_TEST(test_only_directions_that_count_are_checked);
