@@ -191,6 +191,36 @@ static void test_the_momentum_filters_prior_grows_with_mass_and_size_of_the_plat
                               (double)config.momentum.prior_inertia_sigma_kg_m2);
 }
 
+static void test_the_lag_is_the_least_whose_regression_is_a_32nd_of_the_velocity_sensors_sigma(void) {
+    // GIVEN displacements of which a line through 2 n + 1 has a slope with 1/32 of the velocities' sigma, and
+    // a thousandth more or less WHEN the lag is set THEN it is the n that is just enough, within its range
+    hexload_config_t config = paper_machine();
+    for (uint32_t n = 1; n < HEXLOAD_LAG_TICKS_MAX + 5; n++) {
+        const double window = 2.0 * n + 1.0;
+        const double sigma_m = (double)(config.sensors.velocity_sigma_m_s * config.tick_s) / 32.0 *
+                               sqrt(window * window * window / 12.0);
+        for (uint32_t more = 0; more < 2; more++) {
+            config.sensors.displacement_sigma_m = (hexload_real_t)(sigma_m * (0.999 + 0.002 * more));
+            hexload_config_set_momentum(&config);
+            const uint32_t least = n + more > HEXLOAD_TRANSIENT_TICKS ? n + more : HEXLOAD_TRANSIENT_TICKS;
+            TEST_ASSERT_EQUAL_UINT32(least < HEXLOAD_LAG_TICKS_MAX ? least : HEXLOAD_LAG_TICKS_MAX,
+                                     config.momentum.lag_ticks);
+        }
+    }
+}
+
+static void test_a_known_mass_is_known_to_a_thousandth(void) {
+    hexload_config_t config = paper_machine();
+    hexload_config_set_known_mass(&config, HEXLOAD_REAL(320.5));
+    ASSERT_NUMBER(320.5, config.paper.load_mass_kg);
+    ASSERT_NUMBER(320.5, config.momentum.prior_mass_kg);
+    ASSERT_NUMBER(0.3205, config.momentum.prior_mass_sigma_kg);
+    // AND of what is not known it is thrice the platform's, about none
+    hexload_config_set_momentum(&config);
+    ASSERT_NUMBER(0.0, config.momentum.prior_mass_kg);
+    ASSERT_NUMBER(300.0, config.momentum.prior_mass_sigma_kg);
+}
+
 static void test_safe_prior_grows_with_the_load_it_is_for(void) {
     // GIVEN a load three times as heavy as the paper's WHEN the safe prior is set
     hexload_config_t config = paper_machine();
@@ -493,6 +523,8 @@ int main(void) {
     RUN_TEST(test_config_names_each_field_out_of_range);
     RUN_TEST(test_printed_prior_is_the_papers_start_covariance);
     RUN_TEST(test_the_momentum_filters_prior_grows_with_mass_and_size_of_the_platform);
+    RUN_TEST(test_the_lag_is_the_least_whose_regression_is_a_32nd_of_the_velocity_sensors_sigma);
+    RUN_TEST(test_a_known_mass_is_known_to_a_thousandth);
     RUN_TEST(test_safe_prior_grows_with_the_load_it_is_for);
     RUN_TEST(test_config_names_what_contradicts_another_field);
     RUN_TEST(test_any_leg_that_may_be_as_short_as_nothing_is_refused);
