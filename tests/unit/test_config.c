@@ -417,6 +417,23 @@ static void test_health_counters_stay_at_their_end(void) {
     }
 }
 
+static void test_bits_beyond_those_of_health_count_nothing(void) {
+    // GIVEN bits of which only the lowest have a counter WHEN they are counted THEN nothing else is written
+    struct {
+        hexload_health_t health;
+        uint8_t behind[64];
+    } memory;
+    memset(&memory, 0, sizeof memory);
+    hexload_health_count(&memory.health, UINT32_MAX);
+    for (int bit = 0; bit < HEXLOAD_HEALTH_BITS; bit++) {
+        TEST_ASSERT_EQUAL_UINT32(1, memory.health.count[bit]);
+    }
+    TEST_ASSERT_EQUAL_UINT32(0, memory.health.refused);
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_INPUT_PLAUSIBLE, memory.health.input.cause);
+    TEST_ASSERT_EQUAL_UINT32(0, memory.health.input.leg);
+    TEST_ASSERT_EACH_EQUAL_UINT8(0, memory.behind, sizeof memory.behind);
+}
+
 static void test_numbers_without_a_name_are_called_unknown(void) {
     TEST_ASSERT_EQUAL_STRING("unknown health bit", hexload_health_name(HEXLOAD_HEALTH_BITS));
     TEST_ASSERT_EQUAL_STRING("unknown health bit", hexload_health_name((hexload_health_bit_t)31));
@@ -536,6 +553,7 @@ int main(void) {
     RUN_TEST(test_only_directions_that_count_are_checked);
     RUN_TEST(test_gravity_that_is_no_vector_or_points_up_is_refused);
     RUN_TEST(test_health_counters_stay_at_their_end);
+    RUN_TEST(test_bits_beyond_those_of_health_count_nothing);
     RUN_TEST(test_numbers_without_a_name_are_called_unknown);
     RUN_TEST(test_config_knows_both_ends_of_every_range);
     RUN_TEST(test_priors_of_legs_are_those_of_the_platform_s_mass);
