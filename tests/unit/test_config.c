@@ -377,6 +377,12 @@ static void test_only_directions_that_count_are_checked(void) {
     config.rig.direction_count = 2;
     TEST_ASSERT_EQUAL_INT(HEXLOAD_ERR_CONFIG, hexload_config_check(&config, &bad_field));
     TEST_ASSERT_EQUAL_STRING("rig.direction", bad_field);
+    // AND so is one in the last of all that there is room for
+    config = paper_machine();
+    config.rig.direction_count = HEXLOAD_RIG_DIRECTIONS_MAX;
+    config.rig.direction[HEXLOAD_RIG_DIRECTIONS_MAX - 1].platform_hinge_m[5][2] = (hexload_real_t)NAN;
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_ERR_CONFIG, hexload_config_check(&config, &bad_field));
+    TEST_ASSERT_EQUAL_STRING("rig.direction", bad_field);
 }
 
 static void test_gravity_that_is_no_vector_or_points_up_is_refused(void) {
