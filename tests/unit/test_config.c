@@ -125,6 +125,8 @@ static void test_config_names_each_field_out_of_range(void) {
     ASSERT_REFUSED(tick_s, nan);
     ASSERT_REFUSED(geometry.base_hinge_m[5][2], nan);
     ASSERT_REFUSED(geometry.platform_hinge_m[0][0], (hexload_real_t)INFINITY);
+    ASSERT_REFUSED(geometry.platform_hinge_m[0][0], (hexload_real_t)-INFINITY);
+    ASSERT_REFUSED(geometry.base_hinge_m[3][1], (hexload_real_t)-INFINITY);
     ASSERT_REFUSED(geometry.home_leg_length_m[3], HEXLOAD_REAL(0.0));
     ASSERT_REFUSED(geometry.stroke_min_m, (hexload_real_t)-INFINITY);
     ASSERT_REFUSED(geometry.stroke_max_m, HEXLOAD_REAL(-0.3));
