@@ -634,12 +634,9 @@ hexload_bus_status_t hexload_answer_check_profile(const hexload_bus_frame_t* fra
                                                   hexload_bus_profile_t own_profile) {
     const hexload_frame_layout_t* const fd[] = {&estimate_layout, &sigma_layout, &health_layout, &load_layout,
                                                 &load_sigma_layout};
-    const hexload_frame_layout_t* other = NULL;
+    const hexload_frame_layout_t* other = own_profile == HEXLOAD_BUS_FD ? &page_layout : NULL;
     for (size_t n = 0; own_profile == HEXLOAD_BUS_CLASSIC && n < sizeof fd / sizeof fd[0]; n++) {
         other = frame->id == fd[n]->id ? fd[n] : other;
-    }
-    if (own_profile == HEXLOAD_BUS_FD && frame->id == page_layout.id) {
-        other = &page_layout;
     }
     if (other == NULL) {
         return HEXLOAD_BUS_OTHER;

@@ -42,7 +42,6 @@ void hexload_sample_code_add(hexload_sample_code_t* self, const hexload_cipher_t
     }
     if (ends_tick) {
         add_tick(self, cipher, tick);
-        self->count = 0;
     }
 }
 

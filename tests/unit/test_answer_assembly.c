@@ -1,8 +1,10 @@
 #include "frames.h"
 
 #include "bus/answer_assembly.h"
+#include "bus/answer_frames.h"
 
 #include <math.h>
+#include <string.h>
 
 void setUp(void) {}
 void tearDown(void) {}
@@ -260,6 +262,29 @@ static void test_late_and_doubled_pages_are_refused(void) {
     TEST_ASSERT_EQUAL_UINT32(0, bench.assembly.incomplete);
 }
 
+static void test_pages_are_ahead_by_one_tick_to_half_of_all(void) {
+    // GIVEN the first page of an answer WHEN the next one comes so many ticks ahead THEN it is late when
+    // these are none or more than half of all, and otherwise lost ones are between them
+    static const struct {
+        uint32_t ahead;
+        hexload_bus_status_t expected;
+    } cases[] = {{0, HEXLOAD_BUS_ERR_TICK},
+                 {UINT32_MAX / 2, HEXLOAD_BUS_PARTIAL},
+                 {UINT32_MAX / 2 + 1, HEXLOAD_BUS_ERR_TICK}};
+    for (size_t n = 0; n < sizeof cases / sizeof cases[0]; n++) {
+        bench_t bench = started(HEXLOAD_BUS_CLASSIC);
+        TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_PARTIAL, add_pages(&bench, 100, 0, 0));
+        bench.near_tick = 100 + cases[n].ahead;
+        const hexload_bus_frame_t page = page_frame(bench.near_tick - HEXLOAD_BUS_ANSWER_PERIOD, 1);
+        TEST_ASSERT_EQUAL_INT(cases[n].expected, add(&bench, &page));
+        TEST_ASSERT_EQUAL_UINT32(cases[n].expected == HEXLOAD_BUS_PARTIAL, bench.assembly.incomplete);
+    }
+    // AND none is late when no answer has begun
+    bench_t bench = started(HEXLOAD_BUS_CLASSIC);
+    const hexload_bus_frame_t page = page_frame(0u - HEXLOAD_BUS_ANSWER_PERIOD, 1); // of tick 0
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_PARTIAL, add(&bench, &page));
+}
+
 static void test_a_page_0_begins_anew_at_any_time(void) {
     bench_t bench = started(HEXLOAD_BUS_CLASSIC);
     TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_PARTIAL, add_pages(&bench, 500, 0, 8));
@@ -310,9 +335,6 @@ static void test_unknown_codes_and_numbers_that_are_not_finite_are_refused(void)
             assert_refused(&fd, frames.part[part], 8 + 4 * number, 4, infinity_bits);
         }
     }
-    const uint32_t minus_one_bits = 0xBF800000u; // a sigma below the DBC's range
-    assert_refused(&fd, frames.part[SIGMA], 8, 4, minus_one_bits);
-    assert_refused(&classic, page_frame(0, parameters + 1), 4, 4, minus_one_bits);
     const uint32_t beyond[4] = {1, 5, 8, 5}; // status, state, fault, verdict
     for (int code = 0; code < 4 + parameters; code++) {
         assert_refused(&fd, frames.part[HEALTH], 4 + code, 1, code < 4 ? beyond[code] : 5);
@@ -334,6 +356,32 @@ static void test_unknown_codes_and_numbers_that_are_not_finite_are_refused(void)
     }
     assert_refused(&classic, page_frame(0, 2 * parameters + 3), 6, 1, 0xFA); // status -6
     TEST_ASSERT_EQUAL_HEX32(0, fd.assembly.parts | classic.assembly.parts);
+}
+
+/// With -1 for the number at a place.
+static hexload_bus_status_t add_minus_one(hexload_bus_frame_t frame, int first) {
+    bench_t bench = started(frame.is_fd ? HEXLOAD_BUS_FD : HEXLOAD_BUS_CLASSIC);
+    const uint8_t minus_one[4] = {0x00, 0x00, 0x80, 0xBF};
+    memcpy(&frame.data[first], minus_one, sizeof minus_one);
+    seal(&frame);
+    return add(&bench, &frame);
+}
+
+static void test_sigmas_nis_and_the_papers_inertias_are_refused_below_zero(void) {
+    const fd_t frames = fd_frames(3);
+    const int parameters = parameters_of(filter);
+    const int signed_count = filter == HEXLOAD_FILTER_MOMENTUM ? 10 : 1; // the paper's height alone
+    for (int k = 0; k <= parameters; k++) {                              // and the NIS after them
+        // GIVEN an answer WHEN one of its numbers is -1 THEN it is refused, unless it may be
+        const hexload_bus_status_t expected = k < signed_count ? HEXLOAD_BUS_PARTIAL : HEXLOAD_BUS_ERR_VALUE;
+        TEST_ASSERT_EQUAL_INT(expected, add_minus_one(frames.part[ESTIMATE], 8 + 4 * k));
+        TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_ERR_VALUE, add_minus_one(frames.part[SIGMA], 8 + 4 * k));
+        TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_ERR_VALUE, add_minus_one(page_frame(0, parameters + 1 + k), 4));
+        if (k < parameters) {
+            TEST_ASSERT_EQUAL_INT(expected, add_minus_one(page_frame(0, 1 + k), 4));
+        }
+    }
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_ERR_VALUE, add_minus_one(page_frame(0, 2 * parameters + 2), 4));
 }
 
 static void test_answers_of_the_other_profile_are_distinguished_from_strange_frames(void) {
@@ -425,16 +473,52 @@ static void test_a_page_of_the_other_filters_round_ends_the_answer(void) {
     TEST_ASSERT_EQUAL_UINT32(1, bench.assembly.incomplete);
 }
 
-static void test_rounds_of_the_two_filters_may_follow_one_another(void) {
+static void test_a_page_has_its_place_in_the_rounds_of_its_filter_and_none_in_others(void) {
+    // GIVEN an answer of a filter and the pages of either filter's round WHEN one is read THEN its place is
+    // that in the round; of pages that the answer's rounds have not, -1
+    for (int place = 1; place < pages(); place++) {
+        for (int other = 0; other < 2; other++) {
+            const hexload_bus_frame_t frame = page_frame(0, place);
+            hexload_bus_answer_t answer = {.filter = other ? (uint8_t)(1 - filter) : filter};
+            int found = 99;
+            uint16_t tick_low = 0;
+            TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_OK,
+                                  hexload_answer_decode_page(&frame, &found, &tick_low, &answer));
+            TEST_ASSERT_EQUAL_UINT16(HEXLOAD_BUS_ANSWER_PERIOD * place, tick_low);
+            const int nis = pages() - (filter == HEXLOAD_FILTER_MOMENTUM ? 5 : 4); // and the three after it
+            const bool is_shared = place >= nis && place < nis + 4;
+            const int place_in_other = place - nis + (filter == HEXLOAD_FILTER_MOMENTUM ? 9 : 21);
+            TEST_ASSERT_EQUAL_INT(other == 0 ? place : is_shared ? place_in_other : -1, found);
+        }
+    }
+}
+
+static void test_a_page_of_the_other_filters_round_after_a_whole_answer_costs_nothing(void) {
+    // GIVEN a whole answer WHEN a page comes that only the other filter's rounds have, and the next round
     bench_t bench = started(HEXLOAD_BUS_CLASSIC);
     TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_OK, add_pages(&bench, 0, 0, pages() - 1));
+    const uint32_t next_tick = round_ticks();
     filter = (uint8_t)(1 - filter);
-    TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_OK, add_pages(&bench, 100, 0, pages() - 1));
-    assert_answer(&bench, 100);
+    const hexload_bus_frame_t page = page_frame(next_tick, 1);
     filter = (uint8_t)(1 - filter);
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_PARTIAL, add(&bench, &page));
     TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_OK, add_pages(&bench, 200, 0, pages() - 1));
+    // THEN no answer was given up
     assert_answer(&bench, 200);
     TEST_ASSERT_EQUAL_UINT32(0, bench.assembly.incomplete);
+}
+
+static void test_answers_of_the_two_filters_may_follow_one_another(void) {
+    bench_t fd = started(HEXLOAD_BUS_FD), classic = started(HEXLOAD_BUS_CLASSIC);
+    for (uint32_t tick = 0; tick < 300; tick += 100) {
+        TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_OK, add_fd_answer(&fd, tick));
+        assert_answer(&fd, tick);
+        TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_OK, add_pages(&classic, tick, 0, pages() - 1));
+        assert_answer(&classic, tick);
+        filter = (uint8_t)(1 - filter);
+    }
+    filter = (uint8_t)(1 - filter); // as it was
+    TEST_ASSERT_EQUAL_UINT32(0, fd.assembly.incomplete + classic.assembly.incomplete);
 }
 
 int main(void) {
@@ -453,14 +537,18 @@ int main(void) {
         RUN_TEST(test_a_whole_lost_round_does_not_join_two_answers);
         RUN_TEST(test_pages_belong_together_for_as_long_as_a_round_takes);
         RUN_TEST(test_late_and_doubled_pages_are_refused);
+        RUN_TEST(test_pages_are_ahead_by_one_tick_to_half_of_all);
         RUN_TEST(test_a_page_0_begins_anew_at_any_time);
         RUN_TEST(test_each_flipped_bit_of_an_answer_is_detected);
         RUN_TEST(test_unknown_codes_and_numbers_that_are_not_finite_are_refused);
+        RUN_TEST(test_sigmas_nis_and_the_papers_inertias_are_refused_below_zero);
         RUN_TEST(test_answers_of_the_other_profile_are_distinguished_from_strange_frames);
         RUN_TEST(test_among_losses_and_garbage_no_answer_mixes_ticks);
         RUN_TEST(test_frames_of_two_filters_make_no_answer);
         RUN_TEST(test_a_page_of_the_other_filters_round_ends_the_answer);
-        RUN_TEST(test_rounds_of_the_two_filters_may_follow_one_another);
+        RUN_TEST(test_a_page_has_its_place_in_the_rounds_of_its_filter_and_none_in_others);
+        RUN_TEST(test_a_page_of_the_other_filters_round_after_a_whole_answer_costs_nothing);
+        RUN_TEST(test_answers_of_the_two_filters_may_follow_one_another);
     }
     return UNITY_END();
 }

@@ -1,7 +1,9 @@
+#include "frames.h"
 #include "motion.h"
 
 #include "app/app.h"
 
+#include <stddef.h>
 #include <string.h>
 
 void setUp(void) {}
@@ -382,6 +384,69 @@ static void test_a_configuration_has_its_checksum_whatever_the_kind(void) {
     TEST_ASSERT_NOT_EQUAL(checksum, hexload_app_configuration(&config));
 }
 
+static void test_the_checksum_of_a_configuration_is_that_of_its_bytes_from_the_tick_on(void) {
+    // GIVEN a configuration with some directions WHEN its checksum is computed THEN it is that of its bytes,
+    // from tick_s to the last direction that counts, and an application starts with it
+    for (uint32_t directions = 0; directions <= HEXLOAD_RIG_DIRECTIONS_MAX; directions++) {
+        hexload_config_t config = paper_machine();
+        hexload_app_settings_t settings;
+        hexload_app_t app;
+        config.rig.direction_count = directions;
+        const uint8_t* begin = (const uint8_t*)&config.tick_s;
+        const uint8_t* end =
+            (const uint8_t*)config.rig.direction + directions * sizeof config.rig.direction[0];
+        const uint32_t expected = crc32p4(begin, (size_t)(end - begin));
+        TEST_ASSERT_EQUAL_HEX32(expected, hexload_app_configuration(&config));
+        hexload_app_settings_default(&settings);
+        TEST_ASSERT_EQUAL_INT(HEXLOAD_OK, hexload_app_init(&app, &config, &settings));
+        TEST_ASSERT_EQUAL_HEX32(expected, app.configuration);
+    }
+}
+
+static void assert_nothing_counted(const hexload_app_t* app) {
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_FAULT_NONE, app->fault);
+    TEST_ASSERT_EQUAL_UINT32(0, app->silence_ms);
+    TEST_ASSERT_EQUAL_UINT32(0, app->refused_in_a_row);
+    TEST_ASSERT_EQUAL_UINT32(0, app->samples_missing);
+    TEST_ASSERT_EQUAL_UINT32(0, app->last_tick);
+    TEST_ASSERT_EQUAL_UINT16(0, app->jump_samples);
+    TEST_ASSERT_EQUAL_UINT32(0, app->change_tick);
+    TEST_ASSERT_FALSE(app->has_codes);
+}
+
+static void test_each_run_begins_with_counters_of_zero(void) {
+    // GIVEN memory that was used before WHEN an application begins in it THEN nothing has been counted
+    const hexload_config_t config = paper_machine();
+    hexload_app_settings_t settings;
+    hexload_app_t app;
+    hexload_app_settings_default(&settings);
+    memset(&app, 0xFF, sizeof app);
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_OK, hexload_app_init(&app, &config, &settings));
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_APP_IDLE, app.state);
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_PACING_REAL_TIME, app.pacing);
+    assert_nothing_counted(&app);
+    // AND WHEN a run of missing, refused and far samples, after a silence, is followed by another THEN that
+    // one has counted nothing
+    (void)command(&app, HEXLOAD_COMMAND_START, HEXLOAD_PACING_REAL_TIME);
+    (void)give(&app, 3);
+    (void)give(&app, 7);
+    (void)give_bad(&app, 8);
+    hexload_app_elapse(&app, 50);
+    (void)give(&app, 5000);
+    TEST_ASSERT_EQUAL_UINT16(1, app.jump_samples);
+    (void)command(&app, HEXLOAD_COMMAND_STOP, 0.0f);
+    (void)command(&app, HEXLOAD_COMMAND_START, HEXLOAD_PACING_REAL_TIME);
+    assert_nothing_counted(&app);
+}
+
+static void test_as_many_refused_samples_as_allowed_end_in_fault_also_without_a_first_good_one(void) {
+    hexload_app_t app = app_in(HEXLOAD_APP_ARMED);
+    for (uint32_t n = 0; n < 99; n++) {
+        TEST_ASSERT_EQUAL_UINT8(HEXLOAD_APP_ARMED, give_bad(&app, n).state);
+    }
+    TEST_ASSERT_EQUAL_UINT8(HEXLOAD_FAULT_SAMPLES_REFUSED, give_bad(&app, 99).fault);
+}
+
 static void test_a_known_mass_leaves_a_prior_of_ones_own_alone(void) {
     hexload_config_t config = paper_machine();
     hexload_app_settings_t settings;
@@ -700,6 +765,9 @@ int main(void) {
     RUN_TEST(test_a_known_mass_takes_the_safe_prior_along);
     RUN_TEST(test_reset_restores_the_configured_mass_and_its_prior);
     RUN_TEST(test_a_configuration_has_its_checksum_whatever_the_kind);
+    RUN_TEST(test_the_checksum_of_a_configuration_is_that_of_its_bytes_from_the_tick_on);
+    RUN_TEST(test_each_run_begins_with_counters_of_zero);
+    RUN_TEST(test_as_many_refused_samples_as_allowed_end_in_fault_also_without_a_first_good_one);
     RUN_TEST(test_a_known_mass_leaves_a_prior_of_ones_own_alone);
     RUN_TEST(test_an_impossible_mass_or_state_changes_nothing);
     RUN_TEST(test_an_unknown_command_is_acknowledged_as_such);

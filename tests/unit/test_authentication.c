@@ -5,6 +5,7 @@
 #include "bus/answer_assembly.h"
 #include "bus/answer_code.h"
 #include "bus/sample_code.h"
+#include "bus/tick_code.h"
 #include "motion.h"
 #include "ports/mbedtls/aes128.h"
 
@@ -318,6 +319,23 @@ static void test_guesses_are_looked_at_and_answered_at_a_bounded_rate(void) {
     TEST_ASSERT_EQUAL_UINT32(100000, node.status.frames_refused);
 }
 
+static void test_commands_without_codes_are_told_so_at_a_bounded_rate(void) {
+    // GIVEN a controller with a key WHEN a command without a code comes every millisecond THEN each takes the
+    // place of the one before, and one in 20 ms is told that it is refused
+    begin_with(1);
+    uint32_t told = 0;
+    for (uint32_t ms = 0; ms < 200; ms++) {
+        const hexload_bus_frame_t stop = command(HEXLOAD_COMMAND_STOP);
+        sent_count = 0;
+        hexload_node_receive(&node, &stop);
+        TEST_ASSERT_EQUAL_UINT32(ms % HEXLOAD_NODE_REFUSAL_MS == 1, sent_of(ID_ACKNOWLEDGE, NULL));
+        told += sent_count;
+        hexload_node_period(&node, 1);
+    }
+    TEST_ASSERT_EQUAL_UINT32(200 / HEXLOAD_NODE_REFUSAL_MS, told);
+    TEST_ASSERT_EQUAL_UINT32(199, node.status.frames_refused);
+}
+
 static void test_who_listens_does_not_look_at_commands(void) {
     // GIVEN a controller with a key that has just started WHEN a command with a code comes
     begin_with(1);
@@ -476,6 +494,166 @@ static void test_whole_blocks_one_by_one_have_the_code_of_all(void) {
     TEST_ASSERT_EQUAL_HEX8_ARRAY(rfc_codes[3].code, code, sizeof code);
 }
 
+/// What a code goes over, as the contract has it.
+typedef struct message {
+    uint8_t bytes[8192];
+    size_t count;
+} message_t;
+
+/// As many as are given, and zeros up to a whole number of blocks.
+static void put_bytes(message_t* message, const uint8_t* bytes, size_t count) {
+    memcpy(&message->bytes[message->count], bytes, count);
+    message->count += count;
+    while (message->count % HEXLOAD_CIPHER_BYTES != 0) {
+        message->bytes[message->count++] = 0;
+    }
+}
+
+static void assert_code_of(const message_t* message, const hexload_bus_frame_t* frame) {
+    uint8_t code[HEXLOAD_CIPHER_BYTES];
+    hexload_cmac(&cipher, message->bytes, message->count, code);
+    TEST_ASSERT_EQUAL_UINT8(8, frame->length);
+    TEST_ASSERT_FALSE(frame->is_fd);
+    TEST_ASSERT_EQUAL_HEX8_ARRAY(code, frame->data, 8);
+}
+
+static const hexload_nonce_t some_nonce = {{0xA1, 0xA2, 0xA3, 0xA4, 0xA5, 0xA6, 0xA7, 0xA8}};
+
+static void test_nonces_and_codes_of_commands_go_over_data_id_nonce_and_command(void) {
+    // GIVEN the bytes that the contract names, the lowest of each number first WHEN a nonce and a command's
+    // code are made THEN they are the first half of their CMAC
+    const uint8_t of_nonce[20] = {0x11, 0x01, 0x4C, 0x48, 1,  2,  3,  4,  5,  6,
+                                  7,    8,    9,    10,   11, 12, 13, 14, 15, 16};
+    const uint8_t of_command[20] = {0x11, 0x00, 0x4C, 0x48, 0xA1, 0xA2, 0xA3, 0xA4, 0xA5, 0xA6,
+                                    0xA7, 0xA8, 1,    2,    3,    4,    5,    6,    7,    8};
+    const hexload_bus_frame_t order = {.id = ID_COMMAND, .length = 8, .data = {1, 2, 3, 4, 5, 6, 7, 8}};
+    uint8_t expected[HEXLOAD_CIPHER_BYTES];
+    hexload_nonce_t nonce;
+    hexload_aes128_init(&aes, rfc_key);
+    hexload_cmac(&cipher, of_nonce, sizeof of_nonce, expected);
+    hexload_bus_make_nonce(&cipher, UINT64_C(0x0807060504030201), UINT64_C(0x100F0E0D0C0B0A09), &nonce);
+    TEST_ASSERT_EQUAL_HEX8_ARRAY(expected, nonce.bytes, sizeof nonce.bytes);
+    hexload_cmac(&cipher, of_command, sizeof of_command, expected);
+    const hexload_bus_frame_t code = code_of(&order, some_nonce);
+    TEST_ASSERT_EQUAL_HEX32(ID_COMMAND_MAC, code.id);
+    TEST_ASSERT_EQUAL_HEX8_ARRAY(expected, code.data, 8);
+}
+
+static void test_codes_of_samples_go_over_data_id_nonce_tick_and_legs(void) {
+    const uint8_t first[16] = {0x87, 0x00, 0x4C, 0x48, 0xA1, 0xA2, 0xA3, 0xA4,
+                               0xA5, 0xA6, 0xA7, 0xA8, 0x50, 0x34, 0x12, 0x80};
+    hexload_aes128_init(&aes, rfc_key);
+    for (int profile = HEXLOAD_BUS_FD; profile <= HEXLOAD_BUS_CLASSIC; profile++) {
+        // GIVEN sixteen ticks WHEN their code is made THEN it goes over these bytes, and no whole tick's
+        static message_t message;
+        hexload_sample_code_t code;
+        hexload_bus_frame_t frames[HEXLOAD_BUS_SAMPLE_FRAMES];
+        message.count = 0;
+        put_bytes(&message, first, sizeof first);
+        hexload_sample_code_init(&code, &some_nonce);
+        for (uint32_t tick = 0x80123450; tick < 0x80123460; tick++) {
+            const hexload_leg_sample_t sample = numbered_sample(tick);
+            uint8_t legs[64];
+            size_t bytes = 0;
+            TEST_ASSERT_FALSE(hexload_sample_code_is_due(&code));
+            const int count = encode_sample((hexload_bus_profile_t)profile, &sample, frames);
+            for (int n = 0; n < count; n++) {
+                hexload_sample_code_add(&code, &cipher, &frames[n], n + 1 == count, tick);
+                if (frames[n].id != ID_SAMPLE_TICK) {
+                    memcpy(&legs[bytes], frames[n].data, frames[n].length);
+                    bytes += frames[n].length;
+                }
+            }
+            put_bytes(&message, legs, bytes);
+        }
+        TEST_ASSERT_TRUE(hexload_sample_code_is_due(&code));
+        hexload_sample_code_encode(&code, &cipher, &frames[0]);
+        TEST_ASSERT_EQUAL_HEX32(ID_SAMPLE_MAC, frames[0].id);
+        assert_code_of(&message, &frames[0]);
+        TEST_ASSERT_FALSE(hexload_sample_code_is_due(&code));
+    }
+}
+
+static void test_codes_of_answers_go_over_data_id_nonce_tick_and_frames(void) {
+    const uint8_t first[16] = {0x07, 0x01, 0x4C, 0x48, 0xA1, 0xA2, 0xA3, 0xA4,
+                               0xA5, 0xA6, 0xA7, 0xA8, 0x40, 0x34, 0x12, 0x80};
+    hexload_aes128_init(&aes, rfc_key);
+    for (int profile = HEXLOAD_BUS_FD; profile <= HEXLOAD_BUS_CLASSIC; profile++) {
+        // GIVEN the answers of sixteen ticks, or pages of sixty-four WHEN their code is made THEN it goes
+        // over these bytes
+        static message_t message;
+        hexload_answer_code_t code;
+        hexload_bus_frame_t frames[HEXLOAD_BUS_ANSWER_FRAMES];
+        const bool is_fd = profile == HEXLOAD_BUS_FD;
+        const uint32_t step = is_fd ? 1 : 2, begin = 0x80123440, end = begin + (is_fd ? 16 : 64);
+        message.count = 0;
+        put_bytes(&message, first, sizeof first);
+        hexload_answer_code_init(&code, (hexload_bus_profile_t)profile, &some_nonce);
+        for (uint32_t tick = begin; tick < end; tick += step) {
+            const hexload_bus_answer_t answer = numbered_answer(HEXLOAD_FILTER_PAPER, tick);
+            TEST_ASSERT_FALSE(hexload_answer_code_is_due(&code));
+            const int count =
+                encode_answer((hexload_bus_profile_t)profile, &answer, (int)(tick / 2 % 13), frames);
+            for (int n = 0; n < count; n++) {
+                hexload_answer_code_add(&code, &cipher, &frames[n], n + 1 == count, tick);
+                put_bytes(&message, frames[n].data, frames[n].length);
+            }
+        }
+        TEST_ASSERT_TRUE(hexload_answer_code_is_due(&code));
+        TEST_ASSERT_EQUAL_UINT32(1, code.unproven);
+        hexload_answer_code_encode(&code, &cipher, &frames[0]);
+        TEST_ASSERT_EQUAL_HEX32(ID_ANSWER_MAC, frames[0].id);
+        assert_code_of(&message, &frames[0]);
+        TEST_ASSERT_FALSE(hexload_answer_code_is_due(&code));
+        TEST_ASSERT_EQUAL_UINT32(0, code.unproven);
+    }
+}
+
+static void test_bytes_of_any_number_are_filled_up_with_zeros(void) {
+    const uint8_t first[16] = {0x87, 0x00, 0x4C, 0x48, 0xA1, 0xA2, 0xA3, 0xA4, 0xA5, 0xA6, 0xA7, 0xA8, 9};
+    hexload_aes128_init(&aes, rfc_key);
+    for (uint32_t count = 1; count <= MESSAGE_BYTES; count++) {
+        // GIVEN so many bytes WHEN they are added to a code THEN zeros follow them up to the end of a block
+        static message_t message;
+        hexload_cmac_blocks_t blocks;
+        hexload_bus_frame_t frame;
+        message.count = 0;
+        put_bytes(&message, first, sizeof first);
+        put_bytes(&message, rfc_message, count);
+        hexload_tick_code_begin(&blocks, ID_SAMPLE_MAC, &some_nonce, 9);
+        hexload_tick_code_add(&blocks, &cipher, rfc_message, count);
+        hexload_tick_code_encode(&blocks, &cipher, ID_SAMPLE_MAC, &frame);
+        assert_code_of(&message, &frame);
+    }
+}
+
+static void test_frames_of_codes_have_eight_bytes_and_the_classic_format(void) {
+    // GIVEN frames of all lengths and both formats WHEN they come as nonce or code THEN others than the
+    // contract's are refused
+    hexload_sample_code_t samples;
+    hexload_answer_code_t answers;
+    hexload_aes128_init(&aes, rfc_key);
+    hexload_sample_code_init(&samples, &some_nonce);
+    hexload_answer_code_init(&answers, HEXLOAD_BUS_FD, &some_nonce);
+    for (int n = 0; n < 2 * (HEXLOAD_BUS_FRAME_BYTES + 1); n++) {
+        hexload_bus_frame_t frame = {.length = (uint8_t)(n / 2), .is_fd = n % 2 == 1};
+        hexload_nonce_t nonce;
+        const bool is_right = n == 2 * 8;
+        frame.id = ID_CHALLENGE;
+        TEST_ASSERT_EQUAL_INT(is_right ? HEXLOAD_BUS_OK : HEXLOAD_BUS_ERR_LENGTH,
+                              hexload_bus_decode_challenge(&frame, &nonce));
+        frame.id = ID_COMMAND_MAC;
+        TEST_ASSERT_EQUAL_INT(is_right ? HEXLOAD_BUS_OK : HEXLOAD_BUS_ERR_LENGTH,
+                              hexload_bus_is_command_mac(&frame));
+        frame.id = ID_SAMPLE_MAC;
+        TEST_ASSERT_EQUAL_INT(is_right ? HEXLOAD_BUS_ERR_AUTHENTICATION : HEXLOAD_BUS_ERR_LENGTH,
+                              hexload_sample_code_check(&samples, &cipher, &frame));
+        frame.id = ID_ANSWER_MAC;
+        TEST_ASSERT_EQUAL_INT(is_right ? HEXLOAD_BUS_PARTIAL : HEXLOAD_BUS_ERR_LENGTH,
+                              hexload_answer_code_check(&answers, &cipher, &frame));
+    }
+}
+
 static void test_a_run_whose_samples_have_codes_goes_on(void) {
     for (int profile = HEXLOAD_BUS_FD; profile <= HEXLOAD_BUS_CLASSIC; profile++) {
         // GIVEN a START with codes WHEN samples come with theirs, from a tick in the middle of sixteen on
@@ -597,6 +775,22 @@ static void test_a_leg_that_is_lost_spoils_no_other_tick(void) {
     TEST_ASSERT_TRUE(hexload_app_is_running(&node.app));
 }
 
+static bool double_code(hexload_bus_frame_t* frame) {
+    hexload_node_receive(&node, frame);
+    return true;
+}
+
+static void test_a_code_that_comes_twice_is_refused_and_stops_nothing(void) {
+    for (int profile = HEXLOAD_BUS_FD; profile <= HEXLOAD_BUS_CLASSIC; profile++) {
+        // GIVEN a run with codes WHEN each of them comes twice THEN the second one is refused, and it goes on
+        begin_in((hexload_bus_profile_t)profile, 3);
+        source_t source = begin_run((hexload_bus_profile_t)profile);
+        give_ticks(&source, 0, 16 * 5, double_code);
+        TEST_ASSERT_EQUAL_UINT32(5, node.status.frames_refused);
+        TEST_ASSERT_TRUE(hexload_app_is_running(&node.app));
+    }
+}
+
 static void test_more_legs_than_a_tick_has_are_left_out(void) {
     // GIVEN leg frames without a first one WHEN more of them come than fit THEN nothing is written beyond
     hexload_sample_code_t code;
@@ -636,6 +830,11 @@ static void test_a_start_without_codes_asks_for_none(void) {
     source_t source = {.profile = HEXLOAD_BUS_FD};
     give_ticks(&source, 0, 16 * 8, NULL);
     TEST_ASSERT_TRUE(hexload_app_is_running(&node.app));
+    // AND passes over a code that comes nevertheless
+    const uint32_t refused = node.status.frames_refused;
+    const hexload_bus_frame_t mac = {.id = ID_SAMPLE_MAC, .length = 8};
+    hexload_node_receive(&node, &mac);
+    TEST_ASSERT_EQUAL_UINT32(refused, node.status.frames_refused);
     // AND a controller without a key refuses one with codes
     hexload_bus_acknowledge_t acknowledge;
     const hexload_bus_command_t start = {.kind = HEXLOAD_COMMAND_START, .argument = HEXLOAD_PACING_CODES};
@@ -762,6 +961,25 @@ static void test_a_reader_with_the_key_knows_the_controllers_answers_from_others
     }
 }
 
+static bool hear_nothing(hexload_bus_frame_t* frame, uint32_t tick) {
+    (void)frame;
+    (void)tick;
+    return false;
+}
+
+static void test_a_reader_that_joins_late_knows_a_false_answer_from_the_first_whole_code_on(void) {
+    for (int profile = HEXLOAD_BUS_FD; profile <= HEXLOAD_BUS_CLASSIC; profile++) {
+        // GIVEN a reader that has missed what the first code goes over WHEN of the next one is false THEN it
+        // is told
+        begin_in((hexload_bus_profile_t)profile, 3);
+        source_t source = begin_run_with((hexload_bus_profile_t)profile, HEXLOAD_PACING_ANSWER_CODES);
+        const uint32_t ticks = ticks_of_a_code(profile);
+        TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_OTHER, read_ticks(&source, 0, ticks, hear_nothing));
+        TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_ERR_AUTHENTICATION,
+                              read_ticks(&source, ticks, 2 * ticks, forge_code));
+    }
+}
+
 static void test_answers_without_codes_are_counted(void) {
     // GIVEN a run whose answers have codes WHEN these do not come THEN the reader counts
     begin_in(HEXLOAD_BUS_FD, 3);
@@ -862,8 +1080,14 @@ int main(void) {
     RUN_TEST(test_damaged_frames_of_a_command_are_refused);
     RUN_TEST(test_challenges_are_answered_at_a_bounded_rate);
     RUN_TEST(test_guesses_are_looked_at_and_answered_at_a_bounded_rate);
+    RUN_TEST(test_commands_without_codes_are_told_so_at_a_bounded_rate);
     RUN_TEST(test_who_listens_does_not_look_at_commands);
     RUN_TEST(test_whole_blocks_one_by_one_have_the_code_of_all);
+    RUN_TEST(test_nonces_and_codes_of_commands_go_over_data_id_nonce_and_command);
+    RUN_TEST(test_codes_of_samples_go_over_data_id_nonce_tick_and_legs);
+    RUN_TEST(test_codes_of_answers_go_over_data_id_nonce_tick_and_frames);
+    RUN_TEST(test_bytes_of_any_number_are_filled_up_with_zeros);
+    RUN_TEST(test_frames_of_codes_have_eight_bytes_and_the_classic_format);
     RUN_TEST(test_a_run_whose_samples_have_codes_goes_on);
     RUN_TEST(test_a_run_whose_codes_lack_ends);
     RUN_TEST(test_a_wrong_code_of_whole_ticks_ends_the_run_at_once);
@@ -872,10 +1096,12 @@ int main(void) {
     RUN_TEST(test_samples_from_far_ahead_are_never_followed_where_samples_have_codes);
     RUN_TEST(test_samples_without_their_code_are_a_remark);
     RUN_TEST(test_a_leg_that_is_lost_spoils_no_other_tick);
+    RUN_TEST(test_a_code_that_comes_twice_is_refused_and_stops_nothing);
     RUN_TEST(test_more_legs_than_a_tick_has_are_left_out);
     RUN_TEST(test_a_recorded_run_is_not_the_next_ones);
     RUN_TEST(test_a_start_without_codes_asks_for_none);
     RUN_TEST(test_a_reader_with_the_key_knows_the_controllers_answers_from_others);
+    RUN_TEST(test_a_reader_that_joins_late_knows_a_false_answer_from_the_first_whole_code_on);
     RUN_TEST(test_answers_without_codes_are_counted);
     RUN_TEST(test_a_code_goes_over_the_samples_that_were_answered);
     RUN_TEST(test_a_stop_is_acknowledged_after_the_code_of_the_last_answers);

@@ -137,6 +137,22 @@ static void test_a_channel_beyond_the_range_arrives_as_its_end_and_is_counted(vo
     }
 }
 
+static void test_half_a_step_beyond_the_range_is_cut_and_counted_too(void) {
+    // GIVEN a force that lies half a step beyond an end, which floats have without rounding WHEN it is sent
+    for (int p = 0; p < 2; p++) {
+        const double end_n = promises[p].largest[2] * promises[p].step[2];
+        for (int sign = -1; sign <= 1; sign += 2) {
+            hexload_leg_sample_t sample = {0};
+            uint32_t saturated = 0;
+            sample.force_n[4] = (hexload_real_t)(sign * (end_n + 0.5 * promises[p].step[2]));
+            const hexload_leg_sample_t found = carry(promises[p].profile, &sample, &saturated);
+            // THEN the end arrives
+            TEST_ASSERT_EQUAL_UINT32(1, saturated);
+            TEST_ASSERT_EQUAL_DOUBLE(sign * end_n, (double)found.force_n[4]);
+        }
+    }
+}
+
 static void test_a_channel_that_is_infinite_is_not_sent(void) {
     const hexload_real_t wrong[2] = {(hexload_real_t)INFINITY, -(hexload_real_t)INFINITY};
     for (int p = 0; p < 2; p++) {
@@ -196,6 +212,18 @@ static void test_frames_have_identifier_format_and_length_of_the_contract(void) 
             TEST_ASSERT_EQUAL_UINT8(codes[filter][page], frames[0].data[3] >> 2);
             TEST_ASSERT_EQUAL_UINT8(0, frames[0].data[1] & 0x0F); // tick 32: sixteen pages after tick 0
         }
+    }
+}
+
+static void test_counters_go_up_by_one_from_page_to_page_and_from_whole_tick_to_whole_tick(void) {
+    for (uint32_t n = 0; n < 40; n++) {
+        const hexload_bus_answer_t answer = numbered_answer(HEXLOAD_FILTER_PAPER, 2 * n);
+        const hexload_leg_sample_t sample = numbered_sample(16 * n);
+        hexload_bus_frame_t frames[HEXLOAD_BUS_SAMPLE_FRAMES];
+        (void)encode_answer(HEXLOAD_BUS_CLASSIC, &answer, (int)(n % 13), frames);
+        TEST_ASSERT_EQUAL_UINT8(n % 16, frames[0].data[1] & 0x0F);
+        (void)encode_sample(HEXLOAD_BUS_CLASSIC, &sample, frames);
+        TEST_ASSERT_EQUAL_UINT8(n % 16, frames[0].data[1] & 0x0F);
     }
 }
 
@@ -312,6 +340,35 @@ static void test_a_command_argument_that_the_contract_has_not_is_refused(void) {
         seal(&frame);
         TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_ERR_VALUE, hexload_bus_decode_command(&frame, &found));
         TEST_ASSERT_EQUAL_UINT8(99, found.kind);
+    }
+}
+
+static void test_the_largest_code_of_a_byte_is_an_argument_too(void) {
+    const uint8_t kinds[2] = {HEXLOAD_COMMAND_START, HEXLOAD_COMMAND_SELECT_FILTER};
+    for (int n = 0; n < 2; n++) {
+        const hexload_bus_frame_t frame = command_frame(kinds[n], 255.0f);
+        hexload_bus_command_t found = {0};
+        TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_OK, hexload_bus_decode_command(&frame, &found));
+        TEST_ASSERT_TRUE(found.argument == 255.0f);
+    }
+}
+
+static void test_the_checksum_of_a_known_mass_is_that_of_its_four_bytes_and_of_none_zero(void) {
+    // GIVEN masses as IEEE 754 has them WHEN their checksums are computed THEN they are those of the bytes,
+    // the lowest first
+    const struct {
+        float mass_kg;
+        uint8_t bytes[4];
+    } known[3] = {{0.5f, {0x00, 0x00, 0x00, 0x3F}},
+                  {1.0f, {0x00, 0x00, 0x80, 0x3F}},
+                  {400.5f, {0x00, 0x40, 0xC8, 0x43}}};
+    for (int n = 0; n < 3; n++) {
+        TEST_ASSERT_EQUAL_HEX8(crc8h2f(known[n].bytes, 4), hexload_bus_known_mass_crc(known[n].mass_kg));
+    }
+    // AND of what is no mass 0
+    const float none[3] = {0.0f, -400.5f, NAN};
+    for (int n = 0; n < 3; n++) {
+        TEST_ASSERT_EQUAL_HEX8(0, hexload_bus_known_mass_crc(none[n]));
     }
 }
 
@@ -595,14 +652,18 @@ int main(void) {
     RUN_TEST(test_a_sample_comes_back_within_half_a_step);
     RUN_TEST(test_rounding_is_to_the_nearest_step_on_both_sides_of_zero);
     RUN_TEST(test_a_channel_beyond_the_range_arrives_as_its_end_and_is_counted);
+    RUN_TEST(test_half_a_step_beyond_the_range_is_cut_and_counted_too);
     RUN_TEST(test_a_channel_that_is_infinite_is_not_sent);
     RUN_TEST(test_frames_have_identifier_format_and_length_of_the_contract);
+    RUN_TEST(test_counters_go_up_by_one_from_page_to_page_and_from_whole_tick_to_whole_tick);
     RUN_TEST(test_the_whole_tick_is_sent_at_multiples_of_sixteen_only);
     RUN_TEST(test_a_velocity_without_sensor_arrives_as_no_number);
     RUN_TEST(test_a_lost_channel_arrives_as_lost_and_all_others_as_they_were);
     RUN_TEST(test_an_answer_that_is_not_finite_is_not_sent);
     RUN_TEST(test_a_command_comes_back_also_an_unknown_one);
     RUN_TEST(test_a_command_argument_that_the_contract_has_not_is_refused);
+    RUN_TEST(test_the_largest_code_of_a_byte_is_an_argument_too);
+    RUN_TEST(test_the_checksum_of_a_known_mass_is_that_of_its_four_bytes_and_of_none_zero);
     RUN_TEST(test_an_acknowledge_comes_back);
     RUN_TEST(test_an_acknowledge_with_an_unknown_code_is_refused);
     RUN_TEST(test_status_pages_put_together_are_the_status);

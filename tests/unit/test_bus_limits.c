@@ -4,7 +4,7 @@
 
 #include "app/node.h"
 #include "bus/answer_assembly.h"
-#include "bus/frame.h"
+#include "bus/answer_frames.h"
 #include "bus/sample_assembly.h"
 #include "bus/slcan.h"
 
@@ -91,13 +91,49 @@ static void test_an_echo_has_every_channel_of_the_first(void) {
                              hexload_bus_status_name(HEXLOAD_BUS_ERR_CONTRADICTION));
 }
 
+enum { INPUT_PAGE = 8, INPUT_BYTE = 5 }; ///< of a status, and in it; of HealthFd the byte is 22
+
 static void test_codes_of_input_faults_beyond_those_there_are_name_nothing(void) {
+    hexload_bus_frame_t page, health[HEXLOAD_BUS_ANSWER_FRAMES];
+    const hexload_bus_answer_t zero = numbered_answer(0, 16);
+    hexload_bus_controller_status_t status = {0};
+    hexload_bus_encode_status(&status, INPUT_PAGE, &page);
+    (void)encode_answer(HEXLOAD_BUS_FD, &zero, 0, health);
     for (int code = 0; code < 256; code++) {
-        // GIVEN a code THEN its cause is one there is, or none; its leg is 0..5, or none in particular
-        const hexload_input_cause_t cause = hexload_frame_input_cause((uint8_t)code);
-        TEST_ASSERT_EQUAL_INT(code < HEXLOAD_INPUT_CAUSES ? code : HEXLOAD_INPUT_CAUSES, cause);
-        TEST_ASSERT_EQUAL_UINT32(code >= 1 && code <= 6 ? code - 1 : 6,
-                                 hexload_frame_input_leg((uint8_t)code));
+        // GIVEN a code of cause and leg in a status or an answer WHEN it is read THEN its cause is one there
+        // is, or none; its leg is 0..5, or none in particular
+        const int cause = code < HEXLOAD_INPUT_CAUSES ? code : HEXLOAD_INPUT_CAUSES;
+        const uint32_t leg = code >= 1 && code <= 6 ? (uint32_t)code - 1 : 6;
+        hexload_bus_answer_t answer = {0};
+        int part = 0;
+        memset(&page.data[INPUT_BYTE], code, 2);
+        memset(&health[2].data[22], code, 2);
+        seal(&page);
+        seal(&health[2]);
+        TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_OK, hexload_bus_decode_status(&page, &status));
+        TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_OK, hexload_answer_decode_fd(&health[2], &part, &answer));
+        TEST_ASSERT_EQUAL_INT(cause, status.input.cause);
+        TEST_ASSERT_EQUAL_UINT32(leg, status.input.leg);
+        TEST_ASSERT_EQUAL_INT(cause, answer.input.cause);
+        TEST_ASSERT_EQUAL_UINT32(leg, answer.input.leg);
+    }
+}
+
+static void test_the_code_of_a_leg_is_its_number_and_of_none_zero(void) {
+    const uint32_t legs[9] = {0, 1, 2, 3, 4, 5, 6, 7, UINT32_MAX};
+    for (uint8_t n = 0; n < 9; n++) {
+        // GIVEN an input fault of a leg, or of none WHEN it is written THEN its code is 1..6, or 0
+        const uint8_t code = n < 6 ? (uint8_t)(n + 1) : 0;
+        const hexload_bus_controller_status_t status = {.input = {HEXLOAD_INPUT_FORCE_DEAD, legs[n], 0}};
+        hexload_bus_answer_t answer = numbered_answer(0, 16);
+        hexload_bus_frame_t page, health[HEXLOAD_BUS_ANSWER_FRAMES];
+        answer.input = status.input;
+        hexload_bus_encode_status(&status, INPUT_PAGE, &page);
+        (void)encode_answer(HEXLOAD_BUS_FD, &answer, 0, health);
+        TEST_ASSERT_EQUAL_UINT8(HEXLOAD_INPUT_FORCE_DEAD, page.data[INPUT_BYTE]);
+        TEST_ASSERT_EQUAL_UINT8(code, page.data[INPUT_BYTE + 1]);
+        TEST_ASSERT_EQUAL_UINT8(HEXLOAD_INPUT_FORCE_DEAD, health[2].data[22]);
+        TEST_ASSERT_EQUAL_UINT8(code, health[2].data[23]);
     }
 }
 
@@ -228,20 +264,25 @@ static void test_jumps_that_do_not_follow_each_other_are_not_believed(void) {
 }
 
 static void test_a_prior_that_is_safe_in_part_is_ones_own(void) {
-    // GIVEN the safe prior but for the last inertia WHEN a mass is set THEN the prior stays
-    hexload_config_t config = paper_machine();
-    hexload_app_settings_t settings;
-    hexload_bus_acknowledge_t acknowledge;
-    const hexload_bus_command_t order = {.kind = HEXLOAD_COMMAND_SET_KNOWN_MASS, .argument = 320.5f};
-    hexload_app_t app;
-    config.paper.prior_inertia_sigma_kg_m2[1] *= HEXLOAD_REAL(0.5);
-    hexload_app_settings_default(&settings);
-    TEST_ASSERT_EQUAL_INT(HEXLOAD_OK, hexload_app_init(&app, &config, &settings));
-    hexload_app_command(&app, &order, &acknowledge);
-    TEST_ASSERT_EQUAL_UINT8(HEXLOAD_RESULT_DONE, acknowledge.result);
-    TEST_ASSERT_EQUAL_MEMORY(config.paper.prior_inertia_sigma_kg_m2,
-                             app.config.paper.prior_inertia_sigma_kg_m2,
-                             sizeof config.paper.prior_inertia_sigma_kg_m2);
+    for (int part = 0; part < 4; part++) {
+        // GIVEN the safe prior but for one of its four numbers WHEN a mass is set THEN the prior stays
+        hexload_config_t config = paper_machine();
+        hexload_app_settings_t settings;
+        hexload_bus_acknowledge_t acknowledge;
+        const hexload_bus_command_t order = {.kind = HEXLOAD_COMMAND_SET_KNOWN_MASS, .argument = 320.5f};
+        hexload_app_t app;
+        hexload_paper_config_t* paper = &config.paper;
+        hexload_real_t* const number =
+            part < 3 ? &paper->prior_inertia_sigma_kg_m2[part] : &paper->prior_dz_sigma_m;
+        *number *= HEXLOAD_REAL(0.5);
+        hexload_app_settings_default(&settings);
+        TEST_ASSERT_EQUAL_INT(HEXLOAD_OK, hexload_app_init(&app, &config, &settings));
+        hexload_app_command(&app, &order, &acknowledge);
+        TEST_ASSERT_EQUAL_UINT8(HEXLOAD_RESULT_DONE, acknowledge.result);
+        TEST_ASSERT_TRUE(paper->prior_dz_sigma_m == app.config.paper.prior_dz_sigma_m);
+        TEST_ASSERT_EQUAL_MEMORY(paper->prior_inertia_sigma_kg_m2, app.config.paper.prior_inertia_sigma_kg_m2,
+                                 sizeof paper->prior_inertia_sigma_kg_m2);
+    }
 }
 
 static void test_a_configurations_checksum_has_its_directions_to_the_last(void) {
@@ -273,6 +314,7 @@ int main(void) {
     RUN_TEST(test_an_answer_that_is_joined_midway_is_given_up_for_the_next);
     RUN_TEST(test_an_echo_has_every_channel_of_the_first);
     RUN_TEST(test_codes_of_input_faults_beyond_those_there_are_name_nothing);
+    RUN_TEST(test_the_code_of_a_leg_is_its_number_and_of_none_zero);
     RUN_TEST(test_channels_that_were_cut_are_counted_up_to_the_end);
     RUN_TEST(test_an_adapters_time_that_is_no_number_is_no_frame);
     RUN_TEST(test_a_period_that_took_half_the_clocks_time_leaves_less_than_nothing);

@@ -40,6 +40,73 @@ static void test_the_default_bridges_gaps_as_its_errors_allow(void) {
     TEST_ASSERT_EQUAL_UINT32(5, config.momentum.longest_gap_ticks);
 }
 
+/// Seven digits of a number that a float has.
+#define ASSERT_NUMBER(expected, found)                                                                       \
+    TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(1.2e-7 * fabs(expected), expected, (double)(found), #found)
+
+static void test_the_default_machine_is_that_of_the_paper(void) {
+    // GIVEN the default configuration WHEN its hinges are looked at from above THEN those of the base lie at
+    // 0.6 m and 10 degrees from the axes of symmetry, those of the platform at 0.4 m and 15 degrees from the
+    // axes between them, legs being numbered all round
+    const double base_deg[HEXLOAD_LEGS] = {10, 110, 130, 230, 250, 350};
+    const double platform_deg[HEXLOAD_LEGS] = {45, 75, 165, 195, 285, 315};
+    const double radians = 3.14159265358979 / 180.0;
+    hexload_config_t config;
+    hexload_config_default(&config);
+    for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
+        const hexload_real_t* base = config.geometry.base_hinge_m[leg];
+        const hexload_real_t* platform = config.geometry.platform_hinge_m[leg];
+        TEST_ASSERT_DOUBLE_WITHIN(1e-7, 0.6 * cos(radians * base_deg[leg]), (double)base[0]);
+        TEST_ASSERT_DOUBLE_WITHIN(1e-7, 0.6 * sin(radians * base_deg[leg]), (double)base[1]);
+        TEST_ASSERT_DOUBLE_WITHIN(1e-7, 0.4 * cos(radians * platform_deg[leg]), (double)platform[0]);
+        TEST_ASSERT_DOUBLE_WITHIN(1e-7, 0.4 * sin(radians * platform_deg[leg]), (double)platform[1]);
+        TEST_ASSERT_EQUAL_DOUBLE(0.0, (double)base[2]);
+        TEST_ASSERT_EQUAL_DOUBLE(0.0, (double)platform[2]);
+        ASSERT_NUMBER(0.8741, config.geometry.home_leg_length_m[leg]);
+    }
+    ASSERT_NUMBER(-0.3, config.geometry.stroke_min_m);
+    ASSERT_NUMBER(0.3, config.geometry.stroke_max_m);
+    // AND mass, inertia, sensors and gravity are those of its Table 1
+    ASSERT_NUMBER(100.0, config.platform.mass_kg);
+    const double inertia_kg_m2[6] = {25.0, 25.0, 44.0};
+    for (int k = 0; k < 6; k++) {
+        ASSERT_NUMBER(inertia_kg_m2[k], config.platform.inertia_kg_m2[k]);
+        ASSERT_NUMBER(0.0, config.platform.com_m[k % 3]);
+    }
+    ASSERT_NUMBER(20e-6, config.sensors.displacement_sigma_m);
+    ASSERT_NUMBER(0.001, config.sensors.velocity_sigma_m_s);
+    ASSERT_NUMBER(5.0, config.sensors.force_sigma_n);
+    ASSERT_NUMBER(0.001, config.tick_s);
+    ASSERT_NUMBER(9.81, config.gravity_m_s2);
+    ASSERT_NUMBER(500.0, config.paper.load_mass_kg);
+}
+
+static void test_the_default_tolerances_ranges_and_speeds_are_those_of_the_header(void) {
+    hexload_config_t config;
+    hexload_config_default(&config);
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_KIND_MOMENTUM, config.kind);
+    ASSERT_NUMBER(10.0, config.sensors.velocity_range_m_s);
+    ASSERT_NUMBER(1e6, config.sensors.force_range_n);
+    // six load cells of 1 % and gravity's 0.3 %, a scale, and that mass at a disc's rim
+    ASSERT_NUMBER(0.005, config.tolerances.force_gain);
+    ASSERT_NUMBER(0.03, config.tolerances.platform_mass);
+    ASSERT_NUMBER(0.002, config.tolerances.platform_com_m);
+    ASSERT_NUMBER(0.06, config.tolerances.platform_inertia);
+    ASSERT_NUMBER(9.0, config.momentum.inconsistent_nis);
+    ASSERT_NUMBER(0.5, config.momentum.nis_time_constant_s);
+    ASSERT_NUMBER(10.0, config.momentum.excitation_time_constant_s);
+    ASSERT_NUMBER(5e-3, config.actuator_effects.friction_speed_m_s);
+    ASSERT_NUMBER(0.01, config.rig.stribeck_speed_m_s);
+    ASSERT_NUMBER(0.001, config.rig.reversal_speed_m_s);
+    // AND the priors are the safe ones of 500 kg, and of a platform of 100 kg
+    ASSERT_NUMBER(0.31622777, config.paper.prior_dz_sigma_m);
+    for (int k = 0; k < 3; k++) {
+        ASSERT_NUMBER(500.0 * 0.04472136, config.paper.prior_inertia_sigma_kg_m2[k]);
+    }
+    ASSERT_NUMBER(0.0, config.momentum.prior_mass_kg);
+    ASSERT_NUMBER(300.0, config.momentum.prior_mass_sigma_kg);
+}
+
 /// GIVEN the default machine WHEN one field is set to a value THEN the check refuses and names the field.
 #define ASSERT_REFUSED(field, value)                                                                         \
     do {                                                                                                     \
@@ -58,6 +125,8 @@ static void test_config_names_each_field_out_of_range(void) {
     ASSERT_REFUSED(tick_s, nan);
     ASSERT_REFUSED(geometry.base_hinge_m[5][2], nan);
     ASSERT_REFUSED(geometry.platform_hinge_m[0][0], (hexload_real_t)INFINITY);
+    ASSERT_REFUSED(geometry.platform_hinge_m[0][0], (hexload_real_t)-INFINITY);
+    ASSERT_REFUSED(geometry.base_hinge_m[3][1], (hexload_real_t)-INFINITY);
     ASSERT_REFUSED(geometry.home_leg_length_m[3], HEXLOAD_REAL(0.0));
     ASSERT_REFUSED(geometry.stroke_min_m, (hexload_real_t)-INFINITY);
     ASSERT_REFUSED(geometry.stroke_max_m, HEXLOAD_REAL(-0.3));
@@ -125,6 +194,36 @@ static void test_the_momentum_filters_prior_grows_with_mass_and_size_of_the_plat
                               (double)config.momentum.prior_inertia_sigma_kg_m2);
 }
 
+static void test_the_lag_is_the_least_whose_regression_is_a_32nd_of_the_velocity_sensors_sigma(void) {
+    // GIVEN displacements of which a line through 2 n + 1 has a slope with 1/32 of the velocities' sigma, and
+    // a thousandth more or less WHEN the lag is set THEN it is the n that is just enough, within its range
+    hexload_config_t config = paper_machine();
+    for (uint32_t n = 1; n < HEXLOAD_LAG_TICKS_MAX + 5; n++) {
+        const double window = 2.0 * n + 1.0;
+        const double sigma_m = (double)(config.sensors.velocity_sigma_m_s * config.tick_s) / 32.0 *
+                               sqrt(window * window * window / 12.0);
+        for (uint32_t more = 0; more < 2; more++) {
+            config.sensors.displacement_sigma_m = (hexload_real_t)(sigma_m * (0.999 + 0.002 * more));
+            hexload_config_set_momentum(&config);
+            const uint32_t least = n + more > HEXLOAD_TRANSIENT_TICKS ? n + more : HEXLOAD_TRANSIENT_TICKS;
+            TEST_ASSERT_EQUAL_UINT32(least < HEXLOAD_LAG_TICKS_MAX ? least : HEXLOAD_LAG_TICKS_MAX,
+                                     config.momentum.lag_ticks);
+        }
+    }
+}
+
+static void test_a_known_mass_is_known_to_a_thousandth(void) {
+    hexload_config_t config = paper_machine();
+    hexload_config_set_known_mass(&config, HEXLOAD_REAL(320.5));
+    ASSERT_NUMBER(320.5, config.paper.load_mass_kg);
+    ASSERT_NUMBER(320.5, config.momentum.prior_mass_kg);
+    ASSERT_NUMBER(0.3205, config.momentum.prior_mass_sigma_kg);
+    // AND of what is not known it is thrice the platform's, about none
+    hexload_config_set_momentum(&config);
+    ASSERT_NUMBER(0.0, config.momentum.prior_mass_kg);
+    ASSERT_NUMBER(300.0, config.momentum.prior_mass_sigma_kg);
+}
+
 static void test_safe_prior_grows_with_the_load_it_is_for(void) {
     // GIVEN a load three times as heavy as the paper's WHEN the safe prior is set
     hexload_config_t config = paper_machine();
@@ -160,6 +259,29 @@ static void test_config_names_what_contradicts_another_field(void) {
     ASSERT_REFUSED(rig.direction_count, UINT32_MAX);
 }
 
+static void test_any_leg_that_may_be_as_short_as_nothing_is_refused(void) {
+    for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
+        // GIVEN a leg that is just as long as it may be shorter WHEN it is checked THEN it is refused
+        hexload_config_t config = paper_machine();
+        const char* bad_field = NULL;
+        config.geometry.stroke_min_m = HEXLOAD_REAL(-0.5);
+        config.geometry.home_leg_length_m[leg] = HEXLOAD_REAL(0.5);
+        TEST_ASSERT_EQUAL_INT(HEXLOAD_ERR_CONFIG, hexload_config_check(&config, &bad_field));
+        TEST_ASSERT_EQUAL_STRING("geometry.stroke_min_m", bad_field);
+    }
+}
+
+static void test_a_leg_whose_friction_pushes_at_rest_is_refused(void) {
+    for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
+        hexload_config_t config = paper_machine();
+        const char* bad_field = NULL;
+        config.rig.coulomb_n[leg] = HEXLOAD_REAL(0.1);
+        config.rig.stribeck_n[leg] = HEXLOAD_REAL(-0.2);
+        TEST_ASSERT_EQUAL_INT(HEXLOAD_ERR_CONFIG, hexload_config_check(&config, &bad_field));
+        TEST_ASSERT_EQUAL_STRING("rig.stribeck_n", bad_field);
+    }
+}
+
 static void test_a_flat_platform_is_a_body(void) {
     // GIVEN moments of (25, 25, 44) kg m^2, one of which becomes the sum of the others, as of a sheet WHEN
     // they are checked THEN none is refused
@@ -168,6 +290,20 @@ static void test_a_flat_platform_is_a_body(void) {
         hexload_config_t config = paper_machine();
         config.platform.inertia_kg_m2[k] = sum[k];
         TEST_ASSERT_EQUAL_INT(HEXLOAD_OK, hexload_config_check(&config, NULL));
+    }
+}
+
+static void test_a_light_platform_is_a_body_and_a_rod_without_width_is_none(void) {
+    hexload_config_t config = paper_machine();
+    const hexload_real_t light[3] = {HEXLOAD_REAL(0.03), HEXLOAD_REAL(0.03), HEXLOAD_REAL(0.05)};
+    memcpy(config.platform.inertia_kg_m2, light, sizeof light);
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_OK, hexload_config_check(&config, NULL));
+    for (int axis = 0; axis < 3; axis++) {
+        config = paper_machine();
+        for (int k = 0; k < 3; k++) {
+            config.platform.inertia_kg_m2[k] = k == axis ? HEXLOAD_REAL(0.0) : HEXLOAD_REAL(25.0);
+        }
+        TEST_ASSERT_EQUAL_INT(HEXLOAD_ERR_CONFIG, hexload_config_check(&config, NULL));
     }
 }
 
@@ -244,6 +380,12 @@ static void test_only_directions_that_count_are_checked(void) {
     config.rig.direction_count = 2;
     TEST_ASSERT_EQUAL_INT(HEXLOAD_ERR_CONFIG, hexload_config_check(&config, &bad_field));
     TEST_ASSERT_EQUAL_STRING("rig.direction", bad_field);
+    // AND so is one in the last of all that there is room for
+    config = paper_machine();
+    config.rig.direction_count = HEXLOAD_RIG_DIRECTIONS_MAX;
+    config.rig.direction[HEXLOAD_RIG_DIRECTIONS_MAX - 1].platform_hinge_m[5][2] = (hexload_real_t)NAN;
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_ERR_CONFIG, hexload_config_check(&config, &bad_field));
+    TEST_ASSERT_EQUAL_STRING("rig.direction", bad_field);
 }
 
 static void test_gravity_that_is_no_vector_or_points_up_is_refused(void) {
@@ -284,6 +426,23 @@ static void test_health_counters_stay_at_their_end(void) {
     }
 }
 
+static void test_bits_beyond_those_of_health_count_nothing(void) {
+    // GIVEN bits of which only the lowest have a counter WHEN they are counted THEN nothing else is written
+    struct {
+        hexload_health_t health;
+        uint8_t behind[64];
+    } memory;
+    memset(&memory, 0, sizeof memory);
+    hexload_health_count(&memory.health, UINT32_MAX);
+    for (int bit = 0; bit < HEXLOAD_HEALTH_BITS; bit++) {
+        TEST_ASSERT_EQUAL_UINT32(1, memory.health.count[bit]);
+    }
+    TEST_ASSERT_EQUAL_UINT32(0, memory.health.refused);
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_INPUT_PLAUSIBLE, memory.health.input.cause);
+    TEST_ASSERT_EQUAL_UINT32(0, memory.health.input.leg);
+    TEST_ASSERT_EACH_EQUAL_UINT8(0, memory.behind, sizeof memory.behind);
+}
+
 static void test_numbers_without_a_name_are_called_unknown(void) {
     TEST_ASSERT_EQUAL_STRING("unknown health bit", hexload_health_name(HEXLOAD_HEALTH_BITS));
     TEST_ASSERT_EQUAL_STRING("unknown health bit", hexload_health_name((hexload_health_bit_t)31));
@@ -312,10 +471,11 @@ static void test_numbers_without_a_name_are_called_unknown(void) {
                                  #field);                                                                    \
     } while (0)
 
-/// And as far inside it is not.
+/// And as far inside, or at the upper end itself, it is not.
 #define ASSERT_RANGE(field, least, most)                                                                     \
     do {                                                                                                     \
         ASSERT_REFUSED_OUTSIDE(field, least, most);                                                          \
+        ASSERT_NOT_NAMED(field, (hexload_real_t)(most));                                                     \
         ASSERT_NOT_NAMED(field, (hexload_real_t)((most)-END_MARGIN(least, most)));                           \
         ASSERT_NOT_NAMED(field, (hexload_real_t)((least) + LEAST_MARGIN(least)));                            \
     } while (0)
@@ -361,6 +521,9 @@ static void test_config_knows_both_ends_of_every_range(void) {
     ASSERT_RANGE(rig.leg_inertia_kg_m2, -1e6, 1e6);
     ASSERT_RANGE(rig.leg_slide_kg_m, -1e6, 1e6);
     ASSERT_RANGE(rig.leg_tilt_kg_m, -1e6, 1e6);
+    // what is only to be positive may be the least that a float has all digits of, 1.2e-38
+    ASSERT_NOT_NAMED(sensors.force_range_n, HEXLOAD_REAL(1.3e-38));
+    ASSERT_REFUSED(sensors.force_range_n, HEXLOAD_REAL(1.1e-38));
     ASSERT_REFUSED(tolerances, ((hexload_tolerances_t){.platform_inertia = HEXLOAD_REAL(1.01)}));
     ASSERT_REFUSED(tolerances, ((hexload_tolerances_t){.force_gain = HEXLOAD_REAL(-1e-6)}));
 }
@@ -381,18 +544,26 @@ int main(void) {
     UNITY_BEGIN();
     RUN_TEST(test_config_accepts_the_default_machine);
     RUN_TEST(test_the_default_bridges_gaps_as_its_errors_allow);
+    RUN_TEST(test_the_default_machine_is_that_of_the_paper);
+    RUN_TEST(test_the_default_tolerances_ranges_and_speeds_are_those_of_the_header);
     RUN_TEST(test_config_accepts_a_platform_off_its_centre);
     RUN_TEST(test_config_names_each_field_out_of_range);
     RUN_TEST(test_printed_prior_is_the_papers_start_covariance);
     RUN_TEST(test_the_momentum_filters_prior_grows_with_mass_and_size_of_the_platform);
+    RUN_TEST(test_the_lag_is_the_least_whose_regression_is_a_32nd_of_the_velocity_sensors_sigma);
+    RUN_TEST(test_a_known_mass_is_known_to_a_thousandth);
     RUN_TEST(test_safe_prior_grows_with_the_load_it_is_for);
     RUN_TEST(test_config_names_what_contradicts_another_field);
+    RUN_TEST(test_any_leg_that_may_be_as_short_as_nothing_is_refused);
+    RUN_TEST(test_a_leg_whose_friction_pushes_at_rest_is_refused);
     RUN_TEST(test_a_flat_platform_is_a_body);
+    RUN_TEST(test_a_light_platform_is_a_body_and_a_rod_without_width_is_none);
     RUN_TEST(test_a_tensor_is_that_of_a_body_about_its_own_centre);
     RUN_TEST(test_config_accepts_the_ends_of_its_ranges);
     RUN_TEST(test_only_directions_that_count_are_checked);
     RUN_TEST(test_gravity_that_is_no_vector_or_points_up_is_refused);
     RUN_TEST(test_health_counters_stay_at_their_end);
+    RUN_TEST(test_bits_beyond_those_of_health_count_nothing);
     RUN_TEST(test_numbers_without_a_name_are_called_unknown);
     RUN_TEST(test_config_knows_both_ends_of_every_range);
     RUN_TEST(test_priors_of_legs_are_those_of_the_platform_s_mass);

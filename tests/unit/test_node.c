@@ -3,6 +3,7 @@
 
 #include "app/node.h"
 #include "bus/answer_assembly.h"
+#include "bus/answer_frames.h"
 
 #include <stdio.h>
 #include <string.h>
@@ -360,25 +361,25 @@ static void test_a_counter_that_comes_again_with_any_other_content_has_another_s
 static void test_a_source_with_another_configuration_cannot_start(void) {
     begin_active(HEXLOAD_BUS_CLASSIC);
     const uint32_t own = read_status().configuration;
-    for (uint32_t n = 0; n < 4; n++) {
-        // GIVEN sources that work with the low bits of another configuration, the same, the same but for what
-        // the bus does not tell, and with one that they do not tell
-        const uint32_t stated[4] = {own ^ 1u, own, own ^ 0xFF000000u, 0};
+    for (uint32_t n = 0; n < 5; n++) {
+        // GIVEN sources that work with another configuration, by the lowest or the highest bit that the bus
+        // tells, the same, the same but for what the bus does not tell, and with one that they do not tell
+        const uint32_t stated[5] = {own ^ 1u, own ^ 0x800000u, own, own ^ 0xFF000000u, 0};
         const hexload_bus_command_t start = {.kind = HEXLOAD_COMMAND_START,
                                              .session = 7,
                                              .sequence = (uint8_t)(n + 1),
                                              .configuration = stated[n]};
-        // WHEN they start the controller THEN only the first is refused
+        // WHEN they start the controller THEN only the first two are refused
         command(HEXLOAD_COMMAND_RESET, 0.0f);
         machine.count = 0;
         give_command(&start);
-        TEST_ASSERT_EQUAL_UINT8(n == 0 ? HEXLOAD_RESULT_OTHER_CONFIGURATION : HEXLOAD_RESULT_DONE,
+        TEST_ASSERT_EQUAL_UINT8(n < 2 ? HEXLOAD_RESULT_OTHER_CONFIGURATION : HEXLOAD_RESULT_DONE,
                                 last_acknowledge().result);
-        TEST_ASSERT_EQUAL_INT(n == 0 ? HEXLOAD_APP_IDLE : HEXLOAD_APP_ARMED, node.app.state);
+        TEST_ASSERT_EQUAL_INT(n < 2 ? HEXLOAD_APP_IDLE : HEXLOAD_APP_ARMED, node.app.state);
     }
     // AND a mass that was stated makes it another one, until RESET
     const hexload_bus_command_t start = {
-        .kind = HEXLOAD_COMMAND_START, .session = 7, .sequence = 5, .configuration = own};
+        .kind = HEXLOAD_COMMAND_START, .session = 7, .sequence = 6, .configuration = own};
     command(HEXLOAD_COMMAND_RESET, 0.0f);
     command(HEXLOAD_COMMAND_SET_KNOWN_MASS, 499.0f);
     give_command(&start);
@@ -418,6 +419,7 @@ static void test_classic_samples_are_answered_with_one_page_at_every_second_tick
         TEST_ASSERT_TRUE((float)at_first_page.value[k] == (float)answer.estimate.value[k]);
         TEST_ASSERT_TRUE((float)at_first_page.sigma[k] == (float)answer.estimate.sigma[k]);
     }
+    TEST_ASSERT_EQUAL_UINT32(0, node.send_failed); // the ticks without a page are none
 }
 
 static void test_each_run_begins_its_classic_answers_with_page_zero(void) {
@@ -574,6 +576,36 @@ static void test_a_round_of_pages_reports_the_health_of_all_samples_since_the_on
                         (answer.health & missing_bit) != 0;
             }
             TEST_ASSERT_EQUAL_INT(1, told);
+        }
+    }
+}
+
+static void test_the_first_page_has_just_the_health_of_the_samples_since_the_one_before_it(void) {
+    // GIVEN a classic run that was stopped with a missing sample not yet told, and one after it
+    begin_run(HEXLOAD_BUS_CLASSIC, HEXLOAD_PACING_LOCKSTEP);
+    for (uint32_t tick = 0; tick < 40; tick++) {
+        give_without(HEXLOAD_BUS_CLASSIC, tick, tick == 35 ? 3 : -1);
+    }
+    TEST_ASSERT_BITS_HIGH(1u << HEXLOAD_HEALTH_SAMPLE_MISSING, node.health_seen);
+    command(HEXLOAD_COMMAND_STOP, 0.0f);
+    command(HEXLOAD_COMMAND_START, (float)HEXLOAD_PACING_LOCKSTEP);
+    const uint32_t round = HEXLOAD_BUS_ANSWER_PERIOD * HEXLOAD_BUS_ANSWER_PAGES;
+    uint32_t seen = 0;
+    for (uint32_t tick = 0; tick < 5 * round; tick++) {
+        // WHEN a first page is sent THEN it has these bits
+        machine.count = 0;
+        give(HEXLOAD_BUS_CLASSIC, tick);
+        seen |= hexload_app_health(&node.app)->bits;
+        if (tick % round == 0) {
+            hexload_bus_answer_t answer = {0};
+            int page = -1;
+            uint16_t tick_low = 0;
+            TEST_ASSERT_EQUAL_INT(1, machine.count);
+            TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_OK,
+                                  hexload_answer_decode_page(&machine.sent[0], &page, &tick_low, &answer));
+            TEST_ASSERT_EQUAL_INT(0, page);
+            TEST_ASSERT_EQUAL_HEX16(seen, answer.health);
+            seen = 0;
         }
     }
 }
@@ -886,6 +918,7 @@ static void test_a_source_that_goes_on_far_ahead_is_followed_when_it_is_silent_w
             give(HEXLOAD_BUS_FD, tick++);
         }
         TEST_ASSERT_EQUAL_UINT32(5, node.app.last_tick);
+        TEST_ASSERT_EQUAL_UINT16(HEXLOAD_APP_JUMP_SAMPLES, node.app.jump_samples);
         TEST_ASSERT_EQUAL_INT(0, machine.count);
         // WHEN it is silent for longer THEN the line that goes on is followed
         pass(1);
@@ -951,6 +984,53 @@ static void test_a_sample_that_comes_again_and_again_is_refused_and_not_answered
     TEST_ASSERT_EQUAL_INT(1, read_answers(HEXLOAD_BUS_FD, 6, &answer));
     TEST_ASSERT_EQUAL_UINT8(HEXLOAD_FAULT_NONE, answer.fault);
     TEST_ASSERT_BITS_HIGH(1u << HEXLOAD_HEALTH_FRAMES_REFUSED, answer.health);
+}
+
+static void test_samples_far_ahead_are_not_answered_and_late_ones_are_as_such(void) {
+    // GIVEN a run in lockstep WHEN a sample comes that is farther ahead than is followed, up to half of all
+    // ticks, or late THEN the source of a late one, which may wait for it, hears that, and it is counted
+    static const struct {
+        uint32_t ahead;
+        bool is_late;
+    } cases[] = {{HEXLOAD_APP_FARTHEST_JUMP + 1, false},
+                 {UINT32_MAX / 2, false},
+                 {UINT32_MAX / 2 + 2, true},
+                 {UINT32_MAX / 3 * 2, true},
+                 {UINT32_MAX - 4, true},
+                 {UINT32_MAX, true}};
+    for (size_t n = 0; n < sizeof cases / sizeof cases[0]; n++) {
+        const uint32_t last = 104;
+        begin_run(HEXLOAD_BUS_FD, HEXLOAD_PACING_LOCKSTEP);
+        give(HEXLOAD_BUS_FD, last);
+        machine.count = 0;
+        give(HEXLOAD_BUS_FD, last + cases[n].ahead);
+        hexload_bus_answer_t answer = {.status = HEXLOAD_OK};
+        TEST_ASSERT_EQUAL_INT(cases[n].is_late, read_answers(HEXLOAD_BUS_FD, last, &answer));
+        TEST_ASSERT_EQUAL_INT8(cases[n].is_late ? HEXLOAD_ERR_TICK : HEXLOAD_OK, answer.status);
+        TEST_ASSERT_EQUAL_UINT32(cases[n].is_late ? HEXLOAD_LEGS : 0, node.late.count);
+        TEST_ASSERT_EQUAL_UINT32(1, node.status.frames_refused);
+    }
+    // AND one that is just as far ahead as behind is answered, too
+    begin_run(HEXLOAD_BUS_FD, HEXLOAD_PACING_LOCKSTEP);
+    give(HEXLOAD_BUS_FD, 104);
+    machine.count = 0;
+    give(HEXLOAD_BUS_FD, 104 + UINT32_MAX / 2 + 1);
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_ANSWER_FRAMES, machine.count);
+}
+
+static void test_sixty_late_leg_frames_of_a_second_are_another_source(void) {
+    // GIVEN a classic run WHEN legs of a tick that is over come again THEN the sixtieth is a fault
+    begin_run(HEXLOAD_BUS_CLASSIC, HEXLOAD_PACING_LOCKSTEP);
+    for (uint32_t tick = 0; tick < 5; tick++) {
+        give(HEXLOAD_BUS_CLASSIC, tick);
+    }
+    const hexload_leg_sample_t late = sample_at(3);
+    hexload_bus_frame_t frames[HEXLOAD_BUS_SAMPLE_FRAMES];
+    encode_sample(HEXLOAD_BUS_CLASSIC, &late, frames);
+    hear(&frames[2], HEXLOAD_NODE_LATE_FRAMES - 1);
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_FAULT_NONE, node.app.fault);
+    hear(&frames[2], 1);
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_FAULT_SECOND_SOURCE, node.app.fault);
 }
 
 static void test_samples_far_ahead_are_not_late_ones(void) {
@@ -1115,6 +1195,17 @@ static void test_the_time_margin_is_the_least_since_it_was_last_reported(void) {
     TEST_ASSERT_EQUAL_INT32(-1, read_status().time_margin_us);
 }
 
+static void test_the_time_margin_is_that_of_the_nearest_whole_period(void) {
+    const double period_us[2] = {333.3, 333.7};
+    for (int n = 0; n < 2; n++) {
+        begin_active(HEXLOAD_BUS_FD);
+        node.app.config.tick_s = (hexload_real_t)(1e-6 * period_us[n]);
+        machine.step_us = 300;
+        give(HEXLOAD_BUS_FD, 0);
+        TEST_ASSERT_EQUAL_INT32(n == 0 ? 33 : 34, node.status.time_margin_us);
+    }
+}
+
 static void test_a_port_without_clock_and_stack_measure_will_do(void) {
     const hexload_config_t config = paper_machine();
     const hexload_port_t port = {.context = &machine, .send = log_frame};
@@ -1193,6 +1284,16 @@ static void test_a_bus_that_goes_down_and_up_leads_over_fault_to_idle(void) {
     TEST_ASSERT_EQUAL_INT(HEXLOAD_APP_ESTIMATING, node.app.state);
 }
 
+static void test_a_bus_that_comes_up_again_has_missed_no_leg(void) {
+    // GIVEN a tick of which legs have come when the bus goes down WHEN it comes up THEN none is missing
+    begin_run(HEXLOAD_BUS_CLASSIC, HEXLOAD_PACING_REAL_TIME);
+    give_without(HEXLOAD_BUS_CLASSIC, 16, 3);
+    hexload_node_bus_state(&node, false);
+    TEST_ASSERT_EQUAL_HEX8(0x04, node.assembly.missing_legs);
+    hexload_node_bus_state(&node, true);
+    TEST_ASSERT_EQUAL_HEX8(0, node.assembly.missing_legs);
+}
+
 static void test_a_bus_that_comes_up_clears_no_other_fault(void) {
     begin_active(HEXLOAD_BUS_FD);
     hexload_app_set_fault(&node.app, HEXLOAD_FAULT_WRONG_PROFILE);
@@ -1222,9 +1323,9 @@ static void test_random_frames_do_no_harm(void) {
     }
 }
 
-/// Members that a start sets, but for what the application and the estimator keep; of structures, which are
-/// set as a whole, one.
-#define FOR_ALL_STARTED(DO)                                                                                  \
+/// Members that a start sets to zero, but for what the application and the estimator keep; of structures,
+/// which are set as a whole, the first.
+#define FOR_ALL_ZERO(DO)                                                                                     \
     DO(answer.tick)                                                                                          \
     DO(status.time_margin_us)                                                                                \
     DO(command.kind)                                                                                         \
@@ -1232,32 +1333,29 @@ static void test_random_frames_do_no_harm(void) {
     DO(clock_ms)                                                                                             \
     DO(leg_silence_ms)                                                                                       \
     DO(status_wait_ms)                                                                                       \
-    DO(challenge_wait_ms)                                                                                    \
-    DO(refusal_wait_ms)                                                                                      \
     DO(send_failed)                                                                                          \
     DO(health_seen)                                                                                          \
-    DO(strangers.count)                                                                                      \
-    DO(foreign.count)                                                                                        \
-    DO(late.count)                                                                                           \
-    DO(refused.count)                                                                                        \
+    DO(strangers.since_ms)                                                                                   \
+    DO(foreign.since_ms)                                                                                     \
+    DO(late.since_ms)                                                                                        \
+    DO(refused.since_ms)                                                                                     \
     DO(answer_page)                                                                                          \
     DO(status_page)                                                                                          \
     DO(acknowledges)                                                                                         \
     DO(heard_controller)                                                                                     \
+    DO(has_answer_codes)                                                                                     \
+    DO(answer_code.has_frames)                                                                               \
     DO(is_challenge_due)
-#define ASSERT_SAME_MEMBER(member)                                                                           \
-    TEST_ASSERT_EQUAL_MEMORY_MESSAGE(&clean.member, &node.member, sizeof node.member, #member);
+#define ASSERT_ZERO_MEMBER(member) TEST_ASSERT_TRUE_MESSAGE(node.member == 0, #member);
 
 static void test_a_start_leaves_nothing_of_what_memory_held(void) {
-    // GIVEN memory of zeros, and of ones, as after a reset that keeps it WHEN a node starts in it THEN it is
-    // the same node
-    static hexload_node_t clean;
-    memset(&node, 0, sizeof node);
-    begin_listening(HEXLOAD_BUS_FD);
-    clean = node;
+    // GIVEN memory of ones, as after a reset that keeps it WHEN a node starts in it THEN nothing has been
+    // counted yet, and the first challenge and the first refusal need not wait
     memset(&node, 1, sizeof node);
     begin_listening(HEXLOAD_BUS_FD);
-    FOR_ALL_STARTED(ASSERT_SAME_MEMBER)
+    FOR_ALL_ZERO(ASSERT_ZERO_MEMBER)
+    TEST_ASSERT_EQUAL_UINT32(HEXLOAD_NODE_CHALLENGE_MS, node.challenge_wait_ms);
+    TEST_ASSERT_EQUAL_UINT32(HEXLOAD_NODE_REFUSAL_MS, node.refusal_wait_ms);
 }
 
 int main(void) {
@@ -1280,6 +1378,7 @@ int main(void) {
     RUN_TEST(test_the_momentum_filter_answers_classic_samples_with_rounds_of_26_pages);
     RUN_TEST(test_a_changed_load_is_an_event_before_the_answer_and_stays_in_the_status);
     RUN_TEST(test_a_round_of_pages_reports_the_health_of_all_samples_since_the_one_before);
+    RUN_TEST(test_the_first_page_has_just_the_health_of_the_samples_since_the_one_before_it);
     RUN_TEST(test_a_round_of_pages_leaves_out_the_health_of_samples_that_were_refused);
     RUN_TEST(test_an_answer_that_is_no_number_is_not_sent_and_is_counted);
     RUN_TEST(test_idle_and_fault_answer_samples_too);
@@ -1296,6 +1395,8 @@ int main(void) {
     RUN_TEST(test_too_few_that_follow_one_another_are_not_followed_however_silent_the_source);
     RUN_TEST(test_the_line_that_is_followed_stays_so_beside_a_flood_from_far_ahead);
     RUN_TEST(test_a_sample_that_comes_again_and_again_is_refused_and_not_answered);
+    RUN_TEST(test_samples_far_ahead_are_not_answered_and_late_ones_are_as_such);
+    RUN_TEST(test_sixty_late_leg_frames_of_a_second_are_another_source);
     RUN_TEST(test_samples_far_ahead_are_not_late_ones);
     RUN_TEST(test_a_forged_sample_that_hides_behind_one_far_ahead_is_a_fault);
     RUN_TEST(test_many_refused_frames_are_a_health_bit_for_a_second_or_two);
@@ -1305,12 +1406,14 @@ int main(void) {
     RUN_TEST(test_mass_in_force_and_configuration_are_told_and_what_contradicts_the_mass);
     RUN_TEST(test_counters_stay_at_their_largest_value);
     RUN_TEST(test_the_time_margin_is_the_least_since_it_was_last_reported);
+    RUN_TEST(test_the_time_margin_is_that_of_the_nearest_whole_period);
     RUN_TEST(test_a_port_without_clock_and_stack_measure_will_do);
     RUN_TEST(test_frames_that_cannot_be_queued_are_counted_and_work_goes_on);
     RUN_TEST(test_after_eight_silent_milliseconds_classic_waits_for_the_whole_tick);
     RUN_TEST(test_in_lockstep_silence_does_not_lose_the_tick);
     RUN_TEST(test_a_silent_source_is_a_fault_that_the_status_reports);
     RUN_TEST(test_a_bus_that_goes_down_and_up_leads_over_fault_to_idle);
+    RUN_TEST(test_a_bus_that_comes_up_again_has_missed_no_leg);
     RUN_TEST(test_a_bus_that_comes_up_clears_no_other_fault);
     RUN_TEST(test_random_frames_do_no_harm);
     RUN_TEST(test_a_start_leaves_nothing_of_what_memory_held);

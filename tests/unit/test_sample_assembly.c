@@ -326,13 +326,16 @@ static void test_a_whole_tick_that_the_legs_do_not_count_is_believed_when_the_ne
             assert_sample(&bench, last);
         }
     }
-    // AND one that is due comes in between: the claim is forgotten
-    bench_t bench = started(HEXLOAD_BUS_CLASSIC);
-    TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_OK, add_tick(&bench, 16));
-    const uint32_t whole[3] = {160, 32, 176};
-    for (int n = 0; n < 3; n++) {
-        const hexload_bus_frame_t frame = classic_frames(whole[n]).whole_tick;
-        TEST_ASSERT_EQUAL_INT(n == 1 ? HEXLOAD_BUS_PARTIAL : HEXLOAD_BUS_ERR_TICK, add(&bench, &frame));
+    // AND one that is due comes in between: the claim is forgotten, however far the legs have counted since
+    for (uint32_t end = 33; end <= 47; end += 14) {
+        bench_t bench = started(HEXLOAD_BUS_CLASSIC);
+        const classic_t claim = classic_frames(160), due = classic_frames(32), next = classic_frames(176);
+        TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_OK, add_tick(&bench, 16));
+        TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_ERR_TICK, add(&bench, &claim.whole_tick));
+        add_legs(&bench, 17, 32);
+        TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_PARTIAL, add(&bench, &due.whole_tick));
+        add_legs(&bench, 32, end);
+        TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_ERR_TICK, add(&bench, &next.whole_tick));
     }
 }
 
@@ -353,6 +356,32 @@ static void test_a_whole_tick_that_was_believed_is_late_when_it_comes_again(void
         TEST_ASSERT_EQUAL_INT(leg < 5 ? HEXLOAD_BUS_PARTIAL : HEXLOAD_BUS_OK, add(&bench, &second.legs[leg]));
     }
     assert_sample(&bench, 176);
+}
+
+static void test_an_echo_of_a_whole_tick_is_no_claim(void) {
+    // GIVEN a whole tick that has come twice WHEN the next one comes late, after legs have counted beyond it
+    bench_t bench = started(HEXLOAD_BUS_CLASSIC);
+    const classic_t first = classic_frames(16), late = classic_frames(32);
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_OK, add_tick(&bench, 16));
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_ERR_TICK, add(&bench, &first.whole_tick));
+    add_legs(&bench, 17, 40);
+    // THEN it is late, and shows no other source
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_ERR_TICK, add(&bench, &late.whole_tick));
+    add_legs(&bench, 40, 41);
+    assert_sample(&bench, 40);
+}
+
+static void test_a_whole_tick_as_far_ahead_as_there_is_shows_no_other_source(void) {
+    // GIVEN a source that goes on half of all ticks ahead WHEN its second whole tick comes THEN it is
+    // believed
+    bench_t bench = started(HEXLOAD_BUS_CLASSIC);
+    const classic_t first = classic_frames(0x80000010), second = classic_frames(0x80000020);
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_OK, add_tick(&bench, 16));
+    add_legs(&bench, 17, 18);
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_ERR_TICK, add(&bench, &first.whole_tick));
+    add_legs(&bench, 18, 34);
+    TEST_ASSERT_EQUAL_UINT32(UINT32_MAX / 2, 0x80000020 - bench.sample.tick);
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_PARTIAL, add(&bench, &second.whole_tick));
 }
 
 static void test_a_whole_tick_with_no_leg_after_it_counts_as_lost(void) {
@@ -485,6 +514,13 @@ static void test_two_whole_ticks_up_to_half_of_all_ahead_need_legs_that_count_on
         add_legs(&bench, 17, 18);
         assert_sample(&bench, 17);
     }
+    // AND just as many as half of all are ahead
+    bench_t bench = started(HEXLOAD_BUS_CLASSIC);
+    const classic_t first = classic_frames(0x80000000), second = classic_frames(0x80000010);
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_OK, add_tick(&bench, 16));
+    add_legs(&bench, 17, 18);
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_ERR_TICK, add(&bench, &first.whole_tick));
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_BUS_ERR_TICK, add(&bench, &second.whole_tick));
 }
 
 int main(void) {
@@ -503,6 +539,8 @@ int main(void) {
     RUN_TEST(test_a_source_may_restart_at_any_tick_without_mixing);
     RUN_TEST(test_a_whole_tick_that_the_legs_do_not_count_is_believed_when_the_next_one_follows_it);
     RUN_TEST(test_a_whole_tick_that_was_believed_is_late_when_it_comes_again);
+    RUN_TEST(test_an_echo_of_a_whole_tick_is_no_claim);
+    RUN_TEST(test_a_whole_tick_as_far_ahead_as_there_is_shows_no_other_source);
     RUN_TEST(test_a_whole_tick_with_no_leg_after_it_counts_as_lost);
     RUN_TEST(test_classic_frames_with_a_wrong_length_format_or_number_are_refused);
     RUN_TEST(test_samples_of_the_other_profile_are_distinguished_from_strange_frames);

@@ -2,6 +2,7 @@
 
 #include "bus/slcan.h"
 
+#include <stddef.h>
 #include <string.h>
 
 void setUp(void) {}
@@ -60,13 +61,17 @@ static void test_a_frame_is_written_as_in_the_manual(void) {
         {.id = 0x100, .length = 2, .data = {0x11, 0x33}},
         {.id = 0x7AB, .length = 8, .data = {0x01, 0x23, 0x45, 0x67, 0x89, 0xAB, 0xCD, 0xEF}},
         {.id = 0, .length = 0},
+        {.id = 0x7FF, .length = 0},
     };
-    const char* const texts[] = {"t10021133\r", "t7AB80123456789ABCDEF\r", "t0000\r"};
-    for (int n = 0; n < 3; n++) {
+    const char* const texts[] = {"t10021133\r", "t7AB80123456789ABCDEF\r", "t0000\r", "t7FF0\r"};
+    for (int n = 0; n < 4; n++) {
         char text[HEXLOAD_SLCAN_FRAME_BYTES + 1] = {0};
-        // THEN the text is the manual's
+        // THEN the text is the manual's, and is read as that frame
         TEST_ASSERT_EQUAL_INT((int)strlen(texts[n]), hexload_slcan_encode(&frames[n], text));
         TEST_ASSERT_EQUAL_STRING(texts[n], text);
+        const reading_t reading = read_text(texts[n]);
+        assert_counts(&reading, 1, 0, 0, 0);
+        assert_same_frame(&frames[n], &reading.frame);
     }
 }
 
@@ -142,8 +147,8 @@ static void test_lines_without_a_frame_of_ours_are_passed_over(void) {
         assert_counts(&reading, 0, 1, 0, 0);
     }
     // and the next line is read, which a bell does not prevent either
-    const reading_t after = read_text("C\rS8\rO\r\r\at10021133\r");
-    assert_counts(&after, 1, 4, 0, 1);
+    const reading_t after = read_text("C\rS8\rO\r\r\at10021133\r\r");
+    assert_counts(&after, 1, 5, 0, 1);
 }
 
 static void test_garbage_is_dropped_and_the_next_line_is_read(void) {
@@ -162,11 +167,13 @@ static void test_garbage_is_dropped_and_the_next_line_is_read(void) {
         "t1002113312345\r",
         "t10021133123x\r",
         "t10080011223344556677889900\r",
+        "t1009112233445566778899\r",
         "?\r",
         "\n\r",
         "0100\r",
         "\x80t10021133\r",
         "t100\a",
+        "t\a",
     };
     for (size_t n = 0; n < sizeof lines / sizeof lines[0]; n++) {
         // WHEN one is read, and a good line after it
@@ -194,6 +201,16 @@ static void test_a_line_without_end_is_dropped_once(void) {
     // WHEN it ends THEN it is dropped, and the next line is read
     read_bytes(&reading, "\rt10021133\r", 11);
     assert_counts(&reading, 1, 0, 1, 0);
+}
+
+static void test_nothing_is_written_behind_the_longest_line(void) {
+    // GIVEN a line that is full WHEN it goes on THEN the memory behind it stays as it is
+    reading_t reading = read_text("t100800112233445566770123");
+    TEST_ASSERT_EQUAL_UINT8(HEXLOAD_SLCAN_LINE_BYTES, reading.slcan.length);
+    uint8_t* behind = (uint8_t*)&reading.slcan + offsetof(hexload_slcan_t, line) + HEXLOAD_SLCAN_LINE_BYTES;
+    *behind = 0x5A;
+    read_bytes(&reading, "4", 1);
+    TEST_ASSERT_EQUAL_HEX8(0x5A, *behind);
 }
 
 static void test_random_bytes_give_no_frame_that_could_not_be_sent(void) {
@@ -247,6 +264,7 @@ int main(void) {
     RUN_TEST(test_lines_without_a_frame_of_ours_are_passed_over);
     RUN_TEST(test_garbage_is_dropped_and_the_next_line_is_read);
     RUN_TEST(test_a_line_without_end_is_dropped_once);
+    RUN_TEST(test_nothing_is_written_behind_the_longest_line);
     RUN_TEST(test_random_bytes_give_no_frame_that_could_not_be_sent);
     RUN_TEST(test_counters_stay_at_their_end);
     return UNITY_END();

@@ -40,7 +40,7 @@ hexload_bus_answer_t numbered_answer(uint8_t filter, uint32_t tick) {
     for (int k = 0; k < parameters_of(filter); k++) {
         answer.estimate.value[k] = number * (hexload_real_t)(k + 1);
         answer.estimate.sigma[k] = number / (hexload_real_t)(8 << k);
-        answer.estimate.parameter_verdict[k] = (hexload_verdict_t)((k ^ 1) % 4);
+        answer.estimate.parameter_verdict[k] = (hexload_verdict_t)((k ^ 1) % 5);
     }
     answer.estimate.verdict = HEXLOAD_VERDICT_INCONSISTENT;
     answer.estimate.nis = number / 2;

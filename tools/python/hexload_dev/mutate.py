@@ -22,6 +22,7 @@ import tomllib
 from collections import Counter, defaultdict
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
+from itertools import pairwise
 from pathlib import Path
 
 from rich.console import Console
@@ -131,7 +132,7 @@ def prepare(directory: Path) -> Bench:
         source = os.path.relpath(entry["file"], project.ROOT)
         if source.startswith(coverage.FOLDERS):
             words = shlex.split(entry["command"])
-            taken = [word for word in words if TAKEN.match(word)]
+            taken = [word for before, word in pairwise(words) if TAKEN.match(word) or before == "-isystem"]
             commands = precisions["-DHEXLOAD_REFERENCE_DOUBLE" in words].compile
             commands.setdefault(source, [COMPILER, *taken, *OWN_FLAGS, "-c", str(project.ROOT / source)])
     paths = coverage.unit_programs(directory)
@@ -198,7 +199,7 @@ def _keep(known: dict[str, dict]) -> None:
 def _outcome(bench: Bench, mutant: Mutant, known: dict[str, dict]) -> str:
     key = mutant.key((project.ROOT / mutant.file).read_text(encoding="utf-8"))
     before = known.get(key)
-    if before is not None and before["outcome"] != SURVIVED:
+    if before is not None and before["outcome"] not in (SURVIVED, INVALID):
         return before["outcome"]
     blind = set(before.get("blind", ()) if before is not None else ())
     with tempfile.TemporaryDirectory(prefix="hexload-mutant-") as name:
@@ -230,9 +231,10 @@ def _try_precision(
     objects: dict[str, Path] = {}  # that differ, by source
     for source in sources:
         output = folder / f"mutant{len(objects)}.o"
+        original = _original(bench, precision.compile[source], folder)
         if not _compile(bench, precision.compile[source], output, mutant):
             return INVALID, ""
-        if output.read_bytes() == _original(bench, precision.compile[source], folder):
+        if output.read_bytes() == original:
             continue
         objects[source] = output
         if len(sources) > 1:
