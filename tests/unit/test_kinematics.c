@@ -304,6 +304,22 @@ static void test_home_height_is_found_for_hinges_far_below_the_control_point(voi
     TEST_ASSERT_DOUBLE_WITHIN(2e-6, 2.5 + 0.798276, (double)kinematics.home_height_m);
 }
 
+static void test_home_height_is_found_for_hinges_at_heights_of_their_own(void) {
+    for (int long_leg = 0; long_leg < HEXLOAD_LEGS; long_leg++) {
+        // GIVEN base hinges 10 m above the base's origin, but for one, whose leg is so much longer
+        hexload_config_t config = paper_machine();
+        const double home_m = 10.0 + 0.798276, length_m = (double)config.geometry.home_leg_length_m[0];
+        for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
+            config.geometry.base_hinge_m[leg][2] = (hexload_real_t)(leg == long_leg ? 0.0 : 10.0);
+        }
+        config.geometry.home_leg_length_m[long_leg] =
+            (hexload_real_t)sqrt(length_m * length_m - 0.798276 * 0.798276 + home_m * home_m);
+        // WHEN the height is looked for THEN it is that over the higher ones
+        const hexload_kinematics_t kinematics = start_at_home(&config);
+        TEST_ASSERT_DOUBLE_WITHIN(1e-6 + ROUNDINGS(20, 10.0), home_m, (double)kinematics.home_height_m);
+    }
+}
+
 static void test_kinematics_refuses_legs_too_short_to_reach_the_platform(void) {
     hexload_config_t config = paper_machine();
     for (int leg = 0; leg < 6; leg++) {
@@ -394,6 +410,7 @@ int main(void) {
     RUN_TEST(test_kinematics_does_not_stay_in_another_assembly_of_the_legs);
     RUN_TEST(test_kinematics_refuses_legs_that_no_pose_has);
     RUN_TEST(test_home_height_is_found_for_hinges_far_below_the_control_point);
+    RUN_TEST(test_home_height_is_found_for_hinges_at_heights_of_their_own);
     RUN_TEST(test_kinematics_comes_back_from_far_away);
     RUN_TEST(test_kinematics_refuses_legs_too_short_to_reach_the_platform);
     RUN_TEST(test_kinematics_refuses_a_machine_that_is_singular_at_home);
