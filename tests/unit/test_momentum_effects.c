@@ -357,9 +357,10 @@ static void effect_rates(const step_t* step, double A[6][DIM]) {
 static void dense_transition(const step_t* step, dense_t* dense, double A[6][DIM], double F[ALL][ALL]) {
     hexload_momentum_input_t input;
     hexload_real_t G[PULLED][LIFTED];
-    const double dt_s = (double)step->config.tick_s;
+    const double dt_s = (double)step->config.tick_s * step->sample.gap_ticks;
     hexload_momentum_read_input(&step->motion, step->sample.sample.force_n, &input);
-    hexload_momentum_pull(&step->load.last_input, &input, step->config.tick_s * step->config.gravity_m_s2, G);
+    hexload_momentum_pull(&step->load.last_input, &input, (hexload_real_t)dt_s * step->config.gravity_m_s2,
+                          G);
     memset(F, 0, sizeof(double[ALL][ALL]));
     for (int i = 0; i < ALL; i++) {
         F[i][i] = 1.0;
@@ -402,7 +403,7 @@ static void dense_transition(const step_t* step, dense_t* dense, double A[6][DIM
 static void dense_predict(const step_t* step, dense_t* dense) {
     static double F[ALL][ALL], FP[ALL][ALL];
     double A[6][DIM], x[ALL] = {0};
-    const double dt_s = (double)step->config.tick_s;
+    const double dt_s = (double)step->config.tick_s * step->sample.gap_ticks;
     effect_rates(step, A);
     dense_transition(step, dense, A, F);
     memcpy(dense->last_A, A, sizeof A);
@@ -494,21 +495,23 @@ static void dense_update(const step_t* step, dense_t* dense, hexload_real_t Y[6]
     }
 }
 
-static void test_step_is_that_of_a_dense_filter(void) {
-    // GIVEN 80 ticks of motion, so that all of the covariance is at work
+/// GIVEN 80 ticks of motion, so that all of the covariance is at work, and a gap of so many
+static void check_step(uint32_t gap_ticks) {
     const motion_t motion = random_motion(23, 0.05, 0.1);
     const effects_t effects = random_effects(5);
     static dense_t dense;
     static step_t step, before;
     hexload_momentum_update_t left;
+    memset(&left, 0, sizeof left); // of which a step leaves out what is always zero
     begin_step(&step);
     for (uint32_t tick = 0; tick <= 80; tick++) {
-        next_step(&step, &motion, &effects, tick, 1e-4);
+        next_step(&step, &motion, &effects, tick < 80 ? tick : 79 + gap_ticks, 1e-4);
         if (tick < 80) {
             effect_rates(&step, dense.last_A);
             take_step(&step);
         }
     }
+    step.sample.gap_ticks = gap_ticks;
     // WHEN one more is taken, and a filter with dense matrices in double precision takes it too
     read_dense(&step, &dense);
     before = step;
@@ -538,15 +541,53 @@ static void test_step_is_that_of_a_dense_filter(void) {
     const hexload_delayed_tick_t past = delayed_tick(&before);
     hexload_momentum_filter_step(&before.load, &before.config, &past, &left);
     dense_update(&before, &dense, left.Y, left.L);
-    // THEN both know the same: states to a thousandth of a sigma, covariances to 1e-3 of sigma times sigma
+    // THEN both know the same: states to a thousandth of a sigma, covariances to 1e-3 of sigma times sigma;
+    // in double to what the product of means is off the mean of products, which grows with the gap's cube
     static dense_t found;
     read_dense(&step, &found);
-    const double share = sizeof(hexload_real_t) == sizeof(float) ? 1e-3 : 1e-6;
+    const double share = sizeof(hexload_real_t) == sizeof(float) ? 1e-3 : 1e-6 * pow(gap_ticks, 3.0);
     for (int i = 0; i < ALL; i++) {
         const double sigma = sqrt(dense.P[i][i]);
+        TEST_ASSERT_TRUE(isfinite(sigma));
         TEST_ASSERT_DOUBLE_WITHIN(share * sigma, dense.x[i], found.x[i]);
         for (int j = 0; j < ALL; j++) {
             TEST_ASSERT_DOUBLE_WITHIN(share * sigma * sqrt(dense.P[j][j]), dense.P[i][j], found.P[i][j]);
+        }
+    }
+}
+
+static void test_step_is_that_of_a_dense_filter(void) {
+    check_step(1);
+    check_step(4);
+}
+
+static void test_a_momentum_that_begins_anew_goes_with_the_effects_as_the_load_does(void) {
+    // GIVEN 80 ticks of motion, so that load and effects have errors in common WHEN the momentum begins anew
+    const motion_t motion = random_motion(23, 0.05, 0.1);
+    const effects_t effects = random_effects(5);
+    static step_t step, before;
+    begin_step(&step);
+    for (uint32_t tick = 0; tick <= 80; tick++) {
+        next_step(&step, &motion, &effects, tick, 1e-4);
+        before = step;
+        step.sample.gap_ticks = tick == 80 ? 0 : step.sample.gap_ticks;
+        take_step(&step);
+    }
+    // THEN P_me is that of Y theta, AND all else of the effects is as it was
+    hexload_real_t Y[6][LOAD] = {{0}};
+    hexload_momentum_regressor(&step.motion, step.load.smooth_twist, Y);
+    for (int i = 0; i < DIM; i++) {
+        const hexload_real_t* row = &step.effects.covariance[EFFECT_ROW(i)];
+        TEST_ASSERT_EQUAL_MEMORY(&before.effects.covariance[EFFECT_ROW(i)], row, LOAD * sizeof *row);
+        TEST_ASSERT_EQUAL_MEMORY(&before.effects.covariance[EFFECT_ROW(i) + KNOWN], &row[KNOWN],
+                                 (size_t)(i + 1) * sizeof *row);
+        for (int a = 0; a < 6; a++) {
+            double sum = 0.0, size = 0.0;
+            for (int k = 0; k < LOAD; k++) {
+                sum += (double)Y[a][k] * (double)row[k];
+                size += fabs((double)Y[a][k] * (double)row[k]);
+            }
+            TEST_ASSERT_DOUBLE_WITHIN(ROUNDINGS(LOAD, size), sum, (double)row[MU + a]);
         }
     }
 }
@@ -837,11 +878,16 @@ static void test_two_changes_of_the_load_at_once_leave_the_actuator_effects_know
 }
 
 static void test_held_effects_stay_and_their_errors_count(void) {
-    // GIVEN a filter at work WHEN the load has just changed, so that effects are held
+    // GIVEN a filter at work, with two constants that are open, WHEN the load has just changed, so that
+    // effects are held
     const motion_t motion = random_motion(17, 0.05, 0.1);
     const effects_t effects = random_effects(86);
     static step_t free, held;
     begin_step(&free);
+    free.config.rig.direction_count = 2;
+    for (int leg = 0; leg < 6; leg++) {
+        free.config.rig.direction[leg % 2].force_gain[leg] = HEXLOAD_REAL(1e-3);
+    }
     for (uint32_t tick = 0; tick < 100; tick++) {
         next_step(&free, &motion, &effects, tick, 1e-3);
         take_step(&free);
@@ -854,6 +900,7 @@ static void test_held_effects_stay_and_their_errors_count(void) {
     take_step(&held);
     // THEN load and momentum change as they would with free effects, and so does what they have in common
     TEST_ASSERT_EQUAL_MEMORY(&free.load, &held.load, sizeof held.load);
+    TEST_ASSERT_EQUAL_MEMORY(&free.consider, &held.consider, sizeof held.consider);
     for (int i = 0; i < DIM; i++) {
         TEST_ASSERT_EQUAL_MEMORY(&free.effects.covariance[EFFECT_ROW(i)],
                                  &held.effects.covariance[EFFECT_ROW(i)], KNOWN * sizeof(hexload_real_t));
@@ -862,6 +909,11 @@ static void test_held_effects_stay_and_their_errors_count(void) {
         TEST_ASSERT_TRUE(free.effects.effect[i] != before.effects.effect[i]);
         const hexload_real_t known = effects_covariance(&before.effects, i, i);
         TEST_ASSERT_TRUE(effects_covariance(&held.effects, i, i) == known * HEXLOAD_COVARIANCE_INFLATION);
+        // AND so does what the constants do to them
+        for (int n = 0; n < 2; n++) {
+            TEST_ASSERT_TRUE(held.effects.considered[n][i] == before.effects.considered[n][i]);
+            TEST_ASSERT_TRUE(free.effects.considered[n][i] != before.effects.considered[n][i]);
+        }
     }
     // AND when the lag and twice the longest one have passed, they are free again
     for (uint32_t tick = 1; tick < held.config.momentum.lag_ticks + 2 * HEXLOAD_LAG_TICKS_MAX; tick++) {
@@ -1238,6 +1290,7 @@ int main(void) {
     RUN_TEST(test_velocities_that_are_held_are_a_misfit);
     RUN_TEST(test_known_effects_leave_nothing_of_what_the_legs_show);
     RUN_TEST(test_step_is_that_of_a_dense_filter);
+    RUN_TEST(test_a_momentum_that_begins_anew_goes_with_the_effects_as_the_load_does);
     RUN_TEST(test_columns_of_a_step_are_finite_differences);
     RUN_TEST(test_a_tilt_turns_gravity_and_keeps_its_length);
     RUN_TEST(test_open_constants_move_load_and_effects_as_said);
