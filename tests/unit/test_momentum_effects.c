@@ -1286,33 +1286,33 @@ static void test_velocities_that_are_held_are_a_misfit(void) {
 
 int main(void) {
     UNITY_BEGIN();
-    RUN_TEST(test_what_has_converged_is_confounded_with_nothing);
-    RUN_TEST(test_velocities_that_are_held_are_a_misfit);
-    RUN_TEST(test_known_effects_leave_nothing_of_what_the_legs_show);
     RUN_TEST(test_step_is_that_of_a_dense_filter);
     RUN_TEST(test_a_momentum_that_begins_anew_goes_with_the_effects_as_the_load_does);
+    RUN_TEST(test_held_effects_stay_and_their_errors_count);
     RUN_TEST(test_columns_of_a_step_are_finite_differences);
+    RUN_TEST(test_known_effects_leave_nothing_of_what_the_legs_show);
     RUN_TEST(test_a_tilt_turns_gravity_and_keeps_its_length);
-    RUN_TEST(test_open_constants_move_load_and_effects_as_said);
+    RUN_TEST(test_a_tilt_beyond_gravity_takes_nothing_from_its_length);
     RUN_TEST(test_errors_by_each_of_many_constants_go_the_same_way);
+    RUN_TEST(test_the_residual_is_a_mean_of_all_and_then_of_two_seconds);
+    RUN_TEST(test_rest_is_what_noise_of_the_smoother_reaches_in_95_of_100_cases);
+    RUN_TEST(test_friction_at_standstill_is_noise_of_the_speed_for_a_lag);
+    RUN_TEST(test_what_has_converged_is_confounded_with_nothing);
+    RUN_TEST(test_velocities_that_are_held_are_a_misfit);
+    RUN_TEST(test_open_constants_move_load_and_effects_as_said);
     RUN_TEST(test_a_state_is_not_considered_too);
     RUN_TEST(test_effects_of_sigma_zero_are_none);
     RUN_TEST(test_a_load_change_leaves_the_actuator_effects_known);
     RUN_TEST(test_two_changes_of_the_load_at_once_leave_the_actuator_effects_known);
-    RUN_TEST(test_held_effects_stay_and_their_errors_count);
     RUN_TEST(test_a_known_mass_that_is_wrong_comes_out);
     RUN_TEST(test_standstill_says_that_bias_and_load_are_confounded);
     RUN_TEST(test_identifiability_is_the_conditional_variance);
     RUN_TEST(test_forgetting_the_load_keeps_the_actuator_effects);
     RUN_TEST(test_refused_sample_changes_nothing_but_the_counter);
     RUN_TEST(test_broken_covariance_begins_anew);
-    RUN_TEST(test_a_tilt_beyond_gravity_takes_nothing_from_its_length);
     RUN_TEST(test_a_platform_that_rests_teaches_nothing_after_two_seconds);
     RUN_TEST(test_an_effect_that_is_no_number_begins_anew);
     RUN_TEST(test_what_legs_do_faster_than_the_smoother_is_a_mean_of_two_seconds);
-    RUN_TEST(test_the_residual_is_a_mean_of_all_and_then_of_two_seconds);
-    RUN_TEST(test_rest_is_what_noise_of_the_smoother_reaches_in_95_of_100_cases);
-    RUN_TEST(test_friction_at_standstill_is_noise_of_the_speed_for_a_lag);
     RUN_TEST(test_errors_are_as_large_as_the_filter_says);
     return UNITY_END();
 }
