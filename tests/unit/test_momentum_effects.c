@@ -654,17 +654,22 @@ static void test_columns_of_a_step_are_finite_differences(void) {
 }
 
 static void test_a_tilt_turns_gravity_and_keeps_its_length(void) {
-    // GIVEN a platform with a load WHEN gravity's x grows and falls by 0.5 m/s^2 THEN its z loses, in the
-    // mean of both, 0.5^2 / (2 g) more than before, to a thousandth: the next term is (0.5 / g)^2 / 4 of that
+    // GIVEN a platform with a load WHEN gravity's x grows or falls, up to where it lies nearly flat THEN its
+    // z loses what keeps its length, to a thousandth
     static step_t step;
-    double ahead[6], behind[6], here[6];
-    predicted_momentum(&step, KNOWN + TILT, -0.5, behind);
-    predicted_momentum(&step, KNOWN + TILT, 0.5, ahead);
+    const effects_t effects = random_effects(7); // that the step begins with
+    const double changes_m_s2[] = {-0.5, 0.5, -3.0, 3.0, 9.0};
+    double here[6], there[6];
     predicted_momentum(&step, KNOWN + TILT, 0.0, here);
     const double mass_kg = (double)step.load.theta[0] + (double)step.load.platform[0];
-    const double impulse =
-        mass_kg * (double)step.config.tick_s * 0.25 / (2.0 * (double)step.config.gravity_m_s2);
-    TEST_ASSERT_DOUBLE_WITHIN(1e-3 * impulse + 1e-6, impulse, 0.5 * (ahead[2] + behind[2]) - here[2]);
+    const double g = (double)step.config.gravity_m_s2, y = effects.value[TILT + 1];
+    for (int n = 0; n < 5; n++) {
+        const double x = effects.value[TILT], to = x + changes_m_s2[n];
+        predicted_momentum(&step, KNOWN + TILT, changes_m_s2[n], there);
+        const double lost_m_s2 = sqrt(g * g - x * x - y * y) - sqrt(g * g - to * to - y * y);
+        const double impulse = mass_kg * (double)step.config.tick_s * lost_m_s2;
+        TEST_ASSERT_DOUBLE_WITHIN(1e-3 * fabs(impulse) + 1e-6, impulse, there[2] - here[2]);
+    }
 }
 
 /// Constants that are known to a tolerance: one way in which all may be off.
