@@ -496,7 +496,7 @@ bool hexload_actuator_effects_step(hexload_actuator_effects_t* self, hexload_mom
                                    hexload_consider_t* consider, const hexload_config_t* config,
                                    const hexload_delayed_tick_t* past, hexload_momentum_update_t* update) {
     const hexload_real_t dt_s = config->tick_s * (hexload_real_t)past->smooth.gap_ticks;
-    rub_t now;
+    rub_t now = {.is_at_rest = false};
     hexload_rub_t impulse;
     tilted_pull_t tilted;
     find_rub(load, config, past, &now);
