@@ -75,6 +75,83 @@ static void test_speed_and_force_pass_the_same_filter(void) {
     TEST_ASSERT_DOUBLE_WITHIN(ROUNDINGS(24, 8.0), 0.0, (double)middle.velocity_m_s[1]);
 }
 
+/// Weights of 2 half + 1 ticks by their equations: of a speed the line's slope; of the others a - c j^2 with
+/// the sum 1 and the second moment S4 / (3 S2).
+static void weights_of(int half, double tick_s, double* slope, double* share) {
+    double n = 0.0, squares = 0.0, fourths = 0.0;
+    for (int j = -half; j <= half; j++) {
+        n += 1.0;
+        squares += j * j;
+        fourths += (double)(j * j) * (j * j);
+    }
+    const double moment = fourths / squares / 3.0;
+    const double determinant = n * fourths - squares * squares;
+    const double a = (fourths - squares * moment) / determinant;
+    const double c = (squares - n * moment) / determinant;
+    for (int j = -half; j <= half; j++) {
+        slope[j + half] = j / (squares * tick_s);
+        share[j + half] = a - c * j * j;
+    }
+}
+
+static void test_a_window_gives_what_its_weights_make_of_it(void) {
+    // GIVEN random displacements and forces, one leg that stands, and up to four samples missing
+    enum { TICKS = 300, MOST = 2 * HEXLOAD_HALF_WINDOW_TICKS_MAX + 1 };
+    static double displacement_m[TICKS][6], force_n[TICKS][6];
+    static const uint32_t halves[] = {2, 3, 6, HEXLOAD_HALF_WINDOW_TICKS_MAX};
+    uint64_t seed = 21;
+    for (int size = 0; size < 4; size++) {
+        hexload_config_t config = paper_machine();
+        hexload_differentiator_t differentiator;
+        hexload_leg_sample_t middle;
+        double slope[MOST], share[MOST];
+        const uint32_t half = halves[size];
+        config.sensors.half_window_ticks = half;
+        weights_of((int)half, (double)config.tick_s, slope, share);
+        memset(&differentiator, 0xff, sizeof differentiator); // of an instance that was in use
+        hexload_differentiator_init(&differentiator);
+        for (uint32_t tick = 0, gap = 0; tick < TICKS; tick += gap) {
+            hexload_leg_sample_t sample = {.tick = 1000 + tick};
+            for (int leg = 0; leg < 6; leg++) {
+                sample.displacement_m[leg] = (hexload_real_t)(leg == 4 ? 0.1 : 0.2 * uniform(&seed));
+                sample.force_n[leg] = (hexload_real_t)(leg == 4 ? 700.0 : 2000.0 * uniform(&seed));
+                for (uint32_t k = 0; k < (tick == 0 ? 1 : gap); k++) { // lines over a gap
+                    const double part = tick == 0 ? 0.0 : (double)k / gap;
+                    const uint32_t last = tick - gap;
+                    displacement_m[tick - k][leg] =
+                        (1.0 - part) * (double)sample.displacement_m[leg] + part * displacement_m[last][leg];
+                    force_n[tick - k][leg] =
+                        (1.0 - part) * (double)sample.force_n[leg] + part * force_n[last][leg];
+                }
+            }
+            // WHEN samples come THEN those of a whole window give the sums of its ticks times their weights
+            TEST_ASSERT_EQUAL_INT(tick >= 2 * half, hexload_differentiator_step(&differentiator, &config,
+                                                                                &sample, gap, &middle));
+            for (int leg = 0; leg < 6 && tick >= 2 * half; leg++) {
+                double speed = 0.0, way = 0.0, force = 0.0;
+                for (uint32_t j = 0; j <= 2 * half; j++) {
+                    speed += slope[j] * displacement_m[tick - 2 * half + j][leg];
+                    way += share[j] * displacement_m[tick - 2 * half + j][leg];
+                    force += share[j] * force_n[tick - 2 * half + j][leg];
+                }
+                // each product errs by a rounding of 0.4 m, or 4 kN, and there are fewer than 40; the slopes
+                // are 0.2 / tick at most and lines one rounding more
+                TEST_ASSERT_DOUBLE_WITHIN(ROUNDINGS(40, 0.4 * 0.2 / 1e-3), speed,
+                                          (double)middle.velocity_m_s[leg]);
+                TEST_ASSERT_DOUBLE_WITHIN(ROUNDINGS(40, 0.4), way, (double)middle.displacement_m[leg]);
+                TEST_ASSERT_DOUBLE_WITHIN(ROUNDINGS(40, 4000.0), force, (double)middle.force_n[leg]);
+            }
+            if (tick >= 2 * half) {
+                TEST_ASSERT_EQUAL_UINT32(1000 + tick - half, middle.tick);
+                TEST_ASSERT_TRUE(middle.velocity_m_s[4] == HEXLOAD_REAL(0.0));
+            }
+            TEST_ASSERT_EQUAL_INT(tick >= 2 * half, differentiator.has_begun);
+            gap = tick == 0 || uniform(&seed) > 0.7 ? 1 + (uint32_t)(4.999 * fabs(uniform(&seed))) : 1;
+        }
+        TEST_ASSERT_EQUAL_UINT32(HEXLOAD_DIFFERENTIATOR_TICKS, differentiator.stored); // as many as it has
+    }
+}
+
 static void test_noise_of_the_speeds_is_as_configured(void) {
     // GIVEN legs at rest under white noise of 20 um
     const hexload_config_t config = without_velocity(HEXLOAD_KIND_MOMENTUM);
@@ -336,9 +413,9 @@ static void test_noise_that_is_misstated_is_measured_before_the_filter(void) {
 
 static void test_the_window_goes_with_the_sampling_period(void) {
     hexload_config_t config = paper_machine();
-    static const double tick_s[] = {1e-4, 5e-4, 1e-3, 2e-3, 5e-3};
-    static const uint32_t half[] = {HEXLOAD_HALF_WINDOW_TICKS_MAX, 12, 6, 3, 2};
-    for (int n = 0; n < 5; n++) {
+    static const double tick_s[] = {1e-4, 5e-4, 1e-3, 6e-3 / 4.6, 6e-3 / 4.4, 2e-3, 5e-3};
+    static const uint32_t half[] = {HEXLOAD_HALF_WINDOW_TICKS_MAX, 12, 6, 5, 4, 3, 2};
+    for (int n = 0; n < 7; n++) {
         config.tick_s = (hexload_real_t)tick_s[n];
         hexload_config_set_no_velocity(&config);
         TEST_ASSERT_EQUAL_UINT32(half[n], config.sensors.half_window_ticks);
@@ -429,6 +506,7 @@ static void test_legs_without_a_pose_are_refused_half_a_window_later(void) {
 int main(void) {
     UNITY_BEGIN();
     RUN_TEST(test_speed_and_force_pass_the_same_filter);
+    RUN_TEST(test_a_window_gives_what_its_weights_make_of_it);
     RUN_TEST(test_noise_of_the_speeds_is_as_configured);
     RUN_TEST(test_noise_of_the_speeds_is_hardly_ever_followed);
     RUN_TEST(test_every_kind_finds_the_load_without_velocity_sensors);

@@ -83,10 +83,10 @@ static void test_kinematics_finds_the_pose_of_a_crooked_machine(void) {
 static void test_a_machine_of_another_size_takes_the_same_steps_to_the_same_pose(void) {
     // GIVEN a machine, and one that is larger or smaller by a power of two, of which every rounding is the
     // same
-    const hexload_config_t config = crooked_machine();
     uint64_t seed = 12;
     for (int n = 0; n < 200; n++) {
-        const hexload_real_t size = n % 2 == 0 ? HEXLOAD_REAL(16.0) : HEXLOAD_REAL(0.0625);
+        const hexload_config_t config = n % 4 < 2 ? crooked_machine() : paper_machine();
+        const hexload_real_t size = n % 2 == 0 ? HEXLOAD_REAL(64.0) : HEXLOAD_REAL(0.015625);
         hexload_config_t scaled = config;
         for (int leg = 0; leg < 6; leg++) {
             for (int k = 0; k < 3; k++) {
@@ -193,6 +193,29 @@ static void test_kinematics_needs_one_newton_step_from_tick_to_tick(void) {
     }
 }
 
+static void test_a_search_takes_eight_steps_at_most(void) {
+    // GIVEN poses far from home WHEN they are looked for from
+    // home THEN no search that finds one has taken more than eight steps, and some have taken as many
+    const hexload_config_t config = paper_machine();
+    uint64_t seed = 77;
+    int longest = 0;
+    for (int run = 0; run < 2000; run++) {
+        hexload_kinematics_t kinematics = start_at_home(&config);
+        hexload_motion_t motion;
+        pose_t pose;
+        for (int k = 0; k < 3; k++) {
+            pose.p_m[k] = 0.4 * uniform(&seed);
+            pose.rpy[k] = 0.8 * uniform(&seed);
+        }
+        const hexload_leg_sample_t sample = sample_of(&config, &kinematics, &pose);
+        if (hexload_kinematics_solve(&kinematics, &config, &sample, &motion) == HEXLOAD_OK) {
+            TEST_ASSERT_LESS_OR_EQUAL_UINT32(8, motion.newton_steps);
+            longest += motion.newton_steps == 8 ? 1 : 0;
+        }
+    }
+    TEST_ASSERT_GREATER_THAN_INT(10, longest);
+}
+
 static void test_a_platform_that_is_turned_far_needs_no_more_steps(void) {
     // GIVEN a platform that turns by 0.5 rad about the vertical, whose velocities are given WHEN the ticks
     // follow
@@ -281,6 +304,22 @@ static void test_home_height_is_found_for_hinges_far_below_the_control_point(voi
     TEST_ASSERT_DOUBLE_WITHIN(2e-6, 2.5 + 0.798276, (double)kinematics.home_height_m);
 }
 
+static void test_home_height_is_found_for_hinges_at_heights_of_their_own(void) {
+    for (int long_leg = 0; long_leg < HEXLOAD_LEGS; long_leg++) {
+        // GIVEN base hinges 10 m above the base's origin, but for one, whose leg is so much longer
+        hexload_config_t config = paper_machine();
+        const double home_m = 10.0 + 0.798276, length_m = (double)config.geometry.home_leg_length_m[0];
+        for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
+            config.geometry.base_hinge_m[leg][2] = (hexload_real_t)(leg == long_leg ? 0.0 : 10.0);
+        }
+        config.geometry.home_leg_length_m[long_leg] =
+            (hexload_real_t)sqrt(length_m * length_m - 0.798276 * 0.798276 + home_m * home_m);
+        // WHEN the height is looked for THEN it is that over the higher ones
+        const hexload_kinematics_t kinematics = start_at_home(&config);
+        TEST_ASSERT_DOUBLE_WITHIN(1e-6 + ROUNDINGS(20, 10.0), home_m, (double)kinematics.home_height_m);
+    }
+}
+
 static void test_kinematics_refuses_legs_too_short_to_reach_the_platform(void) {
     hexload_config_t config = paper_machine();
     for (int leg = 0; leg < 6; leg++) {
@@ -301,16 +340,25 @@ static void test_kinematics_refuses_a_machine_that_is_singular_at_home(void) {
 }
 
 static void test_a_height_that_rounding_hides_is_no_home(void) {
-    // GIVEN hinges so far above their origins that the height between them has steps of half a metre
-    hexload_config_t config = paper_machine();
-    const hexload_real_t far_m = HEXLOAD_REAL(0.5) / HEXLOAD_REAL_EPSILON;
-    for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
-        config.geometry.platform_hinge_m[leg][2] = far_m;
-        config.geometry.base_hinge_m[leg][2] = far_m;
+    for (int n = 0; n < 2; n++) {
+        // GIVEN legs of 0.8741 m, or 14 mm, and hinges so far above their origins that the height between
+        // them has steps of half a metre, or of 0.1 mm
+        hexload_config_t config = paper_machine();
+        const hexload_real_t size = n == 0 ? HEXLOAD_REAL(1.0) : HEXLOAD_REAL(0.015625);
+        const hexload_real_t far_m = (n == 0 ? HEXLOAD_REAL(0.5) : HEXLOAD_REAL(1e-4)) / HEXLOAD_REAL_EPSILON;
+        for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
+            for (int k = 0; k < 2; k++) {
+                config.geometry.platform_hinge_m[leg][k] *= size;
+                config.geometry.base_hinge_m[leg][k] *= size;
+            }
+            config.geometry.home_leg_length_m[leg] *= size;
+            config.geometry.platform_hinge_m[leg][2] = far_m;
+            config.geometry.base_hinge_m[leg][2] = far_m;
+        }
+        // WHEN their height is looked for THEN none is found
+        hexload_kinematics_t kinematics;
+        TEST_ASSERT_EQUAL_INT(HEXLOAD_ERR_POSE, hexload_kinematics_init(&kinematics, &config));
     }
-    // WHEN the height of legs of 0.8741 m is looked for THEN none is found
-    hexload_kinematics_t kinematics;
-    TEST_ASSERT_EQUAL_INT(HEXLOAD_ERR_POSE, hexload_kinematics_init(&kinematics, &config));
 }
 
 static void test_kinematics_refuses_a_platform_turned_by_more_than_90_degrees(void) {
@@ -357,10 +405,12 @@ int main(void) {
     RUN_TEST(test_jacobian_agrees_with_finite_differences);
     RUN_TEST(test_twist_put_back_gives_the_leg_velocities);
     RUN_TEST(test_kinematics_needs_one_newton_step_from_tick_to_tick);
+    RUN_TEST(test_a_search_takes_eight_steps_at_most);
     RUN_TEST(test_a_platform_that_is_turned_far_needs_no_more_steps);
     RUN_TEST(test_kinematics_does_not_stay_in_another_assembly_of_the_legs);
     RUN_TEST(test_kinematics_refuses_legs_that_no_pose_has);
     RUN_TEST(test_home_height_is_found_for_hinges_far_below_the_control_point);
+    RUN_TEST(test_home_height_is_found_for_hinges_at_heights_of_their_own);
     RUN_TEST(test_kinematics_comes_back_from_far_away);
     RUN_TEST(test_kinematics_refuses_legs_too_short_to_reach_the_platform);
     RUN_TEST(test_kinematics_refuses_a_machine_that_is_singular_at_home);

@@ -42,6 +42,9 @@ static void test_leg_sample_refuses_a_leg_without_length(void) {
     uint32_t gap_ticks = 0, health = 0;
     TEST_ASSERT_EQUAL_INT(HEXLOAD_ERR_SAMPLE,
                           hexload_leg_sample_check(&gate, &config, &sample, &gap_ticks, &health));
+    sample.displacement_m[4] = -config.geometry.home_leg_length_m[4]; // no length at all
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_ERR_SAMPLE,
+                          hexload_leg_sample_check(&gate, &config, &sample, &gap_ticks, &health));
 }
 
 static void test_leg_sample_refuses_what_no_sensor_of_the_machine_can_say(void) {
@@ -73,6 +76,12 @@ static void test_leg_sample_says_when_a_leg_is_beyond_its_stroke(void) {
         TEST_ASSERT_EQUAL_INT(HEXLOAD_OK,
                               hexload_leg_sample_check(&gate, &config, &sample, &gap_ticks, &health));
         TEST_ASSERT_EQUAL_UINT32(1u << HEXLOAD_HEALTH_LEG_OUT_OF_STROKE, health);
+        // and not at its end
+        sample.displacement_m[2] = n == 0 ? config.geometry.stroke_max_m : config.geometry.stroke_min_m;
+        health = 0;
+        TEST_ASSERT_EQUAL_INT(HEXLOAD_OK,
+                              hexload_leg_sample_check(&gate, &config, &sample, &gap_ticks, &health));
+        TEST_ASSERT_EQUAL_UINT32(0, health);
     }
 }
 
@@ -87,6 +96,11 @@ static void test_leg_sample_refuses_a_leg_that_has_moved_faster_than_its_range(v
     TEST_ASSERT_EQUAL_INT(HEXLOAD_OK, check_after(6, &sample, &gap_ticks, &health));
     sample.displacement_m[4] = HEXLOAD_REAL(-0.0099);
     TEST_ASSERT_EQUAL_INT(HEXLOAD_OK, check_after(7, &sample, &gap_ticks, &health));
+    // AND ten sigma of 20 um are granted beyond
+    sample.displacement_m[4] = HEXLOAD_REAL(-0.01019);
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_OK, check_after(7, &sample, &gap_ticks, &health));
+    sample.displacement_m[4] = HEXLOAD_REAL(-0.01021);
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_ERR_SAMPLE, check_after(7, &sample, &gap_ticks, &health));
 }
 
 static void test_leg_sample_counts_the_ticks_since_the_last(void) {

@@ -60,6 +60,11 @@ static void test_a_lost_force_is_the_mean_of_the_others_and_as_uncertain_as_the_
     TEST_ASSERT_EQUAL_FLOAT(10.0F * 250000.0F, (float)variance_n2[LOST_LEG]);
     TEST_ASSERT_EQUAL_FLOAT(0.0F, (float)variance_n2[0]);
     TEST_ASSERT_EQUAL_UINT32(1u << HEXLOAD_HEALTH_CHANNEL_LOST, health);
+    // AND of legs that carry next to nothing it is as small
+    const hexload_real_t slack_n[HEXLOAD_LEGS] = {0, HEXLOAD_REAL(0.25), 0, HEXLOAD_REAL(-0.5), 0, 0};
+    variance_n2[LOST_LEG] = HEXLOAD_REAL(0.0);
+    hexload_lost_channels_doubt(&next, slack_n, variance_n2);
+    TEST_ASSERT_EQUAL_FLOAT(2.5F, (float)variance_n2[LOST_LEG]);
 }
 
 static void test_a_guess_stays_one_until_it_has_left_the_smoother(void) {
@@ -88,7 +93,7 @@ static void test_a_guess_stays_one_until_it_has_left_the_smoother(void) {
 
 static void test_a_lost_displacement_goes_on_with_its_velocity_for_ten_seconds(void) {
     // GIVEN a leg at 50 mm that moves by 0.2 m/s, and whose displacement is missing
-    const hexload_config_t config = paper_machine();
+    hexload_config_t config = paper_machine();
     hexload_leg_gate_t gate = gate_at(4, HEXLOAD_REAL(0.05));
     hexload_leg_sample_t sample = {.tick = 7}, mended;
     hexload_lost_channels_t lost, next;
@@ -101,8 +106,17 @@ static void test_a_lost_displacement_goes_on_with_its_velocity_for_ten_seconds(v
         &mended, hexload_lost_channels_mend(&lost, &config, &gate, &sample, &mended, &next, &health));
     TEST_ASSERT_FLOAT_WITHIN(1e-7F, 0.0506F, (float)mended.displacement_m[LOST_LEG]);
     TEST_ASSERT_EQUAL_UINT32(3, next.displacement_ticks);
+    // AND when it is there again, the time of a later gap begins anew
+    hexload_leg_sample_t whole = sample;
+    whole.displacement_m[LOST_LEG] = HEXLOAD_REAL(0.05);
+    (void)hexload_lost_channels_mend(&next, &config, &gate, &whole, &mended, &lost, &health);
+    TEST_ASSERT_EQUAL_UINT32(0, lost.displacement_ticks);
     // AND after 10 s it is carried on no longer, nor before a first sample
-    lost.displacement_ticks = 10001;
+    config.tick_s = HEXLOAD_REAL(1.0) / HEXLOAD_REAL(1024.0);
+    lost.displacement_ticks = 10240;
+    TEST_ASSERT_EQUAL_PTR(
+        &mended, hexload_lost_channels_mend(&lost, &config, &gate, &sample, &mended, &next, &health));
+    lost.displacement_ticks = 10241;
     TEST_ASSERT_EQUAL_PTR(
         &sample, hexload_lost_channels_mend(&lost, &config, &gate, &sample, &mended, &next, &health));
     hexload_lost_channels_init(&lost);

@@ -118,6 +118,39 @@ static void test_a_ratio_is_the_mean_of_all_squares_and_then_of_a_second(void) {
     }
 }
 
+static void test_the_mean_goes_back_a_second(void) {
+    // GIVEN ticks of 1/1024 s WHEN two seconds and more have passed THEN those of one are counted
+    hexload_config_t config = paper_machine();
+    const hexload_leg_sample_t sample = {.tick = 0};
+    hexload_noise_estimator_t meter;
+    config.tick_s = HEXLOAD_REAL(1.0) / HEXLOAD_REAL(1024.0);
+    hexload_noise_estimator_init(&meter);
+    for (int tick = 0; tick < 2100; tick++) {
+        hexload_noise_estimator_step(&meter, &config, &sample, 1);
+    }
+    TEST_ASSERT_EQUAL_UINT32(1024, meter.ticks);
+}
+
+static void test_what_changes_over_a_gap_is_no_noise(void) {
+    // GIVEN sensors without noise WHEN samples are missing, and all channels are elsewhere when they come
+    // again
+    const hexload_config_t config = paper_machine();
+    hexload_noise_estimator_t meter;
+    hexload_noise_estimator_init(&meter);
+    for (uint32_t tick = 0; tick < 40; tick++) {
+        hexload_leg_sample_t sample = {.tick = tick};
+        for (int leg = 0; leg < HEXLOAD_LEGS && tick >= 20; leg++) {
+            sample.displacement_m[leg] = sample.velocity_m_s[leg] = HEXLOAD_REAL(0.1);
+            sample.force_n[leg] = HEXLOAD_REAL(1000.0);
+        }
+        hexload_noise_estimator_step(&meter, &config, &sample, tick == 0 ? 0 : tick == 20 ? 3 : 1);
+        // THEN no channel has any
+        for (int kind = 0; kind < 3 && tick >= 6; kind++) {
+            TEST_ASSERT_TRUE(meter.ratio[kind] == HEXLOAD_REAL(0.0));
+        }
+    }
+}
+
 static void test_ratios_are_believed_from_a_hundred_ticks_on_beyond_a_fifth_and_within_limits(void) {
     // GIVEN ratios of variances: sigmas beyond a fifth of the stated, of a quarter to ten times it
     static const double ratios[] = {0.01, 0.06, 0.0625, 0.07, 0.69, 0.70, 1.0, 1.43, 1.45, 99.0, 101.0, 1e4};
@@ -131,6 +164,7 @@ static void test_ratios_are_believed_from_a_hundred_ticks_on_beyond_a_fifth_and_
             hexload_noise_estimator_t meter;
             uint32_t health = 0;
             hexload_noise_estimator_init(&meter);
+            memset(&used, 0xff, sizeof used);
             stated.half_window_ticks = has_window ? 1 : 0;
             meter.ticks = has_ticks ? 100 : 99;
             meter.ratio[kind] = (hexload_real_t)ratio;
@@ -148,6 +182,10 @@ static void test_ratios_are_believed_from_a_hundred_ticks_on_beyond_a_fifth_and_
             for (int k = 0; k < 3; k++) {
                 TEST_ASSERT_DOUBLE_WITHIN(ROUNDINGS(4, factor + 1.0), expected[k], found[k]);
             }
+            // AND all else is as stated
+            TEST_ASSERT_EQUAL_UINT32(stated.half_window_ticks, used.half_window_ticks);
+            TEST_ASSERT_TRUE(used.velocity_range_m_s == stated.velocity_range_m_s &&
+                             used.force_range_n == stated.force_range_n);
             const bool is_used = is_off && (kind != 1 || !has_window);
             TEST_ASSERT_EQUAL_UINT32(is_used ? 1u << HEXLOAD_HEALTH_NOISE_MISSTATED : 0, health);
         }
@@ -162,6 +200,8 @@ int main(void) {
     RUN_TEST(test_a_few_samples_prove_nothing);
     RUN_TEST(test_before_the_first_sample_noise_is_taken_to_be_as_stated);
     RUN_TEST(test_a_ratio_is_the_mean_of_all_squares_and_then_of_a_second);
+    RUN_TEST(test_the_mean_goes_back_a_second);
+    RUN_TEST(test_what_changes_over_a_gap_is_no_noise);
     RUN_TEST(test_ratios_are_believed_from_a_hundred_ticks_on_beyond_a_fifth_and_within_limits);
     return UNITY_END();
 }

@@ -87,6 +87,25 @@ static void test_a_mismatch_that_is_certain_does_not_wait_for_the_end_of_its_hal
     TEST_ASSERT_DOUBLE_WITHIN(1e-3, (double)test.excess, (double)(test.factor * test.factor) - 1.0);
 }
 
+static void test_a_block_is_looked_at_in_one_tick_of_eight(void) {
+    // GIVEN a block in which five sigma last in an innovation WHEN it goes by THEN sigma follows once in
+    // eight ticks, in the third of them, so that the work of a tick is not that of all its stages: the sum's
+    // square over the 500 ticks of a block, less the 9 granted, if that is more than 60
+    const hexload_config_t config = paper_machine();
+    const hexload_real_t innovation[6] = {HEXLOAD_REAL(5.0)};
+    hexload_residual_test_t test;
+    uint64_t seed = 12;
+    double factor = 1.0;
+    hexload_residual_test_init(&test, 6);
+    (void)show(&test, &config, BLOCK_TICKS, 0.0, &seed);
+    for (int tick = 1; tick < BLOCK_TICKS; tick++) {
+        hexload_residual_test_step(&test, &config, innovation, false);
+        const double excess = 25.0 * tick * tick / BLOCK_TICKS - 9.0;
+        factor = tick % 8 == 2 && excess > 60.0 ? sqrt(1.0 + excess) : factor;
+        TEST_ASSERT_DOUBLE_WITHIN(ROUNDINGS(8, factor), factor, (double)test.factor);
+    }
+}
+
 static void test_a_first_half_second_widens_nothing_before_its_end_either(void) {
     // GIVEN a load's first block, which has the shock of its change in it WHEN that is large
     const hexload_config_t config = paper_machine();
@@ -159,6 +178,7 @@ int main(void) {
     RUN_TEST(test_sums_of_noise_are_noise);
     RUN_TEST(test_an_error_that_single_ticks_do_not_show_widens_sigma);
     RUN_TEST(test_a_mismatch_that_is_certain_does_not_wait_for_the_end_of_its_half_second);
+    RUN_TEST(test_a_block_is_looked_at_in_one_tick_of_eight);
     RUN_TEST(test_a_first_half_second_widens_nothing_before_its_end_either);
     RUN_TEST(test_a_machine_known_to_a_tolerance_is_not_widened_twice);
     RUN_TEST(test_the_excess_is_what_blocks_have_beyond_one_and_a_half_of_their_freedoms);

@@ -48,14 +48,16 @@ static void test_a_machine_that_is_its_model_is_left_as_it_is(void) {
     TEST_ASSERT_EQUAL_MEMORY(sample.force_n, force_n, sizeof force_n);
     for (int k = 0; k < HEXLOAD_LEGS; k++) {
         TEST_ASSERT_TRUE(variance_n2[k] == HEXLOAD_REAL(0.0) && wrench[k] == HEXLOAD_REAL(0.0));
+        TEST_ASSERT_TRUE(slide.share[k] == HEXLOAD_REAL(0.0)); // no leg has slid
     }
 }
 
-static void test_late_channels_are_brought_to_one_instant(void) {
-    // GIVEN forces 2.4 ms and velocities 0.7 ms late, an offset and a gain
+/// GIVEN forces and velocities that are late, an offset and a gain, and tick 20 missing WHEN they are aligned
+/// THEN they are those of one instant, so many ticks ago.
+static void assert_aligns(double force_delay_s, double velocity_delay_s, uint32_t delay) {
     hexload_config_t config = paper_machine();
-    config.rig.force_delay_s = HEXLOAD_REAL(0.0024);
-    config.rig.velocity_delay_s = HEXLOAD_REAL(0.0007);
+    config.rig.force_delay_s = (hexload_real_t)force_delay_s;
+    config.rig.velocity_delay_s = (hexload_real_t)velocity_delay_s;
     config.rig.force_offset_n[2] = HEXLOAD_REAL(20.0);
     config.rig.force_gain[2] = HEXLOAD_REAL(0.01);
     hexload_rig_history_t history;
@@ -65,9 +67,9 @@ static void test_late_channels_are_brought_to_one_instant(void) {
         hexload_leg_sample_t sample = any_sample(tick);
         for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
             const double t_s = 1e-3 * tick + 0.1 * leg;
-            const double true_n = 900.0 + 300.0 * sin(11.0 * (t_s - 0.0024));
+            const double true_n = 900.0 + 300.0 * sin(11.0 * (t_s - force_delay_s));
             sample.force_n[leg] = (hexload_real_t)(leg == 2 ? 1.01 * true_n + 20.0 : true_n);
-            sample.velocity_m_s[leg] = (hexload_real_t)(0.45 * cos(9.0 * (t_s - 0.0007)));
+            sample.velocity_m_s[leg] = (hexload_real_t)(0.45 * cos(9.0 * (t_s - velocity_delay_s)));
         }
         const uint32_t gap_ticks = tick == 0 ? 0 : tick == 21 ? 2 : 1;
         if (tick == 20) { // missing
@@ -75,21 +77,20 @@ static void test_late_channels_are_brought_to_one_instant(void) {
         }
         hexload_leg_sample_t aligned;
         uint32_t aligned_gap_ticks = 0;
-        // WHEN they are aligned
         const bool has =
             hexload_rig_align(&history, &config, &sample, gap_ticks, &aligned, &aligned_gap_ticks);
         hexload_rig_history_store(&history, &sample, gap_ticks, has);
-        // THEN a sample of three ticks ago comes out when all ticks since are there
-        TEST_ASSERT_EQUAL_INT(tick >= 3 && (tick < 20 || tick > 23), has);
+        // A sample comes out when all ticks since are there
+        TEST_ASSERT_EQUAL_INT(tick >= delay && (tick < 20 || tick > 20 + delay), has);
         if (!has) {
             continue;
         }
-        TEST_ASSERT_EQUAL_UINT32(tick - 3, aligned.tick);
-        TEST_ASSERT_EQUAL_UINT32(came == 0 ? 0 : tick == 24 ? 5 : 1, aligned_gap_ticks);
+        TEST_ASSERT_EQUAL_UINT32(tick - delay, aligned.tick);
+        TEST_ASSERT_EQUAL_UINT32(came == 0 ? 0 : tick == 21 + delay ? 2 + delay : 1, aligned_gap_ticks);
         came++;
-        // AND its channels are those of that instant: a line errs by an eighth of the second derivative times
+        // Its channels are those of that instant: a line errs by an eighth of the second derivative times
         // dt^2
-        const hexload_leg_sample_t exact = any_sample(tick - 3);
+        const hexload_leg_sample_t exact = any_sample(tick - delay);
         for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
             TEST_ASSERT_DOUBLE_WITHIN(300.0 * 121e-6 / 8 + ROUNDINGS(8, 1300.0), (double)exact.force_n[leg],
                                       (double)aligned.force_n[leg]);
@@ -97,6 +98,14 @@ static void test_late_channels_are_brought_to_one_instant(void) {
                                       (double)aligned.velocity_m_s[leg]);
         }
     }
+    TEST_ASSERT_EQUAL_UINT32(HEXLOAD_RIG_HISTORY, history.stored); // and no more than there are places
+}
+
+static void test_late_channels_are_brought_to_one_instant(void) {
+    assert_aligns(0.0024, 0.0007, 3);
+    assert_aligns(0.0016, 0.0027, 3);
+    assert_aligns(0.0006, 0.0, 1);
+    assert_aligns(0.0, 0.0076, 8);
 }
 
 static hexload_config_t rubbing_machine(void) {
@@ -148,17 +157,19 @@ static void test_friction_that_grows_with_the_force_is_taken_off(void) {
     for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
         config.rig.growth_n_n[leg] = HEXLOAD_REAL(0.02);
     }
-    for (int n = 0; n < 4; n++) {
-        const double v = n % 2 == 0 ? 0.04 : -0.04, pushed_n = n < 2 ? 1500.0 : -1500.0;
+    const double pushes_n[] = {1500.0, -1500.0, 0.5};
+    for (int n = 0; n < 6; n++) {
+        const double v = n % 2 == 0 ? 0.04 : -0.04, pushed_n = pushes_n[n / 2];
         hexload_rig_slide_t slide;
         hexload_rig_slide_init(&slide);
         hexload_real_t speed_m_s[HEXLOAD_LEGS], force_n[HEXLOAD_LEGS], variance_n2[HEXLOAD_LEGS];
         for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
-            const double grown_n = 0.02 * 1500.0 * tanh(v / (double)config.rig.reversal_speed_m_s);
+            const double grown_n = 0.02 * fabs(pushed_n) * tanh(v / (double)config.rig.reversal_speed_m_s);
             speed_m_s[leg] = (hexload_real_t)v;
             force_n[leg] = (hexload_real_t)(pushed_n + friction_of(&config.rig, leg, v) + grown_n);
         }
-        // WHEN they are compensated, up and down, pushed and pulled THEN the forces on the platform are left
+        // WHEN they are compensated, up and down, pushed, pulled and nearly free THEN the forces on the
+        // platform are left
         hexload_rig_compensate(&slide, &config, speed_m_s, 1, force_n, variance_n2);
         for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
             TEST_ASSERT_DOUBLE_WITHIN(2e-5 * 120.0 + ROUNDINGS(20, 1600.0), pushed_n, (double)force_n[leg]);
@@ -529,7 +540,9 @@ static void test_acceleration_is_the_twists_change_over_five_ticks(void) {
     // GIVEN a twist of 3 t^2 / 2 in its first component, at ticks of 1 ms
     const hexload_config_t config = paper_machine();
     hexload_rig_twists_t twists;
-    hexload_real_t acceleration[6];
+    hexload_real_t acceleration[7]; // one more than it has
+    acceleration[6] = HEXLOAD_REAL(7.0);
+    memset(&twists, 0xff, sizeof twists); // of an instance that was in use
     hexload_rig_twists_init(&twists);
     for (int tick = 0; tick < 23; tick++) {
         const double t_s = 1e-3 * tick;
@@ -541,7 +554,7 @@ static void test_acceleration_is_the_twists_change_over_five_ticks(void) {
         const double since = stored < 5 ? stored : 5;
         const double expected = since > 0.0 ? 3.0 * (t_s - 0.5e-3 * since) : 0.0;
         TEST_ASSERT_DOUBLE_WITHIN(ROUNDINGS(4, 1e-3 / 1e-3), expected, (double)acceleration[0]);
-        TEST_ASSERT_TRUE(acceleration[5] == HEXLOAD_REAL(0.0));
+        TEST_ASSERT_TRUE(acceleration[5] == HEXLOAD_REAL(0.0) && acceleration[6] == HEXLOAD_REAL(7.0));
     }
 }
 

@@ -292,8 +292,8 @@ static bool regress(const hexload_plausibility_t* self, const hexload_config_t* 
     const bool has_lag = change > MOVING_VARIANCES * change_noise;
     const hexload_real_t mixed = has_lag ? found->change_integral : HEXLOAD_REAL(0.0);
     const hexload_real_t determinant = integral * change - square(mixed);
-    if (!(integral > HEXLOAD_REAL(0.0)) || !(change > HEXLOAD_REAL(0.0)) ||
-        !(determinant > STILL * integral * change)) {
+    // a change of zero or less makes the determinant so
+    if (!(integral > HEXLOAD_REAL(0.0)) || !(determinant > STILL * integral * change)) {
         return false;
     }
     const hexload_real_t rough_integral = block_s * hexload_sqrt(found->change);
