@@ -1,7 +1,7 @@
 """`hexload mutate`: small faults put into the firmware, one at a time; which of them do the unit tests notice?
 
-A mutant is one translation unit compiled anew, or those that include a header, and linked in front of the libraries. One
-whose object code is that of the source is none. It is shown to the programs that have what it has, until one fails, and that
+A mutant is one translation unit compiled anew, or those that include a header, the test's own among them, and linked in
+front of the libraries. One whose object code is that of the source is none. It is shown to the programs that have what it has, until one fails, and that
 one up to its first failure: first to those that have noticed most faults of that file, then to those with a like name; and,
 when none in float does, compiled for the reference in double to some of its programs. A program counts only when it passes
 with the source itself compiled in the same way, and has ten times the processor time that it took then. What cannot be told
@@ -33,7 +33,8 @@ from hexload.errors import InputError, ToolFailed
 from hexload_dev import build, coverage
 from hexload_dev.mutants import Mutant, mutants_of
 
-ACCEPTED = project.ROOT / "tests" / "unit" / "accepted_mutants.toml"
+TESTS = "tests/unit/"
+ACCEPTED = project.ROOT / TESTS / "accepted_mutants.toml"
 RESULTS = project.BUILD / "mutation" / "outcomes.json"
 COMPILER = "clang-19"  # it can be told to read the mutant in the source's place
 # An index beyond an array is an error; without debug information, so that objects can be compared.
@@ -56,11 +57,16 @@ class Program:
     def name(self) -> str:
         return self.path.name.removeprefix("test_")
 
+    @property
+    def source(self) -> str:
+        return f"{TESTS}test_{self.name.removesuffix('_double')}.c"
+
 
 @dataclass(frozen=True)
 class Precision:
     programs: list[Program]
-    compile: dict[str, list[str]]  # command without output, by source
+    compile: dict[str, list[str]]  # command without output, by source of the firmware
+    tests: dict[str, list[str]]  # likewise, by source of a test
 
 
 @dataclass(frozen=True)
@@ -127,20 +133,21 @@ def described(mutant: Mutant) -> str:
 
 def prepare(directory: Path) -> Bench:
     """Of a build that has its unit tests."""
-    precisions = [Precision([], {}), Precision([], {})]
+    precisions = [Precision([], {}, {}), Precision([], {}, {})]
     for entry in json.loads((directory / "compile_commands.json").read_text()):
         source = os.path.relpath(entry["file"], project.ROOT)
-        if source.startswith(coverage.FOLDERS):
+        if source.startswith((*coverage.FOLDERS, TESTS)):
             words = shlex.split(entry["command"])
             taken = [word for before, word in pairwise(words) if TAKEN.match(word) or before == "-isystem"]
-            commands = precisions["-DHEXLOAD_REFERENCE_DOUBLE" in words].compile
+            precision = precisions["-DHEXLOAD_REFERENCE_DOUBLE" in words]
+            commands = precision.tests if source.startswith(TESTS) else precision.compile
             commands.setdefault(source, [COMPILER, *taken, *OWN_FLAGS, "-c", str(project.ROOT / source)])
     paths = coverage.unit_programs(directory)
     with ThreadPoolExecutor(os.cpu_count()) as pool:
         for program in pool.map(lambda path: _program(directory, path), paths):
             if program.name in IN_DOUBLE or not program.name.endswith("_double"):
                 precisions[program.name in IN_DOUBLE].programs.append(program)
-    return Bench(directory, precisions, _includers(directory, set(precisions[0].compile)))
+    return Bench(directory, precisions, _includers(directory, set(precisions[0].compile) | set(precisions[0].tests)))
 
 
 def _program(directory: Path, path: Path) -> Program:
@@ -244,10 +251,19 @@ def _try_precision(
     if not objects:
         return SAME, ""
     for program in _nearest(bench, precision, mutant.file, list(objects.values()))[:most]:
-        if program.fingerprint not in blind and _is_noticed(bench, precision, program, objects, folder):
+        own = _own_object(bench, precision, program, mutant, folder)
+        if program.fingerprint not in blind and _is_noticed(bench, precision, program, objects | own, folder):
             return KILLED, program.name
         blind.add(program.fingerprint)
     return SURVIVED, ""
+
+
+def _own_object(bench: Bench, precision: Precision, program: Program, mutant: Mutant, folder: Path) -> dict[str, Path]:
+    """Of a test that reads the mutant's header: what it calls inline is in its own object."""
+    if program.source not in bench.includers[mutant.file] or program.source not in precision.tests:
+        return {}
+    output = folder / "test.o"
+    return {program.source: output} if _compile(bench, precision.tests[program.source], output, mutant) else {}
 
 
 def _original(bench: Bench, command: list[str], folder: Path) -> bytes:
@@ -275,7 +291,7 @@ def _compile(bench: Bench, command: list[str], output: Path, mutant: Mutant | No
 
 
 def _nearest(bench: Bench, precision: Precision, file: str, objects: list[Path]) -> list[Program]:
-    """The programs that have something of the objects, the likeliest to notice a fault of the file first."""
+    """The programs that have something of the objects or read the file, the likeliest to notice a fault of it first."""
     symbols = frozenset().union(*(_symbols(path, "TDBR") for path in objects))
     words = set(Path(file).stem.split("_"))
 
@@ -284,7 +300,9 @@ def _nearest(bench: Bench, precision: Precision, file: str, objects: list[Path])
         noticed_per_second = bench.killers[file][program.name] / (START_S + bench.seconds.get(program.name, 0.0))
         return -noticed_per_second, -len(words & own) / len(words | own), program.name
 
-    return sorted((each for each in precision.programs if each.symbols & symbols), key=distance)
+    readers = bench.includers[file]
+    able = (each for each in precision.programs if each.symbols & symbols or each.source in readers)
+    return sorted(able, key=distance)
 
 
 def _is_noticed(bench: Bench, precision: Precision, program: Program, objects: dict[str, Path], folder: Path) -> bool:
@@ -293,7 +311,7 @@ def _is_noticed(bench: Bench, precision: Precision, program: Program, objects: d
         if not passes:
             raise ToolFailed(f"{program.name} fails without any fault")
     limit_s = int(LONGER * bench.seconds[program.name]) + 1
-    linked = _link(bench, program, list(objects.values()), folder)
+    linked = _link(bench, program, objects, folder)
     if linked is None:
         return True  # what a caller needs is no longer there
     passes, _ = _run(linked, folder, limit_s)
@@ -305,22 +323,24 @@ def _passes_with(bench: Bench, precision: Precision, program: Program, objects: 
     """Whether the program passes with the sources of these objects compiled as mutants are, but without a fault."""
     key = program.name, " ".join(objects)
     if key not in bench.passes:
-        originals = []
+        originals = {}
         for source in objects:
-            originals.append(folder / f"source{len(originals)}.o")
-            originals[-1].write_bytes(_original(bench, precision.compile[source], folder))
+            originals[source] = folder / f"source{len(originals)}.o"
+            command = precision.tests[source] if source == program.source else precision.compile[source]
+            originals[source].write_bytes(_original(bench, command, folder))
         linked = _link(bench, program, originals, folder)
         bench.passes[key] = linked is not None and _run(linked, folder, None)[0]
     return bench.passes[key]
 
 
-def _link(bench: Bench, program: Program, objects: list[Path], folder: Path) -> Path | None:
-    """With these in front of the libraries. None: it cannot be linked."""
+def _link(bench: Bench, program: Program, objects: dict[str, Path], folder: Path) -> Path | None:
+    """With these, by source, in front of the libraries, or in place of the program's own. None: it cannot be linked."""
     words = list(program.link)
     output = words.index("-o") + 1
     words[output] = str(folder / program.path.name)
-    own = next(at for at, word in enumerate(words) if word.endswith(".c.o"))
-    command = [*words[:own], *objects, *words[own:]]
+    own = next(at for at, word in enumerate(words) if word.endswith(f"{Path(program.source).name}.o"))
+    kept = [] if program.source in objects else [words[own]]
+    command = [*words[:own], *objects.values(), *kept, *words[own + 1 :]]
     result = subprocess.run(command, cwd=bench.directory, stderr=subprocess.DEVNULL)
     return Path(words[output]) if result.returncode == 0 else None
 
