@@ -5,7 +5,10 @@ that is changed draws anew. What the unit tests let through of all faults says `
 """
 
 import os
+import subprocess
 from pathlib import Path
+
+import pytest
 
 from hexload_dev import mutate
 
@@ -16,10 +19,23 @@ NEAREST = 2  # programs, that a fault is shown to
 LEAST = 0.5
 
 
-def test_the_unit_tests_notice_faults():
+@pytest.fixture(scope="module")
+def bench():
+    return mutate.prepare(BUILD)
+
+
+def test_every_source_compiles_where_its_faults_do(bench):
+    # GIVEN the commands for sources with faults WHEN those without compile THEN none fails, whose faults would all count as
+    # none
+    assert len(bench.precisions[0].compile) > 50
+    for command in bench.precisions[0].compile.values():
+        subprocess.run([*command, "-fsyntax-only"], cwd=bench.directory, check=True)
+
+
+def test_the_unit_tests_notice_faults(bench):
     # GIVEN some faults of those that could slip in WHEN the nearest unit tests run with each of them
     mutants = mutate.steady_sample(SHARE)
-    outcomes = mutate.try_nearest(mutate.prepare(BUILD), mutants, NEAREST)
+    outcomes = mutate.try_nearest(bench, mutants, NEAREST)
     # THEN they notice it, but for some: those are printed
     left = mutate.not_accepted(outcomes)
     killed = sum(outcome == mutate.KILLED for outcome in outcomes.values())
