@@ -796,6 +796,37 @@ static void test_a_state_is_not_considered_too(void) {
                      HEXLOAD_REAL(1.5) * none_open.estimate.own_sigma[HEXLOAD_LOAD_M]);
 }
 
+static void test_an_effect_that_is_next_to_known_is_a_state_all_the_same(void) {
+    const motion_t motion = random_motion(72, 0.05, 0.1);
+    for (int n = 0; n < 8; n++) {
+        // GIVEN one group of constants that may be off, and states of that group with a small sigma, or none
+        const int group = n / 2;
+        const hexload_real_t sigma = n % 2 == 0 ? HEXLOAD_REAL(0.5) : HEXLOAD_REAL(0.0);
+        static step_t step;
+        begin_step(&step);
+        step.config.actuator_effects.prior_bias_sigma_n = group == 0 ? sigma : HEXLOAD_REAL(100.0);
+        step.config.actuator_effects.prior_coulomb_sigma_n = group == 1 ? sigma : HEXLOAD_REAL(100.0);
+        step.config.actuator_effects.prior_viscous_sigma_n_s_m = group == 2 ? sigma : HEXLOAD_REAL(100.0);
+        step.config.actuator_effects.prior_tilt_sigma_m_s2 = group == 3 ? sigma : HEXLOAD_REAL(0.1);
+        step.config.rig.direction_count = 1;
+        hexload_rig_direction_t* way = &step.config.rig.direction[0];
+        for (int leg = 0; leg < 6; leg++) {
+            way->force_offset_n[leg] = group == 0 ? HEXLOAD_REAL(1.0) : HEXLOAD_REAL(0.0);
+            way->coulomb_n[leg] = group == 1 ? HEXLOAD_REAL(1.0) : HEXLOAD_REAL(0.0);
+            way->viscous_n_s_m[leg] = group == 2 ? HEXLOAD_REAL(1.0) : HEXLOAD_REAL(0.0);
+        }
+        way->gravity_m_s2[0] = group == 3 ? HEXLOAD_REAL(1e-3) : HEXLOAD_REAL(0.0);
+        // WHEN ticks go by THEN the constants move the momentum if there is no state of theirs
+        for (uint32_t tick = 0; tick < 3; tick++) {
+            next_step(&step, &motion, &none, tick, 1e-4);
+            take_step(&step);
+        }
+        for (int k = 0; k < 6; k++) {
+            TEST_ASSERT_EQUAL_INT(n % 2 == 0, step.consider.momentum[0][k] == HEXLOAD_REAL(0.0));
+        }
+    }
+}
+
 static void test_effects_of_sigma_zero_are_none(void) {
     // GIVEN the same samples for an estimator without effects and for one whose effects have no sigma
     hexload_config_t config = paper_machine();
@@ -942,8 +973,11 @@ static void test_held_effects_stay_and_their_errors_count(void) {
     for (uint32_t tick = 1; tick < held.config.momentum.lag_ticks + 2 * HEXLOAD_LAG_TICKS_MAX; tick++) {
         TEST_ASSERT_TRUE(held.effects.held_ticks > 0);
         take_step(&held);
+        TEST_ASSERT_EQUAL_MEMORY(before.effects.effect, held.effects.effect, sizeof before.effects.effect);
     }
     TEST_ASSERT_EQUAL_UINT32(0, held.effects.held_ticks);
+    take_step(&held);
+    TEST_ASSERT_TRUE(held.effects.effect[0] != before.effects.effect[0]);
 }
 
 static void test_a_known_mass_that_is_wrong_comes_out(void) {
@@ -1324,6 +1358,7 @@ int main(void) {
     RUN_TEST(test_a_tilt_turns_gravity_and_keeps_its_length);
     RUN_TEST(test_a_tilt_beyond_gravity_takes_nothing_from_its_length);
     RUN_TEST(test_errors_by_each_of_many_constants_go_the_same_way);
+    RUN_TEST(test_an_effect_that_is_next_to_known_is_a_state_all_the_same);
     RUN_TEST(test_the_residual_is_a_mean_of_all_and_then_of_two_seconds);
     RUN_TEST(test_rest_is_what_noise_of_the_smoother_reaches_in_95_of_100_cases);
     RUN_TEST(test_friction_near_standstill_is_noise_of_speed_and_shape_for_a_lag);
