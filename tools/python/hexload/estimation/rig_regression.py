@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 from scipy.linalg import block_diag
 from scipy.signal import butter, sosfiltfilt
 
-from hexload.estimation import rig_model
+from hexload.estimation import rig_hinges, rig_model
 from hexload.estimation.rig_model import LEGS, FrictionLaw, Geometry, LegMotion
 
 Array = NDArray[np.float64]
@@ -43,7 +43,6 @@ NOISE_SEED = 1
 MOST_NOISE = 0.9  # share of what a run seems to say that may be taken off as noise
 SLOW_M_S = 0.005
 UNKNOWN_FRICTION_SHARE = 0.3
-HINGE_STEP_M = 1e-4
 STRIBECK_SPEEDS_M_S = (0.003, 0.005, 0.007, 0.01, 0.014, 0.02, 0.03, 0.05)
 REVERSAL_SPEEDS_M_S = (0.0005, 0.001, 0.0014, 0.002, 0.0028, 0.004, 0.0057, 0.008)
 PRESLIDING_M = (0.0, 5e-6, 1e-5, 2e-5, 4e-5, 8e-5, 1.6e-4, 3.2e-4)
@@ -258,32 +257,11 @@ def _hinge_rows(record: _Record, geometry: Geometry, gravity: float, value: Arra
 
 
 def _hinge_columns(record: _Record, geometry: Geometry, gravity: float, value: Array) -> Array:
-    """Of the rigid part's forces, (n, 6, 36), by differences."""
+    """Of the rigid part's forces, (n, 6, 36)."""
     g = rig_model.gravity_vector(gravity, value[SLICES["tilt"]])
-    here = _motion(record, moved(geometry, value))
-    base = _rigid(here, moved(geometry, value), g, value)
-    columns = np.empty((*base.shape, GROUPS["hinges"]))
-    for k in range(GROUPS["hinges"]):
-        shifted = value.copy()
-        shifted[SLICES["hinges"]][k] += HINGE_STEP_M
-        there = moved(geometry, shifted)
-        columns[:, :, k] = (_rigid(_motion(record, there, here), there, g, value) - base) / HINGE_STEP_M
-    return columns
-
-
-def _inertial_hinge_columns(record: _Record, geometry: Geometry, value: Array) -> Array:
-    """What wrong hinges do to the body's accelerations, in leg forces, (n, 6, 36): the firmware considers the rest of it."""
-    none = np.zeros(3)
-    right = _motion(record, moved(geometry, value))
-    base = rig_model.rigid_forces(right, geometry, none, value[SLICES["theta"]], none)
-    columns = np.empty((*base.shape, GROUPS["hinges"]))
-    for k in range(GROUPS["hinges"]):
-        shifted = value.copy()
-        shifted[SLICES["hinges"]][k] += HINGE_STEP_M
-        motion = replace(_motion(record, moved(geometry, shifted), right), jacobian=right.jacobian)
-        wrong = rig_model.rigid_forces(motion, geometry, none, value[SLICES["theta"]], none)
-        columns[:, :, k] = (wrong - base) / HINGE_STEP_M
-    return columns
+    here = moved(geometry, value)
+    motion = _motion(record, here)
+    return rig_hinges.force_columns(motion, here, g, value[SLICES["theta"]], value[SLICES["leg_mass"]])
 
 
 def _linearise(
@@ -567,10 +545,10 @@ def open_directions(
             of_others = to_theta @ flat[:, SLICES["theta"].stop :]
             effects.append(np.concatenate([np.eye(10), of_others], axis=1) @ root / scale[:, None])
             if pace == PACES[0] and load is loads[-1]:
-                whole = effects[-1]
+                whole, here = effects[-1], moved(geometry, value)
                 for name, columns in (
                     ("leg_mass", matrix[:, :, SLICES["leg_mass"]]),
-                    ("hinges", _inertial_hinge_columns(record, geometry, value)),
+                    ("hinges", rig_hinges.inertial_columns(_motion(record, here), here, value[SLICES["theta"]])),
                 ):
                     folded[SLICES["theta"]] += to_theta @ columns.reshape(len(flat), -1) @ root[SLICES[name]]
     _, size, ways = np.linalg.svd(np.concatenate(effects))
