@@ -147,6 +147,17 @@ def _body_wrenches(motion: LegMotion, gravity_m_s2: Array) -> Array:
     return wrench
 
 
+def weight_forces(motion: LegMotion, geometry: Geometry, gravity_m_s2: Array, theta: Array, leg_mass: Array) -> Array:
+    """What gravity, or a change of it, has in rigid_forces(), (n, 6)."""
+    up = -motion.to_platform @ gravity_m_s2
+    e = motion.directions
+    across = up[:, None] - e * np.sum(e * up[:, None], axis=2, keepdims=True)
+    tilting = leg_mass[2] * across / motion.lengths_m[:, :, None]
+    force = theta[0] * up + tilting.sum(axis=1)
+    moment = np.cross(theta[1:4], up) + np.cross(geometry.platform_hinges_m, tilting).sum(axis=1)
+    return _of_wrench(motion, np.concatenate([force, moment], axis=1)[:, :, None])[:, :, 0]
+
+
 def leg_mass_forces(motion: LegMotion, geometry: Geometry, gravity_m_s2: Array) -> Array:
     """Leg forces per unit of `inertia_kg_m2`, `slide_kg_m` and `tilt_kg_m`, (n, 6, 3)."""
     return _of_wrench(motion, _leg_mass_wrenches(motion, geometry, gravity_m_s2))
@@ -208,7 +219,12 @@ def friction_shapes(speed_m_s: Array, law: FrictionLaw, dt_s: float) -> Array:
 
     That which grows with the leg's force has Coulomb's shape, times the force."""
     direction = slides(speed_m_s, law, dt_s)
-    return np.stack([direction, np.exp(-((speed_m_s / law.stribeck_speed_m_s) ** 2)) * direction, speed_m_s], axis=-1)
+    return np.stack([direction, stribeck_share(speed_m_s, law) * direction, speed_m_s], axis=-1)
+
+
+def stribeck_share(speed_m_s: Array, law: FrictionLaw) -> Array:
+    """What is left at a speed of what friction has beyond Coulomb's when it starts to slide."""
+    return np.exp(-((speed_m_s / law.stribeck_speed_m_s) ** 2))
 
 
 def gravity_vector(gravity_m_s2: float, tilt_rad: Array) -> Array:

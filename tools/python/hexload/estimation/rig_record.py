@@ -1,0 +1,154 @@
+"""A commissioning run as its regression sees it.
+
+Displacements, forces and every column pass the same zero-phase low-pass filters, so that none of them lags; the motion is
+the displacements', as a regression on a velocity sensor would see its noise on both sides. Speeds in the friction terms
+pass fewer of them: a filter hides when a leg turns round.
+"""
+
+import functools
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import fft
+
+from hexload.estimation import rig_model
+from hexload.estimation.rig_model import FrictionLaw
+
+Array = NDArray[np.float64]
+
+MOTION_HZ = 40.0
+ROW_HZ = 15.0
+SPEED_HZ = 25.0
+MOTION_STEP_S = 0.008  # at which the motion is worked out, and the columns filtered
+ROW_STEP_S = 0.016
+EDGE_S = 0.3  # there the filters still feel the ends of the record
+NOISE_SEED = 1
+THIN = 20  # one row of so many tells what a motion identifies
+
+
+@dataclass(frozen=True)
+class Record:
+    """What does not depend on the unknowns."""
+
+    displacement: Array  # (n, 6), filtered, MOTION_STEP_S apart
+    speed: Array
+    acceleration: Array
+    force: Array  # (rows, 6), filtered as rows
+    force_rate: Array
+    friction_speed: Array  # (N, 6), at the log's own period
+    dt_s: float  # the log's own period
+    step: int  # of the log's periods in a MOTION_STEP_S
+    rows: slice  # of n
+    speeds_at_rows: Array
+    t_s: Array  # (rows,)
+
+    def below_motion_hz(self, values: Array) -> Array:
+        """(N, ..) at the log's period as (n, ..)."""
+        return low_pass(values, MOTION_HZ, self.dt_s)[:: self.step]
+
+    def below_row_hz(self, values: Array) -> Array:
+        """(n, ..)"""
+        return low_pass(values, ROW_HZ, self.step * self.dt_s)
+
+    def as_rows(self, values: Array) -> Array:
+        """(n, ..) as (rows, ..)."""
+        return self.below_row_hz(values)[self.rows]
+
+
+def prepare(t_s: Array, displacement_m: Array, force_n: Array) -> Record:
+    dt_s = float(np.median(np.diff(t_s)))
+    step = max(1, round(MOTION_STEP_S / dt_s))
+    displacement, force = low_pass(displacement_m, MOTION_HZ, dt_s), low_pass(force_n, MOTION_HZ, dt_s)
+    speed = np.gradient(displacement, dt_s, axis=0)
+    acceleration = np.gradient(speed, dt_s, axis=0)
+    force_rate = np.gradient(force, dt_s, axis=0)
+    friction_speed = np.gradient(low_pass(displacement_m, SPEED_HZ, dt_s), dt_s, axis=0)
+    coarse_s = step * dt_s
+    edge, stride = round(EDGE_S / coarse_s), max(1, round(ROW_STEP_S / coarse_s))
+    rows = slice(edge, -edge, stride)
+    return Record(
+        displacement[::step],
+        speed[::step],
+        acceleration[::step],
+        low_pass(force[::step], ROW_HZ, coarse_s)[rows],
+        low_pass(force_rate[::step], ROW_HZ, coarse_s)[rows],
+        friction_speed,
+        dt_s,
+        step,
+        rows,
+        friction_speed[::step][rows],
+        t_s[::step][rows],
+    )
+
+
+def low_pass(values: Array, hz: float, period_s: float) -> Array:
+    """Butterworth's filter of fourth order, there and back, of a record that goes on as if turned about its ends."""
+    edge = min(round(EDGE_S / period_s), len(values) - 1)
+    before, after = 2.0 * values[0] - values[edge:0:-1], 2.0 * values[-1] - values[-2 : -2 - edge : -1]
+    extended = np.concatenate([before, values, after])
+    size = fft.next_fast_len(len(extended), real=True)
+    phase = np.pi * fft.rfftfreq(size).reshape(-1, *[1] * (values.ndim - 1))
+    passed = 1.0 / (1.0 + (np.tan(phase) / np.tan(np.pi * hz * period_s)) ** 8)
+    return fft.irfft(passed * fft.rfft(extended, size, axis=0), size, axis=0)[edge : edge + len(values)]
+
+
+def noise_like(displacement_m: Array) -> Array:
+    """White noise as large as the displacements', which third differences show: a motion does not pass them."""
+    sigma_m = np.sqrt(np.mean(np.diff(displacement_m, 3, axis=0) ** 2, axis=0) / 20.0)
+    return sigma_m * np.random.default_rng(NOISE_SEED).standard_normal(displacement_m.shape)
+
+
+def with_noise(record: Record, noise: Record) -> Record:
+    """As if the displacements had as much noise again."""
+    return replace(
+        record,
+        displacement=record.displacement + noise.displacement,
+        speed=record.speed + noise.speed,
+        acceleration=record.acceleration + noise.acceleration,
+    )
+
+
+def thinned(record: Record) -> Record:
+    rows = slice(record.rows.start, record.rows.stop, THIN)
+    parts = (record.displacement, record.speed, record.acceleration)
+    displacement, speed, acceleration = (part[rows] for part in parts)
+    friction_speed = record.friction_speed[:: record.step][rows]
+    return replace(
+        record, displacement=displacement, speed=speed, acceleration=acceleration, friction_speed=friction_speed, step=1
+    )
+
+
+@dataclass(frozen=True)
+class Shapes:
+    """Of a friction law."""
+
+    direction: Array  # (n, 6): Coulomb's, and with the leg's force that which grows with it
+    rows: Array  # (rows, 6, 3): Coulomb's, the Stribeck extra's, the viscous one's
+
+
+class Friction:
+    """Shapes of a record's friction, law by law: what has been worked out is kept, as scans come back to it."""
+
+    def __init__(self, record: Record) -> None:
+        self._record = record
+        self.shapes = functools.cache(self._shapes)
+        self._slides = functools.lru_cache(1)(self._slides_of)
+        self._direction = functools.cache(self._direction_of)
+        self._viscous = record.as_rows(record.below_motion_hz(record.friction_speed))
+
+    def _shapes(self, law: FrictionLaw) -> Shapes:
+        record = self._record
+        turn = law.reversal_speed_m_s, law.presliding_m
+        direction, rows = self._direction(*turn)
+        extra = rig_model.stribeck_share(record.friction_speed, law) * self._slides(*turn)
+        of_extra = record.as_rows(record.below_motion_hz(extra))
+        return Shapes(direction, np.stack([rows, of_extra, self._viscous], axis=-1))
+
+    def _direction_of(self, reversal_speed_m_s: float, presliding_m: float) -> tuple[Array, Array]:
+        direction = self._record.below_motion_hz(self._slides(reversal_speed_m_s, presliding_m))
+        return direction, self._record.as_rows(direction)
+
+    def _slides_of(self, reversal_speed_m_s: float, presliding_m: float) -> Array:
+        law = FrictionLaw(np.inf, reversal_speed_m_s, presliding_m)
+        return rig_model.slides(self._record.friction_speed, law, self._record.dt_s)
