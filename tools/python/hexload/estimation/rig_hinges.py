@@ -91,7 +91,7 @@ def inertial_columns(motion: LegMotion, geometry: Geometry, theta: Array) -> Arr
 
 def _columns(motion: LegMotion, legs: _Legs, wrenches: _Wrenches, own: Array) -> Array:
     """`own`: of each leg's own turn and arm, in platform axes, (2, 6, 3, 6, n)."""
-    per_leg = np.ascontiguousarray(np.moveaxis(np.linalg.inv(motion.jacobian), 0, 2))[:, :, None]
+    per_leg = np.ascontiguousarray(np.moveaxis(motion.per_leg, 0, 2))[:, :, None]
     drag = 2.0 * legs.along / legs.length * legs.across - legs.acceleration
     sway = 2.0 / legs.length * _transposed(legs.across)
     twist_per_pose = -_times(per_leg, _by_legs(_times(_transposed(legs.velocity), legs.turn)))

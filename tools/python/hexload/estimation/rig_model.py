@@ -20,6 +20,7 @@ F_l: what the mass of a leg takes beside the part that moves with the hinge, of 
 Units are SI; arrays carry the tick as their first axis.
 """
 
+import functools
 from dataclasses import dataclass
 
 import numpy as np
@@ -51,6 +52,11 @@ class LegMotion:
     twist: Array  # [v; w], (n, 6), platform axes
     acceleration: Array  # [a; w'] of O_A, (n, 6), platform axes, without gravity
     jacobian: Array  # (n, 6, 6), rows [e, a x e]
+
+    @functools.cached_property
+    def per_leg(self) -> Array:
+        """The jacobian's inverse: twist per leg speed."""
+        return np.linalg.inv(self.jacobian)
 
 
 def motion_of_legs(
@@ -105,7 +111,7 @@ def _poses(geometry: Geometry, lengths_m: Array, p: Array, rotation: Array) -> t
 def _turns(vectors_rad: Array) -> Array:
     """Rodrigues' formula: (n, 3, 3) of rotation vectors (n, 3)."""
     angle = np.linalg.norm(vectors_rad, axis=1)[:, None, None]
-    cross = np.cross(np.eye(3), vectors_rad[:, None])
+    cross = _turning(vectors_rad)
     sine, versine = np.sinc(angle / np.pi), 0.5 * np.sinc(angle / (2.0 * np.pi)) ** 2
     return np.eye(3) + sine * cross + versine * cross @ cross
 
@@ -136,15 +142,18 @@ def _body_wrenches(motion: LegMotion, gravity_m_s2: Array) -> Array:
     w, alpha = motion.twist[:, 3:], motion.acceleration[:, 3:]
     wrench = np.zeros((len(s), 6, 10))
     wrench[:, :3, 0] = s
-    for k in range(3):
-        unit = np.eye(3)[k]
-        wrench[:, :3, 1 + k] = np.cross(alpha, unit) + np.cross(w, np.cross(w, unit))
-        wrench[:, 3:, 1 + k] = np.cross(unit, s)
+    wrench[:, :3, 1:4] = _turning(alpha) + _turning(w) @ _turning(w)
+    wrench[:, 3:, 1:4] = -_turning(s)
     for column, (i, j) in enumerate(((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)), start=4):
         tensor = np.zeros((3, 3))
         tensor[i, j] = tensor[j, i] = 1.0
         wrench[:, 3:, column] = alpha @ tensor + np.cross(w, w @ tensor)
     return wrench
+
+
+def _turning(vectors: Array) -> Array:
+    """(n, 3, 3): what makes a x b of b."""
+    return np.cross(vectors[:, None], np.eye(3)).swapaxes(1, 2)
 
 
 def weight_forces(motion: LegMotion, geometry: Geometry, gravity_m_s2: Array, theta: Array, leg_mass: Array) -> Array:
@@ -186,7 +195,7 @@ def _leg_mass_wrenches(motion: LegMotion, geometry: Geometry, gravity_m_s2: Arra
 
 
 def _of_wrench(motion: LegMotion, wrench: Array) -> Array:
-    return np.linalg.solve(np.swapaxes(motion.jacobian, 1, 2), wrench)
+    return np.swapaxes(motion.per_leg, 1, 2) @ wrench
 
 
 @dataclass(frozen=True)

@@ -45,7 +45,7 @@ class Record:
 
     def below_motion_hz(self, values: Array) -> Array:
         """(N, ..) at the log's period as (n, ..)."""
-        return low_pass(values, MOTION_HZ, self.dt_s)[:: self.step]
+        return low_pass(values, MOTION_HZ, self.dt_s, self.step)
 
     def below_row_hz(self, values: Array) -> Array:
         """(n, ..)"""
@@ -82,15 +82,18 @@ def prepare(t_s: Array, displacement_m: Array, force_n: Array) -> Record:
     )
 
 
-def low_pass(values: Array, hz: float, period_s: float) -> Array:
-    """Butterworth's filter of fourth order, there and back, of a record that goes on as if turned about its ends."""
-    edge = min(round(EDGE_S / period_s), len(values) - 1)
+def low_pass(values: Array, hz: float, period_s: float, step: int = 1) -> Array:
+    """Butterworth's filter of fourth order, there and back, of a record that goes on as if turned about its ends; every
+    `step`-th row, and then nothing of what such rows cannot show."""
+    edge = step * min(round(EDGE_S / period_s / step), (len(values) - 1) // step)
     before, after = 2.0 * values[0] - values[edge:0:-1], 2.0 * values[-1] - values[-2 : -2 - edge : -1]
     extended = np.concatenate([before, values, after])
-    size = fft.next_fast_len(len(extended), real=True)
-    phase = np.pi * fft.rfftfreq(size).reshape(-1, *[1] * (values.ndim - 1))
-    passed = 1.0 / (1.0 + (np.tan(phase) / np.tan(np.pi * hz * period_s)) ** 8)
-    return fft.irfft(passed * fft.rfft(extended, size, axis=0), size, axis=0)[edge : edge + len(values)]
+    size = fft.next_fast_len(-(-len(extended) // step), real=True)
+    spectrum = fft.rfft(extended, size * step, axis=0)[: size // 2 + 1]
+    phase = np.pi * np.arange(len(spectrum)).reshape(-1, *[1] * (values.ndim - 1)) / (size * step)
+    passed = 1.0 / step / (1.0 + (np.tan(phase) / np.tan(np.pi * hz * period_s)) ** 8)
+    rows = slice(edge // step, edge // step - (-len(values) // step))
+    return fft.irfft(passed.astype(values.dtype) * spectrum, size, axis=0)[rows]
 
 
 def noise_like(displacement_m: Array) -> Array:
@@ -131,19 +134,18 @@ class Friction:
     """Shapes of a record's friction, law by law: what has been worked out is kept, as scans come back to it."""
 
     def __init__(self, record: Record) -> None:
-        self._record = record
         self.shapes = functools.cache(self._shapes)
+        self._record = record
+        self._speed = record.friction_speed.astype(np.float32)  # shapes are within 1, and the law an approximation
         self._slides = functools.lru_cache(1)(self._slides_of)
         self._direction = functools.cache(self._direction_of)
-        self._viscous = record.as_rows(record.below_motion_hz(record.friction_speed))
+        self._viscous = self._as_rows(self._speed)
 
     def _shapes(self, law: FrictionLaw) -> Shapes:
-        record = self._record
         turn = law.reversal_speed_m_s, law.presliding_m
         direction, rows = self._direction(*turn)
-        extra = rig_model.stribeck_share(record.friction_speed, law) * self._slides(*turn)
-        of_extra = record.as_rows(record.below_motion_hz(extra))
-        return Shapes(direction, np.stack([rows, of_extra, self._viscous], axis=-1))
+        extra = self._as_rows(rig_model.stribeck_share(self._speed, law) * self._slides(*turn))
+        return Shapes(direction, np.stack([rows, extra, self._viscous], axis=-1))
 
     def _direction_of(self, reversal_speed_m_s: float, presliding_m: float) -> tuple[Array, Array]:
         direction = self._record.below_motion_hz(self._slides(reversal_speed_m_s, presliding_m))
@@ -151,4 +153,7 @@ class Friction:
 
     def _slides_of(self, reversal_speed_m_s: float, presliding_m: float) -> Array:
         law = FrictionLaw(np.inf, reversal_speed_m_s, presliding_m)
-        return rig_model.slides(self._record.friction_speed, law, self._record.dt_s)
+        return rig_model.slides(self._speed, law, self._record.dt_s)
+
+    def _as_rows(self, values: Array) -> Array:
+        return self._record.as_rows(self._record.below_motion_hz(values))
