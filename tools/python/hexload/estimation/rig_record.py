@@ -14,6 +14,7 @@ from scipy import fft
 
 from hexload.estimation import rig_model
 from hexload.estimation.rig_model import FrictionLaw
+from hexload.io.log_file import LegLog
 
 Array = NDArray[np.float64]
 
@@ -56,21 +57,18 @@ class Record:
         return self.below_row_hz(values)[self.rows]
 
 
-def prepare(t_s: Array, displacement_m: Array, force_n: Array) -> Record:
-    dt_s = float(np.median(np.diff(t_s)))
+def prepare(log: LegLog) -> Record:
+    """Of a log without gaps."""
+    dt_s = float(np.median(np.diff(log.t_s)))
     step = max(1, round(MOTION_STEP_S / dt_s))
-    displacement, force = low_pass(displacement_m, MOTION_HZ, dt_s), low_pass(force_n, MOTION_HZ, dt_s)
-    speed = np.gradient(displacement, dt_s, axis=0)
-    acceleration = np.gradient(speed, dt_s, axis=0)
+    force = low_pass(log.force_n, MOTION_HZ, dt_s)
     force_rate = np.gradient(force, dt_s, axis=0)
-    friction_speed = np.gradient(low_pass(displacement_m, SPEED_HZ, dt_s), dt_s, axis=0)
+    friction_speed = np.gradient(low_pass(log.displacement_m, SPEED_HZ, dt_s), dt_s, axis=0)
     coarse_s = step * dt_s
     edge, stride = round(EDGE_S / coarse_s), max(1, round(ROW_STEP_S / coarse_s))
     rows = slice(edge, -edge, stride)
     return Record(
-        displacement[::step],
-        speed[::step],
-        acceleration[::step],
+        *_motion(log.displacement_m, dt_s, step),
         low_pass(force[::step], ROW_HZ, coarse_s)[rows],
         low_pass(force_rate[::step], ROW_HZ, coarse_s)[rows],
         friction_speed,
@@ -78,8 +76,15 @@ def prepare(t_s: Array, displacement_m: Array, force_n: Array) -> Record:
         step,
         rows,
         friction_speed[::step][rows],
-        t_s[::step][rows],
+        log.t_s[::step][rows],
     )
+
+
+def _motion(displacement_m: Array, dt_s: float, step: int) -> tuple[Array, Array, Array]:
+    displacement = low_pass(displacement_m, MOTION_HZ, dt_s)
+    speed = np.gradient(displacement, dt_s, axis=0)
+    acceleration = np.gradient(speed, dt_s, axis=0)
+    return displacement[::step], speed[::step], acceleration[::step]
 
 
 def low_pass(values: Array, hz: float, period_s: float, step: int = 1) -> Array:
@@ -96,19 +101,16 @@ def low_pass(values: Array, hz: float, period_s: float, step: int = 1) -> Array:
     return fft.irfft(passed.astype(values.dtype) * spectrum, size, axis=0)[rows]
 
 
-def noise_like(displacement_m: Array) -> Array:
-    """White noise as large as the displacements', which third differences show: a motion does not pass them."""
-    sigma_m = np.sqrt(np.mean(np.diff(displacement_m, 3, axis=0) ** 2, axis=0) / 20.0)
-    return sigma_m * np.random.default_rng(NOISE_SEED).standard_normal(displacement_m.shape)
-
-
-def with_noise(record: Record, noise: Record) -> Record:
-    """As if the displacements had as much noise again."""
+def with_noise(record: Record, log: LegLog) -> Record:
+    """As if the log's displacements had as much noise again: third differences show it, as a motion does not pass them."""
+    sigma_m = np.sqrt(np.mean(np.diff(log.displacement_m, 3, axis=0) ** 2, axis=0) / 20.0)
+    noise_m = sigma_m * np.random.default_rng(NOISE_SEED).standard_normal(log.displacement_m.shape)
+    displacement, speed, acceleration = _motion(noise_m, record.dt_s, record.step)
     return replace(
         record,
-        displacement=record.displacement + noise.displacement,
-        speed=record.speed + noise.speed,
-        acceleration=record.acceleration + noise.acceleration,
+        displacement=record.displacement + displacement,
+        speed=record.speed + speed,
+        acceleration=record.acceleration + acceleration,
     )
 
 
@@ -157,3 +159,12 @@ class Friction:
 
     def _as_rows(self, values: Array) -> Array:
         return self._record.as_rows(self._record.below_motion_hz(values))
+
+
+class Seen:
+    """A run, ready for any number of regressions."""
+
+    def __init__(self, log: LegLog) -> None:
+        self.record = prepare(log)
+        self.noisy = with_noise(self.record, log)
+        self.friction = Friction(self.record)

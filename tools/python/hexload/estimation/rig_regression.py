@@ -15,21 +15,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import block_diag
 
 from hexload.estimation import rig_hinges, rig_model
 from hexload.estimation.rig_model import LEGS, FrictionLaw, Geometry, LegMotion
-from hexload.estimation.rig_record import (
-    MOTION_HZ,
-    Friction,
-    Record,
-    Shapes,
-    low_pass,
-    noise_like,
-    prepare,
-    thinned,
-    with_noise,
-)
+from hexload.estimation.rig_record import MOTION_HZ, Friction, Record, Seen, Shapes, low_pass, prepare, thinned
+from hexload.io.log_file import LegLog
 
 Array = NDArray[np.float64]
 
@@ -130,20 +120,9 @@ class _Left:
     false: Array  # (88, 88), of the weighted rows' information what the displacements' noise alone makes
 
 
-def fit(
-    log_t_s: Array,
-    displacement_m: Array,
-    force_n: Array,
-    geometry: Geometry,
-    gravity: float,
-    start: Start,
-    near: Found | None = None,
-) -> Found:
-    """`displacement_m`, `force_n`: (n, 6), without gaps. `near`: what the same run has given with other groups held; its
-    friction law stays. Raises ValueError."""
-    record = prepare(log_t_s, displacement_m, force_n)
-    noisy = with_noise(record, prepare(log_t_s, noise_like(displacement_m), force_n))
-    friction = Friction(record)
+def fit(seen: Seen, geometry: Geometry, gravity: float, start: Start, near: Found | None = None) -> Found:
+    """`near`: what the same run has given with other groups held; its friction law stays. Raises ValueError."""
+    record, noisy, friction = seen.record, seen.noisy, seen.friction
     if near is None:
         value = np.where(np.isfinite(start.value), start.value, 0.0)
         law, hinge_rows = FIRST_LAW, (None, None)  # hinges are of no weight before there is a theta
@@ -159,7 +138,7 @@ def fit(
         shapes = friction.shapes(law)
         with_more = _rigid(noisy, geometry, gravity, value, rigid) if number > 0 or near is not None else rigid
         if number == 1 and near is None:
-            hinge_rows = tuple(_hinge_rows(record, seen, value, start) for seen in (rigid, with_more))
+            hinge_rows = tuple(_hinge_rows(record, some, value, start) for some in (rigid, with_more))
         rows = _linearise(record, rigid, shapes, value, hinge_rows[0])
         known = near is not None or number >= SCANNING_PASSES[-1]
         of_noise = _linearise(noisy, with_more, shapes, value, hinge_rows[1]) if known else rows
@@ -269,9 +248,10 @@ def _solve(
     free = start.sigma > 0
     prior = _prior_information(start)[free]
     A = (weight[:, :, None] * matrix).reshape(-1, UNKNOWNS)[:, free]
-    scale = np.sqrt(np.sum(A**2, axis=0) + prior) + TINY
-    normal = (A / scale).T @ (A / scale) + np.diag(prior / scale**2)
-    right = (A / scale).T @ (weight * residual).ravel() + prior / scale * (start.value - value)[free]
+    information = A.T @ A
+    scale = np.sqrt(np.diag(information) + prior) + TINY
+    normal = (information + np.diag(prior)) / np.outer(scale, scale)
+    right = (A.T @ (weight * residual).ravel() + prior * (start.value - value)[free]) / scale
     false = (weight[:, :, None] * doubles[1]).reshape(-1, UNKNOWNS)[:, free] / scale
     of_noise = _less_than(false.T @ false, normal)
     normal -= of_noise
@@ -312,7 +292,7 @@ def _scan(
     stay."""
     residual, matrix = _linearise(record, rigid, friction.shapes(FIRST_LAW), value, None)
     weight = _weights(record, value, _noise(record, residual, value))
-    shape = (LEGS, len(FRICTION))
+    shape, legs = (LEGS, len(FRICTION)), np.arange(LEGS)
     own = np.array([SLICES[name].start + np.arange(LEGS) for name in FRICTION]).T  # the unknowns of each leg's friction
     is_free = start.sigma[own].ravel() > 0
     others = np.concatenate([np.arange(UNKNOWNS)[SLICES[name]] for name in ("theta", "leg_mass", "offset")])
@@ -330,7 +310,8 @@ def _scan(
         columns = gained[:, :, None] * _friction_rows(record, rigid, friction.shapes(law)).transpose(1, 0, 2)
         # A leg's friction is in its own rows alone: normal equations by legs, less what the others explain.
         overlap = (basis.transpose(0, 2, 1) @ columns).transpose(1, 0, 2).reshape(len(others), -1)
-        normal = block_diag(*(columns.transpose(0, 2, 1) @ columns)) - overlap.T @ overlap
+        normal = -overlap.T @ overlap
+        normal.reshape(*shape, *shape)[legs, :, legs] += columns.transpose(0, 2, 1) @ columns
         right = np.einsum("lnk,ln->lk", columns, due).ravel()
         found = np.zeros(is_free.size)
         found[is_free] = np.linalg.lstsq(normal[np.ix_(is_free, is_free)], right[is_free], rcond=WORST_CONDITION)[0]
@@ -384,23 +365,14 @@ def _dispersion(information: Array, of_noise: Array) -> float:
     return float(np.trace(of_noise) / np.trace(information))
 
 
-def fit_loaded(
-    log_t_s: Array,
-    displacement_m: Array,
-    force_n: Array,
-    geometry: Geometry,
-    gravity: float,
-    found: Found,
-    mass_kg: float,
-) -> Found:
+def fit_loaded(seen: Seen, geometry: Geometry, gravity: float, found: Found, mass_kg: float) -> Found:
     """What a run with a known mass on the platform adds to `found`, that of the empty run: all its unknowns under their
     whole covariance, beside the load's centre and inertia, of which nothing is known. The friction law stays.
 
     With z = z0 + L u, L L^T the prior's covariance, rows A = w dz-columns L, and the dispersion q, by which scores vary more
     from block to block than independent rows make them: u = (q E + A^T A)^-1 A^T w r, with the covariance
     H^-1 (scores + q^2 E) H^-1, H = q E + A^T A."""
-    record = prepare(log_t_s, displacement_m, force_n)
-    shapes = Friction(record).shapes(found.law)
+    record, shapes = seen.record, seen.friction.shapes(found.law)
     prior, root = _with_load(found, geometry, mass_kg)
     free = Start(found.value, np.sqrt(np.diag(found.covariance)))
     theta = SLICES["theta"]
@@ -446,9 +418,7 @@ def _as_carried(unknowns: Array) -> Array:
 
 
 def open_directions(
-    log_t_s: Array,
-    displacement_m: Array,
-    force_n: Array,
+    seen: Seen,
     geometry: Geometry,
     gravity: float,
     found: Found,
@@ -462,7 +432,7 @@ def open_directions(
     of L, for each of `loads` at each of PACES of this run's motion, in units of `scale`, (10,). What the firmware does not
     follow counts as theta, as the last of `loads` sees it at this run's own pace: the mass of the legs, what wrong hinges do
     to accelerations, and as the last way all that the others leave."""
-    record = thinned(prepare(log_t_s, displacement_m, force_n))
+    record = thinned(seen.record)
     root = _root(found.covariance)
     effects, folded = [], root.copy()
     for pace in PACES:
@@ -516,25 +486,23 @@ class Explained:
 
 
 def explain(
-    log_t_s: Array,
-    displacement_m: Array,
-    force_n: Array,
+    log: LegLog,
     geometry: Geometry,
     gravity: float,
     value: Array,
     law: FrictionLaw,
 ) -> Explained:
     """Of a rig with the unknowns `value`, (88,)."""
-    record = prepare(log_t_s, displacement_m, force_n)
+    record = prepare(log)
     shapes = record.below_motion_hz(rig_model.friction_shapes(record.friction_speed, law, record.dt_s))
     rigid = _rigid(record, geometry, gravity, value)
     model, _ = _model(rigid.forces, rigid.columns, friction_columns(shapes, rigid.forces), value)
-    force = low_pass(force_n, MOTION_HZ, record.dt_s)
+    force = low_pass(log.force_n, MOTION_HZ, record.dt_s)
     shown = (force + value[SLICES["delay"]] * np.gradient(force, record.dt_s, axis=0))[:: record.step]
     inner = slice(record.rows.start, record.rows.stop)
     residual = shown - model
     return Explained(
-        log_t_s[:: record.step][inner],
+        log.t_s[:: record.step][inner],
         record.friction_speed[:: record.step][inner],
         residual[inner],
         record.below_row_hz(residual)[inner],
