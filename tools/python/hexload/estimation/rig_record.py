@@ -58,8 +58,10 @@ class Record:
 
 
 def prepare(log: LegLog) -> Record:
-    """Of a log without gaps."""
+    """Of a log without gaps. Raises ValueError."""
     dt_s = float(np.median(np.diff(log.t_s)))
+    if 2.0 * MOTION_HZ * dt_s >= 1.0:
+        raise ValueError(f"rows {dt_s:g} s apart, which show nothing of {MOTION_HZ:g} Hz")
     step = max(1, round(MOTION_STEP_S / dt_s))
     force = low_pass(log.force_n, MOTION_HZ, dt_s)
     force_rate = np.gradient(force, dt_s, axis=0)
@@ -88,17 +90,15 @@ def _motion(displacement_m: Array, dt_s: float, step: int) -> tuple[Array, Array
 
 
 def low_pass(values: Array, hz: float, period_s: float, step: int = 1) -> Array:
-    """Butterworth's filter of fourth order, there and back, of a record that goes on as if turned about its ends; every
-    `step`-th row, and then nothing of what such rows cannot show."""
-    edge = step * min(round(EDGE_S / period_s / step), (len(values) - 1) // step)
-    before, after = 2.0 * values[0] - values[edge:0:-1], 2.0 * values[-1] - values[-2 : -2 - edge : -1]
-    extended = np.concatenate([before, values, after])
-    size = fft.next_fast_len(-(-len(extended) // step), real=True)
-    spectrum = fft.rfft(extended, size * step, axis=0)[: size // 2 + 1]
+    """Butterworth's filter of fourth order, there and back, of a record that stands still before and after; every `step`-th
+    row, and then nothing of what such rows cannot show."""
+    edge, count = round(EDGE_S / period_s / step), -(-len(values) // step)
+    size = fft.next_fast_len(count + 2 * edge, real=True)
+    around = [(step * edge, step * (size - edge) - len(values)), *[(0, 0)] * (values.ndim - 1)]
+    spectrum = fft.rfft(np.pad(values, around, mode="edge"), axis=0)[: size // 2 + 1]
     phase = np.pi * np.arange(len(spectrum)).reshape(-1, *[1] * (values.ndim - 1)) / (size * step)
     passed = 1.0 / step / (1.0 + (np.tan(phase) / np.tan(np.pi * hz * period_s)) ** 8)
-    rows = slice(edge // step, edge // step - (-len(values) // step))
-    return fft.irfft(passed.astype(values.dtype) * spectrum, size, axis=0)[rows]
+    return fft.irfft(passed.astype(values.dtype) * spectrum, size, axis=0)[edge : edge + count]
 
 
 def with_noise(record: Record, log: LegLog) -> Record:
