@@ -101,7 +101,7 @@ def _poses(geometry: Geometry, lengths_m: Array, p: Array, rotation: Array) -> t
         if np.abs(excess).max() < CONVERGED_M:
             return p, rotation
         e = legs / norms[:, :, None]
-        arms = np.einsum("nij,lj->nli", rotation, geometry.platform_hinges_m)
+        arms = legs + geometry.base_hinges_m - p[:, None]
         step = np.linalg.solve(np.concatenate([e, np.cross(arms, e)], axis=2), excess[:, :, None])[:, :, 0]
         p = p - step[:, :3]
         rotation = _turns(-step[:, 3:]) @ rotation

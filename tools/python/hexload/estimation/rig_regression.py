@@ -97,15 +97,17 @@ class Found:
 class _Rigid:
     """What platform and legs need at some values of the unknowns."""
 
+    record: Record
     motion: LegMotion
     geometry: Geometry
     gravity_m_s2: Array
     forces: Array  # (n, 6)
     columns: Array  # (n, 6, 15), per unit of theta, leg_mass and tilt
 
-    def rows(self, record: Record) -> tuple[Array, Array]:
+    @functools.cached_property
+    def rows(self) -> tuple[Array, Array]:
         """Forces and columns as rows."""
-        rows = record.as_rows(np.concatenate([self.forces[:, :, None], self.columns], axis=2))
+        rows = self.record.as_rows(np.concatenate([self.forces[:, :, None], self.columns], axis=2))
         return rows[:, :, 0], rows[:, :, 1:]
 
 
@@ -134,15 +136,18 @@ def fit(seen: Seen, geometry: Geometry, gravity: float, start: Start, near: Foun
         rigid = _rigid(record, geometry, gravity, value, rigid)
         is_scanning = number in SCANNING_PASSES and near is None
         if is_scanning:
-            law = _scan(record, friction, rigid, value, start, LAWS if number == SCANNING_PASSES[0] else (law,))
+            law = _scan(friction, rigid, value, start, LAWS if number == SCANNING_PASSES[0] else (law,))
         shapes = friction.shapes(law)
         with_more = _rigid(noisy, geometry, gravity, value, rigid) if number > 0 or near is not None else rigid
         if number == 1 and near is None:
-            hinge_rows = tuple(_hinge_rows(record, some, value, start) for some in (rigid, with_more))
-        rows = _linearise(record, rigid, shapes, value, hinge_rows[0])
+            hinge_rows = tuple(_hinge_rows(some, value, start) for some in (rigid, with_more))
+        rows = _linearise(rigid, shapes, value, hinge_rows[0])
         known = near is not None or number >= SCANNING_PASSES[-1]
-        of_noise = _linearise(noisy, with_more, shapes, value, hinge_rows[1]) if known else rows
-        value, left = _solve(record, *rows, value, start, (rows[0] - of_noise[0], of_noise[1] - rows[1]))
+        of_noise = _linearise(with_more, shapes, value, hinge_rows[1]) if known else rows
+        doubles = rows[0] - of_noise[0], of_noise[1] - rows[1]
+        change = _change(record, *rows, value, start, doubles)
+        value = value + change
+    left = _left(record, *rows, value, change, doubles[1])
     covariances = _sandwich(record, left, start)
     return Found(value, *covariances, law, left.noise_n, left.residual, record.t_s, hinge_rows)
 
@@ -175,7 +180,7 @@ def _rigid(record: Record, geometry: Geometry, gravity: float, value: Array, nea
     turned = (rig_model.gravity_vector(gravity, tilt + step) - g for step in TILT_STEP_RAD * np.eye(2))
     of_tilt = [rig_model.weight_forces(motion, here, change / TILT_STEP_RAD, theta, leg_mass) for change in turned]
     columns = np.concatenate([of_body, of_legs, np.stack(of_tilt, axis=2)], axis=2)
-    return _Rigid(motion, here, g, of_body @ theta + of_legs @ leg_mass, columns)
+    return _Rigid(record, motion, here, g, of_body @ theta + of_legs @ leg_mass, columns)
 
 
 def _hinge_columns(rigid: _Rigid, value: Array) -> Array:
@@ -184,26 +189,24 @@ def _hinge_columns(rigid: _Rigid, value: Array) -> Array:
     return rig_hinges.force_columns(rigid.motion, rigid.geometry, rigid.gravity_m_s2, theta, leg_mass)
 
 
-def _hinge_rows(record: Record, rigid: _Rigid, value: Array, start: Start) -> Array | None:
+def _hinge_rows(rigid: _Rigid, value: Array, start: Start) -> Array | None:
     """(rows, 6, 36) of the rigid part's forces; None: the hinges are fixed."""
-    return record.as_rows(_hinge_columns(rigid, value)) if (start.sigma[SLICES["hinges"]] > 0).any() else None
+    return rigid.record.as_rows(_hinge_columns(rigid, value)) if (start.sigma[SLICES["hinges"]] > 0).any() else None
 
 
-def _linearise(
-    record: Record, rigid: _Rigid, shapes: Shapes, value: Array, hinge_rows: Array | None
-) -> tuple[Array, Array]:
+def _linearise(rigid: _Rigid, shapes: Shapes, value: Array, hinge_rows: Array | None) -> tuple[Array, Array]:
     """Residual (rows, 6) and matrix (rows, 6, 88) at `value`."""
-    forces, columns = rigid.rows(record)
-    model, matrix = _model(forces, columns, _friction_rows(record, rigid, shapes), value)
+    record, (forces, columns) = rigid.record, rigid.rows
+    model, matrix = _model(forces, columns, _friction_rows(rigid, shapes), value)
     matrix[:, :, SLICES["delay"].start] = -record.force_rate
     if hinge_rows is not None:
         matrix[:, :, SLICES["hinges"]] = _gains(value) * hinge_rows
     return record.force - model + value[SLICES["delay"]] * record.force_rate, matrix
 
 
-def _friction_rows(record: Record, rigid: _Rigid, shapes: Shapes) -> Array:
+def _friction_rows(rigid: _Rigid, shapes: Shapes) -> Array:
     """(rows, 6, 4), in the order of FRICTION."""
-    growing = record.as_rows(shapes.direction * np.abs(rigid.forces))
+    growing = rigid.record.as_rows(shapes.direction * np.abs(rigid.forces))
     return np.concatenate([shapes.rows, growing[:, :, None]], axis=2)
 
 
@@ -238,10 +241,10 @@ def _weights(record: Record, value: Array, noise_n: float) -> Array:
     return 1.0 / np.sqrt(1.0 + unknown**2 * slow)
 
 
-def _solve(
+def _change(
     record: Record, residual: Array, matrix: Array, value: Array, start: Start, doubles: tuple[Array, Array]
-) -> tuple[Array, _Left]:
-    """`doubles`: what noise like the displacements' changes of the model and of the matrix. The noise that is in both counts
+) -> Array:
+    """Of the unknowns, (88,). `doubles`: what noise like the displacements' changes of the model and of the matrix. The noise that is in both counts
     as information that no motion has given, and draws the unknowns towards zero: it is taken out of the normal equations."""
     noise_n = _noise(record, residual, value)
     weight = _weights(record, value, noise_n) / noise_n
@@ -258,11 +261,16 @@ def _solve(
     right += false.T @ (weight * doubles[0]).ravel()
     change = np.zeros(UNKNOWNS)
     change[free] = np.linalg.lstsq(normal, right, rcond=WORST_CONDITION)[0] / scale
+    return change
+
+
+def _left(record: Record, residual: Array, matrix: Array, value: Array, change: Array, double: Array) -> _Left:
+    """`change`: that led from where the rows were made to `value`; `double`: of the matrix."""
     left = residual - matrix @ change
-    noise_n = _noise(record, left, value + change)
-    weight = _weights(record, value + change, noise_n) / noise_n
-    false = (weight[:, :, None] * doubles[1]).reshape(-1, UNKNOWNS)
-    return value + change, _Left(left, matrix, weight, noise_n, false.T @ false)
+    noise_n = _noise(record, left, value)
+    weight = _weights(record, value, noise_n) / noise_n
+    false = (weight[:, :, None] * double).reshape(-1, UNKNOWNS)
+    return _Left(left, matrix, weight, noise_n, false.T @ false)
 
 
 def _less_than(of_noise: Array, normal: Array) -> Array:
@@ -285,13 +293,11 @@ def _noise(record: Record, residual: Array, value: Array) -> float:
     return float(np.sqrt(np.mean(residual[moving] ** 2))) if moving.any() else float(residual.std())
 
 
-def _scan(
-    record: Record, friction: Friction, rigid: _Rigid, value: Array, start: Start, laws: tuple[FrictionLaw, ...]
-) -> FrictionLaw:
+def _scan(friction: Friction, rigid: _Rigid, value: Array, start: Start, laws: tuple[FrictionLaw, ...]) -> FrictionLaw:
     """The friction law's numbers by the smallest residual of what is linear, from the best of `laws` on; hinges, gains, tilt
     stay."""
-    residual, matrix = _linearise(record, rigid, friction.shapes(FIRST_LAW), value, None)
-    weight = _weights(record, value, _noise(record, residual, value))
+    residual, matrix = _linearise(rigid, friction.shapes(FIRST_LAW), value, None)
+    weight = _weights(rigid.record, value, _noise(rigid.record, residual, value))
     shape, legs = (LEGS, len(FRICTION)), np.arange(LEGS)
     own = np.array([SLICES[name].start + np.arange(LEGS) for name in FRICTION]).T  # the unknowns of each leg's friction
     is_free = start.sigma[own].ravel() > 0
@@ -307,7 +313,7 @@ def _scan(
 
     @functools.cache
     def cost(law: FrictionLaw) -> float:
-        columns = gained[:, :, None] * _friction_rows(record, rigid, friction.shapes(law)).transpose(1, 0, 2)
+        columns = gained[:, :, None] * _friction_rows(rigid, friction.shapes(law)).transpose(1, 0, 2)
         # A leg's friction is in its own rows alone: normal equations by legs, less what the others explain.
         overlap = (basis.transpose(0, 2, 1) @ columns).transpose(1, 0, 2).reshape(len(others), -1)
         normal = -overlap.T @ overlap
@@ -381,8 +387,8 @@ def fit_loaded(seen: Seen, geometry: Geometry, gravity: float, found: Found, mas
         carried = _as_carried(prior + root @ u)
         rigid = _rigid(record, geometry, gravity, carried, rigid)
         if number > 0:  # before, the load is a point
-            hinge_rows = _hinge_rows(record, rigid, carried, free)
-        residual, matrix = _linearise(record, rigid, shapes, carried, hinge_rows)
+            hinge_rows = _hinge_rows(rigid, carried, free)
+        residual, matrix = _linearise(rigid, shapes, carried, hinge_rows)
         matrix = np.concatenate([matrix, matrix[:, :, theta]], axis=2) @ root
         noise_n = _noise(record, residual, carried) if number > 0 else found.residual_n
         weight = _weights(record, carried, noise_n) / noise_n
