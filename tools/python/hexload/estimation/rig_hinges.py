@@ -197,7 +197,7 @@ def _body(motion: LegMotion, theta: Array) -> _Wrenches:
 
 def _on_platform(legs: _Legs, forces: Array) -> Array:
     """Wrench of forces at the upper hinges."""
-    return np.sum(_times(_transposed(legs.hinge), forces), axis=2, keepdims=True)
+    return np.einsum("jil,jkln->ikn", legs.hinge[..., 0], forces)[:, :, None]
 
 
 def _vectors(of_legs: Array) -> Array:
