@@ -134,8 +134,7 @@ def fit(seen: Seen, geometry: Geometry, gravity: float, start: Start, near: Foun
     rigid = None
     for number in range(PASSES if near is None else MORE_PASSES):
         rigid = _rigid(record, geometry, gravity, value, rigid)
-        is_scanning = number in SCANNING_PASSES and near is None
-        if is_scanning:
+        if near is None and number in SCANNING_PASSES:
             law = _scan(friction, rigid, value, start, LAWS if number == SCANNING_PASSES[0] else (law,))
         shapes = friction.shapes(law)
         with_more = _rigid(noisy, geometry, gravity, value, rigid) if number > 0 or near is not None else rigid
