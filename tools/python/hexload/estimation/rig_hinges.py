@@ -90,7 +90,10 @@ def inertial_columns(motion: LegMotion, geometry: Geometry, theta: Array) -> Arr
 
 
 def _columns(motion: LegMotion, legs: _Legs, wrenches: _Wrenches, own: Array) -> Array:
-    """`own`: of each leg's own turn and arm, in platform axes, (2, 6, 3, 6, n)."""
+    """`own`: wrenches of each leg's own turn and arm, in platform axes, (2, 6, 3, 6, n).
+
+    For a given motion of the platform, l'' falls by drag . de as a leg turns and rises by sway . du with its hinge's
+    velocity."""
     per_leg = np.ascontiguousarray(np.moveaxis(motion.per_leg, 0, 2))[:, :, None]
     drag = 2.0 * legs.along / legs.length * legs.across - legs.acceleration
     sway = 2.0 / legs.length * _transposed(legs.across)
