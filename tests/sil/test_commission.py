@@ -15,7 +15,8 @@ from hexload.estimation.commission import Wish, commission
 from hexload.estimation.firmware_run import native_firmware
 from hexload.estimation.load_summary import load_changes_s
 from hexload.estimation.replay import replay_log
-from hexload.estimation.rig_model import FrictionLaw, slides
+from hexload.estimation.rig_hinges import force_columns
+from hexload.estimation.rig_model import FrictionLaw, Geometry, motion_of_legs, rigid_forces, slides
 from hexload.estimation.rig_regression import SLICES
 from hexload.io.log_file import COLUMNS
 from hexload.io.toml_document import GUESSED
@@ -122,6 +123,31 @@ def test_friction_turns_from_tick_to_tick_as_its_law_says(presliding_m, ticks):
         kept = np.exp(-np.abs(speed) * 1e-3 / presliding_m)
         shape = kept * shape + (1.0 - kept) * np.tanh(speed / law.reversal_speed_m_s)
         assert np.abs(found - shape).max() < 1e-13
+
+
+def test_what_a_wrong_hinge_does_to_forces_is_what_small_shifts_of_it_do(platform):
+    # GIVEN a moving platform whose legs have mass, on a base off level
+    table = tomllib.loads(platform.read_text())["geometry"]
+    geometry = Geometry(*(np.array(table[key]) for key in ("base_hinges_m", "platform_hinges_m", "home_leg_length_m")))
+    random = np.random.default_rng(8)
+    motion = [size * random.uniform(-1.0, 1.0, (20, 6)) for size in (0.05, 0.3, 3.0)]
+    theta, leg_mass, gravity = LOAD, np.array([3.0, 4.0, 6.0]), np.array([0.06, -0.05, -9.81])
+
+    def forces(hinge: int, shift_m: float) -> np.ndarray:
+        shifts_m = (shift_m * np.eye(36)[hinge]).reshape(2, 6, 3)
+        there = replace(
+            geometry,
+            base_hinges_m=geometry.base_hinges_m + shifts_m[0],
+            platform_hinges_m=geometry.platform_hinges_m + shifts_m[1],
+        )
+        return rigid_forces(motion_of_legs(there, *motion), there, gravity, theta, leg_mass)
+
+    # WHEN the derivatives by each coordinate of each hinge are worked out
+    found = force_columns(motion_of_legs(geometry, *motion), geometry, gravity, theta, leg_mass)
+    # THEN they are those of shifts by 0.1 mm to both sides, but for the 1e-9 m to which poses are solved
+    shift_m = 1e-4
+    shifted = np.stack([(forces(k, shift_m) - forces(k, -shift_m)) / (2.0 * shift_m) for k in range(36)], axis=2)
+    assert np.abs(found - shifted).max() < 1e-9 / shift_m * np.abs(shifted).max()
 
 
 def test_the_page_says_what_was_found_and_how_well(found, platform):

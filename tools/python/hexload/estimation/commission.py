@@ -3,6 +3,7 @@
 The regression is in rig_regression.py; here stand what is known beforehand, what is refused, and the words.
 """
 
+import functools
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -17,6 +18,7 @@ from hexload.estimation import rig_file, rig_model, rig_regression
 from hexload.estimation.firmware_run import load_platform, native_firmware
 from hexload.estimation.input_check import WayIn, checked_log
 from hexload.estimation.rig_model import LEGS, Geometry
+from hexload.estimation.rig_record import Seen
 from hexload.estimation.rig_regression import SLICES, UNKNOWNS, Found, Start
 from hexload.io.atomic_file import replaced_or_none, replaced_when_done
 from hexload.io.log_file import LegLog
@@ -56,6 +58,10 @@ LEAST_DELAY_TICKS = 0.1
 class Run:
     name: str
     log: LegLog
+
+    @functools.cached_property
+    def seen(self) -> Seen:
+        return Seen(self.log)
 
 
 @dataclass(frozen=True)
@@ -145,9 +151,7 @@ def _write_page(
     stated[SLICES["theta"]] = machine.theta
     log = run.log
     before, after = (
-        rig_regression.explain(
-            log.t_s, log.displacement_m, log.force_n, machine.geometry, machine.gravity_m_s2, value, found.law
-        )
+        rig_regression.explain(run.log, machine.geometry, machine.gravity_m_s2, value, found.law)
         for value in (stated, found.value)
     )
     masses = rig_model.leg_masses(machine.geometry, found.value[SLICES["theta"]])
@@ -253,13 +257,10 @@ def _without(run: Run, machine: Machine, found: Found, start: Start, names: tupl
 
 
 def _regress(run: Run, machine: Machine, start: Start, near: Found | None = None) -> Found:
-    log = run.log
     return _said_of(
         run,
         machine,
-        lambda: rig_regression.fit(
-            log.t_s, log.displacement_m, log.force_n, machine.geometry, machine.gravity_m_s2, start, near
-        ),
+        lambda: rig_regression.fit(run.seen, machine.geometry, machine.gravity_m_s2, start, near),
     )
 
 
@@ -376,13 +377,10 @@ def _with_reference(found: Found, machine: Machine, run: Run, mass_kg: float) ->
     """What an empty run leaves to the declared tolerances: the common gain, as a known mass weighs 1 + g times itself, and
     friction's growth, as legs that carry more rub more."""
     _refuse_mass(found, machine, run, mass_kg)
-    log = run.log
     return _said_of(
         run,
         machine,
-        lambda: rig_regression.fit_loaded(
-            log.t_s, log.displacement_m, log.force_n, machine.geometry, machine.gravity_m_s2, found, mass_kg
-        ),
+        lambda: rig_regression.fit_loaded(run.seen, machine.geometry, machine.gravity_m_s2, found, mass_kg),
     )
 
 
@@ -464,12 +462,10 @@ def _tables(found: Found, machine: Machine, velocity_delay_s: float, loaded: boo
 
 def _directions(run: Run, found: Found, machine: Machine, loaded: bool) -> list[dict]:
     """[[direction]]: for loads of half and three times the platform's mass, at its hinges' radius above and beside."""
-    log, geometry = run.log, machine.geometry
+    geometry = machine.geometry
     radius_m = np.linalg.norm(geometry.platform_hinges_m, axis=1).mean()
     loads = tuple(_nominal_load(share * machine.theta[0], radius_m) for share in LOAD_SHARES)
-    ways = rig_regression.open_directions(
-        log.t_s, log.displacement_m, log.force_n, geometry, machine.gravity_m_s2, found, loads, machine.scale
-    )
+    ways = rig_regression.open_directions(run.seen, geometry, machine.gravity_m_s2, found, loads, machine.scale)
     return [_direction(way, machine, loaded) for way in ways]
 
 

@@ -20,6 +20,7 @@ F_l: what the mass of a leg takes beside the part that moves with the hinge, of 
 Units are SI; arrays carry the tick as their first axis.
 """
 
+import functools
 from dataclasses import dataclass
 
 import numpy as np
@@ -51,6 +52,11 @@ class LegMotion:
     twist: Array  # [v; w], (n, 6), platform axes
     acceleration: Array  # [a; w'] of O_A, (n, 6), platform axes, without gravity
     jacobian: Array  # (n, 6, 6), rows [e, a x e]
+
+    @functools.cached_property
+    def per_leg(self) -> Array:
+        """The jacobian's inverse: twist per leg speed."""
+        return np.linalg.inv(self.jacobian)
 
 
 def motion_of_legs(
@@ -95,7 +101,7 @@ def _poses(geometry: Geometry, lengths_m: Array, p: Array, rotation: Array) -> t
         if np.abs(excess).max() < CONVERGED_M:
             return p, rotation
         e = legs / norms[:, :, None]
-        arms = np.einsum("nij,lj->nli", rotation, geometry.platform_hinges_m)
+        arms = legs + geometry.base_hinges_m - p[:, None]
         step = np.linalg.solve(np.concatenate([e, np.cross(arms, e)], axis=2), excess[:, :, None])[:, :, 0]
         p = p - step[:, :3]
         rotation = _turns(-step[:, 3:]) @ rotation
@@ -105,7 +111,7 @@ def _poses(geometry: Geometry, lengths_m: Array, p: Array, rotation: Array) -> t
 def _turns(vectors_rad: Array) -> Array:
     """Rodrigues' formula: (n, 3, 3) of rotation vectors (n, 3)."""
     angle = np.linalg.norm(vectors_rad, axis=1)[:, None, None]
-    cross = np.cross(np.eye(3), vectors_rad[:, None])
+    cross = _turning(vectors_rad)
     sine, versine = np.sinc(angle / np.pi), 0.5 * np.sinc(angle / (2.0 * np.pi)) ** 2
     return np.eye(3) + sine * cross + versine * cross @ cross
 
@@ -136,15 +142,29 @@ def _body_wrenches(motion: LegMotion, gravity_m_s2: Array) -> Array:
     w, alpha = motion.twist[:, 3:], motion.acceleration[:, 3:]
     wrench = np.zeros((len(s), 6, 10))
     wrench[:, :3, 0] = s
-    for k in range(3):
-        unit = np.eye(3)[k]
-        wrench[:, :3, 1 + k] = np.cross(alpha, unit) + np.cross(w, np.cross(w, unit))
-        wrench[:, 3:, 1 + k] = np.cross(unit, s)
+    wrench[:, :3, 1:4] = _turning(alpha) + _turning(w) @ _turning(w)
+    wrench[:, 3:, 1:4] = -_turning(s)
     for column, (i, j) in enumerate(((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)), start=4):
         tensor = np.zeros((3, 3))
         tensor[i, j] = tensor[j, i] = 1.0
         wrench[:, 3:, column] = alpha @ tensor + np.cross(w, w @ tensor)
     return wrench
+
+
+def _turning(vectors: Array) -> Array:
+    """(n, 3, 3): what makes a x b of b."""
+    return np.cross(vectors[:, None], np.eye(3)).swapaxes(1, 2)
+
+
+def weight_forces(motion: LegMotion, geometry: Geometry, gravity_m_s2: Array, theta: Array, leg_mass: Array) -> Array:
+    """What gravity, or a change of it, has in rigid_forces(), (n, 6)."""
+    up = -motion.to_platform @ gravity_m_s2
+    e = motion.directions
+    across = up[:, None] - e * np.sum(e * up[:, None], axis=2, keepdims=True)
+    tilting = leg_mass[2] * across / motion.lengths_m[:, :, None]
+    force = theta[0] * up + tilting.sum(axis=1)
+    moment = np.cross(theta[1:4], up) + np.cross(geometry.platform_hinges_m, tilting).sum(axis=1)
+    return _of_wrench(motion, np.concatenate([force, moment], axis=1)[:, :, None])[:, :, 0]
 
 
 def leg_mass_forces(motion: LegMotion, geometry: Geometry, gravity_m_s2: Array) -> Array:
@@ -175,7 +195,7 @@ def _leg_mass_wrenches(motion: LegMotion, geometry: Geometry, gravity_m_s2: Arra
 
 
 def _of_wrench(motion: LegMotion, wrench: Array) -> Array:
-    return np.linalg.solve(np.swapaxes(motion.jacobian, 1, 2), wrench)
+    return np.swapaxes(motion.per_leg, 1, 2) @ wrench
 
 
 @dataclass(frozen=True)
@@ -208,7 +228,12 @@ def friction_shapes(speed_m_s: Array, law: FrictionLaw, dt_s: float) -> Array:
 
     That which grows with the leg's force has Coulomb's shape, times the force."""
     direction = slides(speed_m_s, law, dt_s)
-    return np.stack([direction, np.exp(-((speed_m_s / law.stribeck_speed_m_s) ** 2)) * direction, speed_m_s], axis=-1)
+    return np.stack([direction, stribeck_share(speed_m_s, law) * direction, speed_m_s], axis=-1)
+
+
+def stribeck_share(speed_m_s: Array, law: FrictionLaw) -> Array:
+    """What is left at a speed of what friction has beyond Coulomb's when it starts to slide."""
+    return np.exp(-((speed_m_s / law.stribeck_speed_m_s) ** 2))
 
 
 def gravity_vector(gravity_m_s2: float, tilt_rad: Array) -> Array:

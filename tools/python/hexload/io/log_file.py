@@ -8,6 +8,7 @@ forces: an empty cell or nan. Anything else that is wrong in a log is refused wi
 
 import codecs
 import gzip
+import itertools
 import math
 import re
 import warnings
@@ -230,7 +231,7 @@ class _Reader:
         """(n, channels) in the log's units. Line by line where a line is not plain."""
         separator = self._separator
         picked = lines
-        if any(line.count(separator) != self._count - 1 for line in lines):
+        if set(map(str.count, lines, itertools.repeat(separator))) - {self._count - 1}:
             return self._numbers_of_each(lines, first)
         if not self._is_all or self._clock:
             picked = [separator.join(self._fields(first + k, line)) for k, line in enumerate(lines)]

@@ -9,7 +9,8 @@ from scipy.signal import welch
 
 from hexload.estimation import rig_model
 from hexload.estimation.rig_model import LEGS
-from hexload.estimation.rig_regression import FRICTION, ROW_HZ, SLICES, Explained, Found, Start, friction_columns
+from hexload.estimation.rig_record import ROW_HZ
+from hexload.estimation.rig_regression import FRICTION, SLICES, Explained, Found, Start, friction_columns
 from hexload.report.charts import ERROR, ESTIMATE, REFERENCE, TRUTH, Chart, Panel, Series, to_html
 from hexload.report.page import templates
 from hexload.theory.bound import THETA_NAMES, unit_of
