@@ -561,6 +561,24 @@ static void test_work_waits_for_ticks_whose_poses_are_easy(void) {
     check_fault(&stage, HEXLOAD_INPUT_VELOCITY_GAIN, 2);
 }
 
+static void test_a_block_of_poses_that_take_long_counts_once(void) {
+    // GIVEN a window of which one block, the first or a later one, begins with 20 poses that take three steps
+    // WHEN it is full THEN its mean of the forces upwards is theirs, to the half newton by which they change
+    for (int n = 0; n < 2; n++) {
+        stage_t stage = stage_of(6);
+        while (n == 1 && stage.self.blocks < 3) {
+            show(&stage, 1);
+        }
+        stage.motion.newton_steps = 3;
+        show(&stage, 20);
+        stage.motion.newton_steps = 2;
+        while (stage.self.stage == 0) {
+            show(&stage, 1);
+        }
+        TEST_ASSERT_DOUBLE_WITHIN(6.0, 6.0 * (weight_n + 0.75), (double)stage.self.wrench[3]);
+    }
+}
+
 static void test_gaps_during_the_evaluation_leave_no_block_too_long(void) {
     const uint8_t stages[2] = {4, 9}; // at which gaps of 8 and 6 have made 16 ticks
     for (int n = 0; n < 2; n++) {
@@ -674,6 +692,7 @@ int main(void) {
     RUN_TEST(test_a_fault_of_forces_goes_at_rest_too);
     RUN_TEST(test_a_fault_gets_another_name_when_two_windows_give_it);
     RUN_TEST(test_work_waits_for_ticks_whose_poses_are_easy);
+    RUN_TEST(test_a_block_of_poses_that_take_long_counts_once);
     RUN_TEST(test_gaps_during_the_evaluation_leave_no_block_too_long);
     RUN_TEST(test_a_lag_counts_from_two_ticks_on_and_a_gain_from_two_per_cent);
     RUN_TEST(test_the_acceleration_of_a_window_is_the_twists_change_over_31_blocks);
