@@ -581,8 +581,14 @@ static void test_a_momentum_that_begins_anew_goes_with_the_effects_as_the_load_d
     begin_step(&step);
     for (uint32_t tick = 0; tick <= 80; tick++) {
         next_step(&step, &motion, &effects, tick, 1e-4);
+        if (tick == 80) {
+            step.sample.gap_ticks = 0;
+            step.config.rig.direction_count = 1;
+            for (int k = 0; k < LOAD; k++) {
+                step.consider.load[0][k] = (hexload_real_t)(k - 4);
+            }
+        }
         before = step;
-        step.sample.gap_ticks = tick == 80 ? 0 : step.sample.gap_ticks;
         take_step(&step);
     }
     // THEN P_me is that of Y theta, AND all else of the effects is as it was
@@ -601,6 +607,14 @@ static void test_a_momentum_that_begins_anew_goes_with_the_effects_as_the_load_d
             }
             TEST_ASSERT_DOUBLE_WITHIN(ROUNDINGS(LOAD, size), sum, (double)row[MU + a]);
         }
+    }
+    // AND an open constant's error of the momentum is that of its error of the load
+    for (int a = 0; a < 6; a++) {
+        double sum = 0.0;
+        for (int k = 0; k < LOAD; k++) {
+            sum += (double)Y[a][k] * (k - 4.0);
+        }
+        TEST_ASSERT_DOUBLE_WITHIN(ROUNDINGS(200, 1.0), sum, (double)step.consider.momentum[0][a]);
     }
 }
 
@@ -978,6 +992,19 @@ static void test_held_effects_stay_and_their_errors_count(void) {
     TEST_ASSERT_EQUAL_UINT32(0, held.effects.held_ticks);
     take_step(&held);
     TEST_ASSERT_TRUE(held.effects.effect[0] != before.effects.effect[0]);
+}
+
+static void test_effects_are_held_for_what_a_window_of_displacements_adds_too(void) {
+    // GIVEN speeds from velocity sensors, or from a window of 2 x 6 ticks, whose middle is 6 ticks late WHEN
+    // the load changes THEN the effects are held for the lag, twice the longest one and that
+    for (uint32_t half = 0; half <= 6; half += 6) {
+        static step_t step;
+        begin_step(&step);
+        step.config.sensors.half_window_ticks = half;
+        hexload_actuator_effects_hold(&step.effects, &step.config);
+        TEST_ASSERT_EQUAL_UINT32(step.config.momentum.lag_ticks + 2 * HEXLOAD_LAG_TICKS_MAX + half,
+                                 step.effects.held_ticks);
+    }
 }
 
 static void test_a_known_mass_that_is_wrong_comes_out(void) {
@@ -1359,6 +1386,7 @@ int main(void) {
     RUN_TEST(test_a_tilt_beyond_gravity_takes_nothing_from_its_length);
     RUN_TEST(test_errors_by_each_of_many_constants_go_the_same_way);
     RUN_TEST(test_an_effect_that_is_next_to_known_is_a_state_all_the_same);
+    RUN_TEST(test_effects_are_held_for_what_a_window_of_displacements_adds_too);
     RUN_TEST(test_the_residual_is_a_mean_of_all_and_then_of_two_seconds);
     RUN_TEST(test_rest_is_what_noise_of_the_smoother_reaches_in_95_of_100_cases);
     RUN_TEST(test_friction_near_standstill_is_noise_of_speed_and_shape_for_a_lag);

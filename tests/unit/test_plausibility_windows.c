@@ -219,6 +219,29 @@ static void test_gaps_of_eight_ticks_are_bridged_and_longer_ones_begin_anew(void
     }
 }
 
+static void test_a_sample_that_is_not_complete_begins_a_block_anew(void) {
+    // GIVEN a block that has begun WHEN a sample waits for late channels THEN the next one begins another
+    stage_t stage = stage_of(6);
+    const hexload_leg_sample_t sample = {.tick = 3};
+    const hexload_present_tick_t waiting = {.sensors = stage.config.sensors, .gap_ticks = 1};
+    show(&stage, 3);
+    hexload_plausibility_step(&stage.self, &stage.config, &sample, &waiting, HEXLOAD_REAL(0.0));
+    TEST_ASSERT_FALSE(stage.self.has_begun);
+    show(&stage, 1);
+    TEST_ASSERT_TRUE(stage.self.has_begun);
+    TEST_ASSERT_EQUAL_UINT8(0, stage.self.ticks);
+}
+
+static void test_forces_are_looked_at_where_little_has_weight(void) {
+    // GIVEN a base with a twentieth of the earth's gravity, and legs that pull WHEN a window is over THEN
+    // that is seen
+    stage_t stage = stage_of(0);
+    stage.config.gravity_m_s2 = HEXLOAD_REAL(0.5);
+    stage.force_n = -weight_n;
+    end_window(&stage);
+    TEST_ASSERT_EQUAL_UINT8(HEXLOAD_INPUT_FORCES_NEGATED, stage.self.seen_cause);
+}
+
 static void test_one_sample_in_twenty_may_repeat_the_one_before(void) {
     // GIVEN one leg that moves, each in turn, a window in order, and then 25 or 26 samples in each of two
     // windows that repeat those before WHEN one is over THEN the latter are said to
@@ -538,6 +561,24 @@ static void test_work_waits_for_ticks_whose_poses_are_easy(void) {
     check_fault(&stage, HEXLOAD_INPUT_VELOCITY_GAIN, 2);
 }
 
+static void test_a_block_of_poses_that_take_long_counts_once(void) {
+    // GIVEN a window of which one block, the first or a later one, begins with 20 poses that take three steps
+    // WHEN it is full THEN its mean of the forces upwards is theirs, to the half newton by which they change
+    for (int n = 0; n < 2; n++) {
+        stage_t stage = stage_of(6);
+        while (n == 1 && stage.self.blocks < 3) {
+            show(&stage, 1);
+        }
+        stage.motion.newton_steps = 3;
+        show(&stage, 20);
+        stage.motion.newton_steps = 2;
+        while (stage.self.stage == 0) {
+            show(&stage, 1);
+        }
+        TEST_ASSERT_DOUBLE_WITHIN(6.0, 6.0 * (weight_n + 0.75), (double)stage.self.wrench[3]);
+    }
+}
+
 static void test_gaps_during_the_evaluation_leave_no_block_too_long(void) {
     const uint8_t stages[2] = {4, 9}; // at which gaps of 8 and 6 have made 16 ticks
     for (int n = 0; n < 2; n++) {
@@ -635,6 +676,8 @@ int main(void) {
     RUN_TEST(test_what_is_too_small_or_too_alike_to_tell_says_nothing);
     RUN_TEST(test_an_evaluation_takes_nine_ticks);
     RUN_TEST(test_gaps_of_eight_ticks_are_bridged_and_longer_ones_begin_anew);
+    RUN_TEST(test_a_sample_that_is_not_complete_begins_a_block_anew);
+    RUN_TEST(test_forces_are_looked_at_where_little_has_weight);
     RUN_TEST(test_one_sample_in_twenty_may_repeat_the_one_before);
     RUN_TEST(test_a_force_that_stands_still_is_named_at_its_leg);
     RUN_TEST(test_a_force_stands_still_when_64_ticks_leave_it_and_three_others_change);
@@ -649,6 +692,7 @@ int main(void) {
     RUN_TEST(test_a_fault_of_forces_goes_at_rest_too);
     RUN_TEST(test_a_fault_gets_another_name_when_two_windows_give_it);
     RUN_TEST(test_work_waits_for_ticks_whose_poses_are_easy);
+    RUN_TEST(test_a_block_of_poses_that_take_long_counts_once);
     RUN_TEST(test_gaps_during_the_evaluation_leave_no_block_too_long);
     RUN_TEST(test_a_lag_counts_from_two_ticks_on_and_a_gain_from_two_per_cent);
     RUN_TEST(test_the_acceleration_of_a_window_is_the_twists_change_over_31_blocks);

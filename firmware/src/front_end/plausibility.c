@@ -562,17 +562,19 @@ void hexload_plausibility_step(hexload_plausibility_t* self, const hexload_confi
     if (now->motion->newton_steps > USUAL_NEWTON_STEPS) {
         return; // what is to be done beyond sums can wait
     }
+    bool is_over = self->ticks >= BLOCK_TICKS;
     if (self->stage > 0) {
         evaluate(self, config, now, late_s);
     } else if (self->ticks >= FORCES_TICKS && !self->has_forces) {
         add_forces(self, config, now);
-    } else if (self->ticks >= BLOCK_TICKS) {
+        is_over = false; // its ways belong to these forces
+    } else if (is_over) {
         if (is_moving(config, sample)) {
             note_stuck_forces(self);
         }
         close_block(self, config, now);
     }
-    if (self->ticks >= BLOCK_TICKS && (self->has_forces || self->stage > 0)) {
+    if (is_over) {
         begin_block(self, now->sample);
     }
 }
