@@ -228,7 +228,8 @@ static void test_errors_of_mu_are_the_finite_differences_of_its_rate(void) {
     for (uint32_t trial = 0; trial < 12; trial++) {
         bench_t bench;
         double drive[6], G[2][6][10];
-        begin(&bench, &seed, 3);
+        begin(&bench, &seed, 4);
+        bench.scene.config.rig.direction_count = 3;
         const hexload_config_t* config = &bench.scene.config;
         bench.self.next = trial % 3;
         const hexload_rig_direction_t* direction = hexload_consider_turn(&bench.self, config);
@@ -263,14 +264,19 @@ static void test_errors_of_mu_are_the_finite_differences_of_its_rate(void) {
             }
             TEST_ASSERT_EQUAL_MEMORY(before.load[n], bench.self.load[n], sizeof before.load[n]);
         }
+        // AND one that does not count stays
+        TEST_ASSERT_EQUAL_MEMORY(before.momentum[3], bench.self.momentum[3], sizeof before.momentum[3]);
     }
 }
 
 static void test_as_momentum_begins_anew_errors_are_those_of_the_body(void) {
-    // GIVEN three directions WHEN mu begins anew THEN its errors are Y of what load and platform are off
+    // GIVEN three directions WHEN mu begins anew THEN its errors are Y of what load and platform are off;
+    // those of a fourth, which does not count, stay
     uint64_t seed = 72;
     bench_t bench;
-    begin(&bench, &seed, 3);
+    begin(&bench, &seed, 4);
+    bench.scene.config.rig.direction_count = 3;
+    const hexload_consider_t before = bench.self;
     double twist[6];
     for (int k = 0; k < 6; k++) {
         bench.filter.smooth_twist[k] = (hexload_real_t)uniform(&seed);
@@ -288,6 +294,7 @@ static void test_as_momentum_begins_anew_errors_are_those_of_the_body(void) {
             TEST_ASSERT_DOUBLE_WITHIN(ROUNDINGS(40, 5.0), momentum[a], (double)bench.self.momentum[n][a]);
         }
     }
+    TEST_ASSERT_EQUAL_MEMORY(before.momentum[3], bench.self.momentum[3], sizeof before.momentum[3]);
 }
 
 static void test_errors_follow_the_filters_correction(void) {
@@ -374,12 +381,14 @@ static void test_a_step_does_all_of_it_for_all_directions(void) {
 }
 
 static void test_sigmas_are_roots_of_sums_of_squares(void) {
-    // GIVEN three directions WHEN sigmas are widened THEN each is the root of its own square and the three's;
-    // without directions they stay, to the bit, even where float has no square of them
+    // GIVEN three directions, in a memory that has more, WHEN sigmas are widened THEN each is the root of its
+    // own square and the three's; without directions they stay, to the bit, even where float has no square of
+    // them
     uint64_t seed = 75;
     bench_t bench;
     hexload_real_t sigma[DIM];
-    begin(&bench, &seed, 3);
+    begin(&bench, &seed, 4);
+    bench.scene.config.rig.direction_count = 3;
     for (int k = 0; k < DIM; k++) {
         sigma[k] = HEXLOAD_REAL(0.7);
     }
