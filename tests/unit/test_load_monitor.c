@@ -268,7 +268,7 @@ static void assert_same(const expected_t* expected, const hexload_load_monitor_t
 /// Sensors' values of the next tick: those of the scene, noise, jumps, a change of the estimate now and then.
 static void make_tick(bench_t* bench, uint32_t n, uint64_t* seed) {
     scene_t* scene = &bench->scene[n % 2];
-    const bool jumps = n % 13 == 7 || n == 2; // as soon as there is a past, too
+    const bool jumps = n % 13 == 7 || n == 1; // as soon as there is a past, too
     turn_to(bench, (int)(n % 2));
     for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
         scene->sample.force_n[leg] = (hexload_real_t)(1500.0 + (jumps ? 900.0 : 20.0) * uniform(seed));
