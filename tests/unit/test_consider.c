@@ -53,7 +53,7 @@ static void begin(bench_t* bench, uint64_t* seed, uint32_t directions) {
     bench->past.smooth.sample = bench->scene.sample;
     bench->past.smooth.gap_ticks = 2;
     for (int leg = 0; leg < LEGS; leg++) {
-        bench->speed_m_s[leg] = 0.1 * uniform(seed);
+        bench->speed_m_s[leg] = leg == 5 ? 0.0 : 0.1 * uniform(seed);
         bench->past.smooth.smooth_velocity_m_s[leg] = (hexload_real_t)bench->speed_m_s[leg];
         bench->past.smooth.sample.force_n[leg] =
             (hexload_real_t)(600.0 + 1200.0 * uniform(seed)); // some pull
@@ -221,14 +221,15 @@ static void expect_drive(const bench_t* bench, const hexload_rig_direction_t* di
 }
 
 static void test_errors_of_mu_are_the_finite_differences_of_its_rate(void) {
-    // GIVEN constants of all kinds that are off together in three ways, legs that push and pull, slow and
-    // fast ones WHEN the errors are moved on THEN those of the direction whose turn it is are the differences
-    // of the rate of mu between constants that are off by a thousandth and the same the other way
+    // GIVEN constants of all kinds that are off together in three ways, legs that push and pull, one at rest,
+    // slow and fast ones WHEN the errors are moved on THEN those of the direction whose turn it is are the
+    // differences of the rate of mu between constants that are off by a thousandth and the same the other way
     uint64_t seed = 71;
     for (uint32_t trial = 0; trial < 12; trial++) {
         bench_t bench;
         double drive[6], G[2][6][10];
-        begin(&bench, &seed, 3);
+        begin(&bench, &seed, 4);
+        bench.scene.config.rig.direction_count = 3;
         const hexload_config_t* config = &bench.scene.config;
         bench.self.next = trial % 3;
         const hexload_rig_direction_t* direction = hexload_consider_turn(&bench.self, config);
@@ -263,14 +264,19 @@ static void test_errors_of_mu_are_the_finite_differences_of_its_rate(void) {
             }
             TEST_ASSERT_EQUAL_MEMORY(before.load[n], bench.self.load[n], sizeof before.load[n]);
         }
+        // AND one that does not count stays
+        TEST_ASSERT_EQUAL_MEMORY(before.momentum[3], bench.self.momentum[3], sizeof before.momentum[3]);
     }
 }
 
 static void test_as_momentum_begins_anew_errors_are_those_of_the_body(void) {
-    // GIVEN three directions WHEN mu begins anew THEN its errors are Y of what load and platform are off
+    // GIVEN three directions WHEN mu begins anew THEN its errors are Y of what load and platform are off;
+    // those of a fourth, which does not count, stay
     uint64_t seed = 72;
     bench_t bench;
-    begin(&bench, &seed, 3);
+    begin(&bench, &seed, 4);
+    bench.scene.config.rig.direction_count = 3;
+    const hexload_consider_t before = bench.self;
     double twist[6];
     for (int k = 0; k < 6; k++) {
         bench.filter.smooth_twist[k] = (hexload_real_t)uniform(&seed);
@@ -288,6 +294,7 @@ static void test_as_momentum_begins_anew_errors_are_those_of_the_body(void) {
             TEST_ASSERT_DOUBLE_WITHIN(ROUNDINGS(40, 5.0), momentum[a], (double)bench.self.momentum[n][a]);
         }
     }
+    TEST_ASSERT_EQUAL_MEMORY(before.momentum[3], bench.self.momentum[3], sizeof before.momentum[3]);
 }
 
 static void test_errors_follow_the_filters_correction(void) {
@@ -340,14 +347,15 @@ static void test_errors_follow_the_filters_correction(void) {
 }
 
 static void test_a_step_does_all_of_it_for_all_directions(void) {
-    // GIVEN three directions, or none WHEN a sample is filtered, or mu begins anew THEN what is left is that
-    // of its parts in their order
+    // GIVEN three directions, or none, in a memory that has more WHEN a sample is filtered, or mu begins anew
+    // THEN what is left is that of its parts in their order, and none that does not count has moved
     uint64_t seed = 74;
     for (uint32_t n = 0; n < 4; n++) {
         bench_t bench, parts;
         hexload_momentum_update_t update, of_parts;
         hexload_real_t e[2][6];
-        begin(&bench, &seed, n < 2 ? 3 : 0);
+        begin(&bench, &seed, 4);
+        bench.scene.config.rig.direction_count = n < 2 ? 3 : 0;
         bench.past.smooth.gap_ticks = n % 2;
         for (int a = 0; a < 6; a++) {
             bench.filter.momentum_cov[a][a] = HEXLOAD_REAL(4.0);
@@ -373,12 +381,14 @@ static void test_a_step_does_all_of_it_for_all_directions(void) {
 }
 
 static void test_sigmas_are_roots_of_sums_of_squares(void) {
-    // GIVEN three directions WHEN sigmas are widened THEN each is the root of its own square and the three's;
-    // without directions they stay, to the bit
+    // GIVEN three directions, in a memory that has more, WHEN sigmas are widened THEN each is the root of its
+    // own square and the three's; without directions they stay, to the bit, even where float has no square of
+    // them
     uint64_t seed = 75;
     bench_t bench;
     hexload_real_t sigma[DIM];
-    begin(&bench, &seed, 3);
+    begin(&bench, &seed, 4);
+    bench.scene.config.rig.direction_count = 3;
     for (int k = 0; k < DIM; k++) {
         sigma[k] = HEXLOAD_REAL(0.7);
     }
@@ -392,9 +402,10 @@ static void test_sigmas_are_roots_of_sums_of_squares(void) {
         sigma[k] = HEXLOAD_REAL(0.7);
     }
     bench.scene.config.rig.direction_count = 0;
+    sigma[0] = HEXLOAD_REAL(1e30);
     hexload_consider_widen(&bench.self, &bench.scene.config, sigma);
     for (int k = 0; k < DIM; k++) {
-        TEST_ASSERT_EQUAL_DOUBLE((double)HEXLOAD_REAL(0.7), (double)sigma[k]);
+        TEST_ASSERT_EQUAL_DOUBLE((double)(k == 0 ? HEXLOAD_REAL(1e30) : HEXLOAD_REAL(0.7)), (double)sigma[k]);
     }
 }
 

@@ -140,7 +140,8 @@ static void run_traced(hexload_kind_t kind, double* innovation_ratio, double* ni
 
 static void test_a_traced_innovation_is_the_factor_times_the_whitened_one(void) {
     // GIVEN a filter's update, which has L with its diagonal inverted, and L^-1 e WHEN the same sample is
-    // traced THEN the trace has e = L L^-1 e, and the diagonal of L L^T
+    // traced THEN the trace has e = L L^-1 e, and the diagonal of L L^T; without an update it says that there
+    // was none
     const hexload_config_t config = config_of(HEXLOAD_KIND_MOMENTUM);
     static hexload_t traced;
     static hexload_momentum_t plain;
@@ -155,6 +156,8 @@ static void test_a_traced_innovation_is_the_factor_times_the_whitened_one(void) 
         TEST_ASSERT_EQUAL_INT(HEXLOAD_OK,
                               hexload_momentum_run(&plain, &config, NULL, &sample, &estimate, &update));
         TEST_ASSERT_EQUAL_INT(HEXLOAD_OK, hexload_trace(&traced, &config, &sample, &estimate, &trace));
+        TEST_ASSERT_EQUAL_INT(update.L[0][0] == HEXLOAD_REAL(0.0) ? HEXLOAD_GATE_NONE : HEXLOAD_GATE_ACCEPTED,
+                              trace.gate);
         for (int i = 0; i < 6 && tick > 200 && trace.gate == HEXLOAD_GATE_ACCEPTED; i++) {
             double e = 0.0, variance = 0.0, size = 0.0;
             for (int k = 0; k <= i; k++) {
@@ -166,6 +169,27 @@ static void test_a_traced_innovation_is_the_factor_times_the_whitened_one(void) 
             TEST_ASSERT_DOUBLE_WITHIN(ROUNDINGS(10, size), e, (double)trace.innovation[i]);
             TEST_ASSERT_DOUBLE_WITHIN(ROUNDINGS(10, variance), variance, (double)trace.variance[i]);
         }
+    }
+}
+
+static void test_momentum_goes_on_over_three_ticks_and_begins_anew_after_four(void) {
+    // GIVEN a smoother that bridges ten ticks WHEN a sample comes three ticks after the one before, or four
+    // THEN every tick after it has an update, or one has none
+    for (uint32_t gap_ticks = 3; gap_ticks <= 4; gap_ticks++) {
+        hexload_config_t config = config_of(HEXLOAD_KIND_MOMENTUM);
+        static hexload_t traced;
+        hexload_estimate_t estimate;
+        hexload_trace_t trace;
+        uint64_t seed = 4;
+        uint32_t without = 0;
+        config.momentum.longest_gap_ticks = 10;
+        TEST_ASSERT_EQUAL_INT(HEXLOAD_OK, hexload_init(&traced, &config));
+        for (uint32_t n = 0; n < 600; n++) {
+            const hexload_leg_sample_t sample = sample_at(&config, n < 300 ? n : n - 1 + gap_ticks, &seed);
+            TEST_ASSERT_EQUAL_INT(HEXLOAD_OK, hexload_trace(&traced, &config, &sample, &estimate, &trace));
+            without += n >= 300 && trace.gate == HEXLOAD_GATE_NONE ? 1 : 0;
+        }
+        TEST_ASSERT_EQUAL_UINT32(gap_ticks - 3, without);
     }
 }
 
@@ -337,6 +361,7 @@ int main(void) {
     RUN_TEST(test_a_kind_that_there_is_not_is_refused_and_named);
     RUN_TEST(test_before_the_first_sample_the_prior_is_read);
     RUN_TEST(test_a_traced_innovation_is_the_factor_times_the_whitened_one);
+    RUN_TEST(test_momentum_goes_on_over_three_ticks_and_begins_anew_after_four);
     RUN_TEST(test_a_trace_leaves_the_estimate_and_its_innovations_have_the_variance_it_gives);
     RUN_TEST(test_a_gated_innovation_of_the_papers_estimator_is_traced_as_rejected);
     RUN_TEST(test_only_the_estimator_of_actuator_effects_has_effects);

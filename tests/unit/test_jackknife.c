@@ -398,6 +398,31 @@ static void test_a_parameter_without_a_variance_gives_no_number_that_is_none(voi
     }
 }
 
+static void test_a_parameter_that_another_one_determines_counts_as_not_known(void) {
+    // GIVEN a covariance of one each, in which hx is m to the bit, so that nothing of its own is left of it
+    // WHEN it is inverted THEN hx has no information, and each other parameter one of its own alone
+    hexload_config_t config = paper_machine();
+    static hexload_momentum_filter_t filter;
+    static hexload_jackknife_t jackknife;
+    memset(&filter, 0, sizeof filter);
+    for (int k = 0; k < DIM; k++) {
+        filter.load_cov[k][k] = HEXLOAD_REAL(1.0);
+    }
+    filter.load_cov[HEXLOAD_LOAD_HX][HEXLOAD_LOAD_M] = HEXLOAD_REAL(1.0);
+    filter.load_cov[HEXLOAD_LOAD_M][HEXLOAD_LOAD_HX] = HEXLOAD_REAL(1.0);
+    hexload_jackknife_init(&jackknife);
+    for (int tick = 0; tick < BLOCK_TICKS; tick++) {
+        hexload_jackknife_step(&jackknife, &config, &filter);
+    }
+    TEST_ASSERT_TRUE(jackknife.has_begun);
+    for (int i = 0; i < DIM; i++) {
+        for (int j = 0; j <= i; j++) {
+            TEST_ASSERT_EQUAL_DOUBLE(i == j && i != HEXLOAD_LOAD_HX ? 1.0 : 0.0,
+                                     (double)jackknife.information[i * (i + 1) / 2 + j]);
+        }
+    }
+}
+
 int main(void) {
     UNITY_BEGIN();
     RUN_TEST(test_factors_are_those_of_all_blocks_at_once);
@@ -408,5 +433,6 @@ int main(void) {
     RUN_TEST(test_a_standstill_takes_nothing_from_what_blocks_of_motion_say);
     RUN_TEST(test_another_load_begins_with_what_the_machine_has_shown);
     RUN_TEST(test_a_parameter_without_a_variance_gives_no_number_that_is_none);
+    RUN_TEST(test_a_parameter_that_another_one_determines_counts_as_not_known);
     return UNITY_END();
 }

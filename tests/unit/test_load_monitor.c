@@ -268,7 +268,7 @@ static void assert_same(const expected_t* expected, const hexload_load_monitor_t
 /// Sensors' values of the next tick: those of the scene, noise, jumps, a change of the estimate now and then.
 static void make_tick(bench_t* bench, uint32_t n, uint64_t* seed) {
     scene_t* scene = &bench->scene[n % 2];
-    const bool jumps = n % 13 == 7;
+    const bool jumps = n % 13 == 7 || n == 1; // as soon as there is a past, too
     turn_to(bench, (int)(n % 2));
     for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
         scene->sample.force_n[leg] = (hexload_real_t)(1500.0 + (jumps ? 900.0 : 20.0) * uniform(seed));
@@ -320,6 +320,37 @@ static void test_monitor_is_that_of_the_equations_at_every_tick(void) {
             const double share = 200.0 * (double)config.tick_s;
             const bool is_drift = square * (2.0 - share) / share > 60.0;
             TEST_ASSERT_EQUAL_INT(expected.nis_mean > 12.0 || is_drift, is_alarm);
+        }
+    }
+}
+
+static void test_forces_that_do_not_jump_have_the_noise_of_their_sensors_alone(void) {
+    // GIVEN sensors of 0.1 N that have shown the same for three ticks, a load that is known, speeds that tell
+    // nothing WHEN the next tick comes after a momentum that was known THEN its covariance is that of these
+    // forces over a tick
+    uint64_t seed = 32;
+    bench_t bench;
+    double Jw[6][6], variance[6], expected[6][6] = {{0}}, found[6][6];
+    begin(&bench, &seed);
+    const hexload_config_t* config = &bench.scene[0].config;
+    memset(bench.filter.load_cov, 0, sizeof bench.filter.load_cov);
+    bench.now.sensors.force_sigma_n = HEXLOAD_REAL(0.1);
+    bench.now.sensors.velocity_sigma_m_s = HEXLOAD_REAL(1e3);
+    for (int tick = 0; tick < 4; tick++) {
+        memset(bench.monitor.covariance, 0, sizeof bench.monitor.covariance);
+        TEST_ASSERT_FALSE(
+            hexload_load_monitor_step(&bench.monitor, config, &bench.filter, HEXLOAD_FIT_NOISE, &bench.now));
+    }
+    pushes_of(bench.now.motion, Jw);
+    for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
+        variance[leg] = pow((double)config->tick_s * 0.1, 2.0);
+    }
+    add_noise_of(Jw, variance, expected);
+    read_lower(bench.monitor.covariance, found);
+    for (int a = 0; a < 6; a++) { // 6 terms, and a correction that leaves it
+        for (int b = 0; b < 6; b++) {
+            TEST_ASSERT_DOUBLE_WITHIN(ROUNDINGS(40, sqrt(expected[a][a] * expected[b][b])), expected[a][b],
+                                      found[a][b]);
         }
     }
 }
@@ -481,6 +512,7 @@ static void test_a_weight_is_a_force_along_the_pull_and_a_moment_across_it(void)
 int main(void) {
     UNITY_BEGIN();
     RUN_TEST(test_monitor_is_that_of_the_equations_at_every_tick);
+    RUN_TEST(test_forces_that_do_not_jump_have_the_noise_of_their_sensors_alone);
     RUN_TEST(test_limits_are_those_of_the_equations);
     RUN_TEST(test_on_a_machine_that_is_not_its_model_momentum_begins_anew);
     RUN_TEST(test_wrench_monitor_hears_every_tick_and_a_gap_restarts_it);

@@ -768,6 +768,30 @@ static void test_a_gap_too_long_for_one_step_sets_the_momentum_anew(void) {
     TEST_ASSERT_TRUE(nees_of(&bench, &eccentric) < 53.0);
 }
 
+static void test_the_first_field_of_a_configuration_is_checked_too(void) {
+    // GIVEN a machine without a tick, which is the first field that is checked WHEN an estimator is to begin
+    // THEN it does not
+    hexload_config_t config = paper_machine();
+    hexload_momentum_t estimator;
+    config.tick_s = HEXLOAD_REAL(0.0);
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_ERR_CONFIG, hexload_momentum_init(&estimator, &config));
+}
+
+static void test_the_longest_gap_is_bridged_and_a_longer_one_is_not(void) {
+    // GIVEN a smoother that bridges ten ticks WHEN a sample comes ten ticks after the one before, or eleven
+    // THEN rates go on, or are seeded anew
+    for (uint32_t gap_ticks = 10; gap_ticks <= 11; gap_ticks++) {
+        hexload_config_t config = paper_machine();
+        bench_t bench;
+        config.momentum.longest_gap_ticks = 10;
+        begin(&bench, config, random_motion(44, 0.05, 0.1), 9);
+        run(&bench, &eccentric, 200);
+        bench.tick += gap_ticks - 1;
+        run(&bench, &eccentric, 1);
+        TEST_ASSERT_EQUAL_UINT32(gap_ticks - 10, bench.estimator.health.count[HEXLOAD_HEALTH_RATE_RESEEDED]);
+    }
+}
+
 static void test_a_mismatch_that_keeps_a_parameter_from_converging_is_a_misfit(void) {
     // GIVEN an estimate that has converged
     bench_t bench;
@@ -902,6 +926,8 @@ int main(void) {
     RUN_TEST(test_legs_with_a_mass_of_their_own_are_no_load);
     RUN_TEST(test_a_pose_of_the_past_that_is_lost_is_found_again);
     RUN_TEST(test_a_gap_too_long_for_one_step_sets_the_momentum_anew);
+    RUN_TEST(test_the_first_field_of_a_configuration_is_checked_too);
+    RUN_TEST(test_the_longest_gap_is_bridged_and_a_longer_one_is_not);
     RUN_TEST(test_a_mismatch_that_keeps_a_parameter_from_converging_is_a_misfit);
     RUN_TEST(test_counts_of_the_supervisors_do_not_wrap);
     RUN_TEST(test_without_gravity_and_motion_nothing_says_that_a_wrench_is_wrong);

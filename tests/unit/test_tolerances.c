@@ -183,6 +183,24 @@ static void test_a_weight_that_is_off_moves_the_papers_height_by_its_lever(void)
                                       &filter, HEXLOAD_REAL(0.0), HEXLOAD_PAPER_DZ, HEXLOAD_PAPER_DZ));
 }
 
+static void test_without_tolerances_sigmas_stay_to_the_bit(void) {
+    // GIVEN a machine of which nothing is open WHEN sigmas are widened THEN they stay, even where float has
+    // no square of them
+    hexload_config_t config = momentum_machine();
+    hexload_momentum_filter_t filter;
+    hexload_real_t sigma[DIM], variance[DIM];
+    memset(&config.tolerances, 0, sizeof config.tolerances);
+    hexload_momentum_filter_init(&filter, &config);
+    for (int k = 0; k < DIM; k++) {
+        sigma[k] = HEXLOAD_REAL(1e30);
+    }
+    hexload_tolerances_widen(&filter, sigma, variance);
+    for (int k = 0; k < DIM; k++) {
+        TEST_ASSERT_EQUAL_DOUBLE((double)HEXLOAD_REAL(1e30), (double)sigma[k]);
+        TEST_ASSERT_EQUAL_DOUBLE(0.0, (double)variance[k]);
+    }
+}
+
 int main(void) {
     UNITY_BEGIN();
     RUN_TEST(test_a_common_gain_is_off_by_that_share_of_load_and_platform_and_sigma_has_it);
@@ -191,5 +209,6 @@ int main(void) {
     RUN_TEST(test_what_is_declared_open_keeps_no_parameter_from_having_converged);
     RUN_TEST(test_without_tolerances_sigmas_stay_as_they_are);
     RUN_TEST(test_a_weight_that_is_off_moves_the_papers_height_by_its_lever);
+    RUN_TEST(test_without_tolerances_sigmas_stay_to_the_bit);
     return UNITY_END();
 }

@@ -393,6 +393,38 @@ static void test_each_leg_alone_shows_that_the_platform_moves(void) {
     }
 }
 
+static void test_only_legs_show_that_the_platform_moves(void) {
+    // GIVEN legs whose speeds a twist leaves at nothing, however large it is WHEN the monitor sees it THEN
+    // the tick does not count in the past of the machine
+    scene_t scene;
+    tick_t tick;
+    hexload_wrench_monitor_t monitor;
+    make_settled(&scene, &tick, &monitor);
+    memset(tick.motion.J, 0, sizeof tick.motion.J);
+    tick.motion.twist[0] = HEXLOAD_REAL(1.0);
+    const hexload_push_t push = push_of(&tick);
+    TEST_ASSERT_FALSE(
+        hexload_wrench_monitor_step(&monitor, &scene.config, &tick.filter, HEXLOAD_FIT_NOISE, &push));
+    TEST_ASSERT_EQUAL_DOUBLE(0.0, (double)monitor.filled_s);
+}
+
+static void test_a_bin_is_fifty_milliseconds_of_motion(void) {
+    // GIVEN a tick of 25 ms, of which two are 50 ms to the bit WHEN the platform moves THEN each second tick
+    // closes a bin
+    scene_t scene;
+    tick_t tick;
+    hexload_wrench_monitor_t monitor;
+    make_settled(&scene, &tick, &monitor);
+    scene.config.tick_s = HEXLOAD_REAL(0.025);
+    tick.motion.twist[2] = HEXLOAD_REAL(0.1);
+    for (uint32_t n = 1; n <= 6; n++) {
+        const hexload_push_t push = push_of(&tick);
+        TEST_ASSERT_FALSE(
+            hexload_wrench_monitor_step(&monitor, &scene.config, &tick.filter, HEXLOAD_FIT_NOISE, &push));
+        TEST_ASSERT_EQUAL_UINT32(n / 2, monitor.bins);
+    }
+}
+
 /// Whether y of F_z alone, this share of the weight, is a wrong wrench after `motion_s` of a commissioned
 /// machine.
 static bool is_wrong_share(double share, double motion_s) {
@@ -474,6 +506,8 @@ int main(void) {
     RUN_TEST(test_monitor_is_that_of_the_equations_at_every_tick);
     RUN_TEST(test_a_restart_keeps_what_the_machine_is_like);
     RUN_TEST(test_each_leg_alone_shows_that_the_platform_moves);
+    RUN_TEST(test_only_legs_show_that_the_platform_moves);
+    RUN_TEST(test_a_bin_is_fifty_milliseconds_of_motion);
     RUN_TEST(test_the_more_motion_is_known_the_smaller_a_load_is_told_of_a_commissioned_machine);
     RUN_TEST(test_a_covariance_that_is_none_reports_nothing);
     RUN_TEST(test_ticks_do_not_wrap);
