@@ -240,6 +240,11 @@ static void test_health_counts_every_tick_out_of_stroke(void) {
     run(&estimator, &config, 500, 4, 0);
     TEST_ASSERT_GREATER_THAN_UINT32(400, estimator.health.count[HEXLOAD_HEALTH_LEG_OUT_OF_STROKE]);
     TEST_ASSERT_BITS_HIGH(1u << HEXLOAD_HEALTH_LEG_OUT_OF_STROKE, estimator.health.bits);
+    // AND none of those within
+    config.geometry.stroke_max_m = HEXLOAD_REAL(0.5);
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_OK, hexload_paper_init(&estimator, &config));
+    run(&estimator, &config, 500, 4, 0);
+    TEST_ASSERT_EQUAL_UINT32(0, estimator.health.count[HEXLOAD_HEALTH_LEG_OUT_OF_STROKE]);
 }
 
 static void test_a_lost_force_lets_the_papers_filter_wait_and_go_on(void) {

@@ -183,6 +183,34 @@ static void test_a_weight_that_is_off_moves_the_papers_height_by_its_lever(void)
                                       &filter, HEXLOAD_REAL(0.0), HEXLOAD_PAPER_DZ, HEXLOAD_PAPER_DZ));
 }
 
+static void test_the_papers_parameters_have_the_tolerances_in_common_both_ways(void) {
+    // GIVEN the paper's filter on a machine of which little is known WHEN the covariance of two parameters is
+    // asked for in either order THEN it is the same, not a variance, and within what both variances allow
+    hexload_config_t config = crooked_machine();
+    hexload_paper_filter_t filter;
+    config.tolerances = (hexload_tolerances_t){.force_gain = HEXLOAD_REAL(0.01),
+                                               .platform_mass = HEXLOAD_REAL(0.03),
+                                               .platform_com_m = HEXLOAD_REAL(0.002)};
+    hexload_paper_filter_init(&filter, &config);
+    filter.param[HEXLOAD_PAPER_DZ] = HEXLOAD_REAL(0.3);
+    for (int k = HEXLOAD_PAPER_IXX; k <= HEXLOAD_PAPER_IZZ; k++) {
+        filter.param[k] = (hexload_real_t)(20.0 + 5.0 * k);
+    }
+    double covariance[HEXLOAD_PAPER_DIM][HEXLOAD_PAPER_DIM];
+    for (int i = 0; i < HEXLOAD_PAPER_DIM; i++) {
+        for (int j = 0; j < HEXLOAD_PAPER_DIM; j++) {
+            covariance[i][j] = (double)hexload_paper_tolerances_covariance(&filter, HEXLOAD_REAL(0.01), i, j);
+        }
+    }
+    for (int i = 0; i < HEXLOAD_PAPER_DIM; i++) {
+        for (int j = 0; j < i; j++) {
+            const double most = sqrt(covariance[i][i] * covariance[j][j]);
+            TEST_ASSERT_DOUBLE_WITHIN(ROUNDINGS(4, most), covariance[i][j], covariance[j][i]);
+            TEST_ASSERT_DOUBLE_WITHIN(most * (1.0 + 1e-6), 0.0, covariance[i][j]);
+        }
+    }
+}
+
 static void test_without_tolerances_sigmas_stay_to_the_bit(void) {
     // GIVEN a machine of which nothing is open WHEN sigmas are widened THEN they stay, even where float has
     // no square of them
@@ -209,6 +237,7 @@ int main(void) {
     RUN_TEST(test_what_is_declared_open_keeps_no_parameter_from_having_converged);
     RUN_TEST(test_without_tolerances_sigmas_stay_as_they_are);
     RUN_TEST(test_a_weight_that_is_off_moves_the_papers_height_by_its_lever);
+    RUN_TEST(test_the_papers_parameters_have_the_tolerances_in_common_both_ways);
     RUN_TEST(test_without_tolerances_sigmas_stay_to_the_bit);
     return UNITY_END();
 }
