@@ -414,14 +414,19 @@ static void assert_nothing_counted(const hexload_app_t* app) {
     TEST_ASSERT_FALSE(app->has_codes);
 }
 
-static void test_each_run_begins_with_counters_of_zero(void) {
-    // GIVEN memory that was used before WHEN an application begins in it THEN nothing has been counted
+static hexload_app_t app_in_used_memory(void) {
     const hexload_config_t config = paper_machine();
     hexload_app_settings_t settings;
     hexload_app_t app;
     hexload_app_settings_default(&settings);
     memset(&app, 0xFF, sizeof app);
     TEST_ASSERT_EQUAL_INT(HEXLOAD_OK, hexload_app_init(&app, &config, &settings));
+    return app;
+}
+
+static void test_each_run_begins_with_counters_of_zero(void) {
+    // GIVEN memory that was used before WHEN an application begins in it THEN nothing has been counted
+    hexload_app_t app = app_in_used_memory();
     TEST_ASSERT_EQUAL_INT(HEXLOAD_APP_IDLE, app.state);
     TEST_ASSERT_EQUAL_INT(HEXLOAD_PACING_REAL_TIME, app.pacing);
     assert_nothing_counted(&app);
@@ -545,15 +550,10 @@ static void test_as_many_late_samples_in_a_row_are_of_another_source(void) {
 
 static void test_without_a_node_samples_have_no_codes_and_a_silent_source_may_go_on_far_ahead(void) {
     // GIVEN an application in memory that was used before WHEN its source goes on far ahead after a silence
-    const hexload_config_t config = paper_machine();
-    hexload_app_settings_t settings;
-    hexload_app_t app;
-    hexload_app_settings_default(&settings);
-    memset(&app, 0xFF, sizeof app);
-    TEST_ASSERT_EQUAL_INT(HEXLOAD_OK, hexload_app_init(&app, &config, &settings));
+    hexload_app_t app = app_in_used_memory();
     (void)command(&app, HEXLOAD_COMMAND_START, HEXLOAD_PACING_REAL_TIME);
     (void)give(&app, 0);
-    hexload_app_elapse(&app, settings.sample_timeout_ms / 2);
+    hexload_app_elapse(&app, app.settings.sample_timeout_ms / 2);
     for (uint32_t n = 1; n <= HEXLOAD_APP_JUMP_SAMPLES; n++) {
         TEST_ASSERT_EQUAL_UINT32(0, app.last_tick);
         (void)give(&app, 5000 + n);

@@ -409,19 +409,19 @@ static void test_only_legs_show_that_the_platform_moves(void) {
 }
 
 static void test_a_bin_is_fifty_milliseconds_of_motion(void) {
-    // GIVEN a tick of 25 ms, of which two are 50 ms to the bit WHEN the platform moves THEN each second tick
-    // closes a bin
+    // GIVEN a tick of 4 ms, of which twelve are 48 ms WHEN the platform moves THEN each thirteenth closes a
+    // bin
     scene_t scene;
     tick_t tick;
     hexload_wrench_monitor_t monitor;
     make_settled(&scene, &tick, &monitor);
-    scene.config.tick_s = HEXLOAD_REAL(0.025);
+    scene.config.tick_s = HEXLOAD_REAL(0.004);
     tick.motion.twist[2] = HEXLOAD_REAL(0.1);
-    for (uint32_t n = 1; n <= 6; n++) {
+    for (uint32_t n = 1; n <= 39; n++) {
         const hexload_push_t push = push_of(&tick);
         TEST_ASSERT_FALSE(
             hexload_wrench_monitor_step(&monitor, &scene.config, &tick.filter, HEXLOAD_FIT_NOISE, &push));
-        TEST_ASSERT_EQUAL_UINT32(n / 2, monitor.bins);
+        TEST_ASSERT_EQUAL_UINT32(n / 13, monitor.bins);
     }
 }
 

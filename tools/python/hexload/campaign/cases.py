@@ -56,6 +56,7 @@ class CaseClass:
     velocity_sensors: bool = True
     rig: bool = False  # a machine with every effect of a real one, which is commissioned by a run of the empty platform
     effects: bool = False  # biased force sensors and legs that rub, of which the controller is to find out
+    friction_shape: float = 0.0  # how little it knows of friction near zero speed: [tolerances] of the platform file
     freed: bool = False  # what commissioning leaves of a rig's offsets, friction and tilt is found with the load
 
 
@@ -100,6 +101,18 @@ CLASSES: dict[str, CaseClass] = {
     "multisine_actuator_effects": CaseClass("multisine, biased force sensors and friction", "multisine", effects=True),
     "paper_actuator_effects": CaseClass("the paper's motion, biased force sensors and friction", "paper", effects=True),
     "work_actuator_effects": CaseClass("work motion, biased force sensors and friction", "work", effects=True),
+    "multisine_friction_shape": CaseClass(
+        "multisine, biased force sensors and friction of unknown shape", "multisine", effects=True, friction_shape=2.0
+    ),
+    "paper_friction_shape": CaseClass(
+        "the paper's motion, biased force sensors and friction of unknown shape",
+        "paper",
+        effects=True,
+        friction_shape=2.0,
+    ),
+    "work_friction_shape": CaseClass(
+        "work motion, biased force sensors and friction of unknown shape", "work", effects=True, friction_shape=2.0
+    ),
     "rig_multisine": CaseClass("multisine on a new rig each run, commissioned", "multisine", rig=True),
     "rig_work": CaseClass("work motion on a new rig each run, commissioned", "work", rig=True),
     "rig_multisine_freed": CaseClass(
@@ -284,7 +297,7 @@ def _paper_after_rest(duration_s: float) -> Array:
 def _draw_platform(random: np.random.Generator, kind: CaseClass) -> Table:
     platform = read_toml(Path(project.SCENARIOS / "platforms" / "paper.toml"))
     del platform["load"], platform["estimator"]
-    platform["tolerances"] = EXACT
+    platform["tolerances"] = EXACT | {"friction_shape": kind.friction_shape}
     platform["sensors"] = {name: kind.stated_sigma * sigma for name, sigma in platform["sensors"].items()}
     if kind.own_machine:
         platform["geometry"] |= _draw_hinges(random)

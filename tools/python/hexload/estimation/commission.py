@@ -151,7 +151,7 @@ def _write_page(
     stated[SLICES["theta"]] = machine.theta
     log = run.log
     before, after = (
-        rig_regression.explain(run.log, machine.geometry, machine.gravity_m_s2, value, found.law)
+        rig_regression.explain(run.seen.record, log, machine.geometry, machine.gravity_m_s2, value, found.law)
         for value in (stated, found.value)
     )
     masses = rig_model.leg_masses(machine.geometry, found.value[SLICES["theta"]])

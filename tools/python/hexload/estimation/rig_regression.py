@@ -1,6 +1,7 @@
 """The regression of `hexload commission`: every parameter of rig_model.py from one run, by Gauss-Newton.
 
-Rows are leg forces, filtered as rig_record.py says. A row counts less where a leg is slow, as friction near zero speed is not known: with the variance
+Rows are leg forces, filtered as rig_record.py says. A row counts less where a leg is slow, as friction near zero speed is
+not known: with the variance
 
     s^2 (1 + (0.3 (Fc + Fd) / s)^2 exp(-(v / v_slow)^2)),    s the residual's standard deviation where legs move
 
@@ -18,7 +19,7 @@ from numpy.typing import NDArray
 
 from hexload.estimation import rig_hinges, rig_model
 from hexload.estimation.rig_model import LEGS, FrictionLaw, Geometry, LegMotion
-from hexload.estimation.rig_record import MOTION_HZ, Friction, Record, Seen, Shapes, low_pass, prepare, thinned
+from hexload.estimation.rig_record import MOTION_HZ, Friction, Record, Seen, Shapes, low_pass, thinned
 from hexload.io.log_file import LegLog
 
 Array = NDArray[np.float64]
@@ -243,8 +244,9 @@ def _weights(record: Record, value: Array, noise_n: float) -> Array:
 def _change(
     record: Record, residual: Array, matrix: Array, value: Array, start: Start, doubles: tuple[Array, Array]
 ) -> Array:
-    """Of the unknowns, (88,). `doubles`: what noise like the displacements' changes of the model and of the matrix. The noise that is in both counts
-    as information that no motion has given, and draws the unknowns towards zero: it is taken out of the normal equations."""
+    """Of the unknowns, (88,). `doubles`: what noise like the displacements' changes of the model and of the matrix. The noise
+    that is in both counts as information that no motion has given, and draws the unknowns towards zero: it is taken out of the
+    normal equations."""
     noise_n = _noise(record, residual, value)
     weight = _weights(record, value, noise_n) / noise_n
     free = start.sigma > 0
@@ -491,14 +493,14 @@ class Explained:
 
 
 def explain(
+    record: Record,
     log: LegLog,
     geometry: Geometry,
     gravity: float,
     value: Array,
     law: FrictionLaw,
 ) -> Explained:
-    """Of a rig with the unknowns `value`, (88,)."""
-    record = prepare(log)
+    """Of a rig with the unknowns `value`, (88,). `record`: the log, prepared."""
     shapes = record.below_motion_hz(rig_model.friction_shapes(record.friction_speed, law, record.dt_s))
     rigid = _rigid(record, geometry, gravity, value)
     model, _ = _model(rigid.forces, rigid.columns, friction_columns(shapes, rigid.forces), value)
