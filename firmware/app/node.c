@@ -5,9 +5,9 @@
 #include <stddef.h>
 
 // The lasting memory of a node, its estimator included, on a controller: wider pointers take a little more.
-_Static_assert(sizeof(hexload_node_t) <= (size_t)30 * 1024 || sizeof(void*) > (size_t)4 ||
+_Static_assert(sizeof(hexload_node_t) <= (size_t)31 * 1024 || sizeof(void*) > (size_t)4 ||
                    HEXLOAD_LAG_TICKS_MAX > 82,
-               "a node fits in 30 KiB");
+               "a node fits in 31 KiB");
 
 // For functions with frames of their own: not parts of their caller, where these would lie on the stack while
 // the estimator runs.

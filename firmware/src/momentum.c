@@ -34,6 +34,7 @@ HEXLOAD_RARE hexload_status_t hexload_momentum_init(hexload_momentum_t* self,
     hexload_consider_init(&self->consider);
     hexload_jackknife_init(&self->jackknife);
     hexload_residual_test_init(&self->residual_test, HEXLOAD_MOMENTUM_MEASUREMENTS);
+    hexload_oscillation_test_init(&self->oscillation);
     hexload_momentum_supervisor_init(&self->supervisor);
     self->is_mass_known = config->momentum.prior_mass_sigma_kg < hexload_momentum_open_mass_sigma_kg(config);
     return HEXLOAD_OK;

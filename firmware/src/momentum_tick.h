@@ -25,6 +25,7 @@
 #include "momentum/load_monitor.h"
 #include "momentum/momentum_filter.h"
 #include "momentum/momentum_supervisor.h"
+#include "momentum/oscillation_test.h"
 #include "momentum/smoother.h"
 #include "momentum/tolerances.h"
 #include "rig/rig.h"
@@ -125,6 +126,7 @@ static inline void forget_load(hexload_momentum_t* self, const hexload_config_t*
                                hexload_effects_stage_t* effects) {
     hexload_load_monitor_restart(&self->monitor);
     hexload_residual_test_init(&self->residual_test, HEXLOAD_MOMENTUM_MEASUREMENTS);
+    hexload_oscillation_test_init(&self->oscillation);
     hexload_momentum_supervisor_forget(&self->supervisor);
     hexload_momentum_filter_forget(&self->filter, config);
     hexload_jackknife_forget(&self->jackknife);
@@ -200,6 +202,17 @@ static inline void join(hexload_momentum_t* self, const hexload_config_t* config
     self->is_interrupted = false;
 }
 
+/// With open constants only what they do not do counts.
+static inline void test_residual(hexload_momentum_t* self, const hexload_config_t* config,
+                                 const hexload_real_t whitened[6]) {
+    const bool is_open = config->rig.direction_count > 0;
+    if (is_open && hexload_residual_test_ends(&self->residual_test, config)) {
+        hexload_oscillation_test_step(&self->oscillation, &self->consider, &self->residual_test, whitened);
+    }
+    hexload_residual_test_step(&self->residual_test, config, whitened,
+                               is_open && !self->oscillation.is_there);
+}
+
 static inline void filter(hexload_momentum_t* self, const hexload_config_t* config,
                           hexload_effects_stage_t* effects, hexload_delayed_tick_t* past,
                           hexload_momentum_update_t* update) {
@@ -214,8 +227,7 @@ static inline void filter(hexload_momentum_t* self, const hexload_config_t* conf
         past->smooth.gap_ticks = 1; // at rest, time goes on
     }
     if (is_measured && !self->is_interrupted) {
-        hexload_residual_test_step(&self->residual_test, config, left->innovation,
-                                   config->rig.direction_count > 0);
+        test_residual(self, config, left->innovation);
     }
     hexload_momentum_supervisor_watch(&self->supervisor, config, &self->filter, &self->jackknife,
                                       &self->residual_test, past);
@@ -231,7 +243,7 @@ static inline void compare_blocks(hexload_momentum_t* self, const hexload_config
     if (newton_steps <= self->newton_steps) {
         hexload_jackknife_step(&self->jackknife, config, &self->filter);
     }
-    self->newton_steps = newton_steps;
+    self->newton_steps = (uint8_t)newton_steps;
 }
 
 /// A number that is not finite: everything begins from nothing.
@@ -242,6 +254,7 @@ static inline void restart(hexload_momentum_t* self, const hexload_config_t* con
     hexload_jackknife_init(&self->jackknife);
     hexload_load_monitor_init(&self->monitor);
     hexload_residual_test_init(&self->residual_test, HEXLOAD_MOMENTUM_MEASUREMENTS);
+    hexload_oscillation_test_init(&self->oscillation);
     hexload_momentum_supervisor_forget(&self->supervisor);
     if (effects != NULL) {
         hexload_actuator_effects_init(&effects->filter, config);

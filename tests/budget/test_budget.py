@@ -50,13 +50,20 @@ PAPER_SOURCES = ("wrench.c", "rate_noise.c", "paper_model.c", "paper_filter.c", 
                  "known_mass.c", "hum_test.c", "paper_supervisor.c", "paper.c")  # fmt: skip
 MOMENTUM_SOURCES = ("rig.c", "smoother.c", "transient.c", "motion_directions.c", "momentum_model.c", "momentum_filter.c",
                     "consider.c", "tolerances.c", "jackknife.c", "wrench_monitor.c", "load_monitor.c",
-                    "frozen_channels.c", "momentum_supervisor.c", "pseudo_inertia.c", "momentum.c")  # fmt: skip
+                    "frozen_channels.c", "momentum_supervisor.c", "oscillation_test.c", "pseudo_inertia.c", "momentum.c")  # fmt: skip
 EFFECTS_SOURCES = ("actuator_effects.c", "identifiability.c", "momentum_effects.c")
 # What only those link who ask for it: names of fields, states and faults, the default configuration and what sets parts of it; the load as a
 # body, traces, the interface over all kinds and its differentiator. A configuration of `hexload export` needs none of it.
 WORD_SOURCES = ("status.c", "config_names.c", "config_default.c", "momentum_config.c")
 # What looks whether the input is to be believed, and answers for what no log tells: part of every estimator.
-CHECK_SOURCES = ("plausibility.c", "residual_test.c", "lost_channels.c", "frozen_channels.c", "tolerances.c")
+CHECK_SOURCES = (
+    "plausibility.c",
+    "residual_test.c",
+    "oscillation_test.c",
+    "lost_channels.c",
+    "frozen_channels.c",
+    "tolerances.c",
+)
 ASKED_SOURCES = (*WORD_SOURCES, "input_fault.c", "body.c", "nearest_body.c", "trace.c", "differentiator.c", "hexload.c")
 LEFT_OUT = {
     "core": (*MOMENTUM_SOURCES, *EFFECTS_SOURCES, *ASKED_SOURCES),

@@ -20,7 +20,7 @@ from hexload.estimation.rig_model import FrictionLaw, Geometry, motion_of_legs, 
 from hexload.estimation.rig_regression import SLICES
 from hexload.io.log_file import COLUMNS
 from hexload.io.toml_document import GUESSED
-from hexload.theory.tolerances import DEFAULTS
+from hexload.theory.tolerances import DEFAULTS, common_gain_of
 from rig_plant import ROD_KG, Machine, log_of, multisine
 
 NOMINAL = (project.SCENARIOS / "platforms" / "paper.toml").read_text()
@@ -164,8 +164,8 @@ def test_the_page_says_what_was_found_and_how_well(found, platform):
     # AND the residual has fallen from that of a machine that rubs to the sensors' noise
     before, after = map(float, re.search(r"([\d.]+) N rms with .*? ([\d.]+) N with those found", words).groups())
     assert before > 40.0 and after < 2.5
-    # AND the common gain is what six gains of 0.4 % leave, of which an empty run tells nothing
-    assert f"known to {0.4 / np.sqrt(6):.2f} % (one sigma)" in words
+    # AND the common gain is what six gains of 0.4 % and gravity leave, of which an empty run tells nothing
+    assert f"known to {100.0 * common_gain_of(0.004):.2f} % (one sigma)" in words
     # AND nothing is loaded from a network
     assert not re.search(r"<(script|link|img)[^>]*(src|href)=", page)
 

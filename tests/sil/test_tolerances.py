@@ -18,7 +18,7 @@ from hexload.estimation.load_summary import mend_in_words
 from hexload.estimation.rig_regression import SLICES, UNKNOWNS
 from hexload.io.log_file import LegLog, read_log
 from hexload.platform import Platform
-from hexload.theory.tolerances import DEFAULTS
+from hexload.theory.tolerances import DEFAULTS, GRAVITY, common_gain_of
 
 DATA = Path(__file__).parents[1] / "data"
 EXACT = tomllib.loads((DATA / "unknown_load.toml").read_text())
@@ -147,6 +147,14 @@ def test_what_a_tare_or_a_rig_file_has_found_is_open_no_more_by_what_was_declare
     assert set(with_rig(found | {"mass_kg": 101.0}, [direction]).values()) == {0.0}
     # AND one that keeps the platform file's body, as of a loaded run, leaves that as declared
     assert with_rig(found, [direction]) == pytest.approx(ordinary | {"force_gain": 0.0})
+
+
+def test_a_common_gain_that_nothing_is_said_of_is_the_default_one_of_default_sensors():
+    # GIVEN sensors as exact as the defaults say WHEN nothing is stated of all together THEN they leave what the firmware's
+    # default says, to its two digits
+    assert common_gain_of(DEFAULTS["force_gain"]) == pytest.approx(DEFAULTS["force_gain_common"], rel=0.02)
+    # AND however exact, gravity stays as open as it is
+    assert common_gain_of(0.0) == GRAVITY
 
 
 def test_the_declared_common_gain_is_what_an_empty_run_leaves():

@@ -333,6 +333,10 @@ static void test_errors_follow_the_filters_correction(void) {
             white[a] *= (double)update.L[a][a];
             TEST_ASSERT_DOUBLE_WITHIN(ROUNDINGS(200, 100.0), white[a], (double)e[n - 2][a]);
         }
+        for (int a = 0; a < 6; a++) { // and they are summed, for who tests innovations
+            const double shown = (double)before.shown[n][a] + (n >= 2 ? (double)e[n - 2][a] : 0.0);
+            TEST_ASSERT_DOUBLE_WITHIN(ROUNDINGS(2, shown), shown, (double)bench.self.shown[n][a]);
+        }
         for (int k = 0; k < DIM + 6; k++) {
             const bool is_load = k < DIM;
             double expected = (double)(is_load ? before.load[n][k] : before.momentum[n][k - DIM]);

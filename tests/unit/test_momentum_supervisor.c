@@ -297,7 +297,8 @@ static judged_t expect_judged(const bench_t* bench) {
     const bool is_misfit =
         self->fit_nis > HEXLOAD_REAL(30.0) || self->nis_mean > HEXLOAD_REAL(12.0) ||
         self->wrong_s > HEXLOAD_REAL(0.0) ||
-        (self->unfit_s > HEXLOAD_REAL(0.0) && config->rig.direction_count == 0 && pooled > 4.0);
+        (self->unfit_s > HEXLOAD_REAL(0.0) && config->rig.direction_count == 0 && pooled > 4.0) ||
+        (bench->residual_test.factor > HEXLOAD_REAL(1.0) && config->rig.direction_count > 0);
     for (int k = 0; k < DIM; k++) {
         const double limit = 0.03 * scale_of(bench, k);
         const double variance = judged.sigma[k] * judged.sigma[k] - (double)open[k];

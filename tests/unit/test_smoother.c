@@ -448,9 +448,9 @@ static void test_an_outlier_is_one_beside_its_own_neighbours_alone(void) {
         hexload_smooth_sample_t past;
         (void)!hexload_smoother_take(&smoother, &config.sensors, &past);
     }
-    TEST_ASSERT_FALSE(smoother.is_left_out[(outlier - 1) % HEXLOAD_DELAY_CAPACITY]);
-    TEST_ASSERT_TRUE(smoother.is_left_out[outlier % HEXLOAD_DELAY_CAPACITY]);
-    TEST_ASSERT_FALSE(smoother.is_left_out[(outlier + 1) % HEXLOAD_DELAY_CAPACITY]);
+    TEST_ASSERT_FALSE(hexload_smoother_leaves_out(&smoother, (outlier - 1) % HEXLOAD_DELAY_CAPACITY));
+    TEST_ASSERT_TRUE(hexload_smoother_leaves_out(&smoother, outlier % HEXLOAD_DELAY_CAPACITY));
+    TEST_ASSERT_FALSE(hexload_smoother_leaves_out(&smoother, (outlier + 1) % HEXLOAD_DELAY_CAPACITY));
 }
 
 static void test_before_the_window_is_full_speeds_stay_until_they_change_clearly(void) {

@@ -137,7 +137,8 @@ static void test_nothing_is_added_where_one_of_the_ticks_around_is_left_out(void
         memset(&smoother, 0, sizeof smoother);
         smoother.constants.lag_ticks = 60;
         fill(&smoother, 1, 1.0, 1.0, 0.0, &seed);
-        smoother.is_left_out[(1 + CAPACITY + (uint32_t)j) % CAPACITY] = true;
+        const uint32_t missing = (1 + CAPACITY + (uint32_t)j) % CAPACITY;
+        smoother.left_out[missing / 32] = (uint32_t)1 << missing % 32;
         // WHEN the speeds follow THEN they stay as they are, but for the tick itself, which takes no part,
         // and for one beyond
         hexload_transient_follow(&smoother, 1, HEXLOAD_REAL(1e-3), velocity_m_s);

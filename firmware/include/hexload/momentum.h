@@ -31,10 +31,11 @@ typedef struct hexload_momentum {
     hexload_consider_t consider;               ///< what the rig's open constants do to theta
     hexload_jackknife_t jackknife;             ///< how much theta varies from block to block
     hexload_residual_test_t residual_test;     ///< whether the filter's innovations are white
+    hexload_oscillation_test_t oscillation;    ///< whether they swing
     hexload_momentum_supervisor_t supervisor;  ///< verdicts
     hexload_health_t health;                   ///< bits and counters
     uint32_t change_tick;                      ///< first tick after the last load change
-    uint32_t newton_steps;                     ///< of the last tick's two poses
+    uint8_t newton_steps;                      ///< of the last tick's two poses
     bool is_changing;                          ///< the filter has not reached change_tick yet
     bool is_mass_known;                        ///< the configured mass is still taken for granted
     bool is_interrupted;                       ///< the filter's momentum must begin anew

@@ -189,12 +189,12 @@ typedef struct hexload_rig_twists {
 /// The filter's whitened innovations over half a second.
 typedef struct hexload_residual_test {
     hexload_real_t sum[HEXLOAD_MEASUREMENTS_MAX]; ///< of the present block, in sigmas
-    uint32_t dimension;                           ///< of an innovation
     uint32_t ticks;                               ///< in the block
     hexload_real_t nis; ///< of the last whole block's sum; ideal, also when there was none: the dimension
     hexload_real_t nis_mean; ///< over some ten blocks, leaky
     hexload_real_t excess;   ///< of this load's blocks beyond what noise makes, summed; 0 or more
     hexload_real_t factor;   ///< by which the filter's sigma is too small for that
+    uint8_t dimension;       ///< of an innovation
     bool has_begun;          ///< the first block is over, which does not count
 } hexload_residual_test_t;
 
@@ -302,8 +302,8 @@ typedef struct hexload_smoother {
     int32_t steps[HEXLOAD_WINDOW_CAPACITY][HEXLOAD_LEGS];              ///< displacements in whole steps
     hexload_real_t velocity_m_s[HEXLOAD_DELAY_CAPACITY][HEXLOAD_LEGS]; ///< measured
     hexload_real_t force_n[HEXLOAD_DELAY_CAPACITY][HEXLOAD_LEGS];      ///< measured
-    /// missing, and bridged; or a speed that its neighbours on both sides contradict
-    bool is_left_out[HEXLOAD_DELAY_CAPACITY];
+    /// A bit for each tick that is missing, and bridged; or a speed of which its neighbours contradict.
+    uint32_t left_out[(HEXLOAD_DELAY_CAPACITY + 31) / 32];
     uint32_t stored;          ///< ticks put in since the start; modulo the capacities the next one's place
     uint32_t entered;         ///< ticks that have entered the window
     uint32_t gap_ticks;       ///< from the last sample taken out to the middle of the window
@@ -344,8 +344,21 @@ typedef struct hexload_consider {
     hexload_real_t momentum[HEXLOAD_RIG_DIRECTIONS_MAX][6];            ///< T, rows of mu
     /// Error of mu' beside that of theta; one direction in each tick, as forces change little in so many.
     hexload_real_t drive[HEXLOAD_RIG_DIRECTIONS_MAX][6];
+    /// Innovations in sigmas that a unit of each makes, summed: of the present half second less the one
+    /// before.
+    hexload_real_t shown[HEXLOAD_RIG_DIRECTIONS_MAX][6];
     uint32_t next; ///< direction whose drive is looked at next
 } hexload_consider_t;
+
+/// Whether innovations swing within a second, which the constants of a rig do not.
+typedef struct hexload_oscillation_test {
+    hexload_real_t first[6]; ///< sum over the first half second of a pair, in sigmas
+    hexload_real_t swinging; ///< what the halves differ by beyond noise and constants: squares, leaky sum
+    hexload_real_t lasting;  ///< what they have together, noise too: squares, leaky sum
+    uint8_t half;            ///< of a pair, that is under way: 1, 2; 0: that of the change of the load
+    uint8_t pairs;           ///< of this load, or enough
+    bool is_there;           ///< they swing
+} hexload_oscillation_test_t;
 
 enum {
     HEXLOAD_JACKKNIFE_BLOCKS = 16,
@@ -386,8 +399,8 @@ typedef struct hexload_jackknife {
     hexload_real_t pooled;                         ///< square of that of all together; may be below 1
     uint32_t step;                                 ///< of the stage
     uint32_t elapsed_ticks;                        ///< since the last block's end
-    uint32_t blocks;
-    uint8_t order[HEXLOAD_JACKKNIFE_BLOCKS]; ///< places of the blocks by age, then the free ones
+    uint8_t order[HEXLOAD_JACKKNIFE_BLOCKS];       ///< places of the blocks by age, then the free ones
+    uint8_t blocks;
     uint8_t stage;
     bool has_begun;     ///< `information` is there
     bool has_concluded; ///< factors have been found since the start

@@ -4,9 +4,6 @@
 
 #include <string.h>
 
-/// Of a sum: long against the noise, short against a motion.
-#define BLOCK_S HEXLOAD_REAL(0.5)
-
 /// A block is looked at before its end in one of eight ticks, which are not those in which plausibility ends
 /// its blocks of sixteen.
 enum { LOOK_TICKS = 8, LOOK_PHASE = 2 };
@@ -22,7 +19,7 @@ enum { LOOK_TICKS = 8, LOOK_PHASE = 2 };
 void hexload_residual_test_init(hexload_residual_test_t* self, uint32_t dimension) {
     const hexload_real_t ideal = (hexload_real_t)dimension;
     *self = (hexload_residual_test_t){
-        .dimension = dimension, .nis = ideal, .nis_mean = ideal, .factor = HEXLOAD_REAL(1.0)};
+        .dimension = (uint8_t)dimension, .nis = ideal, .nis_mean = ideal, .factor = HEXLOAD_REAL(1.0)};
 }
 
 static hexload_real_t square_of_sum(const hexload_residual_test_t* self) {
@@ -61,13 +58,14 @@ static void close_block(hexload_residual_test_t* self, bool is_considered) {
 
 void hexload_residual_test_step(hexload_residual_test_t* self, const hexload_config_t* config,
                                 const hexload_real_t* whitened, bool is_considered) {
+    const bool is_last = hexload_residual_test_ends(self, config);
     for (uint32_t k = 0; k < self->dimension; k++) {
         self->sum[k] += whitened[k];
     }
     self->ticks++;
-    if ((hexload_real_t)self->ticks * config->tick_s >= BLOCK_S) {
+    if (is_last) {
         close_block(self, is_considered);
     } else if (!is_considered && self->ticks % LOOK_TICKS == LOOK_PHASE) {
-        look_ahead(self, config->tick_s / BLOCK_S);
+        look_ahead(self, config->tick_s / HEXLOAD_RESIDUAL_BLOCK_S);
     }
 }

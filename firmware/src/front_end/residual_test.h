@@ -11,11 +11,22 @@
 #ifndef HEXLOAD_RESIDUAL_TEST_H
 #define HEXLOAD_RESIDUAL_TEST_H
 
+#include "algebra/real.h"
 #include "hexload/state.h"
+
+/// Of a sum: long against the noise, short against a motion.
+#define HEXLOAD_RESIDUAL_BLOCK_S HEXLOAD_REAL(0.5)
 
 /// Also of another load: sums and means of before say nothing of it.
 /// @param dimension of an innovation, 1..HEXLOAD_MEASUREMENTS_MAX.
 void hexload_residual_test_init(hexload_residual_test_t* self, uint32_t dimension);
+
+/// Whether the next innovation is the last one of a half second.
+static inline bool hexload_residual_test_ends(const hexload_residual_test_t* self,
+                                              const hexload_config_t* config) {
+    const uint32_t ticks = self->ticks + 1U;
+    return (hexload_real_t)ticks * config->tick_s >= HEXLOAD_RESIDUAL_BLOCK_S;
+}
 
 /// Takes the whitened innovation of one update of the filter. Some 30 instructions, and 60 more once in half
 /// a second. Reentrant.

@@ -204,6 +204,8 @@ HEXLOAD_APART void hexload_consider_follow(hexload_consider_t* self, const hexlo
     hexload_whiten6(update->L, &both[0][0], 2);
     hexload_read_columns6(&both[0][0], 2, 0, e);
     for (int a = 0; a < 6; a++) {
+        self->shown[n][a] += e[0][a];
+        self->shown[n + 1][a] += e[1][a];
         less[0][a] = -e[0][a];
         less[1][a] = -e[1][a];
     }

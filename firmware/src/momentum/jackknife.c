@@ -137,7 +137,9 @@ static void close_block(hexload_jackknife_t* self) {
     for (int k = 0; k < DIM; k++) {
         block->pull[k] = -block->pull[k];
     }
-    self->blocks += self->has_begun ? 1 : 0;
+    if (self->has_begun) {
+        self->blocks++;
+    }
     self->has_begun = true;
 }
 

@@ -307,6 +307,12 @@ static bool is_spoilt(const hexload_residual_test_t* residual_test, hexload_real
     return own_sigma <= limit && residual_test->factor * own_sigma > limit;
 }
 
+/// With constants open the residual test has a factor only for what they do not do.
+static bool is_beyond_constants(const hexload_residual_test_t* residual_test,
+                                const hexload_config_t* config) {
+    return (config->rig.direction_count > 0) && (residual_test->factor > HEXLOAD_REAL(1.0));
+}
+
 /// @param variance that a motion can lower: without that of the tolerances. @param limit that its root has to
 /// come below. @param ticks of the excitation's time constant.
 static hexload_verdict_t judge_parameter(hexload_real_t variance, hexload_real_t limit,
@@ -335,7 +341,7 @@ uint32_t hexload_momentum_supervisor_judge(hexload_momentum_supervisor_t* self,
     find_scales(filter, scale);
     const bool is_doubtful = self->unfit_s > HEXLOAD_REAL(0.0);
     const bool is_misfit = self->fit_nis > MISFIT_NIS || self->nis_mean > config->momentum.inconsistent_nis ||
-                           self->wrong_s > HEXLOAD_REAL(0.0) ||
+                           self->wrong_s > HEXLOAD_REAL(0.0) || is_beyond_constants(residual_test, config) ||
                            (is_doubtful && is_beyond(jackknife, config, DOUBTFUL_VARIANCE));
     const bool is_body = make_physical(self, config, estimate);
     const hexload_real_t ticks = config->momentum.excitation_time_constant_s / config->tick_s;

@@ -124,6 +124,14 @@ static hexload_real_t hermite(hexload_real_t share, hexload_real_t from, hexload
            share * rest * (from_slope * rest - to_slope * share);
 }
 
+static uint32_t bit_of(uint32_t place) {
+    return (uint32_t)1 << (place % 32U);
+}
+
+static void leave_out(hexload_smoother_t* self, uint32_t place) {
+    self->left_out[place / 32U] |= bit_of(place);
+}
+
 static void store(hexload_smoother_t* self, const hexload_leg_sample_t* sample, bool is_left_out) {
     const hexload_real_t farthest_m = HEXLOAD_REAL(31.0);
     const uint32_t at = self->stored % HEXLOAD_DELAY_CAPACITY;
@@ -135,7 +143,10 @@ static void store(hexload_smoother_t* self, const hexload_leg_sample_t* sample, 
         self->velocity_m_s[at][leg] = sample->velocity_m_s[leg];
         self->force_n[at][leg] = sample->force_n[leg];
     }
-    self->is_left_out[at] = is_left_out;
+    self->left_out[at / 32U] &= ~bit_of(at);
+    if (is_left_out) {
+        leave_out(self, at);
+    }
     self->stored++;
 }
 
@@ -184,7 +195,7 @@ static void leave_out_outlier(hexload_smoother_t* self, const hexload_present_ti
         largest = hexload_max(largest, product);
     }
     if (largest > OUTLIER_SIGMAS_SQUARE * sigma_m_s * sigma_m_s) {
-        self->is_left_out[at] = true;
+        leave_out(self, at);
     }
 }
 
@@ -357,7 +368,7 @@ bool hexload_smoother_take(hexload_smoother_t* self, const hexload_sensors_t* se
     while (self->entered != self->stored) {
         const bool is_full = enter_next(self);
         const uint32_t middle = self->entered - 1 - lag;
-        if (is_full && !self->is_left_out[middle % HEXLOAD_DELAY_CAPACITY]) {
+        if (is_full && !hexload_smoother_leaves_out(self, middle % HEXLOAD_DELAY_CAPACITY)) {
             read_middle(self, sensors, out);
             out->gap_ticks = self->has_taken ? self->gap_ticks : 0;
             self->has_taken = true;

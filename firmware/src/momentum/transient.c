@@ -74,7 +74,8 @@ void hexload_transient_follow(hexload_smoother_t* smoother, uint32_t place, hexl
         after = after + 1 == HEXLOAD_DELAY_CAPACITY ? 0 : after + 1;
         const hexload_real_t* before_m_s = smoother->velocity_m_s[before];
         const hexload_real_t* after_m_s = smoother->velocity_m_s[after];
-        is_whole = is_whole && !smoother->is_left_out[before] && !smoother->is_left_out[after];
+        is_whole = is_whole && !hexload_smoother_leaves_out(smoother, before) &&
+                   !hexload_smoother_leaves_out(smoother, after);
         HEXLOAD_UNROLL
         for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
             const hexload_real_t pair_m_s = before_m_s[leg] + after_m_s[leg];

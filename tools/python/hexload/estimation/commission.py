@@ -24,7 +24,7 @@ from hexload.io.atomic_file import replaced_or_none, replaced_when_done
 from hexload.io.log_file import LegLog
 from hexload.io.toml_document import guessed_in_words, read_toml
 from hexload.theory.bound import THETA_NAMES, unit_of
-from hexload.theory.tolerances import DEFAULTS
+from hexload.theory.tolerances import DEFAULTS, common_gain_of
 
 Array = NDArray[np.float64]
 
@@ -84,7 +84,7 @@ class Machine:
     theta: Array
     gravity_m_s2: float
     tolerances: dict[str, float]
-    common_gain: float | None  # tolerance of the gains' mean; None: what six independent gains leave
+    common_gain: float  # tolerance of the gains' mean, with gravity
     force_delay_s: float
     velocity_delay_s: float
 
@@ -110,9 +110,8 @@ def commission(wish: Wish) -> dict:
     with replaced_when_done(wish.out) as temporary, replaced_or_none(wish.report) as page:
         found, whole = _fit(run, machine, _start(machine))
         _refuse(run, machine, found, wish)
-        if machine.common_gain is not None:
-            covariance = with_common_gain(found.covariance, machine.common_gain)
-            found, whole = replace(found, covariance=covariance), replace(whole, covariance=covariance)
+        covariance = with_common_gain(found.covariance, machine.common_gain)
+        found, whole = replace(found, covariance=covariance), replace(whole, covariance=covariance)
         if wish.reference is not None:
             loaded = checked_log(native, wish.reference, platform, wish.way_in, wish.reference_mass_kg)
             found = _with_reference(whole, machine, _run(loaded, wish.reference), wish.reference_mass_kg)
@@ -170,6 +169,7 @@ def _write_page(
 def _machine(platform, path: Path) -> Machine:
     table = read_toml(path)
     declared = table.get("tolerances", {})
+    tolerances = {group: declared.get(key, DEFAULTS[key]) for group, key in TOLERANCES.items()}
     return Machine(
         path,
         Geometry(
@@ -177,8 +177,8 @@ def _machine(platform, path: Path) -> Machine:
         ),
         np.array(platform.theta),
         platform.gravity_m_s2,
-        {group: declared.get(key, DEFAULTS[key]) for group, key in TOLERANCES.items()},
-        declared.get("force_gain_common"),
+        tolerances,
+        declared.get("force_gain_common", common_gain_of(tolerances["gain"])),
         platform.force_delay_s,
         platform.velocity_delay_s,
     )
@@ -393,7 +393,7 @@ def _refuse_mass(found: Found, machine: Machine, run: Run, mass_kg: float) -> No
     )  # all else is held
     _refuse_residual(run, loaded)
     weighed_kg = loaded.value[0] - found.value[0]
-    tolerance = max(machine.tolerances["gain"], machine.common_gain or 0.0)
+    tolerance = max(machine.tolerances["gain"], machine.common_gain)
     of_ratio = np.sqrt(loaded.covariance[0, 0]) / mass_kg
     if abs(weighed_kg / mass_kg - 1.0) > 5.0 * np.hypot(tolerance, of_ratio):
         raise InputError(

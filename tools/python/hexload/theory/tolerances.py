@@ -16,3 +16,9 @@ DEFAULTS = {
     "platform_com_m": 0.002,
     "platform_inertia": 0.06,
 }
+GRAVITY = 0.003  # of it and of the clock: what all forces alike may be off by beside their sensors
+
+
+def common_gain_of(force_gain: float) -> float:
+    """Of all six sensors alike, where each is as exact as that and nothing is stated of them together, with gravity."""
+    return math.hypot(force_gain / math.sqrt(6.0), GRAVITY)
