@@ -18,7 +18,7 @@
 #define LEAST_SHARE HEXLOAD_REAL(1.5)
 
 void hexload_oscillation_test_init(hexload_oscillation_test_t* self) {
-    memset(self, 0, sizeof *self);
+    *self = (hexload_oscillation_test_t){.half = 0};
 }
 
 /// Squares of what the halves differ by, less what the constants may do: c.
@@ -62,6 +62,14 @@ HEXLOAD_RARE static void judge(hexload_oscillation_test_t* self, hexload_conside
                      (self->swinging > hexload_max(LEAST_EXCESS, LEAST_SHARE * self->lasting));
 }
 
+static void turn(hexload_real_t shown[HEXLOAD_RIG_DIRECTIONS_MAX][6]) {
+    for (int n = 0; n < HEXLOAD_RIG_DIRECTIONS_MAX; n++) {
+        for (int a = 0; a < 6; a++) {
+            shown[n][a] = -shown[n][a];
+        }
+    }
+}
+
 void hexload_oscillation_test_step(hexload_oscillation_test_t* self, hexload_consider_t* consider,
                                    const hexload_residual_test_t* residual_test,
                                    const hexload_real_t whitened[6]) {
@@ -71,18 +79,14 @@ void hexload_oscillation_test_step(hexload_oscillation_test_t* self, hexload_con
     }
     if (self->half == 1U) {
         memcpy(self->first, sum, sizeof self->first);
-        for (int n = 0; n < HEXLOAD_RIG_DIRECTIONS_MAX; n++) {
-            for (int a = 0; a < 6; a++) {
-                consider->shown[n][a] = -consider->shown[n][a];
-            }
-        }
+        turn(consider->shown);
         self->half = 2;
-        return;
+    } else {
+        if (self->half == 2U) {
+            const uint32_t ticks = residual_test->ticks + 1U;
+            judge(self, consider, sum, HEXLOAD_REAL(2.0) * (hexload_real_t)ticks);
+        }
+        memset(consider->shown, 0, sizeof consider->shown);
+        self->half = 1;
     }
-    if (self->half == 2U) {
-        const uint32_t ticks = residual_test->ticks + 1U;
-        judge(self, consider, sum, HEXLOAD_REAL(2.0) * (hexload_real_t)ticks);
-    }
-    memset(consider->shown, 0, sizeof consider->shown);
-    self->half = 1;
 }
