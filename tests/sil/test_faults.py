@@ -244,6 +244,16 @@ def test_a_commissioned_machine_knows_the_fault_that_it_had_when_empty(logs):
     assert sorted(path.name.split("-")[0] for path in logs.glob("*.rig.toml")) == ["force_bias", "none"]
 
 
+@pytest.mark.parametrize("kind", ["pendulum", "sloshing"])
+def test_what_swings_on_a_commissioned_machine_is_none_of_its_constants(kind, logs):
+    # GIVEN a commissioned machine, whose constants are open within sigma WHEN a tenth of its load swings on slow motion
+    # THEN that is a misfit, though it lies in no leg's noise; and of the rigid load nothing is
+    case = FaultCase(kind, 0.1, "work", "momentum", SEED, verb.DURATION_S, is_commissioned=True)
+    swinging, rigid = run_fault(case, logs), run_fault(replace(case, kind="none", size=0.0), logs)
+    assert "misfit" in swinging["words"] and swinging["outcome"] in ("right", "said")
+    assert rigid["outcome"] == "right" and "misfit" not in rigid["words"]
+
+
 def test_a_machine_that_cannot_be_commissioned_is_refused(logs):
     # GIVEN velocities and displacements in other units WHEN the empty machine is commissioned THEN the reason is told
     case = FaultCase("displacement_unit", 1e3, "multisine", "momentum", SEED, verb.DURATION_S, is_commissioned=True)

@@ -97,7 +97,7 @@ static void test_pairs_of_half_seconds_are_judged_by_their_difference_and_by_all
             lasting = 0.9 * lasting + square_of_both((const double(*)[6])sum);
             TEST_ASSERT_DOUBLE_WITHIN(ROUNDINGS(300, 10.0 + swinging), swinging, (double)bench.self.swinging);
             TEST_ASSERT_DOUBLE_WITHIN(ROUNDINGS(300, 10.0 + lasting), lasting, (double)bench.self.lasting);
-            const double least = fmax(60.0, 1.5 * lasting);
+            const double least = fmax(60.0, 2.0 * lasting);
             if (fabs(swinging - least) > 0.01 * least) {
                 TEST_ASSERT_EQUAL_INT(pair >= 3 && swinging > least, bench.self.is_there);
                 seen[bench.self.is_there]++;
