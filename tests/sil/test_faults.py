@@ -6,6 +6,7 @@ import json
 import re
 import subprocess
 import sys
+import tomllib
 from dataclasses import replace
 from pathlib import Path
 
@@ -252,6 +253,17 @@ def test_what_swings_on_a_commissioned_machine_is_none_of_its_constants(kind, lo
     swinging, rigid = run_fault(case, logs), run_fault(replace(case, kind="none", size=0.0), logs)
     assert "misfit" in swinging["words"] and swinging["outcome"] in ("right", "said")
     assert rigid["outcome"] == "right" and "misfit" not in rigid["words"]
+
+
+def test_friction_that_the_empty_platform_hardly_has_is_found_before_a_load_makes_it_grow(logs):
+    # GIVEN dry friction of 0.003 of each leg's force, half a newton of an empty platform WHEN that has been commissioned
+    case = FaultCase("friction_growing", 0.003, "paper", "momentum", SEED, verb.DURATION_S, is_commissioned=True)
+    assert run_fault(case, logs)["outcome"] == "right"
+    # THEN its growth is found in each leg, within four sigmas, which are a third of it at most
+    (rig,) = logs.glob("friction_growing-0.003-*.rig.toml")
+    found = tomllib.loads(rig.read_text())
+    for growth, sigma in zip(found["rig"]["growth_n_n"], found["sigma"]["growth_n_n"], strict=True):
+        assert abs(growth - 0.003) < 4.0 * sigma and sigma < 0.001
 
 
 def test_a_machine_that_cannot_be_commissioned_is_refused(logs):

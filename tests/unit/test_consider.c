@@ -231,7 +231,7 @@ static void test_errors_of_mu_are_the_finite_differences_of_its_rate(void) {
         begin(&bench, &seed, 4);
         bench.scene.config.rig.direction_count = 3;
         const hexload_config_t* config = &bench.scene.config;
-        bench.self.next = trial % 3;
+        bench.self.next = (uint8_t)(trial % 3);
         const hexload_rig_direction_t* direction = hexload_consider_turn(&bench.self, config);
         const uint32_t turn = (trial + 1) % 3;
         TEST_ASSERT_EQUAL_UINT32(turn, bench.self.next);
@@ -333,7 +333,7 @@ static void test_errors_follow_the_filters_correction(void) {
             white[a] *= (double)update.L[a][a];
             TEST_ASSERT_DOUBLE_WITHIN(ROUNDINGS(200, 100.0), white[a], (double)e[n - 2][a]);
         }
-        for (int a = 0; a < 6; a++) { // and they are summed, for who tests innovations
+        for (int a = 0; a < 6; a++) { // and they are summed, for who tests innovations, unless that pauses
             const double shown = (double)before.shown[n][a] + (n >= 2 ? (double)e[n - 2][a] : 0.0);
             TEST_ASSERT_DOUBLE_WITHIN(ROUNDINGS(2, shown), shown, (double)bench.self.shown[n][a]);
         }
@@ -348,6 +348,10 @@ static void test_errors_follow_the_filters_correction(void) {
             TEST_ASSERT_DOUBLE_WITHIN(ROUNDINGS(400, 100.0), expected, (double)found);
         }
     }
+    const hexload_consider_t followed = bench.self;
+    bench.self.is_paused = true;
+    hexload_consider_follow(&bench.self, &bench.scene.config, 2, &update, e);
+    TEST_ASSERT_EQUAL_MEMORY(followed.shown, bench.self.shown, sizeof followed.shown);
 }
 
 static void test_a_step_does_all_of_it_for_all_directions(void) {

@@ -50,6 +50,28 @@ static void test_a_sensor_that_stops_is_found_at_once(void) {
     }
 }
 
+static void test_a_sensor_that_dies_is_found_with_its_first_zero(void) {
+    // GIVEN a velocity or a force of leg 3 that is 7.1 or 6.9 sigma from zero, or from a value of that size
+    const hexload_config_t config = paper_machine();
+    for (int n = 0; n < 8; n++) {
+        const bool is_force = n & 1, is_far = n & 2, is_dead = n & 4;
+        const double sigma =
+            (double)(is_force ? config.sensors.force_sigma_n : config.sensors.velocity_sigma_m_s);
+        hexload_frozen_channels_t frozen = {.left_s = HEXLOAD_REAL(0.0)};
+        hexload_leg_sample_t sample = {.tick = 1};
+        hexload_real_t* channel = is_force ? sample.force_n : sample.velocity_m_s;
+        hexload_real_t* last = is_force ? frozen.last.force_n : frozen.last.velocity_m_s;
+        for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
+            channel[leg] = (hexload_real_t)((5.0 + leg) * sigma);
+        }
+        last[3] = (hexload_real_t)((is_far ? 7.1 : 6.9) * sigma) + (is_dead ? HEXLOAD_REAL(0.0) : channel[3]);
+        channel[3] = is_dead ? HEXLOAD_REAL(0.0) : channel[3];
+        // WHEN the next sample has it, and the other legs' change THEN it has stopped if that is zero and far
+        hexload_frozen_channels_step(&frozen, &config, &sample);
+        TEST_ASSERT_EQUAL_INT(is_far && is_dead, hexload_frozen_channels_are_there(&frozen));
+    }
+}
+
 static void test_sensors_in_order_have_not_stopped(void) {
     // GIVEN sensors with noise, and an encoder in steps of 0.1 mm, which repeats its value at every other
     // tick WHEN some time goes by THEN none has stopped
@@ -258,6 +280,7 @@ int main(void) {
     RUN_TEST(test_velocities_at_a_lower_rate_that_are_held_are_found_after_sixteen_of_them);
     RUN_TEST(test_velocities_in_order_or_in_steps_are_not_held);
     RUN_TEST(test_a_sensor_that_stops_is_found_at_once);
+    RUN_TEST(test_a_sensor_that_dies_is_found_with_its_first_zero);
     RUN_TEST(test_sensors_in_order_have_not_stopped);
     RUN_TEST(test_sensors_that_stand_still_together_say_that_the_machine_does);
     RUN_TEST(test_a_sensor_that_goes_on_again_counts_until_its_jump_is_forgotten);

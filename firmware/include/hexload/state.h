@@ -168,9 +168,9 @@ enum {
 /// The last samples of the sensors, oldest overwritten first.
 typedef struct hexload_rig_history {
     hexload_leg_sample_t past[HEXLOAD_RIG_HISTORY];
-    uint32_t stored;      ///< consecutive ticks in it, at most all
-    uint32_t next;        ///< place of the next one
     uint32_t since_ticks; ///< periods from the last sample that came out to the last stored
+    uint8_t stored;       ///< consecutive ticks in it, at most all
+    uint8_t next;         ///< place of the next one
     bool has_begun;       ///< a sample has come out
 } hexload_rig_history_t;
 
@@ -344,20 +344,23 @@ typedef struct hexload_consider {
     hexload_real_t momentum[HEXLOAD_RIG_DIRECTIONS_MAX][6];            ///< T, rows of mu
     /// Error of mu' beside that of theta; one direction in each tick, as forces change little in so many.
     hexload_real_t drive[HEXLOAD_RIG_DIRECTIONS_MAX][6];
-    /// Innovations in sigmas that a unit of each makes, summed: of the present half second less the one
-    /// before.
+    /// Innovations in sigmas that a unit of each makes, summed: of a half second less those of one before.
     hexload_real_t shown[HEXLOAD_RIG_DIRECTIONS_MAX][6];
-    uint32_t next; ///< direction whose drive is looked at next
+    uint8_t next;   ///< direction whose drive is looked at next
+    bool is_paused; ///< innovations lie between those half seconds
 } hexload_consider_t;
 
-/// Whether innovations swing within a second, which the constants of a rig do not.
+enum { HEXLOAD_OSCILLATION_LAGS = 2 }; ///< half a second from one half second to another, and a whole one
+
+/// Whether innovations swing within a second or two, which the constants of a rig do not make them do.
 typedef struct hexload_oscillation_test {
     hexload_real_t first[6]; ///< sum over the first half second of a pair, in sigmas
-    hexload_real_t swinging; ///< what the halves differ by beyond noise and constants: squares, leaky sum
-    hexload_real_t lasting;  ///< what they have together, noise too: squares, leaky sum
-    uint8_t half;            ///< of a pair, that is under way: 1, 2; 0: that of the change of the load
-    uint8_t pairs;           ///< of this load, or enough
-    bool is_there;           ///< they swing
+    /// What the two differ by beyond noise and constants: squares, leaky sum.
+    hexload_real_t swinging[HEXLOAD_OSCILLATION_LAGS];
+    hexload_real_t lasting[HEXLOAD_OSCILLATION_LAGS]; ///< what they have together, noise too: the same
+    uint8_t pairs[HEXLOAD_OSCILLATION_LAGS];          ///< of this load, or enough
+    uint8_t step;                                     ///< half second of a round that is under way
+    bool is_there;                                    ///< they swing
 } hexload_oscillation_test_t;
 
 enum {

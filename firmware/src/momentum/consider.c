@@ -204,10 +204,12 @@ HEXLOAD_APART void hexload_consider_follow(hexload_consider_t* self, const hexlo
     hexload_whiten6(update->L, &both[0][0], 2);
     hexload_read_columns6(&both[0][0], 2, 0, e);
     for (int a = 0; a < 6; a++) {
-        self->shown[n][a] += e[0][a];
-        self->shown[n + 1][a] += e[1][a];
         less[0][a] = -e[0][a];
         less[1][a] = -e[1][a];
+    }
+    for (int a = 0; (a < 6) && !self->is_paused; a++) {
+        self->shown[n][a] += e[0][a];
+        self->shown[n + 1][a] += e[1][a];
     }
     hexload_downdate6(self->load[n], self->load[n + 1], less, &update->U.load[0][0], DIM, DIM);
     hexload_downdate6(self->momentum[n], self->momentum[n + 1], less, &update->U.momentum[0][0], 6, 6);

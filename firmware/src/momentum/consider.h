@@ -16,7 +16,10 @@ void hexload_consider_init(hexload_consider_t* self);
 /// Turns to the next direction, whose errors of mu' are looked at in this tick: one at a time.
 static inline const hexload_rig_direction_t* hexload_consider_turn(hexload_consider_t* self,
                                                                    const hexload_config_t* config) {
-    self->next = self->next + 1 < config->rig.direction_count ? self->next + 1 : 0;
+    self->next++;
+    if (self->next >= config->rig.direction_count) {
+        self->next = 0;
+    }
     return &config->rig.direction[self->next];
 }
 

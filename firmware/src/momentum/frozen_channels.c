@@ -29,7 +29,8 @@ static bool count_still(const hexload_real_t now[HEXLOAD_LEGS], const hexload_re
         if (now[leg] != last[leg]) {
             const bool is_far = hexload_abs(now[leg] - last[leg]) > SLIP_SIGMAS * sigma;
             has_jumped = has_jumped || (is_far && ticks[leg] >= MANY_TICKS);
-            ticks[leg] = 0;
+            // one that dies reads nothing from then on, and that it repeats this will be too late
+            ticks[leg] = (is_far && (now[leg] == HEXLOAD_REAL(0.0))) ? STILL_TICKS : 0;
         } else if (ticks[leg] < MANY_TICKS) {
             ticks[leg]++;
         }

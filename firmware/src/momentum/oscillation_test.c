@@ -4,7 +4,11 @@
 
 #include <string.h>
 
-/// Of a leaky sum that a second keeps: it goes back some ten.
+/// Half seconds: that of a change of the load, and rounds of a pair that follow each other and a pair with
+/// one between them.
+enum { SHOCK, NEAR_FIRST, NEAR_SECOND, FAR_FIRST, FAR_PAUSE, FAR_SECOND };
+
+/// Of a leaky sum that each of its pairs keeps: it goes back some ten of them.
 #define KEPT HEXLOAD_REAL(0.9)
 
 /// What a pair may have for its six innovations before it counts, and the sum of what counts that is more
@@ -18,7 +22,7 @@
 #define LEAST_SHARE HEXLOAD_REAL(2.0)
 
 void hexload_oscillation_test_init(hexload_oscillation_test_t* self) {
-    *self = (hexload_oscillation_test_t){.half = 0};
+    *self = (hexload_oscillation_test_t){.step = SHOCK};
 }
 
 /// Squares of what the halves differ by, less what the constants may do: c.
@@ -43,7 +47,12 @@ static hexload_real_t square_of_swing(hexload_real_t shown[HEXLOAD_RIG_DIRECTION
     return square;
 }
 
-HEXLOAD_RARE static void judge(hexload_oscillation_test_t* self, hexload_consider_t* consider,
+static bool swings(const hexload_oscillation_test_t* self, int lag) {
+    return (self->pairs[lag] == LEAST_PAIRS) &&
+           (self->swinging[lag] > hexload_max(LEAST_EXCESS, LEAST_SHARE * self->lasting[lag]));
+}
+
+HEXLOAD_RARE static void judge(hexload_oscillation_test_t* self, int lag, hexload_consider_t* consider,
                                const hexload_real_t second[6], hexload_real_t ticks) {
     hexload_real_t difference[6];
     hexload_real_t lasting = HEXLOAD_REAL(0.0);
@@ -53,19 +62,20 @@ HEXLOAD_RARE static void judge(hexload_oscillation_test_t* self, hexload_conside
         lasting = hexload_fma(both, both, lasting);
     }
     const hexload_real_t excess = square_of_swing(consider->shown, difference, ticks) - GRANTED;
-    self->swinging = hexload_max(HEXLOAD_REAL(0.0), hexload_fma(KEPT, self->swinging, excess));
-    self->lasting = hexload_fma(KEPT, self->lasting, lasting / ticks);
-    if (self->pairs < LEAST_PAIRS) {
-        self->pairs++;
+    self->swinging[lag] = hexload_max(HEXLOAD_REAL(0.0), hexload_fma(KEPT, self->swinging[lag], excess));
+    self->lasting[lag] = hexload_fma(KEPT, self->lasting[lag], lasting / ticks);
+    if (self->pairs[lag] < LEAST_PAIRS) {
+        self->pairs[lag]++;
     }
-    self->is_there = (self->pairs == LEAST_PAIRS) &&
-                     (self->swinging > hexload_max(LEAST_EXCESS, LEAST_SHARE * self->lasting));
+    self->is_there = swings(self, 0) || swings(self, 1);
 }
 
-static void turn(hexload_real_t shown[HEXLOAD_RIG_DIRECTIONS_MAX][6]) {
+static void begin_pair(hexload_oscillation_test_t* self, hexload_consider_t* consider,
+                       const hexload_real_t sum[6]) {
+    memcpy(self->first, sum, sizeof self->first);
     for (int n = 0; n < HEXLOAD_RIG_DIRECTIONS_MAX; n++) {
         for (int a = 0; a < 6; a++) {
-            shown[n][a] = -shown[n][a];
+            consider->shown[n][a] = -consider->shown[n][a];
         }
     }
 }
@@ -73,20 +83,26 @@ static void turn(hexload_real_t shown[HEXLOAD_RIG_DIRECTIONS_MAX][6]) {
 void hexload_oscillation_test_step(hexload_oscillation_test_t* self, hexload_consider_t* consider,
                                    const hexload_residual_test_t* residual_test,
                                    const hexload_real_t whitened[6]) {
+    const uint32_t ticks = residual_test->ticks + 1U;
     hexload_real_t sum[6];
     for (int a = 0; a < 6; a++) {
         sum[a] = residual_test->sum[a] + whitened[a];
     }
-    if (self->half == 1U) {
-        memcpy(self->first, sum, sizeof self->first);
-        turn(consider->shown);
-        self->half = 2;
-    } else {
-        if (self->half == 2U) {
-            const uint32_t ticks = residual_test->ticks + 1U;
-            judge(self, consider, sum, HEXLOAD_REAL(2.0) * (hexload_real_t)ticks);
-        }
+    const bool is_first = (self->step == NEAR_FIRST) || (self->step == FAR_FIRST);
+    const bool is_second = (self->step == NEAR_SECOND) || (self->step == FAR_SECOND);
+    if (is_first) {
+        begin_pair(self, consider, sum);
+    }
+    if (is_second) {
+        judge(self, (self->step == NEAR_SECOND) ? 0 : 1, consider, sum,
+              HEXLOAD_REAL(2.0) * (hexload_real_t)ticks);
+    }
+    if (is_second || (self->step == SHOCK)) {
         memset(consider->shown, 0, sizeof consider->shown);
-        self->half = 1;
+    }
+    consider->is_paused = (self->step == FAR_FIRST);
+    self->step++;
+    if (self->step > FAR_SECOND) {
+        self->step = NEAR_FIRST;
     }
 }

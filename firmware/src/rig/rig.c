@@ -76,8 +76,13 @@ void hexload_rig_history_store(hexload_rig_history_t* self, const hexload_leg_sa
         self->stored = 0;
     }
     self->past[self->next] = *sample;
-    self->next = (self->next + 1) % HEXLOAD_RIG_HISTORY;
-    self->stored += self->stored < HEXLOAD_RIG_HISTORY ? 1 : 0;
+    self->next++;
+    if (self->next == HEXLOAD_RIG_HISTORY) {
+        self->next = 0;
+    }
+    if (self->stored < HEXLOAD_RIG_HISTORY) {
+        self->stored++;
+    }
     self->has_begun = self->has_begun || has_aligned;
     self->since_ticks = has_aligned ? 0 : self->since_ticks + gap_ticks;
 }

@@ -244,9 +244,19 @@ def _fit(run: Run, machine: Machine, start: Start) -> tuple[Found, Found]:
 
 
 def _without(run: Run, machine: Machine, found: Found, start: Start, names: tuple[str, ...]) -> tuple[Found, Start]:
-    none = [name for name in names if not _stands_out(found, name, start)]
+    none = {name for name in names if not _stands_out(found, name, start)}
     if "coulomb" in none:
-        none = [*{*none, "stribeck", "growth"}]  # a part of dry friction alone is none
+        none.add("stribeck")  # a part of dry friction alone is none
+    fewer, held = _held(run, machine, found, start, none)
+    if "coulomb" in none and _stands_out(
+        fewer, "growth", held
+    ):  # there is some, and an empty run hardly says of which kind
+        return _held(run, machine, found, start, none - {"coulomb"})
+    return fewer, held
+
+
+def _held(run: Run, machine: Machine, found: Found, start: Start, none: set[str]) -> tuple[Found, Start]:
+    """The fit in which these groups are as the prior says."""
     if not none:
         return found, start
     sigma = start.sigma.copy()
