@@ -120,6 +120,30 @@ static void test_pairs_of_half_seconds_are_judged_by_their_difference_and_by_all
     TEST_ASSERT_GREATER_THAN_INT(100, seen[1]);
 }
 
+static void test_what_swings_is_twice_what_lasts(void) {
+    // GIVEN half seconds of which one component has 1000 together in each pair, squares of 1000 over all
+    // ticks, and differs by as much as 9 and 1.9 or 2.1 times that make WHEN three pairs of each kind have
+    // gone by THEN the latter swing
+    for (int n = 0; n < 2; n++) {
+        const double both = 1000.0, difference = 1000.0 * sqrt(n == 0 ? 1.909 : 2.109);
+        const double first[6] = {0.0, 0.0, 0.0, 0.5 * (both - difference)};
+        const double second[6] = {0.0, 0.0, 0.0, 0.5 * (both + difference)};
+        bench_t bench;
+        begin(&bench);
+        show(&bench, first, NULL);
+        memset(&bench.consider, 0, sizeof bench.consider);
+        for (int round = 0; round < 3; round++) {
+            TEST_ASSERT_FALSE(bench.self.is_there);
+            show(&bench, first, NULL);
+            show(&bench, second, NULL);
+            show(&bench, first, NULL);
+            show(&bench, first, NULL);
+            show(&bench, second, NULL);
+        }
+        TEST_ASSERT_EQUAL_INT(n, bench.self.is_there);
+    }
+}
+
 /// Seconds of innovations with an amplitude at a frequency. Returns when it was first said, or -1.
 static double first_said_s(double amplitude, double hz, double seconds, uint64_t* seed) {
     const hexload_config_t config = paper_machine();
@@ -159,6 +183,7 @@ static void test_noise_and_slow_errors_do_not_swing_and_what_turns_within_two_se
 int main(void) {
     UNITY_BEGIN();
     RUN_TEST(test_pairs_of_half_seconds_are_judged_by_their_difference_and_by_all_that_lasts);
+    RUN_TEST(test_what_swings_is_twice_what_lasts);
     RUN_TEST(test_noise_and_slow_errors_do_not_swing_and_what_turns_within_two_seconds_does);
     return UNITY_END();
 }

@@ -302,7 +302,8 @@ typedef struct hexload_smoother {
     int32_t steps[HEXLOAD_WINDOW_CAPACITY][HEXLOAD_LEGS];              ///< displacements in whole steps
     hexload_real_t velocity_m_s[HEXLOAD_DELAY_CAPACITY][HEXLOAD_LEGS]; ///< measured
     hexload_real_t force_n[HEXLOAD_DELAY_CAPACITY][HEXLOAD_LEGS];      ///< measured
-    /// A bit for each tick that is missing, and bridged; or a speed of which its neighbours contradict.
+    /// A bit for each tick that is missing, and bridged; or of which a speed is contradicted by both
+    /// neighbours.
     uint32_t left_out[(HEXLOAD_DELAY_CAPACITY + 31) / 32];
     uint32_t stored;          ///< ticks put in since the start; modulo the capacities the next one's place
     uint32_t entered;         ///< ticks that have entered the window

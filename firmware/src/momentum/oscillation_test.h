@@ -1,5 +1,5 @@
 /// @file oscillation_test.h
-/// Whether the filter's innovations swing within a second: a load that is not rigid on a machine whose
+/// Whether the filter's innovations swing within a second or two: a load that is not rigid on a machine whose
 /// constants are open. Internal.
 ///
 /// Errors of a rig's constants go with forces and attitude: they last in the sums of half a second

@@ -34,8 +34,8 @@ typedef struct hexload_smooth_sample {
     hexload_real_t leg_wrench[6];                   ///< that the legs take, about O_A; 0 of the smoother
 } hexload_smooth_sample_t;
 
-/// Whether the tick at a place of the rings is missing, or left out. @param place 0..HEXLOAD_DELAY_CAPACITY
-/// - 1.
+/// Whether the tick at a place of the rings is missing, or left out.
+/// @param place below HEXLOAD_DELAY_CAPACITY.
 static inline bool hexload_smoother_leaves_out(const hexload_smoother_t* self, uint32_t place) {
     return ((self->left_out[place / 32U] >> (place % 32U)) & 1U) != 0U;
 }
