@@ -13,6 +13,7 @@ from hexload.cli.commission import TITLES
 from hexload.errors import InputError
 from hexload.estimation.commission import Wish, commission
 from hexload.estimation.firmware_run import native_firmware
+from hexload.estimation.input_check import WayIn
 from hexload.estimation.load_summary import load_changes_s
 from hexload.estimation.replay import replay_log
 from hexload.estimation.rig_hinges import force_columns
@@ -292,6 +293,30 @@ def test_what_is_no_run_of_an_empty_platform_is_refused(found, platform):
         with pytest.raises(InputError, match=words):
             commission(Wish(path, guessed, platform.parent / "refused.toml"))
         assert not (platform.parent / "refused.toml").exists()
+
+
+def test_velocities_that_are_not_the_change_of_displacements_are_refused(found, platform):
+    # GIVEN an empty run whose velocities are 2 % large, in all legs, as a wrong clock makes them, or in leg 4
+    machine, _, _ = found
+    t_s, way_m, speed_m_s, force_n = log_of(machine, multisine(1, 12.0), EMPTY, 2)
+    out = platform.parent / "scaled.toml"
+    large = np.array([1.0, 1.0, 1.0, 1.02, 1.0, 1.0])
+    cases = {
+        r"velocities of leg \d at 1\.0[12]\d times .*: check the scale of both sensors and the log's clock": 1.02,
+        r"velocities of leg 4 at 1\.0[12]\d times .*: check the scale of both sensors \(": large,
+    }
+    for words, gain in cases.items():
+        path = write_log(platform.parent / "scaled.csv", (t_s, way_m, gain * speed_m_s, force_n))
+        # WHEN it is commissioned THEN the leg and the suspects are named, and nothing is written
+        with pytest.raises(InputError, match=words):
+            commission(Wish(path, platform, out))
+        assert not out.exists()
+        # AND who knows better goes on
+        commission(Wish(path, platform, out, way_in=WayIn(is_unchecked=True)))
+        out.unlink()
+    # AND 0.3 % are those of ordinary sensors
+    path = write_log(platform.parent / "scaled.csv", (t_s, way_m, 1.003 * speed_m_s, force_n))
+    commission(Wish(path, platform, out))
 
 
 def test_every_group_of_unknowns_has_a_name_on_the_terminal():

@@ -50,6 +50,7 @@ UNEXPLAINED_SHARE = 0.2  # of the forces' own changes
 GRANTED_SIGMAS = 3.0
 KEPT_SHARE = 0.7  # of the declared tolerance: a run that leaves more has told nothing
 VELOCITY_HZ = 40.0
+LARGEST_GAIN = 0.01  # of a velocity over the displacement's change
 LOAD_SHARES = (0.5, 3.0)  # of the platform's mass: loads whose errors are looked at
 LEAST_DELAY_TICKS = 0.1
 
@@ -58,6 +59,10 @@ LEAST_DELAY_TICKS = 0.1
 class Run:
     name: str
     log: LegLog
+
+    @property
+    def dt_s(self) -> float:
+        return float(self.log.t_s[1] - self.log.t_s[0])
 
     @functools.cached_property
     def seen(self) -> Seen:
@@ -105,6 +110,9 @@ def commission(wish: Wish) -> dict:
     if wish.report is not None and wish.report.absolute() == wish.out.absolute():
         raise InputError(f"{wish.report}: found the same file for --out and --report, expected two")
     run = _run(checked_log(native, wish.log, platform, wish.way_in, None if wish.loaded else 0.0), wish.log)
+    _refuse_still(run)
+    if not wish.way_in.is_unchecked:
+        _refuse_gain(run)
     if wish.report is not None:
         import hexload.report.commission_page  # noqa: F401 - a package that is missing is told before the run
     with replaced_when_done(wish.out) as temporary, replaced_or_none(wish.report) as page:
@@ -298,8 +306,7 @@ def _stands_out(found: Found, name: str, start: Start) -> bool:
     return bool(square > chi2.ppf(1.0 - DOUBT, np.count_nonzero(told)))
 
 
-def _refuse(run: Run, machine: Machine, found: Found, wish: Wish) -> None:
-    sigma = np.sqrt(np.diag(found.covariance))
+def _refuse_still(run: Run) -> None:
     speeds = np.gradient(run.log.displacement_m, run.log.t_s, axis=0)
     slowest = int(np.argmin(speeds.std(axis=0)))
     if speeds[:, slowest].std() < LEAST_SPEED_M_S:
@@ -307,6 +314,32 @@ def _refuse(run: Run, machine: Machine, found: Found, wish: Wish) -> None:
             f"{run.name}: found leg {slowest + 1} at {speeds[:, slowest].std():.2g} m/s (rms), expected "
             f"{LEAST_SPEED_M_S:g} m/s at least: a livelier motion of all six axes"
         )
+
+
+def _refuse_gain(run: Run) -> None:
+    """v shown = k d' - delay d'' of each leg. A k that is not 1 goes by unseen on a load's slower motion, into its inertia."""
+    if not run.log.has_velocity:
+        return
+    gain, sigma = np.ones(LEGS), np.zeros(LEGS)
+    for leg, (speed, rate, shown) in enumerate(zip(*(part.T for part in _slow_speeds(run)), strict=True)):
+        columns = np.stack([speed, rate], axis=1)
+        inverse = np.linalg.inv(columns.T @ columns)
+        found = inverse @ (columns.T @ shown)
+        variance = np.mean((shown - columns @ found) ** 2) / (2.0 * VELOCITY_HZ * run.dt_s)
+        gain[leg], sigma[leg] = found[0], np.sqrt(variance * inverse[0, 0])
+    excess = np.abs(gain - 1.0) - GRANTED_SIGMAS * sigma - LARGEST_GAIN
+    leg = int(np.argmax(excess))
+    if excess[leg] > 0.0:
+        are_alike = excess.min() > 0.0 and np.ptp(gain) < LARGEST_GAIN
+        suspects = "the scale of both sensors and the log's clock" if are_alike else "the scale of both sensors"
+        raise InputError(
+            f"{run.name}: found velocities of leg {leg + 1} at {gain[leg]:.3f} times the change of its displacement, "
+            f"expected {1.0 - LARGEST_GAIN:g} to {1.0 + LARGEST_GAIN:g}: check {suspects} (--unchecked: go on as it is)"
+        )
+
+
+def _refuse(run: Run, machine: Machine, found: Found, wish: Wish) -> None:
+    sigma = np.sqrt(np.diag(found.covariance))
     _refuse_residual(run, found)
     theta = SLICES["theta"]
     unsure = sigma[theta] / (UNSURE_SHARE * machine.scale)
@@ -412,21 +445,27 @@ def _refuse_mass(found: Found, machine: Machine, run: Run, mass_kg: float) -> No
         )
 
 
+def _slow_speeds(run: Run) -> tuple[Array, Array, Array]:
+    """d', d'' and v shown, each below VELOCITY_HZ, (rows, 6)."""
+    dt_s = run.dt_s
+    low_pass = butter(4, VELOCITY_HZ, fs=1.0 / dt_s, output="sos")
+    inner = slice(round(0.3 / dt_s), -round(0.3 / dt_s))
+    speed = np.gradient(sosfiltfilt(low_pass, run.log.displacement_m, axis=0), dt_s, axis=0)
+    shown = sosfiltfilt(low_pass, run.log.velocity_m_s, axis=0)
+    return speed[inner], np.gradient(speed, dt_s, axis=0)[inner], shown[inner]
+
+
 def _velocity_delay(run: Run, machine: Machine) -> float:
     """v shown = d' - delay d'' of the displacements, by least squares over all legs; what is not three sigmas off the
     platform file's stays."""
     if not run.log.has_velocity:
         return 0.0
-    dt_s = run.log.t_s[1] - run.log.t_s[0]
-    low_pass = butter(4, VELOCITY_HZ, fs=1.0 / dt_s, output="sos")
-    inner = slice(round(0.3 / dt_s), -round(0.3 / dt_s))
-    speed = np.gradient(sosfiltfilt(low_pass, run.log.displacement_m, axis=0), dt_s, axis=0)
-    rate = np.gradient(speed, dt_s, axis=0)[inner]
-    late = (speed - sosfiltfilt(low_pass, run.log.velocity_m_s, axis=0))[inner]
+    speed, rate, shown = _slow_speeds(run)
+    late = speed - shown
     delay_s = float(np.sum(rate * late) / np.sum(rate**2))
     left = late - delay_s * rate
-    of_delay = np.sqrt(np.mean(left**2) / np.sum(rate**2) / (2.0 * VELOCITY_HZ * dt_s))
-    is_stated = abs(delay_s - machine.velocity_delay_s) < max(GRANTED_SIGMAS * of_delay, LEAST_DELAY_TICKS * dt_s)
+    of_delay = np.sqrt(np.mean(left**2) / np.sum(rate**2) / (2.0 * VELOCITY_HZ * run.dt_s))
+    is_stated = abs(delay_s - machine.velocity_delay_s) < max(GRANTED_SIGMAS * of_delay, LEAST_DELAY_TICKS * run.dt_s)
     return machine.velocity_delay_s if is_stated else max(0.0, delay_s)
 
 
