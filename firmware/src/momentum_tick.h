@@ -69,7 +69,7 @@ static inline hexload_status_t read_present(hexload_momentum_t* self, const hexl
     if (config->sensors.half_window_ticks == 0) { // else it has seen the samples before their filter
         hexload_noise_estimator_step(&self->noise_estimator, config, sample, gap_ticks);
     }
-    hexload_noise_estimator_read(&self->noise_estimator, &config->sensors, &now->sensors, health);
+    hexload_noise_estimator_read(&self->noise_estimator, config, &now->sensors, health);
     return HEXLOAD_OK;
 }
 

@@ -99,7 +99,7 @@ static inline hexload_status_t hexload_paper_run(hexload_paper_t* self, const he
     if (config->sensors.half_window_ticks == 0) { // else it has seen the samples before their filter
         hexload_noise_estimator_step(&self->noise_estimator, config, sample, now.gap_ticks);
     }
-    hexload_noise_estimator_read(&self->noise_estimator, &config->sensors, &now.sensors, &health);
+    hexload_noise_estimator_read(&self->noise_estimator, config, &now.sensors, &health);
     // With its gaps: a value that is missing keeps its half second from saying anything.
     hexload_plausibility_step(&self->plausibility, config, raw, &now, config->rig.velocity_delay_s);
     hexload_paper_identify(self, config, &now, trace, &health);

@@ -17,9 +17,9 @@ void hexload_noise_estimator_init(hexload_noise_estimator_t* self);
 void hexload_noise_estimator_step(hexload_noise_estimator_t* self, const hexload_config_t* config,
                                   const hexload_leg_sample_t* sample, uint32_t gap_ticks);
 
-/// The sensors as the filters should take them.
+/// The sensors as the filters should take them; of a channel that config->rig has late no better than stated.
 /// @param[in,out] health sets NOISE_MISSTATED where a measured sigma is used.
-void hexload_noise_estimator_read(const hexload_noise_estimator_t* self, const hexload_sensors_t* stated,
+void hexload_noise_estimator_read(const hexload_noise_estimator_t* self, const hexload_config_t* config,
                                   hexload_sensors_t* sensors, uint32_t* health);
 
 #endif

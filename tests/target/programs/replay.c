@@ -97,7 +97,7 @@ static void run_stages(hexload_paper_t* self, const hexload_config_t* config, co
     hexload_leg_sample_accept(&self->leg_gate, sample);
     self->lost = now.lost;
     hexload_noise_estimator_step(&self->noise_estimator, config, sample, now.gap_ticks);
-    hexload_noise_estimator_read(&self->noise_estimator, &config->sensors, &now.sensors, &health);
+    hexload_noise_estimator_read(&self->noise_estimator, config, &now.sensors, &health);
     instructions[LEG_SAMPLE] += instruction_counter_since(mark);
     mark = instruction_counter_mark();
     hexload_plausibility_step(&self->plausibility, config, raw, &now, config->rig.velocity_delay_s);
