@@ -303,7 +303,7 @@ def test_velocities_that_are_not_the_change_of_displacements_are_refused(found, 
     large = np.array([1.0, 1.0, 1.0, 1.02, 1.0, 1.0])
     cases = {
         r"velocities of leg \d at 1\.0[12]\d times .*: check the scale of both sensors and the log's clock": 1.02,
-        r"velocities of leg 4 at 1\.0[12]\d times .*: check the scale of both sensors \(": large,
+        r"velocities of leg 4 at 1\.0[12]\d times .*: check scale and wiring of both sensors \(": large,
     }
     for words, gain in cases.items():
         path = write_log(platform.parent / "scaled.csv", (t_s, way_m, gain * speed_m_s, force_n))

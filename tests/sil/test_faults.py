@@ -347,6 +347,21 @@ def test_outcomes_are_counted_by_kind_size_and_group():
     assert fault_report.counts(tilt.whole) == [3, 0, 1, 1, 1, 0, 0, 0, 1]
 
 
+def test_sentences_of_one_cause_are_counted_together():
+    # GIVEN runs that were refused with the numbers of two legs, and a sentence that is long WHEN they are counted THEN the
+    # sentence is there once, without them, and the long one ends in dots
+    def refused(leg, gain):
+        return f"commissioning: found velocities of leg {leg} at {gain} times the change of its displacement"
+
+    results = {
+        FaultCase("velocity_gain", 0.02, "work", "momentum", seed, 16.0): result_of("refused", words=[words])
+        for seed, words in enumerate((refused(4, 1.021), refused(2, -9.8e-1), "very " * 40))
+    }
+    (entry,) = tally(results, ("momentum",))
+    words = {refused("N", "x"): 2, ("very " * 22)[:-6] + " ...": 1}
+    assert entry.whole.words == words
+
+
 def test_of_a_platform_stated_wrongly_a_dropped_load_tells_one_sign(tmp_path):
     # GIVEN a run in which all of the load falls off, of a platform that is stated a fifth too heavy, or too light
     base = clean_recording("multisine", SEED, 12.0, "momentum", str(tmp_path))

@@ -331,7 +331,7 @@ def _refuse_gain(run: Run) -> None:
     leg = int(np.argmax(excess))
     if excess[leg] > 0.0:
         are_alike = excess.min() > 0.0 and np.ptp(gain) < LARGEST_GAIN
-        suspects = "the scale of both sensors and the log's clock" if are_alike else "the scale of both sensors"
+        suspects = "the scale of both sensors and the log's clock" if are_alike else "scale and wiring of both sensors"
         raise InputError(
             f"{run.name}: found velocities of leg {leg + 1} at {gain[leg]:.3f} times the change of its displacement, "
             f"expected {1.0 - LARGEST_GAIN:g} to {1.0 + LARGEST_GAIN:g}: check {suspects} (--unchecked: go on as it is)"

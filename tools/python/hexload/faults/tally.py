@@ -1,5 +1,7 @@
 """What the cases of a campaign of faults say together: outcomes by kind, and the words that came with them."""
 
+import re
+import textwrap
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
@@ -9,6 +11,8 @@ from hexload.faults.one_fault import FaultCase
 from hexload.faults.score import OUTCOMES
 
 MOST_WORDS = 4
+LONGEST = 110  # characters of a sentence
+NUMBER = re.compile(r"(?<![\w.])-?\d+(\.\d+)?(e[+-]?\d+)?")
 
 
 @dataclass(frozen=True)
@@ -80,9 +84,15 @@ def _of_estimator(estimator: str, results: Mapping[FaultCase, dict]) -> Estimato
     )
 
 
+def _gist(sentence: str) -> str:
+    """What runs of other legs and numbers have in common."""
+    of_any_leg = re.sub(r"\b(leg |[dvf]l)\d", r"\1N", sentence)
+    return textwrap.shorten(NUMBER.sub("x", of_any_leg), LONGEST, placeholder=" ...")
+
+
 def _of_cases(label: str, results: Sequence[dict]) -> Tally:
     found = Counter(result["outcome"] for result in results)
-    words = Counter(word for result in results for word in result["words"])
+    words = Counter(word for result in results for word in {_gist(sentence) for sentence in result["words"]})
     trusted = [result for result in results if result["outcome"] in ("silent", "weak")]
     wrong = Counter(entry["name"] for result in trusted for entry in result["wrong"])
     asked = [result["named"] for result in results if result.get("named") is not None]
