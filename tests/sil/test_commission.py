@@ -319,6 +319,30 @@ def test_velocities_that_are_not_the_change_of_displacements_are_refused(found, 
     commission(Wish(path, platform, out))
 
 
+def test_a_leg_that_is_later_than_the_others_is_refused(found, platform):
+    # GIVEN an empty run of which one leg's velocities, or another's forces, are shown 2 ms late
+    machine, _, _ = found
+    log = log_of(machine, multisine(1, 12.0), EMPTY, 2)
+    out = platform.parent / "late.toml"
+    cases = {r"velocities of leg 3 2 ms later than other legs'": (2, 2), r"forces of leg 5 \S+ ms later": (3, 4)}
+    for words, (channel, leg) in cases.items():
+        late = [values.copy() for values in log]
+        late[channel][2:, leg] = log[channel][:-2, leg]
+        path = write_log(platform.parent / "late.csv", tuple(late))
+        # WHEN it is commissioned THEN channel and leg are named, and nothing is written
+        with pytest.raises(InputError, match=words):
+            commission(Wish(path, platform, out))
+        assert not out.exists()
+        # AND who knows better goes on
+        commission(Wish(path, platform, out, way_in=WayIn(is_unchecked=True)))
+        out.unlink()
+    # AND where all legs are late alike it is a delay that is found
+    late = [values.copy() for values in log]
+    late[3][2:] = log[3][:-2]
+    result = commission(Wish(write_log(platform.parent / "late.csv", tuple(late)), platform, out))
+    assert result["rig"]["force_delay_s"] == pytest.approx(DELAY_S + 2e-3, abs=0.1e-3)
+
+
 def test_every_group_of_unknowns_has_a_name_on_the_terminal():
     assert set(TITLES) == set(SLICES)
 

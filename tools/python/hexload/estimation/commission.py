@@ -4,7 +4,7 @@ The regression is in rig_regression.py; here stand what is known beforehand, wha
 """
 
 import functools
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -18,7 +18,7 @@ from hexload.estimation import rig_file, rig_model, rig_regression
 from hexload.estimation.firmware_run import load_platform, native_firmware
 from hexload.estimation.input_check import WayIn, checked_log
 from hexload.estimation.rig_model import LEGS, Geometry
-from hexload.estimation.rig_record import Seen
+from hexload.estimation.rig_record import ROW_HZ, Seen
 from hexload.estimation.rig_regression import SLICES, UNKNOWNS, Found, Start
 from hexload.io.atomic_file import replaced_or_none, replaced_when_done
 from hexload.io.log_file import LegLog
@@ -51,6 +51,7 @@ GRANTED_SIGMAS = 3.0
 KEPT_SHARE = 0.7  # of the declared tolerance: a run that leaves more has told nothing
 VELOCITY_HZ = 40.0
 LARGEST_GAIN = 0.01  # of a velocity over the displacement's change
+LARGEST_LAG_S = 0.5e-3  # of a leg behind the others
 LOAD_SHARES = (0.5, 3.0)  # of the platform's mass: loads whose errors are looked at
 LEAST_DELAY_TICKS = 0.1
 
@@ -112,12 +113,14 @@ def commission(wish: Wish) -> dict:
     run = _run(checked_log(native, wish.log, platform, wish.way_in, None if wish.loaded else 0.0), wish.log)
     _refuse_still(run)
     if not wish.way_in.is_unchecked:
-        _refuse_gain(run)
+        _refuse_velocities(run)
     if wish.report is not None:
         import hexload.report.commission_page  # noqa: F401 - a package that is missing is told before the run
     with replaced_when_done(wish.out) as temporary, replaced_or_none(wish.report) as page:
         found, whole = _fit(run, machine, _start(machine))
         _refuse(run, machine, found, wish)
+        if not wish.way_in.is_unchecked:
+            _refuse_late_forces(run, found)
         covariance = with_common_gain(found.covariance, machine.common_gain)
         found, whole = replace(found, covariance=covariance), replace(whole, covariance=covariance)
         if wish.reference is not None:
@@ -316,18 +319,14 @@ def _refuse_still(run: Run) -> None:
         )
 
 
-def _refuse_gain(run: Run) -> None:
-    """v shown = k d' - delay d'' of each leg. A k that is not 1 goes by unseen on a load's slower motion, into its inertia."""
+def _refuse_velocities(run: Run) -> None:
+    """v shown = k d' - lag d'' of each leg. A k that is not 1, or a lag that other legs have not, goes by unseen on a load's
+    slower motion, into its inertia."""
     if not run.log.has_velocity:
         return
-    gain, sigma = np.ones(LEGS), np.zeros(LEGS)
-    for leg, (speed, rate, shown) in enumerate(zip(*(part.T for part in _slow_speeds(run)), strict=True)):
-        columns = np.stack([speed, rate], axis=1)
-        inverse = np.linalg.inv(columns.T @ columns)
-        found = inverse @ (columns.T @ shown)
-        variance = np.mean((shown - columns @ found) ** 2) / (2.0 * VELOCITY_HZ * run.dt_s)
-        gain[leg], sigma[leg] = found[0], np.sqrt(variance * inverse[0, 0])
-    excess = np.abs(gain - 1.0) - GRANTED_SIGMAS * sigma - LARGEST_GAIN
+    speed, rate, shown = _slow_speeds(run)
+    (gain, lag_s), (of_gain, of_lag_s) = _regressed(shown, (speed, -rate), VELOCITY_HZ * run.dt_s)
+    excess = np.abs(gain - 1.0) - GRANTED_SIGMAS * of_gain - LARGEST_GAIN
     leg = int(np.argmax(excess))
     if excess[leg] > 0.0:
         are_alike = excess.min() > 0.0 and np.ptp(gain) < LARGEST_GAIN
@@ -335,6 +334,39 @@ def _refuse_gain(run: Run) -> None:
         raise InputError(
             f"{run.name}: found velocities of leg {leg + 1} at {gain[leg]:.3f} times the change of its displacement, "
             f"expected {1.0 - LARGEST_GAIN:g} to {1.0 + LARGEST_GAIN:g}: check {suspects} (--unchecked: go on as it is)"
+        )
+    _refuse_late_leg(run, "velocities", lag_s, of_lag_s)
+
+
+def _refuse_late_forces(run: Run, found: Found) -> None:
+    """The regression has one delay for all legs: a leg's own is in its residuals."""
+    row_s = found.t_s[1] - found.t_s[0]
+    lag_s, sigma_s = _regressed(found.residuals_n, (-run.seen.record.force_rate,), ROW_HZ * row_s)
+    _refuse_late_leg(run, "forces", lag_s[0], sigma_s[0])
+
+
+def _regressed(values: Array, columns: Sequence[Array], share: float) -> tuple[Array, Array]:
+    """Least squares of each leg, (columns, 6), with the sigmas that residuals leave which are white below that share of
+    the rate of the rows."""
+    found, sigma = np.empty((2, len(columns), LEGS))
+    for leg in range(LEGS):
+        design = np.stack([column[:, leg] for column in columns], axis=1)
+        inverse = np.linalg.inv(design.T @ design)
+        found[:, leg] = inverse @ (design.T @ values[:, leg])
+        variance = np.mean((values[:, leg] - design @ found[:, leg]) ** 2) / (2.0 * share)
+        sigma[:, leg] = np.sqrt(variance * np.diag(inverse))
+    return found, sigma
+
+
+def _refuse_late_leg(run: Run, channel: str, lag_s: Array, sigma_s: Array) -> None:
+    """Legs have one delay: that of the others is the median."""
+    late_s = lag_s - np.median(lag_s)
+    excess = np.abs(late_s) - GRANTED_SIGMAS * sigma_s - LARGEST_LAG_S
+    leg = int(np.argmax(excess))
+    if excess[leg] > 0.0:
+        raise InputError(
+            f"{run.name}: found {channel} of leg {leg + 1} {1e3 * late_s[leg]:.2g} ms later than other legs', expected "
+            f"{1e3 * LARGEST_LAG_S:g} ms at most: check how its sensors are sampled (--unchecked: go on as it is)"
         )
 
 
