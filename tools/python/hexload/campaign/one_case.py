@@ -21,7 +21,17 @@ from hexload.campaign import baselines, cases, rigs
 from hexload.campaign.baselines import Answer
 from hexload.campaign.cases import MOTION_FILE, TARED, Case, Setup
 from hexload.errors import InputError, ToolFailed
-from hexload.estimation import commission, leg_mass, rig_file, rig_hinges, rig_model, rig_record, rig_regression, tare
+from hexload.estimation import (
+    commission,
+    commissioning_run,
+    leg_mass,
+    rig_file,
+    rig_hinges,
+    rig_model,
+    rig_record,
+    rig_regression,
+    tare,
+)
 from hexload.estimation.load_summary import load_changes_s
 from hexload.io import log_file
 from hexload.io.log_file import LegLog, read_log
@@ -44,7 +54,7 @@ TEN = len(bound.THETA_NAMES)
 def code_version() -> str:
     """Digest of what decides the numbers of a case: programs, modules, the platform and the friction of the cases."""
     own = (cases, rigs, leg_regression, baselines, bound, log_file, tare, leg_mass)
-    of_rigs = (commission, rig_file, rig_hinges, rig_model, rig_record, rig_regression)
+    of_rigs = (commission, commissioning_run, rig_file, rig_hinges, rig_model, rig_record, rig_regression)
     modules = [Path(module.__file__) for module in (*own, *of_rigs)]
     native = Path(project.native_module().__file__)
     platform = project.SCENARIOS / "platforms" / "paper.toml"

@@ -18,7 +18,16 @@ from hexload.campaign import cases, one_case, statistics
 from hexload.campaign.store import plain
 from hexload.diagnosis import wiring
 from hexload.errors import InputError
-from hexload.estimation import commission, firmware_run, rig_file, rig_hinges, rig_model, rig_record, rig_regression
+from hexload.estimation import (
+    commission,
+    commissioning_run,
+    firmware_run,
+    rig_file,
+    rig_hinges,
+    rig_model,
+    rig_record,
+    rig_regression,
+)
 from hexload.faults import (
     kinds,
     load_faults,
@@ -73,7 +82,7 @@ def is_possible(case: FaultCase) -> bool:
 def code_version() -> str:
     """Digest of what decides the score of a case: programs, modules, the platform of the cases."""
     own = (kinds, naming, load_faults, machine_faults, recording, score, sensor_faults, timing_faults, words)
-    of_rigs = (commission, rig_file, rig_hinges, rig_model, rig_record, rig_regression)
+    of_rigs = (commission, commissioning_run, rig_file, rig_hinges, rig_model, rig_record, rig_regression)
     others = (cases, one_case, statistics, firmware_run, bound, *of_rigs)
     modules = [Path(module.__file__) for module in (*own, *others)]
     native = Path(project.native_module().__file__)

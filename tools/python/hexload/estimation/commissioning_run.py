@@ -1,0 +1,158 @@
+"""The run of `hexload commission`, and what it is refused for: gaps, sensors that stop, legs that stand still, channels that
+contradict each other.
+"""
+
+import functools
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.signal import butter, sosfiltfilt
+
+from hexload.errors import InputError
+from hexload.estimation.rig_model import LEGS
+from hexload.estimation.rig_record import ROW_HZ, Seen
+from hexload.estimation.rig_regression import Found
+from hexload.io.log_file import LegLog
+
+Array = NDArray[np.float64]
+
+SHORTEST_S = 4.0
+LONGEST_GAP_S = 0.02
+LARGEST_END_SHARE = 0.02  # of rows at the largest or smallest force
+STUCK_S, STUCK_WAY_M = 0.25, 1e-3
+LEAST_SPEED_M_S = 0.01
+VELOCITY_HZ = 40.0
+LARGEST_GAIN = 0.01  # of a velocity over the displacement's change
+LARGEST_LAG_S = 0.5e-3  # of a leg behind the others
+GRANTED_SIGMAS = 3.0
+
+
+@dataclass(frozen=True)
+class Run:
+    name: str
+    log: LegLog
+
+    @property
+    def dt_s(self) -> float:
+        return float(self.log.t_s[1] - self.log.t_s[0])
+
+    @functools.cached_property
+    def seen(self) -> Seen:
+        return Seen(self.log)
+
+
+def run_of(log: LegLog, path: Path) -> Run:
+    """A log without gaps: short ones are bridged by lines. Raises InputError."""
+    dt_s = float(np.median(np.diff(log.t_s)))
+    duration_s = log.t_s[-1] - log.t_s[0]
+    if duration_s < SHORTEST_S:
+        raise InputError(f"{path}: found {duration_s:.3f} s, expected {SHORTEST_S:g} s of motion at least")
+    longest = int(np.argmax(np.diff(log.t_s)))
+    if (gap_s := np.diff(log.t_s)[longest]) > LONGEST_GAP_S:
+        raise InputError(
+            f"{path}: found no rows for {gap_s:.3f} s after t = {log.t_s[longest]:.3f} s, expected gaps of "
+            f"{LONGEST_GAP_S:g} s at most"
+        )
+    t_s = log.t_s[0] + dt_s * np.arange(round(duration_s / dt_s) + 1)
+    _refuse_stuck(path, log)
+    parts = (log.displacement_m, log.velocity_m_s, log.force_n)
+    return Run(
+        str(path), LegLog(t_s, *(np.stack([np.interp(t_s, log.t_s, leg) for leg in p.T], axis=1) for p in parts))
+    )
+
+
+def _refuse_stuck(path: Path, log: LegLog) -> None:
+    """Load cells that reach the end of their range, or stop."""
+    for leg in range(LEGS):
+        force_n, way_m = log.force_n[:, leg], log.displacement_m[:, leg]
+        for end_n in (force_n.min(), force_n.max()):
+            share = np.mean(force_n == end_n)
+            if share > LARGEST_END_SHARE:
+                raise InputError(
+                    f"{path}: found leg {leg + 1}'s force at {end_n:.5g} N in {100.0 * share:.0f} % of all rows and never "
+                    "beyond, expected forces within the load cell's range"
+                )
+        changes = np.flatnonzero(np.diff(force_n)) + 1
+        starts, ends = np.append(0, changes), np.append(changes, len(force_n)) - 1
+        long = log.t_s[ends] - log.t_s[starts] > STUCK_S
+        for first, last in zip(starts[long], ends[long], strict=True):
+            if np.ptp(way_m[first : last + 1]) > STUCK_WAY_M:
+                raise InputError(
+                    f"{path}: found leg {leg + 1}'s force at {force_n[first]:.5g} N from {log.t_s[first]:.3f} to "
+                    f"{log.t_s[last]:.3f} s while the leg moves, expected a load cell that does not stop"
+                )
+
+
+def refuse_still(run: Run) -> None:
+    """Raises InputError of a run in which a leg hardly moves."""
+    speeds = np.gradient(run.log.displacement_m, run.log.t_s, axis=0)
+    slowest = int(np.argmin(speeds.std(axis=0)))
+    if speeds[:, slowest].std() < LEAST_SPEED_M_S:
+        raise InputError(
+            f"{run.name}: found leg {slowest + 1} at {speeds[:, slowest].std():.2g} m/s (rms), expected "
+            f"{LEAST_SPEED_M_S:g} m/s at least: a livelier motion of all six axes"
+        )
+
+
+def refuse_velocities(run: Run) -> None:
+    """v shown = k d' - lag d'' of each leg. A k that is not 1, or a lag that other legs have not, goes by unseen on a load's
+    slower motion, into its inertia. Raises InputError."""
+    if not run.log.has_velocity:
+        return
+    speed, rate, shown = slow_speeds(run)
+    (gain, lag_s), (of_gain, of_lag_s) = _regressed(shown, (speed, -rate), VELOCITY_HZ * run.dt_s)
+    excess = np.abs(gain - 1.0) - GRANTED_SIGMAS * of_gain - LARGEST_GAIN
+    leg = int(np.argmax(excess))
+    if excess[leg] > 0.0:
+        are_alike = excess.min() > 0.0 and np.ptp(gain) < LARGEST_GAIN
+        suspects = "the scale of both sensors and the log's clock" if are_alike else "scale and wiring of both sensors"
+        raise InputError(
+            f"{run.name}: found velocities of leg {leg + 1} at {gain[leg]:.3f} times the change of its displacement, "
+            f"expected {1.0 - LARGEST_GAIN:g} to {1.0 + LARGEST_GAIN:g}: check {suspects} (--unchecked: go on as it is)"
+        )
+    _refuse_late_leg(run, "velocities", lag_s, of_lag_s)
+
+
+def refuse_late_forces(run: Run, found: Found) -> None:
+    """The regression has one delay for all legs: a leg's own is in its residuals. Raises InputError."""
+    row_s = found.t_s[1] - found.t_s[0]
+    lag_s, sigma_s = _regressed(found.residuals_n, (-run.seen.record.force_rate,), ROW_HZ * row_s)
+    _refuse_late_leg(run, "forces", lag_s[0], sigma_s[0])
+
+
+def _regressed(values: Array, columns: Sequence[Array], share: float) -> tuple[Array, Array]:
+    """Least squares of each leg, (columns, 6), with the sigmas that residuals leave which are white below that share of
+    the rate of the rows."""
+    found, sigma = np.empty((2, len(columns), LEGS))
+    for leg in range(LEGS):
+        design = np.stack([column[:, leg] for column in columns], axis=1)
+        inverse = np.linalg.inv(design.T @ design)
+        found[:, leg] = inverse @ (design.T @ values[:, leg])
+        variance = np.mean((values[:, leg] - design @ found[:, leg]) ** 2) / (2.0 * share)
+        sigma[:, leg] = np.sqrt(variance * np.diag(inverse))
+    return found, sigma
+
+
+def _refuse_late_leg(run: Run, channel: str, lag_s: Array, sigma_s: Array) -> None:
+    """Legs have one delay: that of the others is the median."""
+    late_s = lag_s - np.median(lag_s)
+    excess = np.abs(late_s) - GRANTED_SIGMAS * sigma_s - LARGEST_LAG_S
+    leg = int(np.argmax(excess))
+    if excess[leg] > 0.0:
+        raise InputError(
+            f"{run.name}: found {channel} of leg {leg + 1} {1e3 * late_s[leg]:.2g} ms later than other legs', expected "
+            f"{1e3 * LARGEST_LAG_S:g} ms at most: check how its sensors are sampled (--unchecked: go on as it is)"
+        )
+
+
+def slow_speeds(run: Run) -> tuple[Array, Array, Array]:
+    """d', d'' and v shown, each below VELOCITY_HZ, (rows, 6)."""
+    dt_s = run.dt_s
+    low_pass = butter(4, VELOCITY_HZ, fs=1.0 / dt_s, output="sos")
+    inner = slice(round(0.3 / dt_s), -round(0.3 / dt_s))
+    speed = np.gradient(sosfiltfilt(low_pass, run.log.displacement_m, axis=0), dt_s, axis=0)
+    shown = sosfiltfilt(low_pass, run.log.velocity_m_s, axis=0)
+    return speed[inner], np.gradient(speed, dt_s, axis=0)[inner], shown[inner]
