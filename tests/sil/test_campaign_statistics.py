@@ -50,10 +50,12 @@ def test_an_estimate_has_settled_when_it_leaves_the_limit_no_more():
     assert settled_at(t, np.array([0.0, 0.0, 0.0, 0.0, np.nan]), 1.0) is None
 
 
-def test_runs_that_were_called_inconsistent_are_counted_once():
-    # GIVEN three runs, one of which was called inconsistent for three ticks WHEN summarised THEN one is counted
-    runs = [result([0.0] * 10), result([0.0] * 10, nees=60.0), result([0.0] * 10)]
-    assert statistics.summarise("multisine", runs).called_inconsistent == 1
+def test_runs_that_were_called_inconsistent_or_implausible_are_counted_once():
+    # GIVEN four runs, of which one was called inconsistent for three ticks, and another's input implausible WHEN summarised
+    # THEN two are counted
+    implausible = result([0.0] * 10) | {"health": {"input implausible": 5120}}
+    runs = [result([0.0] * 10), result([0.0] * 10, nees=60.0), implausible, result([0.0] * 10)]
+    assert statistics.summarise("multisine", runs).doubted == 2
 
 
 def test_rmse_bias_and_their_relation_to_the_bound():

@@ -79,7 +79,7 @@ def render(
 def terminal_table(statistics: Sequence[ClassStatistics], failed: dict[str, tuple[FailedCase, ...]]) -> Table:
     title = (
         "controller's filter: RMSE / bound, mean of ten and worst; NEES (ideal 10), NIS (6); "
-        "s to 5 %, to 1 % of scale; largest error in %; alarms; runs called inconsistent"
+        "s to 5 %, to 1 % of scale; largest error in %; alarms; runs called inconsistent or implausible"
     )
     table = Table(title=title, title_justify="left", box=box.SIMPLE_HEAD, padding=(0, 1, 0, 0))
     errors = ("/ bound", "worst", "NEES", "in 95 %", "NIS", "failed")
@@ -94,7 +94,7 @@ def terminal_table(statistics: Sequence[ClassStatistics], failed: dict[str, tupl
         "detected",
         "latest ms",
         "false",
-        "incons.",
+        "doubted",
     ):
         table.add_column(heading, justify="left" if heading == "class" else "right", no_wrap=True)
     for entry in statistics:
@@ -116,7 +116,7 @@ def terminal_table(statistics: Sequence[ClassStatistics], failed: dict[str, tupl
             f"{len(alarms.delays_s)}/{alarms.changes}",
             fixed(1e3 * alarms.delays_s.max(), 0) if len(alarms.delays_s) else DASH,
             str(alarms.false),
-            str(entry.called_inconsistent),
+            str(entry.doubted),
         )
     judged = {entry.name for entry in statistics}
     for name, cases in failed.items():

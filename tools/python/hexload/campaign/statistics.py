@@ -21,6 +21,7 @@ Array = NDArray[np.float64]
 BAND = (0.025, 0.975)  # 95 %, two-sided
 PARAMETERS = len(THETA_NAMES)
 FAILURE_NEES = 100.0
+DOUBTS = {"inconsistent", "input implausible"}  # health that sensors in order never have
 ALARM_DUE_S = 0.5  # an alarm within this time after a change detects it; any other is false
 TIMES = ("within_5", "within_1", "mass_and_moments_within_2")
 
@@ -113,7 +114,7 @@ class ClassStatistics:
     rig: RigStatistics | None  # None: the class is not one of rigs
     alarms: Alarms
     verdicts: dict[str, int]  # of the controller at the end
-    called_inconsistent: int  # runs in which it said so at any tick
+    doubted: int  # runs in which sensors that are in order were contradicted at any tick: one of DOUBTS
     nees_mean_band: tuple[float, float]  # of a consistent estimator in as many runs
     ratio_band: tuple[float, float]  # of RMSE / bound of an efficient one
 
@@ -150,7 +151,7 @@ def summarise(name: str, results: Sequence[dict]) -> ClassStatistics:
         rig=None if results[0]["rig"] is None else _rig([result["rig"] for result in results]),
         alarms=alarms([(result["changes_s"], result["alarms_s"]) for result in results]),
         verdicts={verdict: verdicts.count(verdict) for verdict in sorted(set(verdicts))},
-        called_inconsistent=sum("inconsistent" in result["health"] for result in results),
+        doubted=sum(not DOUBTS.isdisjoint(result["health"]) for result in results),
         nees_mean_band=nees_mean_band(len(results)),
         ratio_band=ratio_band(len(results)),
     )
