@@ -403,6 +403,28 @@ static void test_what_pushes_sideways_is_no_other_load_and_what_weighs_is_one(vo
     }
 }
 
+static void test_what_swings_on_a_machine_with_open_constants_is_a_misfit_and_a_steady_push_is_none(void) {
+    // GIVEN a commissioned machine on slow motion, one sensor's offset of which is open to 5 N, and a push
+    // across
+    static const double frequency_hz[] = {0.0, 1.0};
+    hexload_config_t config = paper_machine();
+    config.rig.direction_count = 1;
+    config.rig.direction[0].force_offset_n[0] = HEXLOAD_REAL(5.0);
+    for (int n = 0; n < 2; n++) {
+        bench_t bench;
+        begin(&bench, config, random_motion(47, 0.01, 0.02), 12);
+        // WHEN it swings in 10 s, or lasts
+        for (int tick = 0; tick < 10000; tick++) {
+            const double push_n[3] = {0.0, 20.0 * cos(6.283185307 * frequency_hz[n] * 1e-3 * tick), 0.0};
+            step_pushed(&bench, &eccentric, push_n);
+        }
+        // THEN what swings is none of the constants, sigma grows by it and nothing counts as converged
+        TEST_ASSERT_EQUAL_INT(n == 1, bench.estimator.oscillation.is_there);
+        TEST_ASSERT_EQUAL_INT(n == 1, bench.estimator.residual_test.factor > HEXLOAD_REAL(2.0));
+        TEST_ASSERT_TRUE(n == 0 || bench.estimate.verdict == HEXLOAD_VERDICT_MISFIT);
+    }
+}
+
 static void test_of_a_new_load_a_missing_weight_below_two_percent_is_no_other_load(void) {
     // GIVEN a platform and load of 500 kg at rest, two percent of whose weight are 98.1 N
     const hexload_config_t config = paper_machine();
@@ -912,6 +934,7 @@ int main(void) {
     RUN_TEST(test_friction_that_is_not_known_is_no_load_change_and_hides_no_larger_load);
     RUN_TEST(test_what_pushes_sideways_is_no_other_load_and_what_weighs_is_one);
     RUN_TEST(test_a_machine_of_which_no_motion_is_known_has_no_load_change_unless_it_is_commissioned);
+    RUN_TEST(test_what_swings_on_a_machine_with_open_constants_is_a_misfit_and_a_steady_push_is_none);
     RUN_TEST(test_of_a_new_load_a_missing_weight_below_two_percent_is_no_other_load);
     RUN_TEST(test_missing_samples_cost_little);
     RUN_TEST(test_long_gap_restarts_the_momentum_and_keeps_the_load);
