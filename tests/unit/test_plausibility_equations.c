@@ -310,8 +310,35 @@ static void look(const window_t* window, const raw_t* raw, found_t* found) {
     }
 }
 
+static void draw_rig(hexload_rig_config_t* rig, double size, uint64_t* seed) {
+    for (int leg = 0; leg < LEGS; leg++) {
+        rig->coulomb_n[leg] = (hexload_real_t)(size * 40.0 * uniform(seed));
+        rig->stribeck_n[leg] = (hexload_real_t)(size * 40.0 * (uniform(seed) - 0.5));
+        rig->viscous_n_s_m[leg] = (hexload_real_t)(size * 300.0 * uniform(seed));
+        rig->growth_n_n[leg] = (hexload_real_t)(size * 0.02 * uniform(seed));
+        rig->force_offset_n[leg] = (hexload_real_t)(size * 60.0 * (uniform(seed) - 0.5));
+        rig->force_gain[leg] = (hexload_real_t)(size * 0.02 * (uniform(seed) - 0.5));
+    }
+}
+
+/// What sensors and friction of the rig may take off the weight, at the window's speeds.
+static double of_rig(const window_t* window, const raw_t* raw, double platform_n) {
+    const hexload_rig_config_t* rig = &window->config.rig;
+    double sum = 0.0;
+    for (int leg = 0; leg < LEGS; leg++) {
+        double square = 0.0;
+        for (int b = 0; b < BLOCKS; b++) {
+            square += pow(raw->integral[leg][b] / (BLOCK * 1e-3), 2.0) / BLOCKS;
+        }
+        sum += fabs((double)rig->force_offset_n[leg]) + (double)rig->coulomb_n[leg];
+        sum += fmax((double)rig->stribeck_n[leg], 0.0) + (double)rig->viscous_n_s_m[leg] * sqrt(square);
+        sum += (fabs((double)rig->force_gain[leg]) + (double)rig->growth_n_n[leg]) * platform_n / LEGS;
+    }
+    return sum;
+}
+
 /// Means over the window by the trapezoidal rule, at the eighth tick of each block.
-static void balance(const window_t* window, found_t* found) {
+static void balance(const window_t* window, const raw_t* raw, found_t* found) {
     static const int column[4] = {0, 1, 5, 2};
     double wrench[4] = {0}, own[4] = {0}, force_n = 0.0, a[3];
     for (int b = 0; b < BLOCKS; b++) {
@@ -354,9 +381,9 @@ static void balance(const window_t* window, found_t* found) {
     if (exceeds(found, total, 0.0025 * weight * weight) && exceeds(found, 0.15 * total, left) &&
         exceeds(found, 0.0, (is_dead ? share : force_n) * weight)) {
         found->force = is_dead ? HEXLOAD_INPUT_FORCE_DEAD : HEXLOAD_INPUT_FORCE_SIGN;
-    } else if (exceeds(found, -0.5 * platform, weight)) {
+    } else if (exceeds(found, -0.5 * platform, weight + of_rig(window, raw, platform))) {
         found->force = HEXLOAD_INPUT_FORCES_NEGATED;
-    } else if (exceeds(found, 0.7 * platform, weight)) {
+    } else if (exceeds(found, 0.7 * platform, weight + of_rig(window, raw, platform))) {
         found->force = HEXLOAD_INPUT_FORCES_LIGHT;
     }
 }
@@ -385,7 +412,7 @@ static void run(hexload_plausibility_t* self, const window_t* window) {
 
 static void test_a_window_finds_what_sums_over_its_samples_say(void) {
     // GIVEN a thousand windows of legs that move, from less than noise to 1 m/s, with faults of all kinds and
-    // sizes in velocities and forces
+    // sizes in velocities and forces, half of them of a machine with friction, offsets and gains
     static window_t window;
     uint64_t seed = 41;
     int judged = 0, causes[32] = {0};
@@ -401,6 +428,7 @@ static void test_a_window_finds_what_sums_over_its_samples_say(void) {
         window.config.sensors.velocity_sigma_m_s = trial % 3 == 0 ? HEXLOAD_REAL(0.02) : HEXLOAD_REAL(0.004);
         window.config.sensors.displacement_sigma_m =
             trial % 7 < 4 ? HEXLOAD_REAL(20e-6) : HEXLOAD_REAL(150e-6);
+        draw_rig(&window.config.rig, trial % 2, &seed);
         move(&window, &seed, pow(10.0, -1.7 + 1.5 * uniform(&seed)), trial % 5 == 0);
         push(&window, &seed);
         read_blocks(&window, &raw);
@@ -408,7 +436,7 @@ static void test_a_window_finds_what_sums_over_its_samples_say(void) {
         look(&window, &raw, &found);
         const bool is_close = found.is_close;
         found.is_close = false;
-        balance(&window, &found);
+        balance(&window, &raw, &found);
         // WHEN a window is evaluated
         run(&self, &window);
         // THEN legs, gains and causes are those of the equations, but where rounding decides

@@ -403,6 +403,35 @@ static void look_at_leg(hexload_plausibility_t* self, const hexload_config_t* co
     self->motion_cause = (uint8_t)cause;
 }
 
+hexload_real_t hexload_rig_weight_n(const hexload_rig_config_t* rig, hexload_real_t weight_n) {
+    const hexload_real_t share_n = weight_n / (hexload_real_t)HEXLOAD_LEGS;
+    hexload_real_t sum_n = HEXLOAD_REAL(0.0);
+    for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
+        sum_n += hexload_abs(rig->force_offset_n[leg]) + rig->coulomb_n[leg] +
+                 hexload_max(rig->stribeck_n[leg], HEXLOAD_REAL(0.0)) +
+                 (hexload_abs(rig->force_gain[leg]) + rig->growth_n_n[leg]) * share_n;
+    }
+    return sum_n;
+}
+
+/// Forces that the empty platform's weight cannot be, whatever the legs' friction.
+static void weigh(hexload_plausibility_t* self, const hexload_config_t* config, hexload_real_t weight_n) {
+    const hexload_real_t own_n = config->platform.mass_kg * config->gravity_m_s2;
+    const hexload_real_t block_s = (hexload_real_t)BLOCK_TICKS * config->tick_s;
+    hexload_real_t most_n = weight_n + hexload_rig_weight_n(&config->rig, own_n);
+    for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
+        const hexload_real_t speed_m_s = hexload_sqrt(self->sum[leg].integral_m2 / N) / block_s; // rms
+        most_n = hexload_fma(config->rig.viscous_n_s_m[leg], speed_m_s, most_n);
+    }
+    if (most_n < NEGATED * own_n) {
+        self->force_cause = HEXLOAD_INPUT_FORCES_NEGATED;
+    } else if (most_n < LIGHT * own_n) {
+        self->force_cause = HEXLOAD_INPUT_FORCES_LIGHT;
+    } else {
+        // friction may be all that is missing
+    }
+}
+
 /// Forces sidewards and the moment about the vertical, beyond what the machine's acceleration needs: a load
 /// at rest takes none of them. Whether those of the leg that is looked at are out of place: its other sign
 /// takes the imbalance away, or it is none where any size would.
@@ -428,10 +457,8 @@ static void balance(hexload_plausibility_t* self, const hexload_config_t* config
     if (total > IMBALANCE_SQUARE * square(weight_n) && hexload_dot3(left, left) < LEFT_OF_IMBALANCE * total &&
         (is_dead ? along_n : self->look.force_n) * weight_n < HEXLOAD_REAL(0.0)) {
         self->force_cause = is_dead ? HEXLOAD_INPUT_FORCE_DEAD : HEXLOAD_INPUT_FORCE_SIGN;
-    } else if (weight_n < NEGATED * own_n) {
-        self->force_cause = HEXLOAD_INPUT_FORCES_NEGATED;
     } else if (weight_n < LIGHT * own_n) {
-        self->force_cause = HEXLOAD_INPUT_FORCES_LIGHT;
+        weigh(self, config, weight_n);
     }
 }
 

@@ -34,6 +34,11 @@ void hexload_plausibility_step(hexload_plausibility_t* self, const hexload_confi
                                const hexload_leg_sample_t* sample, const hexload_present_tick_t* now,
                                hexload_real_t late_s);
 
+/// Most by which the legs show another weight than that, N, of what commissioning has found of the machine:
+/// sensors' offsets and gains, and dry friction with all legs moving the same way. Reentrant, 60
+/// instructions.
+hexload_real_t hexload_rig_weight_n(const hexload_rig_config_t* rig, hexload_real_t weight_n);
+
 /// Whether a velocity is known to have the wrong sign, or to be another leg's: speeds then say nothing of
 /// loads.
 static inline bool hexload_plausibility_is_wiring(const hexload_plausibility_t* self) {

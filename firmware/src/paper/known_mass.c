@@ -20,19 +20,6 @@ enum { LONGEST_GAP_TICKS = 8 }; ///< over which one acceleration is taken
 /// Share of the weight that widens no sigma.
 #define GRANTED_SHARE HEXLOAD_REAL(0.004)
 
-/// Of the sensors' offsets and gains that commissioning has found, and of friction with all legs moving the
-/// same way.
-static hexload_real_t rig_n(const hexload_rig_config_t* rig, hexload_real_t weight_n) {
-    const hexload_real_t share_n = weight_n / (hexload_real_t)HEXLOAD_LEGS;
-    hexload_real_t sum_n = HEXLOAD_REAL(0.0);
-    for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
-        sum_n += hexload_abs(rig->force_offset_n[leg]) + rig->coulomb_n[leg] +
-                 hexload_max(rig->stribeck_n[leg], HEXLOAD_REAL(0.0)) +
-                 (hexload_abs(rig->force_gain[leg]) + rig->growth_n_n[leg]) * share_n;
-    }
-    return sum_n;
-}
-
 void hexload_known_mass_init(hexload_known_mass_t* self, const hexload_config_t* config) {
     const hexload_real_t own_n = config->platform.mass_kg * config->gravity_m_s2;
     memset(self, 0, sizeof *self);
@@ -41,7 +28,8 @@ void hexload_known_mass_init(hexload_known_mass_t* self, const hexload_config_t*
     const hexload_real_t gain_n = config->tolerances.force_gain * weight_n;
     const hexload_real_t platform_n = config->tolerances.platform_mass * own_n;
     const hexload_real_t sigma_n = hexload_sqrt(gain_n * gain_n + platform_n * platform_n);
-    self->limit_n = hexload_max(SIGMAS * sigma_n, LEAST_SHARE * weight_n) + rig_n(&config->rig, weight_n);
+    self->limit_n =
+        hexload_max(SIGMAS * sigma_n, LEAST_SHARE * weight_n) + hexload_rig_weight_n(&config->rig, weight_n);
     for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
         const hexload_real_t* hinge_m = config->geometry.platform_hinge_m[leg];
         self->lever_kg_m =
