@@ -98,7 +98,8 @@ static inline void watch_load(hexload_momentum_t* self, const hexload_config_t* 
         seen = &without_effects;
     }
     const hexload_fit_t fit = fit_of(self, config);
-    const bool is_alarm = hexload_load_monitor_step(&self->monitor, config, &self->filter, fit, seen);
+    const hexload_real_t scale = hexload_jackknife_variance_scale(&self->jackknife);
+    const bool is_alarm = hexload_load_monitor_step(&self->monitor, config, &self->filter, scale, fit, seen);
     const bool is_weight = is_alarm && hexload_load_monitor_is_weight(&self->monitor, config, fit);
     const bool is_mismatch =
         (fit == HEXLOAD_FIT_UNPROVEN || !is_weight) && hexload_load_monitor_is_late(&self->monitor);

@@ -12,6 +12,8 @@ void tearDown(void) {}
 
 enum { DIM = HEXLOAD_LOAD_DIM, SETTLED_TICKS = HEXLOAD_LAG_TICKS_MAX * 5 / 4 };
 
+#define AS_FILTER HEXLOAD_REAL(1.0) ///< variances are those of the filter
+
 typedef struct bench {
     scene_t scene[2]; ///< this tick's and the last one's
     hexload_momentum_filter_t filter;
@@ -308,7 +310,7 @@ static void test_monitor_is_that_of_the_equations_at_every_tick(void) {
             expect(&bench, &config, &expected);
             const uint32_t ticks = bench.monitor.ticks;
             // WHEN the monitor takes a tick THEN it is what the equations make of the one before
-            const bool is_alarm = hexload_load_monitor_step(&bench.monitor, &config, &bench.filter,
+            const bool is_alarm = hexload_load_monitor_step(&bench.monitor, &config, &bench.filter, AS_FILTER,
                                                             HEXLOAD_FIT_NOISE, &bench.now);
             assert_same(&expected, &bench.monitor);
             TEST_ASSERT_EQUAL_UINT32(ticks < SETTLED_TICKS ? ticks + 1 : ticks, bench.monitor.ticks);
@@ -338,8 +340,8 @@ static void test_forces_that_do_not_jump_have_the_noise_of_their_sensors_alone(v
     bench.now.sensors.velocity_sigma_m_s = HEXLOAD_REAL(1e3);
     for (int tick = 0; tick < 4; tick++) {
         memset(bench.monitor.covariance, 0, sizeof bench.monitor.covariance);
-        TEST_ASSERT_FALSE(
-            hexload_load_monitor_step(&bench.monitor, config, &bench.filter, HEXLOAD_FIT_NOISE, &bench.now));
+        TEST_ASSERT_FALSE(hexload_load_monitor_step(&bench.monitor, config, &bench.filter, AS_FILTER,
+                                                    HEXLOAD_FIT_NOISE, &bench.now));
     }
     pushes_of(bench.now.motion, Jw);
     for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
@@ -364,7 +366,7 @@ static bool is_other_load(bench_t* bench, const hexload_config_t* config, hexloa
     for (int k = 0; k < 6; k++) {
         bench->monitor.drift[k] = (hexload_real_t)sqrt(drift_square / 6.0);
     }
-    return hexload_load_monitor_step(&bench->monitor, config, &bench->filter, fit, &bench->now);
+    return hexload_load_monitor_step(&bench->monitor, config, &bench->filter, AS_FILTER, fit, &bench->now);
 }
 
 static void test_limits_are_those_of_the_equations(void) {
@@ -421,13 +423,13 @@ static void test_wrench_monitor_hears_every_tick_and_a_gap_restarts_it(void) {
     begin(&bench, &seed);
     for (uint32_t n = 0; n < 5; n++) {
         turn_to(&bench, (int)(n % 2));
-        (void)!hexload_load_monitor_step(&bench.monitor, &bench.scene[0].config, &bench.filter,
+        (void)!hexload_load_monitor_step(&bench.monitor, &bench.scene[0].config, &bench.filter, AS_FILTER,
                                          HEXLOAD_FIT_NOISE, &bench.now);
         TEST_ASSERT_EQUAL_UINT32(n + 1, bench.monitor.wrench.ticks);
     }
     bench.now.gap_ticks = 2;
-    (void)!hexload_load_monitor_step(&bench.monitor, &bench.scene[0].config, &bench.filter, HEXLOAD_FIT_NOISE,
-                                     &bench.now);
+    (void)!hexload_load_monitor_step(&bench.monitor, &bench.scene[0].config, &bench.filter, AS_FILTER,
+                                     HEXLOAD_FIT_NOISE, &bench.now);
     TEST_ASSERT_EQUAL_UINT32(1, bench.monitor.wrench.ticks);
     // AND another load restarts all but what the machine is like
     bench.monitor.wrench.peak = HEXLOAD_REAL(5.0);
@@ -440,6 +442,30 @@ static void test_wrench_monitor_hears_every_tick_and_a_gap_restarts_it(void) {
     TEST_ASSERT_EQUAL_DOUBLE(6.0, (double)bench.monitor.nis);
     TEST_ASSERT_EQUAL_UINT32(0, bench.monitor.ticks);
     TEST_ASSERT_EQUAL_UINT32(0, bench.monitor.wrench.ticks);
+}
+
+static void test_what_the_filter_does_not_know_is_open_as_often_as_it_is_too_sure(void) {
+    // GIVEN two monitors with one past, and a filter whose variances are too small by 9 for one of them
+    uint64_t seed = 35;
+    bench_t bench[2];
+    begin(&bench[0], &seed);
+    turn_to(&bench[0], 0);
+    bench[1] = bench[0];
+    // WHEN they take ticks THEN 9 times as much of the wrench is open there
+    for (int n = 0; n < 5; n++) {
+        for (int k = 0; k < 2; k++) {
+            turn_to(&bench[k], n % 2);
+            (void)!hexload_load_monitor_step(&bench[k].monitor, &bench[k].scene[0].config, &bench[k].filter,
+                                             k == 0 ? AS_FILTER : HEXLOAD_REAL(9.0), HEXLOAD_FIT_NOISE,
+                                             &bench[k].now);
+        }
+    }
+    for (int k = 0; k < HEXLOAD_WRENCH_SQUARES; k++) {
+        const double once = (double)bench[0].monitor.wrench.open[k];
+        TEST_ASSERT_DOUBLE_WITHIN(1e-5 * fabs(9.0 * once) + 1e-9, 9.0 * once,
+                                  (double)bench[1].monitor.wrench.open[k]);
+    }
+    TEST_ASSERT_TRUE(bench[0].monitor.wrench.open[0] > HEXLOAD_REAL(0.0));
 }
 
 static void test_a_rise_of_more_than_thirty_milliseconds_is_late(void) {
@@ -516,6 +542,7 @@ int main(void) {
     RUN_TEST(test_limits_are_those_of_the_equations);
     RUN_TEST(test_on_a_machine_that_is_not_its_model_momentum_begins_anew);
     RUN_TEST(test_wrench_monitor_hears_every_tick_and_a_gap_restarts_it);
+    RUN_TEST(test_what_the_filter_does_not_know_is_open_as_often_as_it_is_too_sure);
     RUN_TEST(test_a_rise_of_more_than_thirty_milliseconds_is_late);
     RUN_TEST(test_a_weight_is_a_force_along_the_pull_and_a_moment_across_it);
     return UNITY_END();

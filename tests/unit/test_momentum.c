@@ -285,7 +285,8 @@ static bool is_alarm_of(const double off_n[HEXLOAD_LEGS], double motion_s, bool 
                                  .last = &input,
                                  .input = &input,
                                  .variance_n2 = variance_n2,
-                                 .unknown = unknown};
+                                 .unknown = unknown,
+                                 .unknown_scale = HEXLOAD_REAL(1.0)};
     hexload_momentum_filter_init(&filter, &config);
     hexload_wrench_monitor_init(&monitor);
     monitor.motion_s = (hexload_real_t)motion_s; // it has seen how the machine is for so long

@@ -26,7 +26,7 @@ typedef struct tick {
     hexload_momentum_filter_t filter;
     hexload_momentum_input_t last, input;
     hexload_motion_t motion;
-    hexload_real_t momentum[6], change[6], variance_n2[HEXLOAD_LEGS], unknown[6][6];
+    hexload_real_t momentum[6], change[6], variance_n2[HEXLOAD_LEGS], unknown[6][6], unknown_scale;
     hexload_fit_t fit;
     double body[DIM];
 } tick_t;
@@ -38,7 +38,8 @@ static hexload_push_t push_of(tick_t* tick) {
                             .last = &tick->last,
                             .input = &tick->input,
                             .variance_n2 = tick->variance_n2,
-                            .unknown = tick->unknown};
+                            .unknown = tick->unknown,
+                            .unknown_scale = tick->unknown_scale};
 }
 
 /// Wrench that is missing, about O_A: rate of mu, without the parameters' change, less legs and gravity.
@@ -72,7 +73,8 @@ static void open_now(const tick_t* tick, double open[PARTS][PARTS]) {
     parts_of(&tick->motion, T);
     for (int a = 0; a < 6; a++) {
         for (int b = 0; b < 6; b++) {
-            U[a][b] = (double)(b <= a ? tick->unknown[a][b] : tick->unknown[b][a]);
+            U[a][b] =
+                (double)tick->unknown_scale * (double)(b <= a ? tick->unknown[a][b] : tick->unknown[b][a]);
         }
     }
     times_transposed(&T[0][0], &U[0][0], PARTS, 6, 6, &TU[0][0]);
@@ -254,6 +256,7 @@ static void make_tick(tick_t* tick, const hexload_wrench_monitor_t* self, uint64
     tick->momentum[2] -= (hexload_real_t)(tick_s * ((double)HEXLOAD_REAL(9.81) * tick->body[0] - 4000.0));
     tick->motion.twist[seed[0] % 3] = (hexload_real_t)speed_m_s;
     random_covariance(seed, 6, sigma, &unknown[0][0]);
+    tick->unknown_scale = (hexload_real_t)(1.5 + 0.5 * uniform(seed));
     for (int a = 0; a < 6; a++) {
         tick->variance_n2[a] = (hexload_real_t)(100.0 * (1.0 + uniform(seed)));
         for (int b = 0; b < 6; b++) { // above the diagonal nothing counts
@@ -366,6 +369,7 @@ static void make_settled(scene_t* scene, tick_t* tick, hexload_wrench_monitor_t*
     hexload_momentum_filter_init(&tick->filter, &scene->config);
     tick->motion = scene->motion;
     memset(tick->motion.twist, 0, sizeof tick->motion.twist);
+    tick->unknown_scale = HEXLOAD_REAL(1.0);
     hexload_wrench_monitor_init(monitor);
     monitor->ticks = 1000;
 }

@@ -31,7 +31,7 @@ void hexload_jackknife_forget(hexload_jackknife_t* self) {
         self->order[b] = (uint8_t)b;
     }
     for (int k = 0; k < DIM; k++) {
-        self->factor[k] = hexload_sqrt(hexload_max(self->pooled, HEXLOAD_REAL(1.0)));
+        self->factor[k] = hexload_sqrt(hexload_jackknife_variance_scale(self));
     }
     self->blocks = 0;
     self->stage = HEXLOAD_JACKKNIFE_WAIT;

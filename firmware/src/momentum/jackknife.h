@@ -30,4 +30,9 @@ void hexload_jackknife_step(hexload_jackknife_t* self, const hexload_config_t* c
 void hexload_jackknife_widen(const hexload_jackknife_t* self, hexload_real_t least,
                              hexload_real_t sigma[HEXLOAD_LOAD_DIM]);
 
+/// By which the filter's variances are too small, all of them together: 1 or more.
+static inline hexload_real_t hexload_jackknife_variance_scale(const hexload_jackknife_t* self) {
+    return hexload_max(self->pooled, HEXLOAD_REAL(1.0));
+}
+
 #endif

@@ -104,6 +104,7 @@ typedef struct push {
     hexload_real_t variance_n2[HEXLOAD_LEGS]; ///< of what is not known of them
     hexload_real_t momentum[6];               ///< mu of the measured twist
     hexload_real_t momentum_of_change[6];     ///< what of it the parameters' change since the last tick is
+    hexload_real_t variance_scale;            ///< by which the filter's variances are too small
 } push_t;
 
 /// By the legs' speeds of this tick and the acceleration of the one before.
@@ -262,7 +263,8 @@ static bool is_wrong_wrench(hexload_load_monitor_t* self, const hexload_config_t
                                  .last = &self->last_input,
                                  .input = &push->input,
                                  .variance_n2 = push->variance_n2,
-                                 .unknown = self->unknown};
+                                 .unknown = self->unknown,
+                                 .unknown_scale = push->variance_scale};
     if (now->gap_ticks != 1) {
         hexload_wrench_monitor_restart(&self->wrench);
     }
@@ -295,12 +297,13 @@ bool hexload_load_monitor_is_late(const hexload_load_monitor_t* self) {
 }
 
 bool hexload_load_monitor_step(hexload_load_monitor_t* self, const hexload_config_t* config,
-                               const hexload_momentum_filter_t* filter, hexload_fit_t fit,
-                               const hexload_present_tick_t* now) {
+                               const hexload_momentum_filter_t* filter, hexload_real_t variance_scale,
+                               hexload_fit_t fit, const hexload_present_tick_t* now) {
     hexload_real_t body[DIM];
     push_t push;
     self->risen_s = self->nis_mean > CALM_NIS ? self->risen_s + config->tick_s : HEXLOAD_REAL(0.0);
     find_push(self, config, now, &push);
+    push.variance_scale = variance_scale;
     follow_filter(self, filter, now->motion, body, &push);
     const hexload_real_t drift_share = DRIFT_1_S * config->tick_s;
     if (self->ticks == 0 || now->gap_ticks != 1) {

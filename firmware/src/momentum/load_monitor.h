@@ -27,11 +27,14 @@ void hexload_load_monitor_init(hexload_load_monitor_t* self);
 void hexload_load_monitor_restart(hexload_load_monitor_t* self);
 
 /// One sample of the present. After a gap mu begins anew, and the sample shows nothing.
+/// @param variance_scale by which the filter's variances are too small, 1 or more: of a machine that is not
+/// its model.
 /// @param fit but for HEXLOAD_FIT_NOISE the machine's own past says what is noise (wrench_monitor.h).
 /// @param now its force sigma covers what is not known of the forces.
 /// @return true when the load has changed. Reentrant, constant time.
 HEXLOAD_MUST_USE bool hexload_load_monitor_step(hexload_load_monitor_t* self, const hexload_config_t* config,
-                                                const hexload_momentum_filter_t* filter, hexload_fit_t fit,
+                                                const hexload_momentum_filter_t* filter,
+                                                hexload_real_t variance_scale, hexload_fit_t fit,
                                                 const hexload_present_tick_t* now);
 
 /// Of an alarm: whether what is missing is the weight of another load, a force along g - a and a moment

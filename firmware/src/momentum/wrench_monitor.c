@@ -108,7 +108,7 @@ static void read_unknown(const hexload_push_t* seen, hexload_real_t spread[PARTS
     for (int a = 0; a < READ; a++) {
         hexload_real_t row[READ];
         for (int b = 0; b < READ; b++) {
-            row[b] = seen->unknown[b <= a ? a : b][b <= a ? b : a];
+            row[b] = seen->unknown_scale * seen->unknown[b <= a ? a : b][b <= a ? b : a];
         }
         read_parts(seen->motion, row, rows[a]);
     }

@@ -33,6 +33,7 @@ typedef struct hexload_push {
     const hexload_real_t* variance_n2;        ///< of each leg's friction, as of hexload_rig_compensate()
     /// covariance of the wrench that theta's errors make, of late; the lower triangle counts; N^2 and so on
     hexload_real_t (*unknown)[6];
+    hexload_real_t unknown_scale; ///< by which that is too small; 1 or more
 } hexload_push_t;
 
 /// Starts from nothing.
