@@ -24,6 +24,7 @@ hexload_status_t hexload_paper_init(hexload_paper_t* self, const hexload_config_
     hexload_known_mass_init(&self->known_mass, config);
     hexload_paper_filter_init(&self->filter, config);
     hexload_residual_test_init(&self->residual_test, HEXLOAD_PAPER_MEASUREMENTS);
+    self->residual_test.has_begun = true; // no load change comes before, and the start may tell most
     hexload_hum_test_init(&self->hum_test, config);
     hexload_paper_supervisor_init(&self->supervisor);
     return HEXLOAD_OK;

@@ -235,8 +235,45 @@ static void test_a_mean_nis_above_five_widens_sigma_by_its_root_over_three(void)
     }
 }
 
+static void test_what_a_misfit_has_left_goes_only_as_the_motion_shows_more(void) {
+    // GIVEN a filter whose innovations have been twice as large as they should be, for a tick
+    const hexload_config_t config = paper_machine();
+    hexload_paper_filter_t filter = good_filter(&config);
+    hexload_paper_supervisor_t supervisor;
+    hexload_estimate_t estimate;
+    hexload_paper_supervisor_init(&supervisor);
+    (void)hexload_paper_supervisor_judge(&supervisor, &config, &filter, HEXLOAD_REAL(2.0), HEXLOAD_REAL(0.0),
+                                         &estimate);
+    const double first_sigma = (double)estimate.own_sigma[HEXLOAD_PAPER_IXX];
+    const double error = sqrt(2.0 * 2.0 - 1.0) * first_sigma; // beside the filter's own
+    // WHEN they fit again, and its variance of Ixx falls from tick to tick, and once rises
+    const double shares[] = {1.0, 0.8, 0.5, 0.6, 0.34, 0.32, 0.1};
+    double left = error, last = 1.0;
+    for (int n = 0; n < 7; n++) {
+        filter.param_cov[HEXLOAD_PAPER_IXX][HEXLOAD_PAPER_IXX] =
+            (hexload_real_t)(shares[n] * first_sigma * first_sigma);
+        const uint32_t health = hexload_paper_supervisor_judge(
+            &supervisor, &config, &filter, HEXLOAD_REAL(1.0), HEXLOAD_REAL(0.0), &estimate);
+        // THEN the error that may be left falls with the variance; as that rises, by what is forgotten, it
+        // stays as many sigmas
+        left *= shares[n] < last ? shares[n] / last : sqrt(shares[n] / last);
+        last = shares[n];
+        const double own = sqrt(last) * first_sigma;
+        TEST_ASSERT_DOUBLE_WITHIN(ROUNDINGS(30, 1.0), 1.0,
+                                  (double)estimate.sigma[HEXLOAD_PAPER_IXX] / hypot(own, left));
+        // AND the parameter is misfit while that is more than the filter's own sigma, as are those of which
+        // nothing more is shown
+        TEST_ASSERT_EQUAL_INT(left > own ? HEXLOAD_VERDICT_MISFIT : HEXLOAD_VERDICT_CONVERGED,
+                              estimate.parameter_verdict[HEXLOAD_PAPER_IXX]);
+        TEST_ASSERT_EQUAL_INT(HEXLOAD_VERDICT_MISFIT, estimate.parameter_verdict[HEXLOAD_PAPER_IZZ]);
+        TEST_ASSERT_EQUAL_UINT32(1u << HEXLOAD_HEALTH_MODEL_MISFIT, health);
+    }
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_VERDICT_CONVERGED, estimate.parameter_verdict[HEXLOAD_PAPER_IXX]);
+}
+
 int main(void) {
     UNITY_BEGIN();
+    RUN_TEST(test_what_a_misfit_has_left_goes_only_as_the_motion_shows_more);
     RUN_TEST(test_what_the_papers_filter_does_not_know_of_is_zero);
     RUN_TEST(test_a_mean_nis_above_five_widens_sigma_by_its_root_over_three);
     RUN_TEST(test_supervisor_calls_a_small_sigma_converged);

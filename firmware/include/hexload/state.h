@@ -261,6 +261,9 @@ typedef struct hexload_hum_test {
 typedef struct hexload_paper_supervisor {
     hexload_real_t nis_mean; ///< leaky mean; starts at its ideal, 3
     hexload_real_t factor;   ///< by which the filter's sigma is too small for its innovations; 1 or more
+    hexload_real_t kept[HEXLOAD_PAPER_DIM];       ///< the same for what misfits may have left in a parameter
+    hexload_real_t last_sigma[HEXLOAD_PAPER_DIM]; ///< the filter's, of the tick before, if `has_kept`
+    bool has_kept;                                ///< there has been a misfit
 } hexload_paper_supervisor_t;
 
 /// Sizes of the smoother's rings. HEXLOAD_LAG_TICKS_MAX, the longest lag they have room for, is an option of

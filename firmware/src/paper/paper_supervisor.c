@@ -12,11 +12,17 @@
 /// Above, sigmas are too small by more than 1.3: 13 standard deviations of the mean.
 #define MISFIT_NIS HEXLOAD_REAL(5.0)
 
+/// What a misfit may have left in a parameter is more than the filter's own sigma: sqrt(1 + 1).
+#define LARGEST_KEPT HEXLOAD_REAL(1.4142136)
+
 /// Prior sigmas beyond which no load of that mass is.
 #define FARTHEST_SIGMAS HEXLOAD_REAL(10.0)
 
 void hexload_paper_supervisor_init(hexload_paper_supervisor_t* self) {
     *self = (hexload_paper_supervisor_t){.nis_mean = IDEAL_NIS, .factor = HEXLOAD_REAL(1.0)};
+    for (int k = 0; k < HEXLOAD_PAPER_DIM; k++) {
+        self->kept[k] = HEXLOAD_REAL(1.0);
+    }
 }
 
 /// How well the innovations of now and of the whole run fit the model.
@@ -32,12 +38,32 @@ static void measure_fit(hexload_paper_supervisor_t* self, const hexload_config_t
     }
 }
 
+static bool is_or_was_misfit(const hexload_paper_supervisor_t* self) {
+    return (self->factor > HEXLOAD_REAL(1.0)) || self->has_kept;
+}
+
+/// An error that a misfit has left shrinks with P as the motion shows more, in sigmas with its root; with the
+/// misfit alone it does not go.
+HEXLOAD_RARE static void keep(hexload_paper_supervisor_t* self,
+                              const hexload_real_t own_sigma[HEXLOAD_PAPER_DIM]) {
+    for (int k = 0; k < HEXLOAD_PAPER_DIM; k++) {
+        if (self->has_kept && (own_sigma[k] < self->last_sigma[k])) {
+            const hexload_real_t ratio = own_sigma[k] / self->last_sigma[k];
+            const hexload_real_t left = hexload_fma(self->kept[k], self->kept[k], HEXLOAD_REAL(-1.0));
+            self->kept[k] = hexload_sqrt(hexload_fma(ratio * ratio, left, HEXLOAD_REAL(1.0)));
+        }
+        self->kept[k] = hexload_max(self->kept[k], self->factor);
+        self->last_sigma[k] = own_sigma[k];
+    }
+    self->has_kept = true;
+}
+
 /// The filter's sigmas widened by what its innovations have too much and by what no motion tells.
 static void widen(const hexload_paper_supervisor_t* self, const hexload_paper_filter_t* filter,
                   hexload_real_t weight_error, hexload_estimate_t* estimate) {
     for (int k = 0; k < HEXLOAD_PAPER_DIM; k++) {
         const hexload_real_t open = hexload_paper_tolerances_covariance(filter, weight_error, k, k);
-        estimate->sigma[k] = self->factor * estimate->own_sigma[k];
+        estimate->sigma[k] = self->kept[k] * estimate->own_sigma[k];
         if (open > HEXLOAD_REAL(0.0)) {
             estimate->sigma[k] = hexload_sqrt(hexload_fma(estimate->sigma[k], estimate->sigma[k], open));
         }
@@ -83,17 +109,13 @@ static bool make_possible(hexload_paper_supervisor_t* self, const hexload_paper_
 }
 
 /// Whether the motion has shown a parameter is a matter of what it can lower: of sigma without the declared
-/// tolerances, and before that of the filter's own. Where innovations show that the machine is not its model,
-/// sigma has that by its order of magnitude only, and nothing counts as converged.
+/// tolerances, and before that of the filter's own.
 static hexload_verdict_t judge_parameter(const hexload_paper_config_t* paper,
                                          const hexload_paper_filter_t* filter,
-                                         const hexload_estimate_t* estimate, int parameter, bool is_misfit) {
+                                         const hexload_estimate_t* estimate, int parameter) {
     const hexload_real_t scale =
         hexload_max(hexload_abs(estimate->value[parameter]), prior_sigma(paper, parameter));
     const hexload_real_t limit = paper->converged_relative_sigma * scale;
-    if (is_misfit) {
-        return HEXLOAD_VERDICT_MISFIT;
-    }
     const hexload_real_t open =
         hexload_paper_tolerances_covariance(filter, HEXLOAD_REAL(0.0), parameter, parameter);
     if (estimate->sigma[parameter] * estimate->sigma[parameter] <= hexload_fma(limit, limit, open)) {
@@ -102,6 +124,23 @@ static hexload_verdict_t judge_parameter(const hexload_paper_config_t* paper,
     return estimate->own_sigma[parameter] <= HEXLOAD_REAL(0.5) * prior_sigma(paper, parameter)
                ? HEXLOAD_VERDICT_CONVERGING
                : HEXLOAD_VERDICT_NOT_EXCITED;
+}
+
+/// Where innovations show that the machine is not its model, sigma has that by its order of magnitude only,
+/// and nothing counts as converged; after that nothing of which more may be left than the filter's own sigma.
+HEXLOAD_RARE static void judge_misfit(const hexload_paper_supervisor_t* self, hexload_estimate_t* estimate,
+                                      uint32_t* health) {
+    for (int k = 0; k < HEXLOAD_PAPER_DIM; k++) {
+        if ((self->factor > HEXLOAD_REAL(1.0)) || (self->kept[k] > LARGEST_KEPT)) {
+            hexload_health_set(health, HEXLOAD_HEALTH_MODEL_MISFIT);
+            if (estimate->parameter_verdict[k] < HEXLOAD_VERDICT_MISFIT) {
+                estimate->parameter_verdict[k] = HEXLOAD_VERDICT_MISFIT;
+            }
+        }
+        if (estimate->parameter_verdict[k] > estimate->verdict) {
+            estimate->verdict = estimate->parameter_verdict[k];
+        }
+    }
 }
 
 uint32_t hexload_paper_supervisor_judge(hexload_paper_supervisor_t* self, const hexload_config_t* config,
@@ -117,16 +156,17 @@ uint32_t hexload_paper_supervisor_judge(hexload_paper_supervisor_t* self, const 
     }
     hexload_paper_filter_read(filter, estimate->value, estimate->own_sigma);
     measure_fit(self, config, filter, mismatch);
+    if (is_or_was_misfit(self)) {
+        keep(self, estimate->own_sigma);
+    }
     widen(self, filter, weight_error, estimate);
     estimate->nis = filter->nis;
     estimate->nis_mean = self->nis_mean;
     estimate->verdict = HEXLOAD_VERDICT_CONVERGED;
     const bool fits_model = make_possible(self, paper, estimate) && self->nis_mean <= paper->inconsistent_nis;
-    const bool is_misfit = self->factor > HEXLOAD_REAL(1.0);
     for (int parameter = 0; parameter < HEXLOAD_PAPER_DIM; parameter++) {
-        const hexload_verdict_t verdict = fits_model
-                                              ? judge_parameter(paper, filter, estimate, parameter, is_misfit)
-                                              : HEXLOAD_VERDICT_INCONSISTENT;
+        const hexload_verdict_t verdict =
+            fits_model ? judge_parameter(paper, filter, estimate, parameter) : HEXLOAD_VERDICT_INCONSISTENT;
         estimate->parameter_verdict[parameter] = verdict;
         if (verdict > estimate->verdict) {
             estimate->verdict = verdict;
@@ -138,8 +178,8 @@ uint32_t hexload_paper_supervisor_judge(hexload_paper_supervisor_t* self, const 
     if (!fits_model) {
         hexload_health_set(&health, HEXLOAD_HEALTH_INCONSISTENT);
     }
-    if (is_misfit) {
-        hexload_health_set(&health, HEXLOAD_HEALTH_MODEL_MISFIT);
+    if (is_or_was_misfit(self)) {
+        judge_misfit(self, estimate, &health);
     }
     return health;
 }
