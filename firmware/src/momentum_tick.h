@@ -247,6 +247,15 @@ static inline void compare_blocks(hexload_momentum_t* self, const hexload_config
     self->newton_steps = (uint8_t)newton_steps;
 }
 
+/// Of a machine that fits its model; friction that turns round jumps, too. A jump is seen at the next tick as
+/// well: it can wait where a pose takes more than a step.
+static inline bool has_one_jumped(const hexload_momentum_t* self, const hexload_config_t* config,
+                                  const hexload_present_tick_t* now, uint32_t tick) {
+    return (now->sample != NULL) && (now->motion->newton_steps == 1U) &&
+           (fit_of(self, config) == HEXLOAD_FIT_NOISE) &&
+           hexload_noise_estimator_sees_lone_jump(&self->noise_estimator, &now->sensors, tick);
+}
+
 /// A number that is not finite: everything begins from nothing.
 static inline void restart(hexload_momentum_t* self, const hexload_config_t* config,
                            hexload_effects_stage_t* effects, uint32_t* health) {
@@ -289,7 +298,8 @@ static inline hexload_status_t hexload_momentum_run(hexload_momentum_t* self, co
     if (status != HEXLOAD_OK) {
         return status;
     }
-    hexload_frozen_channels_step(&self->frozen, config, sample);
+    hexload_frozen_channels_step(&self->frozen, config, sample,
+                                 has_one_jumped(self, config, &now, sample->tick));
     // With its gaps: a value that is missing keeps its half second from saying anything.
     hexload_plausibility_step(&self->plausibility, config, sample, &now, HEXLOAD_REAL(0.0));
     if (effects != NULL) { // they would take up what velocities at a lower rate leave
