@@ -11,7 +11,9 @@ import pytest
 from hexload import project
 from hexload.cli.commission import TITLES
 from hexload.errors import InputError
+from hexload.estimation.arrays import leg_log
 from hexload.estimation.commission import Wish, commission
+from hexload.estimation.commissioning_run import refuse_held, run_of
 from hexload.estimation.firmware_run import native_firmware
 from hexload.estimation.input_check import WayIn
 from hexload.estimation.load_summary import load_changes_s
@@ -341,6 +343,25 @@ def test_a_leg_that_is_later_than_the_others_is_refused(found, platform):
     late[3][2:] = log[3][:-2]
     result = commission(Wish(write_log(platform.parent / "late.csv", tuple(late)), platform, out))
     assert result["rig"]["force_delay_s"] == pytest.approx(DELAY_S + 2e-3, abs=0.1e-3)
+
+
+def test_channels_that_are_held_are_refused_and_an_encoder_with_steps_is_not(found, platform):
+    # GIVEN a log of which one channel, or all, have a new value in every other row only
+    machine, _, _ = found
+    log = log_of(machine, multisine(1, 5.0), EMPTY, 2)
+    for channel, name in ((1, "displacements"), (2, "velocities"), (3, "forces")):
+        held = [values.copy() for values in log]
+        held[channel] = log[channel][np.arange(len(log[0])) // 2 * 2]
+        out = platform.parent / "held.toml"
+        # WHEN it is commissioned THEN that is refused, with the channel and the rate that it has
+        with pytest.raises(InputError, match=f"found new {name} in one of 2 rows only .* every 2 ms"):
+            commission(Wish(write_log(platform.parent / "held.csv", tuple(held)), platform, out))
+        assert not out.exists()
+    # AND displacements in steps of 0.1 mm, of which at a time some repeat and some do not, are none of that
+    steps = [values.copy() for values in log]
+    steps[1] = 1e-4 * np.round(log[1] / 1e-4)
+    run = run_of(leg_log(*steps), platform)
+    refuse_held(run)
 
 
 def test_every_group_of_unknowns_has_a_name_on_the_terminal():

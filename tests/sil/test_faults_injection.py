@@ -140,9 +140,66 @@ def test_errors_of_one_leg(clean, channel):
     old, new = after(sensor_faults.spikes, 7.0)
     hit = new != old
     assert 1 <= hit.sum() <= 20 and np.abs((new - old)[hit]) == pytest.approx(7.0)
+    # AND from somewhere in the middle on the zero is elsewhere, or the gain another one
+    for fault in (sensor_faults.zero_step, sensor_faults.gain_step):
+        old, new = after(fault, 0.1)
+        off = new - old if fault is sensor_faults.zero_step else new / old - 1.0
+        hit = np.flatnonzero(new != old)
+        assert 0.35 <= hit[0] / 4000 <= 0.6 and hit[-1] == 4000
+        assert np.abs(off[hit]) == pytest.approx(0.1) and np.ptp(off[hit]) == pytest.approx(0.0, abs=1e-9)
+    # AND a loose plug shows zero for 50 ms, some four times in 4 s
+    old, new = after(sensor_faults.loose, 0.05)
+    begins = np.flatnonzero(np.diff((new == 0.0).astype(int)) == 1)
+    assert 1 <= len(begins) <= 12 and np.array_equal(new[new != 0.0], old[new != 0.0])
+    assert (new[begins[0] + 1 : begins[0] + 51] == 0.0).all()
+    # AND a bent scale is off by 3 % where the reading is largest, to one side, and by half of that at half of it
+    old, new = after(sensor_faults.bent, 0.03)
+    error, share = new - old, np.abs(old) / np.abs(old).max()
+    assert np.abs(error) == pytest.approx(0.03 * share * np.abs(old)) and np.ptp(np.sign(error[error != 0.0])) == 0.0
     # AND a share of the rows is no number
     old, new = after(sensor_faults.not_numbers, 0.05)
     assert np.isnan(new).mean() == pytest.approx(0.05, abs=0.015) and not np.isnan(new[0])
+
+
+@pytest.mark.parametrize("channel", CHANNELS)
+def test_zeros_that_wander_go_by_the_root_of_time(clean, random, channel):
+    # GIVEN zeros that are off by 3 after a second WHEN their ways are taken apart THEN steps of 1 ms have 3 sqrt(1e-3)
+    after = sensor_faults.wander(clean, 3.0, random, channel)
+    off = in_channel(after, channel) - in_channel(clean, channel)
+    assert touched(clean, after) == {(channel, leg) for leg in range(6)}
+    assert np.diff(off, axis=0).std() == pytest.approx(3.0 * np.sqrt(1e-3), rel=0.025)
+    # AND each leg goes its own way
+    assert np.abs(np.corrcoef(np.diff(off, axis=0).T) - np.eye(6)).max() < 0.1
+
+
+def test_sensors_that_lag_behind_themselves(clean, random):
+    # GIVEN a play of 0.5 mm WHEN legs turn round THEN displacements stand behind by half of it at most, on either side
+    after = sensor_faults.backlash(clean, 5e-4, random)
+    behind = after.log.displacement_m - clean.log.displacement_m
+    assert np.abs(behind).max() == pytest.approx(2.5e-4, rel=1e-6)
+    moving = np.abs(clean.clean.velocity_m_s) > 0.05
+    assert np.mean(np.sign(behind[moving]) == -np.sign(clean.clean.velocity_m_s[moving])) > 0.9
+    # AND of forces with a hysteresis of 0.5 % the same, of the largest force
+    after = sensor_faults.hysteresis(clean, 5e-3, random)
+    behind = after.log.force_n - clean.log.force_n
+    assert np.abs(behind).max() == pytest.approx(5e-3 * np.abs(clean.clean.force_n).max(), rel=1e-6)
+    # AND each force shows 3 % of the next leg's
+    after = sensor_faults.crosstalk(clean, 0.03, random)
+    assert after.log.force_n[:, 5] - clean.log.force_n[:, 5] == pytest.approx(0.03 * clean.log.force_n[:, 0])
+
+
+def test_velocities_that_are_differences_are_the_displacements_and_late(clean, random):
+    # GIVEN differences through a low-pass of 30 Hz, whose group delay is sqrt(2) / (2 pi 30 Hz), and half a tick of a difference
+    after = timing_faults.differentiated(clean, 30.0, random)
+    late_s = np.sqrt(2.0) / (2.0 * np.pi * 30.0) + 0.5e-3
+    # WHEN they are compared with the true velocities of then THEN what is left is the displacements' noise: white noise of 20 um that
+    # is differentiated up to 30 Hz has some 20 um / 1 ms sqrt(2 (2 pi 30 ms)^3 / (6 pi)) = 0.5 mm/s
+    rows = np.arange(200, 4000)
+    then = np.array(
+        [np.interp(clean.t_s[rows] - late_s, clean.t_s, clean.clean.velocity_m_s[:, leg]) for leg in range(6)]
+    )
+    assert np.std(after.log.velocity_m_s[rows] - then.T) < 1.5e-3 < 0.05 * clean.clean.velocity_m_s.std()
+    assert {channel for channel, _ in touched(clean, after)} == {"velocity"}
 
 
 @pytest.mark.parametrize("channel", CHANNELS)
@@ -236,6 +293,9 @@ def test_rows_that_are_held_lost_doubled_shuffled_or_frozen(clean, random):
     assert len(lost.t_s) / rows == pytest.approx(0.8, abs=0.03) and np.isin(lost.t_s, log.t_s).all()
     gap = timing_faults.lost_stretch(clean, 0.3, random).log
     assert np.diff(gap.t_s).max() == pytest.approx(0.301)
+    bursts = timing_faults.lost_bursts(clean, 0.03, random).log
+    gaps_s = np.diff(bursts.t_s)[np.diff(bursts.t_s) > 1.5e-3]
+    assert 2 <= len(gaps_s) <= 20 and gaps_s.min() == pytest.approx(0.031) and bursts.t_s[0] == log.t_s[0]
     doubled = timing_faults.doubled(clean, 0.5, random).log
     assert (np.diff(doubled.t_s) == 0.0).mean() == pytest.approx(1.0 / 3.0, abs=0.03)
     repeated = timing_faults.repeated(clean, 0.2, random).log
@@ -359,6 +419,32 @@ def test_a_force_from_outside_acts_where_and_as_long_as_it_says(clean, random):
     assert size.max() == pytest.approx(500.0) and 0.5 < (size < 1e-6).mean() < 1.0
 
 
+def test_wind_blows_from_all_sides_and_lasts_for_a_second(clean, random):
+    # GIVEN gusts of 60 N WHEN they blow THEN all of it acts SAIL_M above the platform
+    wrench = added_wrench(clean, load_faults.wind(clean, 60.0, random))
+    assert wrench[:, 3:] == pytest.approx(np.cross([0.0, 0.0, load_faults.SAIL_M], wrench[:, :3]), abs=1e-6)
+    # AND from tick to tick it changes by sqrt(2 dt / GUST_S) of its size: 2.7 N, known to 0.7 % from 12,000 steps
+    steps = np.diff(to_base(clean, wrench[:, :3]), axis=0)
+    assert steps.std() == pytest.approx(60.0 * np.sqrt(2e-3 / load_faults.GUST_S), rel=0.03)
+
+
+def test_a_wheel_that_spins_resists_turning_and_takes_no_power(clean, random):
+    wrench = added_wrench(clean, load_faults.rotor(clean, 50.0, random))
+    turn = clean.motion.twist[:, 3:]
+    assert wrench[:, :3] == pytest.approx(0.0, abs=1e-6)
+    assert np.sum(wrench[:, 3:] * turn, axis=1) == pytest.approx(0.0, abs=1e-6)
+    assert np.linalg.norm(wrench[:, 3:], axis=1) == pytest.approx(50.0 * np.hypot(turn[:, 0], turn[:, 1]), abs=1e-6)
+
+
+def test_legs_that_give_are_longer_by_the_sensors_than_between_their_hinges(clean, random):
+    # GIVEN springs of 1e7 N/m THEN 1 kN is 0.1 mm, and the velocities are those of the displacements
+    after = machine_faults.elastic_legs(clean, 1e7, random)
+    longer = after.log.displacement_m - clean.log.displacement_m
+    assert longer == pytest.approx(clean.clean.force_n / 1e7, abs=1e-12)
+    faster = after.log.velocity_m_s - clean.log.velocity_m_s
+    assert np.sum(faster[1:-1] * 1e-3, axis=0) == pytest.approx(longer[-2] - longer[0], abs=2e-6)
+
+
 def test_a_shaking_base_is_gravity_that_turns(clean, random):
     wrench = added_wrench(clean, load_faults.shaking_base(clean, 0.5, random))
     force = np.einsum("nji,nj->ni", clean.motion.to_platform, wrench[:, :3])
@@ -476,6 +562,27 @@ def test_loads_that_change_take_the_forces_of_what_is_left(clean, random, name):
     assert rms(after.clean.force_n - rigid_forces(clean)) > 10.0
     # AND the noise is that of before
     assert recording.noise_of(after, "force") == pytest.approx(recording.noise_of(clean, "force"))
+
+
+def test_a_load_that_slides_stands_elsewhere_at_the_end(clean, random):
+    # GIVEN a load that slides by 10 cm WHEN its last parameters are seen from its old place's side THEN about its own centre of mass
+    # they are those of before
+    after = load_faults.sliding(clean, 0.1, random)
+    back = load_faults._moved(after.theta, -0.1)
+    assert back == pytest.approx(clean.theta) and after.theta[1] == pytest.approx(clean.theta[1] + 0.1 * clean.theta[0])
+    # AND they are those of the particles that such a body is made of
+    points, masses = random.normal(size=(8, 3)), random.uniform(1.0, 2.0, 8)
+
+    def parameters(places):
+        x, y, z = places.T
+        moments = [y * y + z * z, x * x + z * z, x * x + y * y, -x * y, -x * z, -y * z]
+        return np.array([masses.sum(), *(masses @ places), *(masses @ np.array(moments).T)])
+
+    assert load_faults._moved(parameters(points), 0.3) == pytest.approx(parameters(points + [0.3, 0.0, 0.0]))
+    # AND the last forces are those of where it then stands: in the last 20 of 2,667 ticks it slides by 0.75 % of the way
+    at_end = rigid_forces(replace(after, loads=(replace(after.loads[0], theta=after.theta),)))
+    whole = np.abs(at_end - clean.clean.force_n)[-20:-10].max()
+    assert np.abs(after.clean.force_n - at_end)[-20:-10].max() < 0.015 * whole + 3.0 * DIFFERENCES_N
 
 
 def test_a_leaking_load_is_lighter_at_the_end(clean, random):

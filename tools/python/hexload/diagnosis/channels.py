@@ -23,6 +23,7 @@ SLOW_S, HARMFUL_S = 2.5e-3, 10e-3
 MISSING_SHARE = 5e-4
 CLOCK_SHARE = 0.25  # of a gap's way that the legs have moved, below which it is the clock that has jumped
 STUCK_S, FROZEN_S = 0.05, 0.03
+LOOSE, LOOSE_TICKS = 3, 3  # how often a loose plug has shown zero, and for how long at least
 HELD_SHARE, REPEATED_SHARE = 0.4, 0.003
 STEPS_IN_SIGMAS = 0.9
 SPIKE_SIGMAS, SPIKES = 9.0, 3
@@ -58,7 +59,10 @@ def look_at(record: Record, machine: Machine) -> Iterator[Finding]:
         clean = np.stack(
             [np.interp(log.t_s, log.t_s[np.isfinite(leg)], leg[np.isfinite(leg)]) for leg in values.T], axis=1
         )
-        yield from _stops(name, log.t_s, clean)
+        loose = list(_loose(name, clean))
+        yield from loose
+        if not loose:
+            yield from _stops(name, log.t_s, clean)
         steps = list(_steps(name, clean, stated))
         yield from steps
         if not steps and not _is_held(clean) and record.dt_s < SLOW_S:
@@ -253,6 +257,27 @@ def _stops(name: str, t_s: Array, values: Array) -> Iterator[Finding]:
                 (leg,),
                 longest * dt_s,
                 "s",
+                is_input=True,
+            )
+
+
+def _loose(name: str, values: Array) -> Iterator[Finding]:
+    """One leg shows zero now and then, from one row to the next and for a few, and comes back as suddenly."""
+    for leg in range(LEGS):
+        is_zero = np.concatenate([[False], values[:, leg] == 0.0, [False]])
+        starts, ends = (
+            np.flatnonzero(np.diff(is_zero.astype(np.int8)) == 1),
+            np.flatnonzero(np.diff(is_zero.astype(np.int8)) == -1),
+        )
+        is_long = ends - starts >= LOOSE_TICKS
+        if is_long.sum() >= LOOSE and not (values == 0.0).all(axis=1)[starts[is_long]].any():
+            lasting = int(np.median((ends - starts)[is_long]))
+            yield Finding(
+                f"{name} loose",
+                f"leg {leg + 1}: {name} shows zero {int(is_long.sum())} times, for {lasting} rows in the middle",
+                f"look at the plug and the cable of its {name} sensor",
+                (leg,),
+                float(is_long.sum()),
                 is_input=True,
             )
 

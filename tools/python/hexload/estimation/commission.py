@@ -17,6 +17,7 @@ from hexload.estimation.commissioning_run import (
     GRANTED_SIGMAS,
     VELOCITY_HZ,
     Run,
+    refuse_held,
     refuse_late_forces,
     refuse_still,
     refuse_velocities,
@@ -96,6 +97,7 @@ def commission(wish: Wish) -> dict:
     run = run_of(checked_log(native, wish.log, platform, wish.way_in, None if wish.loaded else 0.0), wish.log)
     refuse_still(run)
     if not wish.way_in.is_unchecked:
+        refuse_held(run)
         refuse_velocities(run)
     if wish.report is not None:
         import hexload.report.commission_page  # noqa: F401 - a package that is missing is told before the run

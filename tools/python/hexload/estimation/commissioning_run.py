@@ -28,6 +28,9 @@ VELOCITY_HZ = 40.0
 LARGEST_GAIN = 0.01  # of a velocity over the displacement's change
 LARGEST_LAG_S = 0.5e-3  # of a leg behind the others
 GRANTED_SIGMAS = 3.0
+HELD_SHARE = 0.4  # of rows in which all legs repeat a channel's last value
+ROUNDING = 1e-6  # of the largest step: rows have been brought to even times
+MIXED_SHARE = 0.05  # of rows in which some legs do: steps of a converter make many such
 
 
 @dataclass(frozen=True)
@@ -95,6 +98,26 @@ def refuse_still(run: Run) -> None:
             f"{run.name}: found leg {slowest + 1} at {speeds[:, slowest].std():.2g} m/s (rms), expected "
             f"{LEAST_SPEED_M_S:g} m/s at least: a livelier motion of all six axes"
         )
+
+
+def refuse_held(run: Run) -> None:
+    """A channel that comes at a lower rate and is held has another age in each row, which is no delay. Raises InputError."""
+    for name, values in (
+        ("displacements", run.log.displacement_m),
+        ("velocities", run.log.velocity_m_s),
+        ("forces", run.log.force_n),
+    ):
+        steps = np.abs(np.diff(values, axis=0))
+        repeats = (steps <= ROUNDING * steps.max()).sum(axis=1)
+        is_held = repeats == LEGS
+        is_mixed = (repeats > 0) & ~is_held
+        if is_held.mean() > HELD_SHARE and is_mixed.mean() < MIXED_SHARE:
+            every = 1.0 / (1.0 - is_held.mean())
+            raise InputError(
+                f"{run.name}: found new {name} in one of {every:.2g} rows only and the old ones between, expected them in "
+                f"each: log rows at the rate of the slowest sensor, every {1e3 * every * run.dt_s:.2g} ms (--unchecked: go "
+                "on as it is)"
+            )
 
 
 def refuse_velocities(run: Run) -> None:

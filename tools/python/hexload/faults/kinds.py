@@ -15,8 +15,9 @@ from hexload.faults.recording import CHANNELS, Recording
 ESTIMATORS = ("momentum", "momentum_effects", "paper")
 NONE = "none"
 PASSING = (
-    *(f"{channel}_{word}" for channel in CHANNELS for word in ("stuck", "dead", "saturated")),
-    *("clock_jump", "known_mass", "contact"),
+    *(f"{channel}_{word}" for channel in CHANNELS for word in ("stuck", "dead", "loose", "saturated")),
+    *(f"{channel}_{word}" for channel in CHANNELS for word in ("zero_step", "gain_step", "wander")),
+    *("clock_jump", "known_mass", "contact", "wind"),
 )
 REST_S = sensor.REST_S
 
@@ -73,16 +74,33 @@ class _Channel:
     bias: tuple[float, ...]
     hum: tuple[float, ...]
     units: tuple[float, ...]  # readings per SI unit
+    wander: tuple[float, ...]  # unit after a second
 
 
 _DISPLACEMENT = _Channel(
-    "displacement", "m", (2e-5, 2e-4), (2e-4, 2e-3), (2e-5, 2e-4), (2e-4, 2e-3), (2e-5, 2e-4), (1e3, 1e2, 39.37)
+    "displacement",
+    "m",
+    (2e-5, 2e-4),
+    (2e-4, 2e-3),
+    (2e-5, 2e-4),
+    (2e-4, 2e-3),
+    (2e-5, 2e-4),
+    (1e3, 1e2, 39.37),
+    (2e-5, 2e-4),
 )
 _VELOCITY = _Channel(
-    "velocity", "m/s", (2e-4, 2e-3), (0.02, 0.2), (5e-3, 2e-2), (1e-3, 1e-2), (2e-3, 2e-2), (1e3, 60.0)
+    "velocity", "m/s", (2e-4, 2e-3), (0.02, 0.2), (5e-3, 2e-2), (1e-3, 1e-2), (2e-3, 2e-2), (1e3, 60.0), (5e-4, 2e-3)
 )
 _FORCE = _Channel(
-    "force", "N", (1.0, 10.0), (100.0, 1000.0), (10.0, 100.0), (10.0, 100.0), (10.0, 100.0), (1e-3, 0.10197, 0.2248)
+    "force",
+    "N",
+    (1.0, 10.0),
+    (100.0, 1000.0),
+    (10.0, 100.0),
+    (10.0, 100.0),
+    (10.0, 100.0),
+    (1e-3, 0.10197, 0.2248),
+    (5.0, 20.0),
 )
 
 
@@ -93,14 +111,18 @@ _LASTING_S, _GAINS, _LATE_S = (0.3, 3.0, REST_S), (0.003, 0.02, 0.1), (2e-4, 2e-
 _OF_CHANNELS = (
     ("stuck", _STUCK, "one leg shows its last value", _LASTING_S, "s", f"{_LEG}: stuck", sensor.stuck),
     ("dead", _STUCK, "one leg shows zero", _LASTING_S, "s", f"{_LEG}: dead", sensor.dead),
+    ("loose", _STUCK, "one leg's plug is loose", (5e-3, 5e-2), "s at a time", f"{_LEG}: loose", sensor.loose),
     ("negated", _STUCK, "one leg has the wrong sign", (1.0,), "", f"{_LEG}: sign", sensor.negated),
     ("drifting", _BIAS, "one leg's zero drifts", "drift", "{unit}/s", f"{_LEG}: zero", sensor.drift),
     ("bias", _BIAS, "one leg's zero is off", "bias", "{unit}", f"{_LEG}: zero", sensor.bias_one),
     ("bias_all", _BIAS, "all zeros are off alike", "bias", "{unit}", "zero of {name} channels", sensor.bias_all),
+    ("zero_step", _BIAS, "one leg's zero jumps", "bias", "{unit}", f"{_LEG}: zero", sensor.zero_step),
+    ("wander", _BIAS, "all zeros wander", "wander", "{unit} in a second", "zero of {name} channels", sensor.wander),
     ("spikes", "noise", "single wrong values of one leg", "spike", "{unit}", f"{_LEG}: spikes", sensor.spikes),
     ("noise", "noise", "noise is not the stated one", (0.25, 2.0, 4.0), "x", "noise of {name} channels", sensor.noise),
     ("hum", "noise", "50 Hz on all legs", "hum", "{unit}", "hum in {name} channels", sensor.hum),
     ("saturated", "range", "one leg ends early", (0.9, 0.6), "of the reach", f"{_LEG}: saturated", sensor.saturated),
+    ("bent", "range", "one leg's scale is bent", (5e-3, 3e-2), "of the largest", f"{_LEG}: linearity", sensor.bent),
     ("quantised", "range", "all legs in steps", "step", "{unit}", "steps of {name} channels", sensor.quantised),
     (
         "swapped",
@@ -113,6 +135,7 @@ _OF_CHANNELS = (
     ),
     ("unit", "units", "another unit", "units", "per SI unit", "unit of {name} channels", sensor.unit),
     ("gain", "gains", "one leg's gain", _GAINS, "", f"{_LEG}: gain", sensor.gain_one),
+    ("gain_step", "gains", "one leg's gain jumps", (0.01, 0.05), "", f"{_LEG}: gain", sensor.gain_step),
     ("gain_all", "gains", "all gains alike", _GAINS, "", "gain of {name} channels", sensor.gain_all),
     ("late", "timing", "all legs late", _LATE_S, "s", "{name} channels late", timing.late),
     ("late_leg", "timing", "one leg late", _LATE_S, "s", f"{_LEG}: late", timing.late_leg),
@@ -156,6 +179,33 @@ _OTHERS = (
         sensor.exchanged_legs,
     ),
     (
+        "displacement_backlash",
+        "range",
+        "all displacement sensors have play",
+        (1e-4, 5e-4),
+        "m",
+        "displacement channels late",
+        sensor.backlash,
+    ),
+    (
+        "force_hysteresis",
+        "range",
+        "all force sensors have hysteresis",
+        (1e-3, 5e-3),
+        "of the largest",
+        "hysteresis of force channels",
+        sensor.hysteresis,
+    ),
+    (
+        "force_crosstalk",
+        "gains",
+        "each force shows some of the next leg's",
+        (5e-3, 3e-2),
+        "",
+        "gain of force channels",
+        sensor.crosstalk,
+    ),
+    (
         "stated_noise",
         "noise",
         "sensor sigmas of the platform file",
@@ -163,6 +213,15 @@ _OTHERS = (
         "x",
         "stated noise",
         sensor.stated_noise,
+    ),
+    (
+        "velocity_differentiated",
+        "timing",
+        "velocities are differences of the displacements",
+        (200.0, 30.0),
+        "Hz",
+        "velocity channels late",
+        timing.differentiated,
     ),
     ("jitter", "timing", "rows not of the time they tell", (1e-4, 5e-4), "s", "jitter of the samples", timing.jitter),
     ("clock", "timing", "the clock is wrong", (0.003, 0.02, 0.1), "", "clock", timing.clock),
@@ -179,6 +238,7 @@ _OTHERS = (
     ),
     ("lost", "rows", "rows lost", (0.01, 0.2), "of the rows", "samples missing", timing.lost),
     ("lost_stretch", "rows", "a stretch without rows", (0.1, 2.0), "s", "samples missing", timing.lost_stretch),
+    ("lost_bursts", "rows", "rows lost in bursts", (3e-3, 3e-2), "s", "samples missing", timing.lost_bursts),
     ("doubled", "rows", "rows twice, with their times", (0.01, 0.5), "of the rows", "samples doubled", timing.doubled),
     ("repeated", "rows", "old values under new times", (0.01, 0.2), "of the rows", "samples repeated", timing.repeated),
     (
@@ -235,6 +295,7 @@ _OTHERS = (
     ("gravity", _PLATFORM, "g of the platform file", (0.001, 0.01), "", "gravity", machine.gravity),
     ("tilt", "tilt", "base off level", (0.002, 0.006, 0.02), "rad", "base off level", machine.tilt),
     ("leg_mass", "leg mass", "legs with mass", (2.0, 6.0, 20.0), "kg each", "mass of the legs", machine.leg_mass),
+    ("elastic_legs", "leg mass", "legs that give", (5e7, 1e7), "N/m", "stiffness of the legs", machine.elastic_legs),
     ("coulomb", "friction", "dry friction", (10.0, 60.0), "N", "friction", machine.coulomb),
     ("viscous", "friction", "viscous friction", (50.0, 300.0), "N s/m", "friction", machine.viscous),
     ("stribeck", "friction", "dry friction with breakaway", (10.0, 60.0), "N", "friction", machine.stribeck),
@@ -269,11 +330,14 @@ _OTHERS = (
     ("pendulum", _SOFT, "a part of the load swings", (0.02, 0.1, 0.3), "of its mass", "load not rigid", load.pendulum),
     ("sloshing", _SOFT, "a part of the load sloshes", (0.02, 0.1, 0.3), "of its mass", "load not rigid", load.sloshing),
     ("soft_mount", _SOFT, "the load stands on rubber", (20.0, 8.0, 4.0), "Hz", "load not rigid", load.soft_mount),
+    ("rotor", _SOFT, "something in the load spins", (5.0, 50.0), "N m s", "load not rigid", load.rotor),
     ("shaking_base", _OUTSIDE, "the floor shakes", (0.02, 0.1, 0.5), "m/s²", "base shakes", load.shaking_base),
     ("external_force", _OUTSIDE, "a constant force", (10.0, 50.0, 250.0), "N", "external force", load.external_force),
     ("contact", _OUTSIDE, "a push of half a second", (20.0, 100.0, 500.0), "N", "contact", load.contact),
     ("end_stop", _OUTSIDE, "something in the way", (50.0, 500.0), "N", "contact", load.end_stop),
+    ("wind", _OUTSIDE, "gusts of wind", (10.0, 60.0), "N", "external force", load.wind),
     ("hoses", _OUTSIDE, "hoses pull back", (50.0, 500.0), "N/m", "external force", load.hoses),
+    ("sliding", _CHANGING, "the load slides", (0.01, 0.1), "m", "load changes", load.sliding),
     ("leaking", _CHANGING, "the load leaks", (0.2, 2.0, 10.0), "kg/s", "load changes", load.leaking),
     (
         "falling",

@@ -35,6 +35,8 @@ SLOSH_HZ, SLOSH_DAMPING = 0.8, 0.01
 MOUNT_DAMPING = 0.05
 SHAKING_HZ = (1.0, 8.0)
 BESIDE_M = 0.3  # where hoses and contacts are
+GUST_S = 1.0  # correlation of wind
+SAIL_M = 0.3  # height of what it blows at
 LEAKED = 0.5  # of the load at most
 
 
@@ -140,6 +142,21 @@ def end_stop(recording: Recording, size: float, random: Random) -> Recording:
     return with_wrench(recording, wrench_at(_turned_back(recording, push), np.zeros(3)))
 
 
+def wind(recording: Recording, size: float, random: Random) -> Recording:
+    """Gusts of `size` N (one sigma of each component) at a place above the platform."""
+    kept = 1.0 - TICK_S / GUST_S
+    pushes = random.normal(size=(len(recording.t_s), 3))
+    force = size * lfilter([np.sqrt(1.0 - kept**2)], [1.0, -kept], pushes, axis=0)
+    return with_wrench(recording, wrench_at(_turned_back(recording, force), np.array([0.0, 0.0, SAIL_M])))
+
+
+def rotor(recording: Recording, size: float, _: Random) -> Recording:
+    """Something in the load spins about z with an angular momentum H of `size` N m s: -w x H on the platform."""
+    turn = recording.motion.twist[:, 3:]
+    moment = -np.cross(turn, [0.0, 0.0, size])
+    return with_wrench(recording, np.hstack([np.zeros_like(moment), moment]))
+
+
 def hoses(recording: Recording, size: float, _: Random) -> Recording:
     """A bundle of hoses pulls O_A back to home with `size` N/m."""
     return with_wrench(recording, wrench_at(_turned_back(recording, -size * recording.position_m), np.zeros(3)))
@@ -155,6 +172,31 @@ def leaking(recording: Recording, size: float, _: Random) -> Recording:
     changed = with_leg_forces(recording, -gone[:, None] * forces)
     loads = (*recording.loads, LoadStep(float(t_s[-1]), left))
     return replace(changed, loads=loads, changes_s=(*recording.changes_s, (start_s, float(t_s[-1]))))
+
+
+def sliding(recording: Recording, size: float, _: Random) -> Recording:
+    """From a third of the run on the whole load slides by `size` m along the platform's x axis, evenly and slowly."""
+    t_s, theta = recording.t_s, recording.theta
+    start_s = max(recording.loads[-1].at_s + 1.0, t_s[-1] / 3.0)
+    way_m = size * np.clip((t_s - start_s) / (t_s[-1] - start_s), 0.0, 1.0)
+    forces = body_forces(recording.motion, recording.gravity_m_s2)
+    per_m, per_m2 = (_moved(theta, at) for at in (1.0, -1.0))  # linear and square in the way
+    linear, square = 0.5 * (per_m - per_m2), 0.5 * (per_m + per_m2) - theta
+    changed = with_leg_forces(recording, way_m[:, None] * (forces @ linear) + (way_m**2)[:, None] * (forces @ square))
+    loads = (*recording.loads, LoadStep(float(t_s[-1]), _moved(theta, size)))
+    return replace(changed, loads=loads, changes_s=(*recording.changes_s, (start_s, float(t_s[-1]))))
+
+
+def _moved(theta: Array, way_m: float) -> Array:
+    """The ten parameters of a load that stands `way_m` further along x."""
+    mass, (hx, hy, hz) = theta[0], theta[1:4]
+    added = 2.0 * hx * way_m + mass * way_m**2  # of x^2 dm
+    products = np.array([-hy * way_m, -hz * way_m])  # Ixy, Ixz
+    moved = theta.copy()
+    moved[1] += mass * way_m
+    moved[5:7] += added
+    moved[7:9] += products
+    return moved
 
 
 def falling(recording: Recording, size: float, random: Random) -> Recording:

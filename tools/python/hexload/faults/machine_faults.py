@@ -123,6 +123,15 @@ def _with_point_masses(recording: Recording, mass_kg: float) -> Recording:
     return with_wrench(recording, wrench)
 
 
+def elastic_legs(recording: Recording, size: float, _: Random) -> Recording:
+    """Between its sensors and its hinges each leg is a spring of `size` N/m, which its force presses together."""
+    pressed_m = recording.clean.force_n / size
+    log = recording.log
+    displacement_m = log.displacement_m + pressed_m
+    velocity_m_s = log.velocity_m_s + np.gradient(pressed_m, TICK_S, axis=0)
+    return replace(recording, log=replace(log, displacement_m=displacement_m, velocity_m_s=velocity_m_s))
+
+
 def coulomb(recording: Recording, size: float, random: Random) -> Recording:
     """Dry friction of `size` N, by 20 % another one on each leg."""
     return with_leg_forces(recording, _each(size, random) * np.tanh(recording.clean.velocity_m_s / REVERSAL_M_S))

@@ -18,6 +18,10 @@ RIGHT, OTHER, NOTHING, INDISTINGUISHABLE, REFUSED = "right", "other", "nothing",
 _OF_CHANNEL = {
     "negated": ("sign",),
     "drifting": ("drift",),
+    "zero_step": ("zero", "drift"),
+    "gain_step": ("gain",),
+    "wander": ("drift", "zero"),
+    "bent": ("curve", "gain"),
     "bias": ("zero",),
     "bias_all": ("zero",),
     "quantised": ("steps",),
@@ -31,12 +35,16 @@ _OTHERS = {
     "renumbered": ("legs renumbered", "legs mirrored"),
     "mirrored": ("legs mirrored",),
     "exchanged_legs": ("legs exchanged",),
+    "displacement_backlash": ("displacement backlash", "displacement late"),
+    "force_crosstalk": ("force crosstalk", "force gain"),
+    "velocity_differentiated": ("velocity late",),
     "stated_noise": ("stated noise",),
     "clock_jump": ("clock jumped", "samples missing"),
     "held": ("samples held", "samples repeated"),
     "slow_sampling": ("sampling",),
     "lost": ("samples missing",),
     "lost_stretch": ("samples missing",),
+    "lost_bursts": ("samples missing",),
     "repeated": ("samples repeated",),
     "shuffled_values": ("samples shuffled", "jitter"),
     "frozen": ("samples frozen",),
@@ -58,6 +66,9 @@ _OTHERS = {
     "external_force": ("external force",),
     "contact": ("push",),
     "end_stop": ("end stop", "push"),
+    "rotor": ("not rigid",),
+    "wind": ("external force", "push"),
+    "sliding": ("load ramp", "load change"),
     "leaking": ("load ramp", "load change"),
     "falling": ("load change",),
     "two_changes": ("load change",),
@@ -79,7 +90,7 @@ def causes_of(kind: str) -> tuple[str, ...]:
     if kind in _UNTOLD or kind in _REFUSED:
         return ()
     channel, _, name = kind.partition("_")
-    if channel in CHANNELS:
+    if kind not in _OTHERS and channel in CHANNELS:
         return tuple(f"{channel} {word}" for word in _OF_CHANNEL.get(name, (name,)))
     return _OTHERS.get(kind, (kind.replace("_", " "),))
 

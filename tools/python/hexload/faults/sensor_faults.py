@@ -24,6 +24,8 @@ Array = NDArray[np.float64]
 Random = np.random.Generator
 
 SPIKES = 0.002  # share of ticks
+LOOSE = 0.001  # share of ticks in which a loose plug loses contact
+HYSTERESIS_N = 20.0  # change of a force after which its sensor's hysteresis has turned round
 MAINS_HZ = 50.0
 REST_S = 1e3  # a duration that lasts to the end of every log
 MIRRORED = (5, 4, 3, 2, 1, 0)
@@ -105,6 +107,72 @@ def exchanged_legs(recording: Recording, size: float, random: Random) -> Recordi
     order = np.arange(LEGS)
     order[pair] = pair[::-1]
     return with_order(recording, order.tolist())
+
+
+def loose(recording: Recording, size: float, random: Random, channel: str) -> Recording:
+    """One leg's plug is loose: now and then it shows zero for `size` s."""
+    values, leg = in_channel(recording, channel), random.integers(LEGS)
+    for start in np.flatnonzero(random.uniform(size=len(values)) < LOOSE):
+        values[start : start + round(size / TICK_S), leg] = 0.0
+    return with_channel(recording, channel, values)
+
+
+def zero_step(recording: Recording, size: float, random: Random, channel: str) -> Recording:
+    """One leg's zero jumps by `size` in mid-run."""
+    values, leg = in_channel(recording, channel), random.integers(LEGS)
+    values[event_rows(recording, REST_S, random), leg] += size * sign(random)
+    return with_channel(recording, channel, values)
+
+
+def gain_step(recording: Recording, size: float, random: Random, channel: str) -> Recording:
+    """One leg's gain becomes 1 + or - `size` in mid-run."""
+    values, leg = in_channel(recording, channel), random.integers(LEGS)
+    values[event_rows(recording, REST_S, random), leg] *= 1.0 + size * sign(random)
+    return with_channel(recording, channel, values)
+
+
+def wander(recording: Recording, size: float, random: Random, channel: str) -> Recording:
+    """All zeros wander, each by itself: after a second by `size`, after four by twice that (one sigma)."""
+    values = in_channel(recording, channel)
+    steps = size * np.sqrt(TICK_S) * random.normal(size=values.shape)
+    return with_channel(recording, channel, values + np.cumsum(steps, axis=0))
+
+
+def bent(recording: Recording, size: float, random: Random, channel: str) -> Recording:
+    """One leg's characteristic is a parabola: off by `size` of the reading at its largest one."""
+    values, leg = in_channel(recording, channel), random.integers(LEGS)
+    largest = np.abs(values[:, leg]).max()
+    values[:, leg] += size * sign(random) * values[:, leg] ** 2 / largest
+    return with_channel(recording, channel, values)
+
+
+def crosstalk(recording: Recording, size: float, _: Random) -> Recording:
+    """Each force shows a share `size` of the next leg's too."""
+    values = in_channel(recording, "force")
+    return with_channel(recording, "force", values + size * np.roll(values, -1, axis=1))
+
+
+def hysteresis(recording: Recording, size: float, _: Random) -> Recording:
+    """All forces lag behind themselves by `size` of the largest: upwards they show less, downwards more."""
+    true = recording.clean.force_n
+    behind = _play(true, HYSTERESIS_N) - true  # within +-HYSTERESIS_N
+    largest = np.abs(true).max()
+    return with_channel(recording, "force", in_channel(recording, "force") + size * largest / HYSTERESIS_N * behind)
+
+
+def backlash(recording: Recording, size: float, _: Random) -> Recording:
+    """All displacement sensors have a play of `size` m: half of it behind, either way."""
+    shown = _play(recording.clean.displacement_m, 0.5 * size)
+    return with_channel(recording, "displacement", shown + noise_of(recording, "displacement"))
+
+
+def _play(values: Array, half: float) -> Array:
+    """What is dragged along within +-half (n, 6)."""
+    dragged = np.empty_like(values)
+    now = values[0]
+    for k, value in enumerate(values):
+        dragged[k] = now = np.clip(now, value - half, value + half)
+    return dragged
 
 
 def bias_one(recording: Recording, size: float, random: Random, channel: str) -> Recording:

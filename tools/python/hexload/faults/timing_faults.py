@@ -89,6 +89,23 @@ def lost_stretch(recording: Recording, size: float, random: Random) -> Recording
     return _rows(recording, np.delete(np.arange(len(recording.t_s)), event_rows(recording, size, random)))
 
 
+def lost_bursts(recording: Recording, size: float, random: Random) -> Recording:
+    """Rows are lost in bursts of `size` s, two a second."""
+    is_lost = np.zeros(len(recording.t_s), bool)
+    for start in np.flatnonzero(random.uniform(size=len(is_lost)) < 2.0 * TICK_S):
+        is_lost[start + 1 : start + 1 + round(size / TICK_S)] = True  # the first row is spared
+    return _rows(recording, np.flatnonzero(~is_lost))
+
+
+def differentiated(recording: Recording, size: float, _: Random) -> Recording:
+    """There are no velocity sensors: the log's velocities are differences of the displacements, through a low-pass of `size` Hz."""
+    shown = in_channel(recording, "displacement")
+    steps = np.diff(shown, axis=0, prepend=shown[:1]) / TICK_S
+    sections = butter(2, size, fs=1.0 / TICK_S, output="sos")
+    start = sosfilt_zi(sections)[:, :, None] * steps[1]
+    return with_channel(recording, "velocity", sosfilt(sections, steps, axis=0, zi=start)[0])
+
+
 def doubled(recording: Recording, size: float, random: Random) -> Recording:
     """A share `size` of the rows comes twice, with the same time."""
     times = 1 + (random.uniform(size=len(recording.t_s)) < size)
