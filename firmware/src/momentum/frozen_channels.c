@@ -21,16 +21,18 @@ enum {
 /// Of the difference of two displacements, and of a jump.
 #define SLIP_SIGMAS HEXLOAD_REAL(7.0)
 
-/// @return whether one that has stood still for MANY_TICKS goes on further than noise does.
+/// @return whether one jumps: to nothing, as a sensor that loses contact, or, if `had_stopped`, from where it
+/// has stood still for MANY_TICKS.
 static bool count_still(const hexload_real_t now[HEXLOAD_LEGS], const hexload_real_t last[HEXLOAD_LEGS],
-                        hexload_real_t sigma, uint8_t ticks[HEXLOAD_LEGS]) {
+                        hexload_real_t sigma, bool had_stopped, uint8_t ticks[HEXLOAD_LEGS]) {
     bool has_jumped = false;
     for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
         if (now[leg] != last[leg]) {
             const bool is_far = hexload_abs(now[leg] - last[leg]) > SLIP_SIGMAS * sigma;
-            has_jumped = has_jumped || (is_far && ticks[leg] >= MANY_TICKS);
+            const bool is_dead = is_far && (now[leg] == HEXLOAD_REAL(0.0));
+            has_jumped = has_jumped || is_dead || (is_far && had_stopped && (ticks[leg] >= MANY_TICKS));
             // one that dies reads nothing from then on, and that it repeats this will be too late
-            ticks[leg] = (is_far && (now[leg] == HEXLOAD_REAL(0.0))) ? STILL_TICKS : 0;
+            ticks[leg] = is_dead ? STILL_TICKS : 0;
         } else if (ticks[leg] < MANY_TICKS) {
             ticks[leg]++;
         }
@@ -71,15 +73,15 @@ void hexload_frozen_channels_step(hexload_frozen_channels_t* self, const hexload
         self->still_ticks >= MANY_TICKS; // not the machine, whose channels stand still together
     const bool has_velocity_jumped =
         count_still(sample->velocity_m_s, self->last.velocity_m_s, config->sensors.velocity_sigma_m_s,
-                    self->still_velocity_ticks);
-    const bool has_force_jumped = count_still(sample->force_n, self->last.force_n,
-                                              config->sensors.force_sigma_n, self->still_force_ticks);
+                    had_stopped, self->still_velocity_ticks);
+    const bool has_force_jumped =
+        count_still(sample->force_n, self->last.force_n, config->sensors.force_sigma_n, had_stopped,
+                    self->still_force_ticks);
     const uint8_t velocity_ticks = one_still_ticks(self->still_velocity_ticks);
     const uint8_t force_ticks = one_still_ticks(self->still_force_ticks);
     self->still_ticks = velocity_ticks > force_ticks ? velocity_ticks : force_ticks;
     self->left_s -= config->tick_s;
-    if (has_one_jumped || (had_stopped && (has_velocity_jumped || has_force_jumped)) ||
-        is_any_off(self, config)) {
+    if (has_one_jumped || has_velocity_jumped || has_force_jumped || is_any_off(self, config)) {
         self->left_s = FADING_S;
     }
     self->last = *sample;

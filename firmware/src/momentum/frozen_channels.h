@@ -15,7 +15,8 @@
 void hexload_frozen_channels_step(hexload_frozen_channels_t* self, const hexload_config_t* config,
                                   const hexload_leg_sample_t* sample, bool has_one_jumped);
 
-/// Of the sample taken last, and for 0.2 s more where a sensor goes on that had certainly stopped, or jumps.
+/// Of the sample taken last, and for 0.2 s more where a sensor goes on that had certainly stopped, or jumps:
+/// to nothing, or alone.
 HEXLOAD_MUST_USE bool hexload_frozen_channels_are_there(const hexload_frozen_channels_t* self);
 
 /// Whether velocities come at a lower rate than samples, and are held: all six stand still, then all change,
