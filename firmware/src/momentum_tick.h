@@ -256,7 +256,7 @@ static inline bool has_one_jumped(const hexload_momentum_t* self, const hexload_
            hexload_noise_estimator_sees_lone_jump(&self->noise_estimator, &now->sensors, tick);
 }
 
-/// A number that is not finite: everything begins from nothing.
+/// After a number that is not finite, or samples that have come again: everything begins from nothing.
 static inline void restart(hexload_momentum_t* self, const hexload_config_t* config,
                            hexload_effects_stage_t* effects, uint32_t* health) {
     hexload_momentum_filter_init(&self->filter, config);
@@ -272,6 +272,19 @@ static inline void restart(hexload_momentum_t* self, const hexload_config_t* con
     }
     self->is_interrupted = true;
     hexload_health_set(health, HEXLOAD_HEALTH_FILTER_RESTARTED);
+}
+
+/// Do the channels contradict each other? With the sample's gaps: a value that is missing keeps its half
+/// second from saying anything. Where samples have come again the platform did not stand where they say: what
+/// the filter has made of them goes when the source has been in order for a while.
+static inline void watch_input(hexload_momentum_t* self, const hexload_config_t* config,
+                               hexload_effects_stage_t* effects, const hexload_leg_sample_t* sample,
+                               const hexload_present_tick_t* now, uint32_t* health) {
+    const bool had_repeats = hexload_plausibility_has_repeats(&self->plausibility);
+    hexload_plausibility_step(&self->plausibility, config, sample, now, HEXLOAD_REAL(0.0));
+    if (had_repeats && !hexload_plausibility_has_repeats(&self->plausibility)) {
+        restart(self, config, effects, health);
+    }
 }
 
 /// The filter's values and sigmas, and these widened by what its model leaves out: by what varies and by what
@@ -300,8 +313,7 @@ static inline hexload_status_t hexload_momentum_run(hexload_momentum_t* self, co
     }
     hexload_frozen_channels_step(&self->frozen, config, sample,
                                  has_one_jumped(self, config, &now, sample->tick));
-    // With its gaps: a value that is missing keeps its half second from saying anything.
-    hexload_plausibility_step(&self->plausibility, config, sample, &now, HEXLOAD_REAL(0.0));
+    watch_input(self, config, effects, sample, &now, &health);
     if (effects != NULL) { // they would take up what velocities at a lower rate leave
         watch_rate(self);
     }

@@ -157,6 +157,17 @@ static void force_dead(const bench_t* bench, hexload_leg_sample_t* sample) {
     sample->force_n[2] *= HEXLOAD_REAL(0.01);
 }
 
+static void rows_frozen_for_half_a_second(const bench_t* bench, hexload_leg_sample_t* sample) {
+    static hexload_leg_sample_t kept;
+    const uint32_t tick = sample->tick;
+    (void)bench;
+    kept = tick < 2 * SECOND ? *sample : kept;
+    if (tick >= 2 * SECOND && tick < 2 * SECOND + SECOND / 2) {
+        *sample = kept;
+        sample->tick = tick;
+    }
+}
+
 static void check_named(void (*change)(const bench_t*, hexload_leg_sample_t*), motion_t motion,
                         hexload_kind_t kind, hexload_input_cause_t cause, uint32_t leg, uint32_t within_s) {
     // GIVEN samples in which something is wrong WHEN so many seconds of motion have passed
@@ -469,9 +480,27 @@ static void test_without_gravity_no_mass_is_wrong(void) {
     TEST_ASSERT_EQUAL_INT(HEXLOAD_INPUT_PLAUSIBLE, fault_of(&bench).cause);
 }
 
+static void test_what_frozen_rows_have_left_is_forgotten_when_the_source_is_in_order_again(void) {
+    // GIVEN a momentum estimator of either kind whose source has shown the same sample for half a second
+    const hexload_kind_t kinds[] = {HEXLOAD_KIND_MOMENTUM, HEXLOAD_KIND_MOMENTUM_EFFECTS};
+    for (int n = 0; n < 2; n++) {
+        bench_t bench;
+        begin(&bench, paper_machine(), kinds[n], random_motion(31, 0.05, 0.1));
+        bench.change = rows_frozen_for_half_a_second;
+        run(&bench, 3 * SECOND);
+        TEST_ASSERT_EQUAL_INT(HEXLOAD_INPUT_ROWS_REPEATED, fault_of(&bench).cause);
+        TEST_ASSERT_EQUAL_UINT32(0, hexload_health(&bench.estimator)->count[HEXLOAD_HEALTH_FILTER_RESTARTED]);
+        // WHEN ten windows of 0.53 s have gone by without THEN it begins anew, once, and says so
+        run(&bench, 7 * SECOND);
+        TEST_ASSERT_EQUAL_INT(HEXLOAD_INPUT_PLAUSIBLE, fault_of(&bench).cause);
+        TEST_ASSERT_EQUAL_UINT32(1, hexload_health(&bench.estimator)->count[HEXLOAD_HEALTH_FILTER_RESTARTED]);
+    }
+}
+
 int main(int argc, char** argv) {
     seeds = argc > 1 ? strtoull(argv[1], NULL, 10) : seeds;
     UNITY_BEGIN();
+    RUN_TEST(test_what_frozen_rows_have_left_is_forgotten_when_the_source_is_in_order_again);
     RUN_TEST(test_swapped_sensors_are_named_at_one_of_their_legs);
     RUN_TEST(test_a_saturated_velocity_is_found_at_its_leg);
     RUN_TEST(test_a_force_that_does_not_hold_the_platform_is_named_while_it_moves_slowly_or_rests);

@@ -55,7 +55,8 @@ typedef enum hexload_health_bit {
     HEXLOAD_HEALTH_COVARIANCE_BOUNDED = 5, ///< a variance was held at its floor or at its prior
     HEXLOAD_HEALTH_NOT_EXCITED = 6,        ///< the motion gives (nearly) no information on a parameter
     HEXLOAD_HEALTH_INCONSISTENT = 7, ///< innovations or inertias contradict the model or the stated sigmas
-    HEXLOAD_HEALTH_FILTER_RESTARTED = 8, ///< a number was no longer finite: the filter began anew
+    HEXLOAD_HEALTH_FILTER_RESTARTED = 8, ///< a number was no longer finite, or samples had
+                                         ///< come again: the filter began anew
     HEXLOAD_HEALTH_NOISE_BOUNDED =
         9, ///< removal of the force noise's effects was held: a spike, or sigmas too small
     HEXLOAD_HEALTH_LOAD_CHANGED = 10, ///< load change detected: identification begins anew

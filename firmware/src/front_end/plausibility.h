@@ -46,6 +46,11 @@ static inline bool hexload_plausibility_is_wiring(const hexload_plausibility_t* 
            self->fault.cause == HEXLOAD_INPUT_VELOCITY_SWAPPED;
 }
 
+/// Whether samples repeat those before while the machine moves, or did so in the last five seconds.
+static inline bool hexload_plausibility_has_repeats(const hexload_plausibility_t* self) {
+    return self->fault.cause == HEXLOAD_INPUT_ROWS_REPEATED;
+}
+
 /// What any input fault does: no verdict is better than "misfit", and health says so.
 /// @param parameters of the estimate.
 /// @param[in,out] health sets INPUT_IMPLAUSIBLE.
