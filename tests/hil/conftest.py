@@ -4,7 +4,6 @@ import os
 import re
 import shutil
 import signal
-import socket
 import subprocess
 import time
 from collections.abc import Callable, Iterator
@@ -13,6 +12,7 @@ from pathlib import Path
 
 import pytest
 
+from free_port import free_port
 from hexload import project
 from hexload_dev import vcan, zynqmp_r5
 from loop import PAPER_S, SHORT_S, Controller, Loop, Peer, Recording
@@ -231,9 +231,7 @@ def make_loop(kind, place, simulator, can_interface) -> Callable[..., Loop]:
 @pytest.fixture
 def free_bus() -> str:
     """A UDP multicast bus on a port that nobody has."""
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
-        probe.bind(("", 0))
-        return f"udp_multicast:239.74.163.2:{probe.getsockname()[1]}"
+    return f"udp_multicast:239.74.163.2:{free_port()}"
 
 
 @pytest.fixture(scope="session")

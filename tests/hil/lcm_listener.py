@@ -4,7 +4,6 @@ None of them judges by the clock: a run waits for its listener, and all that was
 """
 
 import select
-import socket
 import subprocess
 import time
 from collections import defaultdict
@@ -12,6 +11,7 @@ from collections.abc import Callable
 
 import lcm
 
+from free_port import free_port
 from hexload import project
 
 TYPES = (
@@ -34,9 +34,7 @@ SLOW_MACHINE = ("--sample-timeout-ms", "60000")  # of a controller whose simulat
 
 def private_url() -> str:
     """LCM's group on a port of our own, for messages that stay within this computer."""
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
-        probe.bind(("", 0))
-        return f"udpm://239.255.76.67:{probe.getsockname()[1]}?ttl=0"
+    return f"udpm://239.255.76.67:{free_port()}?ttl=0"
 
 
 class Listener:
