@@ -209,6 +209,10 @@ def test_in_the_browser_the_platform_moves_and_the_floor_stands_still(browser, p
 
 
 PANELS = "[...document.querySelectorAll('.panel')]"
+# A page is laid out first and drawn again in the frame after it.
+ARE_DRAWN_IN_THEIR_WIDTH = (
+    f"{PANELS}.every(each => each.querySelector('svg').viewBox.baseVal.width === each.clientWidth)"
+)
 
 
 def test_in_the_browser_a_report_draws_every_panel_and_fits_a_narrow_screen(browser, run_directory, tmp_path):
@@ -260,6 +264,7 @@ def numbers_of_time(tab, begin, end):
 def printed(tab):
     """The panels' measures as they are drawn for paper; they are drawn for the window again afterwards."""
     measures = f"{PANELS}.map(each => each.querySelector('svg').getAttribute('viewBox'))"
+    tab.wait_for(ARE_DRAWN_IN_THEIR_WIDTH)
     before = tab.evaluate(measures)
     tab.evaluate("dispatchEvent(new Event('beforeprint'))")
     found = tab.evaluate(measures)
