@@ -22,7 +22,7 @@ from hexload.estimation.rig_hinges import force_columns
 from hexload.estimation.rig_model import FrictionLaw, Geometry, motion_of_legs, rigid_forces, slides
 from hexload.estimation.rig_regression import SLICES
 from hexload.io.log_file import COLUMNS
-from hexload.io.toml_document import GUESSED
+from hexload.io.toml_document import GUESSED, to_toml
 from hexload.theory.tolerances import DEFAULTS, common_gain_of
 from rig_plant import ROD_KG, Machine, log_of, multisine
 
@@ -343,6 +343,36 @@ def test_a_leg_that_is_later_than_the_others_is_refused(found, platform):
     late[3][2:] = log[3][:-2]
     result = commission(Wish(write_log(platform.parent / "late.csv", tuple(late)), platform, out))
     assert result["rig"]["force_delay_s"] == pytest.approx(DELAY_S + 2e-3, abs=0.1e-3)
+
+
+def test_a_machine_beyond_its_tolerances_is_refused(found, platform):
+    # GIVEN a platform file whose hinges stand on a circle 2 % too large, 8 mm with a tolerance of 0.4 mm, and a run whose
+    # leg 3 shows forces 10 % too large with a tolerance of 0.4 %
+    machine, _, _ = found
+    t_s, way_m, speed_m_s, force_n = log_of(machine, multisine(1, 12.0), EMPTY, 2)
+    wide, out = platform.parent / "wide.toml", platform.parent / "beyond.toml"
+    table = tomllib.loads(platform.read_text())
+    table["geometry"]["platform_hinges_m"] = (1.02 * np.array(table["geometry"]["platform_hinges_m"])).tolist()
+    wide.write_text(to_toml(table))
+    honest = write_log(platform.parent / "honest.csv", (t_s, way_m, speed_m_s, force_n))
+    scale = np.array([1.0, 1.0, 1.1, 1.0, 1.0, 1.0])
+    scaled = write_log(platform.parent / "scaled.csv", (t_s, way_m, speed_m_s, force_n * scale))
+    cases = {
+        rf"{wide}: found hinges \S+ m \(rms\) off .* \S+ m at most by \[tolerances\] hinge_m = 0.0004": (honest, wide),
+        r"found force gains \S+ \(rms\) off .* by \[tolerances\] force_gain = 0.004": (scaled, platform),
+    }
+    for words, (log, file) in cases.items():
+        # WHEN it is commissioned THEN the group and its tolerance are named, and nothing is written
+        with pytest.raises(InputError, match=words):
+            commission(Wish(log, file, out))
+        assert not out.exists()
+        # AND who knows better goes on
+        commission(Wish(log, file, out, way_in=WayIn(is_unchecked=True)))
+        out.unlink()
+    # AND it is commissioned where the platform file states as much
+    table["tolerances"]["hinge_m"] = 5e-3
+    wide.write_text(to_toml(table))
+    commission(Wish(honest, wide, out))
 
 
 def test_channels_that_are_held_are_refused_and_an_encoder_with_steps_is_not(found, platform):
