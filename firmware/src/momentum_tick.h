@@ -23,6 +23,7 @@
 #include "momentum/frozen_channels.h"
 #include "momentum/jackknife.h"
 #include "momentum/load_monitor.h"
+#include "momentum/loose_plug.h"
 #include "momentum/momentum_filter.h"
 #include "momentum/momentum_supervisor.h"
 #include "momentum/oscillation_test.h"
@@ -40,8 +41,8 @@ typedef struct hexload_present_memory {
     hexload_motion_t motion;      ///< there
 } hexload_present_memory_t;
 
-/// Closes gaps of the sample and checks it, brings its channels to one instant, finds pose and twist there
-/// and the effective sigmas.
+/// Closes gaps of the sample, a jump being one, and checks it, brings its channels to one instant, finds pose
+/// and twist there and the effective sigmas.
 /// @param[out] now its sample is NULL while late channels leave no instant complete.
 static inline hexload_status_t read_present(hexload_momentum_t* self, const hexload_config_t* config,
                                             const hexload_leg_sample_t* raw, hexload_present_memory_t* memory,
@@ -50,6 +51,8 @@ static inline hexload_status_t read_present(hexload_momentum_t* self, const hexl
     bool has_instant = false;
     const hexload_leg_sample_t* sample = hexload_lost_channels_mend(&self->lost, config, &self->leg_gate, raw,
                                                                     &memory->mended, &now->lost, health);
+    sample = hexload_loose_plug_bridge(&self->lost, config, &self->leg_gate, sample, &memory->mended,
+                                       &now->lost, health);
     hexload_status_t status = hexload_leg_sample_check(&self->leg_gate, config, sample, &gap_ticks, health);
     if (status == HEXLOAD_OK) {
         has_instant =

@@ -48,8 +48,8 @@ MOST_TEST_INSTRUCTIONS = 2_000  # more, for contradictions of the input and resi
 # What a program does not link that uses one of the three estimators; that with actuator effects needs the other's too.
 PAPER_SOURCES = ("wrench.c", "rate_noise.c", "paper_model.c", "paper_filter.c", "paper_tolerances.c",
                  "known_mass.c", "hum_test.c", "paper_supervisor.c", "paper.c")  # fmt: skip
-MOMENTUM_SOURCES = ("rig.c", "smoother.c", "transient.c", "motion_directions.c", "momentum_model.c", "momentum_filter.c",
-                    "consider.c", "tolerances.c", "jackknife.c", "wrench_monitor.c", "load_monitor.c",
+MOMENTUM_SOURCES = ("loose_plug.c", "rig.c", "smoother.c", "transient.c", "motion_directions.c", "momentum_model.c",
+                    "momentum_filter.c", "consider.c", "tolerances.c", "jackknife.c", "wrench_monitor.c", "load_monitor.c",
                     "frozen_channels.c", "momentum_supervisor.c", "oscillation_test.c", "pseudo_inertia.c", "momentum.c")  # fmt: skip
 EFFECTS_SOURCES = ("actuator_effects.c", "identifiability.c", "momentum_effects.c")
 # What only those link who ask for it: names of fields, states and faults, the default configuration and what sets parts of it; the load as a
@@ -61,6 +61,7 @@ CHECK_SOURCES = (
     "residual_test.c",
     "oscillation_test.c",
     "lost_channels.c",
+    "loose_plug.c",
     "frozen_channels.c",
     "tolerances.c",
 )

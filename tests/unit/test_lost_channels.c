@@ -14,7 +14,7 @@ enum { DIM = HEXLOAD_LOAD_DIM, LOST_LEG = 2, RUNS = 30 };
 static const body_t eccentric = {312.0, {-0.09, 0.13, 0.27}, {17.0, 21.0, 12.0, 2.0, -1.0, 1.5}};
 
 /// What is missing of a run's samples, from a tick on.
-typedef enum gap { GAP_NONE, GAP_FORCE, GAP_DISPLACEMENT } gap_t;
+typedef enum gap { GAP_NONE, GAP_FORCE, GAP_DISPLACEMENT, GAP_LOOSE } gap_t;
 
 /// The last sample that was accepted.
 static hexload_leg_gate_t gate_at(uint32_t tick, hexload_real_t displacement_m) {
@@ -158,6 +158,8 @@ static void run(uint64_t seed, gap_t gap, uint32_t from_tick, uint32_t ticks, he
             sample.force_n[LOST_LEG] = (hexload_real_t)NAN;
         } else if (gap == GAP_DISPLACEMENT && tick >= from_tick) {
             sample.displacement_m[LOST_LEG] = (hexload_real_t)NAN;
+        } else if (gap == GAP_LOOSE && tick >= from_tick && tick % 300 < 50) {
+            sample.displacement_m[LOST_LEG] = HEXLOAD_REAL(-0.25);
         }
         TEST_ASSERT_EQUAL_INT(HEXLOAD_OK, hexload_momentum_tick(estimator, &config, &sample, estimate));
     }
@@ -222,6 +224,22 @@ static void test_five_forces_identify_the_load_with_larger_sigmas(void) {
 
 static void test_a_displacement_is_bridged(void) {
     lose("displacement lost after 1 s", GAP_DISPLACEMENT, 1000, 1.85);
+}
+
+static void test_a_loose_plug_leaves_nothing_in_the_estimate(void) {
+    // GIVEN a displacement that reads the end of its range for 50 ms, three times a second after the first
+    double square = 0.0;
+    for (uint64_t n = 0; n < RUNS; n++) {
+        hexload_momentum_t estimator;
+        hexload_estimate_t estimate;
+        // WHEN the load is identified THEN no change of it is reported, and no sample refused (run())
+        run(n, GAP_LOOSE, 1000, 3000, &estimator, &estimate);
+        square += score_of(&estimate, whole_run(n)).square / RUNS;
+        TEST_ASSERT_EQUAL_INT(HEXLOAD_VERDICT_CONVERGED, estimate.verdict);
+        TEST_ASSERT_GREATER_THAN_UINT32(200, estimator.health.count[HEXLOAD_HEALTH_CHANNEL_LOST]);
+    }
+    // AND errors are of the size of the sigmas, as when the channel is missing
+    TEST_ASSERT_TRUE(square < 1.85);
 }
 
 static void test_a_force_may_be_missing_from_the_first_sample_on(void) {
@@ -313,5 +331,6 @@ int main(void) {
     RUN_TEST(test_without_velocity_sensors_a_guess_is_reported_for_a_window);
     RUN_TEST(test_five_forces_identify_the_load_with_larger_sigmas);
     RUN_TEST(test_a_displacement_is_bridged);
+    RUN_TEST(test_a_loose_plug_leaves_nothing_in_the_estimate);
     return UNITY_END();
 }
