@@ -7,13 +7,14 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.signal import butter, sosfilt, sosfiltfilt
 
 from hexload import project
 from hexload.cli.commission import TITLES
 from hexload.errors import InputError
 from hexload.estimation.arrays import leg_log
 from hexload.estimation.commission import Wish, commission
-from hexload.estimation.commissioning_run import refuse_held, run_of
+from hexload.estimation.commissioning_run import refuse_derived, refuse_held, run_of
 from hexload.estimation.firmware_run import native_firmware
 from hexload.estimation.input_check import WayIn
 from hexload.estimation.load_summary import load_changes_s
@@ -319,6 +320,38 @@ def test_velocities_that_are_not_the_change_of_displacements_are_refused(found, 
     # AND 0.3 % are those of ordinary sensors
     path = write_log(platform.parent / "scaled.csv", (t_s, way_m, 1.003 * speed_m_s, force_n))
     commission(Wish(path, platform, out))
+
+
+@pytest.mark.parametrize("cutoff_hz", [30.0, 200.0])
+def test_velocities_that_are_made_of_displacements_are_refused(found, platform, cutoff_hz):
+    # GIVEN an empty run whose velocities are differences of its displacements, through a low-pass
+    machine, _, _ = found
+    t_s, way_m, _, force_n = log_of(machine, multisine(1, 12.0), EMPTY, 2)
+    filters = butter(2, cutoff_hz, fs=1e3, output="sos")
+    made = sosfilt(filters, np.gradient(way_m, t_s, axis=0), axis=0)
+    path, out = write_log(platform.parent / "made.csv", (t_s, way_m, made, force_n)), platform.parent / "made.toml"
+    # WHEN it is commissioned THEN that is said, with what to do, and nothing is written
+    with pytest.raises(
+        InputError, match=r"with the noise of its displacement \(coherence (0.9\d|1.00)\).*leave vl1 to vl6 out"
+    ):
+        commission(Wish(path, platform, out))
+    assert not out.exists()
+
+
+def test_velocities_of_their_own_share_no_noise_with_displacements(found, platform):
+    # GIVEN an empty run of velocity sensors, of filtered ones, and one without noise WHEN it is commissioned
+    machine, _, _ = found
+    t_s, way_m, speed_m_s, force_n = log_of(machine, multisine(1, 12.0), EMPTY, 2)
+    slow, quiet = (butter(2, cutoff_hz, fs=1e3, output="sos") for cutoff_hz in (100.0, 20.0))
+    smooth_m = sosfiltfilt(quiet, way_m, axis=0)
+    logs = (
+        (way_m, speed_m_s),
+        (way_m, sosfilt(slow, speed_m_s, axis=0)),
+        (smooth_m, np.gradient(smooth_m, t_s, axis=0)),
+    )
+    for shown_m, shown_m_s in logs:
+        # THEN nothing is refused
+        refuse_derived(run_of(leg_log(t_s, shown_m, shown_m_s, force_n), platform), 1e-5)
 
 
 def test_a_leg_that_is_later_than_the_others_is_refused(found, platform):

@@ -17,6 +17,7 @@ from hexload.estimation.commissioning_run import (
     GRANTED_SIGMAS,
     VELOCITY_HZ,
     Run,
+    refuse_derived,
     refuse_held,
     refuse_late_forces,
     refuse_still,
@@ -102,6 +103,7 @@ def commission(wish: Wish) -> dict:
     refuse_still(run)
     if not wish.way_in.is_unchecked:
         refuse_held(run)
+        refuse_derived(run, platform.displacement_sigma_m)
         refuse_velocities(run)
     if wish.report is not None:
         import hexload.report.commission_page  # noqa: F401 - a package that is missing is told before the run
