@@ -9,6 +9,7 @@ import hexload_native
 import numpy as np
 import pytest
 from scipy.fft import dct
+from scipy.signal import butter, sosfilt
 
 import hexload
 from hexload.diagnosis import spectral, wiring
@@ -22,6 +23,7 @@ DATA = Path(__file__).parents[1] / "data"
 ROWS = 8000
 CLEAN = {"multisine_eccentric": "unknown_load", "work_motion": "unknown_load", "paper_noisy": "paper_load"}
 TICK_S = 1e-3
+LOW_PASS = butter(2, 60.0, fs=1.0 / TICK_S, output="sos")
 
 
 def recorded(name: str = "multisine_eccentric", rows: int | None = ROWS) -> LegLog:
@@ -88,6 +90,7 @@ FAULTS = {
     "velocity gain": (lambda log: with_leg(log, "velocity_m_s", 6, lambda v: 1.005 * v), "velocity gain", (6,), 0.005, 2.5e-4),
     "displacement gain": (lambda log: with_leg(log, "displacement_m", 6, lambda d: 1.02 * d), "displacement gain", (6,), 0.02, 1e-3),
     "velocities late": (lambda log: replace(log, velocity_m_s=late(log.velocity_m_s, 2)), "velocity late", None, 2e-3, 1e-4),
+    "velocities made of displacements": (lambda log: replace(log, velocity_m_s=sosfilt(LOW_PASS, np.gradient(log.displacement_m, log.t_s, axis=0), axis=0)), "velocity derived", None, 1.0, 0.05),
     "clock": (lambda log: replace(log, t_s=1.01 * log.t_s), "clock", None, 0.01, 5e-4),
     "millimetres": (lambda log: replace(log, displacement_m=1e3 * log.displacement_m), "displacement unit", None, 1e3, 1.0),
     "spikes": (lambda log: with_leg(log, "force_n", 1, spiked), "force spikes", (1,), 200.0, 20.0),

@@ -9,6 +9,7 @@ from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.signal import coherence
 
 from hexload.diagnosis.dynamics import Machine
 from hexload.diagnosis.finding import CHANNELS, Finding, legs_in_words, plain
@@ -35,6 +36,10 @@ JITTER_RATIO = 1.15
 HUM_HZ = 25.0
 HUM_POWER = 60.0  # of a line over the noise beside it
 HUM_SIGMAS = 0.5  # of a sample: less does no harm
+DERIVED = "velocity derived"
+NOISE_BAND = (0.1, 0.4)  # of the rate of the rows: a displacement's differences are noise there
+NOISE_ROWS = 256
+LEAST_COMMON = 0.8  # coherence of velocities that are made of displacements; sensors have 0.01
 STEADY = 0.6  # of the smaller half's amplitude to the larger one's
 
 
@@ -50,6 +55,7 @@ def look_at(record: Record, machine: Machine) -> Iterator[Finding]:
         return
     jitter = list(_jitter(record, machine))
     yield from jitter
+    yield from _made_of_displacements(record, machine)
     noise: dict[str, float] = {}
     for name in CHANNELS:
         values = _values(log, name)
@@ -395,6 +401,31 @@ def _noise(ratios: dict[str, float]) -> Iterator[Finding]:
             "correct its [sensors]" if ratio < 1.0 else "correct its [sensors], or look at the sensors",
             size=ratio,
             is_harmless=ratio < 1.0,
+        )
+
+
+def common_noise(displacement_m: Array, velocity_m_s: Array, sigma_m: float) -> Array:
+    """(6,) coherence of velocities with the noise of their displacements, 0 to 1; 0 of displacements with less than LEAST_NOISE
+    of the stated noise."""
+    share, common = coherence(np.gradient(displacement_m, axis=0), velocity_m_s, nperseg=NOISE_ROWS, axis=0)
+    is_noise = (share >= NOISE_BAND[0]) & (share <= NOISE_BAND[1])
+    has_noise = noise_of(displacement_m) > LEAST_NOISE * sigma_m
+    return np.where(has_noise, common[is_noise].mean(axis=0), 0.0)
+
+
+def _made_of_displacements(record: Record, machine: Machine) -> Iterator[Finding]:
+    """Velocities that differences of the displacements have been taken for, through a filter."""
+    if record.velocity_m_s is None or len(record.t_s) < 4 * NOISE_ROWS:
+        return
+    common = common_noise(record.displacement_m, record.velocity_m_s, machine.displacement_sigma_m)
+    legs = tuple(np.flatnonzero(common > LEAST_COMMON).tolist())
+    if legs:
+        yield Finding(
+            DERIVED,
+            f"velocities of {legs_in_words(legs)} have their displacements' noise: they are made of these",
+            "leave vl1 to vl6 out of the log, and speeds are made of the displacements without delay",
+            legs=legs,
+            size=float(common.max()),
         )
 
 

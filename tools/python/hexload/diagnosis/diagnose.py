@@ -73,6 +73,7 @@ def diagnose(
     if any(each.is_input or each.cause in HOPELESS for each in major):
         return Diagnosis((*major, *minor), (), np.nan, np.nan, indistinguishable)
     of_sensors, record = _sensors(record, stated)
+    major, of_sensors = _of_one_source(major, of_sensors)
     found = _forces(record, machine, reported_changes_s)
     if record.velocity_m_s is not None:
         found = replace(found, findings=tuple(phrases.with_velocities(each) for each in found.findings))
@@ -80,6 +81,18 @@ def diagnose(
     minor = [each for each in minor if each.cause.split()[0] not in scaled]
     findings = sorted((*major, *of_sensors, *found.findings, *minor), key=lambda each: not each.is_input)
     return replace(found, findings=tuple(findings), indistinguishable=indistinguishable)
+
+
+def _of_one_source(major: list[Finding], of_sensors: list[Finding]) -> tuple[list[Finding], list[Finding]]:
+    """Velocities that are made of displacements are late by the filter that makes them, which is one cause."""
+    late = [each for each in of_sensors if each.cause == "velocity late"]
+    if not late or all(each.cause != channels.DERIVED for each in major):
+        return major, of_sensors
+    is_input = any(each.is_input for each in late)
+    major = [
+        replace(each, is_input=each.is_input or is_input) if each.cause == channels.DERIVED else each for each in major
+    ]
+    return major, [each for each in of_sensors if each not in late]
 
 
 def _beside(finding: Finding, sigma: Array, is_fit: bool) -> Finding:

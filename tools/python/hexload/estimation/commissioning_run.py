@@ -9,8 +9,9 @@ from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.signal import butter, coherence, sosfiltfilt
+from scipy.signal import butter, sosfiltfilt
 
+from hexload.diagnosis.channels import LEAST_COMMON, common_noise
 from hexload.errors import InputError
 from hexload.estimation.rig_model import LEGS
 from hexload.estimation.rig_record import ROW_HZ, Seen
@@ -25,10 +26,6 @@ LARGEST_END_SHARE = 0.02  # of rows at the largest or smallest force
 STUCK_S, STUCK_WAY_M = 0.25, 1e-3
 LEAST_SPEED_M_S = 0.01
 VELOCITY_HZ = 40.0
-NOISE_BAND = (0.1, 0.4)  # of the rate of the rows: a displacement's differences are noise there
-NOISE_ROWS = 256
-LARGEST_COHERENCE = 0.8
-LEAST_NOISE = 0.1  # of the stated sigma: a log without noise says nothing
 LARGEST_GAIN = 0.01  # of a velocity over the displacement's change
 LARGEST_LAG_S = 0.5e-3  # of a leg behind the others
 GRANTED_SIGMAS = 3.0
@@ -129,13 +126,9 @@ def refuse_derived(run: Run, displacement_sigma_m: float) -> None:
     source of anything. Raises InputError."""
     if not run.log.has_velocity:
         return
-    noise_m = np.diff(run.log.displacement_m, 3, axis=0).std() / np.sqrt(20.0)  # of white noise, 20 times its variance
-    rates = np.gradient(run.log.displacement_m, run.dt_s, axis=0)
-    share, common = coherence(rates, run.log.velocity_m_s, nperseg=NOISE_ROWS, axis=0)
-    is_noise = (share >= NOISE_BAND[0]) & (share <= NOISE_BAND[1])
-    found = common[is_noise].mean(axis=0)
+    found = common_noise(run.log.displacement_m, run.log.velocity_m_s, displacement_sigma_m)
     leg = int(np.argmax(found))
-    if noise_m > LEAST_NOISE * displacement_sigma_m and found[leg] > LARGEST_COHERENCE:
+    if found[leg] > LEAST_COMMON:
         raise InputError(
             f"{run.name}: found velocities of leg {leg + 1} with the noise of its displacement (coherence {found[leg]:.2f}), "
             "expected a sensor of their own: leave vl1 to vl6 out of the log, and speeds are made of the displacements "

@@ -220,7 +220,7 @@ _OTHERS = (
         "velocities are differences of the displacements",
         (200.0, 30.0),
         "Hz",
-        "velocity channels late",
+        "velocities made of displacements",
         timing.differentiated,
     ),
     ("jitter", "timing", "rows not of the time they tell", (1e-4, 5e-4), "s", "jitter of the samples", timing.jitter),

@@ -37,7 +37,7 @@ _OTHERS = {
     "exchanged_legs": ("legs exchanged",),
     "displacement_backlash": ("displacement late",),
     "force_crosstalk": ("force gain",),
-    "velocity_differentiated": ("velocity late",),
+    "velocity_differentiated": ("velocity derived",),
     "stated_noise": ("stated noise",),
     "clock_jump": ("clock jumped", "samples missing"),
     "held": ("samples held", "samples repeated"),
