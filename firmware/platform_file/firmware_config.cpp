@@ -186,10 +186,13 @@ hexload_config_t firmware_config(const PlatformFile& platform, const EstimatorSe
     override_with(of_tilt(settings.tilt_sigma_rad), config.actuator_effects.prior_tilt_sigma_m_s2);
     override_with(settings.friction_speed_m_s, config.actuator_effects.friction_speed_m_s);
     override_with(platform.tolerances.friction_shape, config.actuator_effects.friction_shape);
-    override_with(platform.tolerances.force_gain_common, config.tolerances.force_gain);
-    override_with(platform.tolerances.platform_mass, config.tolerances.platform_mass);
-    override_with(platform.tolerances.platform_com_m, config.tolerances.platform_com_m);
-    override_with(platform.tolerances.platform_inertia, config.tolerances.platform_inertia);
+    // The paper's filter knows no open directions, and takes off neither friction nor offsets nor delays.
+    const bool is_as_declared = platform.rig && settings.kind == EstimatorKind::paper;
+    const Tolerances& open = is_as_declared ? platform.rig->declared : platform.tolerances;
+    override_with(open.force_gain_common, config.tolerances.force_gain);
+    override_with(open.platform_mass, config.tolerances.platform_mass);
+    override_with(open.platform_com_m, config.tolerances.platform_com_m);
+    override_with(open.platform_inertia, config.tolerances.platform_inertia);
     return config;
 }
 

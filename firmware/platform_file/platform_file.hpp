@@ -117,6 +117,7 @@ struct RigSettings {
     Vector3 gravity_m_s2 = Vector3(0.0, 0.0, -9.81); // base axes
     std::vector<RigDirection> directions;            // of what is still open, one standard deviation each
     RigSigma sigma;
+    Tolerances declared; // those of the platform file, which commissioning has replaced
 };
 
 struct PlatformFile {

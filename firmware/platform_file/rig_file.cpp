@@ -167,6 +167,7 @@ bool is_near(const PlatformBody& a, const PlatformBody& b) {
 
 // What has been found is open by as much as its directions say, and no more by what was declared.
 void replace_tolerances(const PlatformBody& declared, PlatformFile& platform) {
+    platform.rig->declared = platform.tolerances;
     if (!platform.rig->directions.empty()) {
         platform.tolerances.force_gain_common = 0.0;
     }

@@ -139,14 +139,18 @@ def test_what_a_tare_or_a_rig_file_has_found_is_open_no_more_by_what_was_declare
     direction = dict.fromkeys(keys, legs) | {"gravity_m_s2": [0.0, 0.0], "platform": [0.0] * 10}
     direction |= {"base_hinges_m": points, "platform_hinges_m": points}
 
-    def with_rig(rig: dict, directions: list[dict]) -> dict[str, float]:
+    def with_rig(rig: dict, directions: list[dict], machine=platform) -> dict[str, float]:
         path = tmp_path / "rig.toml"
         path.write_text(rig_file.document(rig, {}, {}, directions, platform))
-        return tolerances_of(hexload_native.with_rig(platform, str(path)))
+        return tolerances_of(hexload_native.with_rig(machine, str(path)))
 
     assert set(with_rig(found | {"mass_kg": 101.0}, [direction]).values()) == {0.0}
     # AND one that keeps the platform file's body, as of a loaded run, leaves that as declared
     assert with_rig(found, [direction]) == pytest.approx(ordinary | {"force_gain": 0.0})
+    # AND for the paper's filter, which knows no directions and takes off body, hinges and gravity alone, all of it
+    tables = UNTOLD | {"load": {"known_mass_kg": 500.0}, "estimator": {"kind": "paper"}}
+    of_paper = with_rig(found | {"mass_kg": 101.0}, [direction], Platform.of(tables).native())
+    assert of_paper == pytest.approx(ordinary)
 
 
 def test_a_common_gain_that_nothing_is_said_of_is_the_default_one_of_default_sensors():
