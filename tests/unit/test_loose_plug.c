@@ -69,7 +69,7 @@ static void test_a_displacement_that_jumps_alone_is_missing(void) {
         TEST_ASSERT_FALSE(is_bridged(&config, &sample, leg, 0));
         sample.displacement_m[leg] = HEXLOAD_REAL(0.0447);
         TEST_ASSERT_TRUE(is_bridged(&config, &sample, leg, 0));
-        // AND so is one that jumps with another
+        // AND one that jumps with another is none
         sample.displacement_m[(leg + 1) % HEXLOAD_LEGS] = HEXLOAD_REAL(0.0);
         TEST_ASSERT_FALSE(is_bridged(&config, &sample, leg, 0));
     }
