@@ -9,7 +9,6 @@ from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.signal import coherence
 
 from hexload.diagnosis.dynamics import Machine
 from hexload.diagnosis.finding import CHANNELS, Finding, legs_in_words, plain
@@ -38,8 +37,9 @@ HUM_POWER = 60.0  # of a line over the noise beside it
 HUM_SIGMAS = 0.5  # of a sample: less does no harm
 DERIVED = "velocity derived"
 NOISE_BAND = (0.1, 0.4)  # of the rate of the rows: a displacement's differences are noise there
-NOISE_ROWS = 256
+NOISE_ROWS, LEAST_SEGMENTS = 256, 4
 LEAST_COMMON = 0.8  # coherence of velocities that are made of displacements; sensors have 0.01
+TINY = 1e-300
 STEADY = 0.6  # of the smaller half's amplitude to the larger one's
 
 
@@ -406,16 +406,28 @@ def _noise(ratios: dict[str, float]) -> Iterator[Finding]:
 
 def common_noise(displacement_m: Array, velocity_m_s: Array, sigma_m: float) -> Array:
     """(6,) coherence of velocities with the noise of their displacements, 0 to 1; 0 of displacements with less than LEAST_NOISE
-    of the stated noise."""
-    share, common = coherence(np.gradient(displacement_m, axis=0), velocity_m_s, nperseg=NOISE_ROWS, axis=0)
+    of the stated noise, and of too few rows to say."""
+    if len(displacement_m) < LEAST_SEGMENTS * NOISE_ROWS:
+        return np.zeros(LEGS)
+    rates, speeds = (_spectra(values) for values in (np.gradient(displacement_m, axis=0), velocity_m_s))
+    of_rates, of_speeds = (np.mean(np.abs(spectra) ** 2, axis=0) for spectra in (rates, speeds))
+    common = np.abs(np.mean(rates * speeds.conj(), axis=0)) ** 2 / np.maximum(of_rates * of_speeds, TINY)
+    share = np.fft.rfftfreq(NOISE_ROWS)
     is_noise = (share >= NOISE_BAND[0]) & (share <= NOISE_BAND[1])
     has_noise = noise_of(displacement_m) > LEAST_NOISE * sigma_m
     return np.where(has_noise, common[is_noise].mean(axis=0), 0.0)
 
 
+def _spectra(values: Array) -> Array:
+    """(segments, lines, 6) of NOISE_ROWS rows each under a Hann window, half of them the next one's (Welch)."""
+    segments = np.lib.stride_tricks.sliding_window_view(values, NOISE_ROWS, axis=0)[:: NOISE_ROWS // 2]
+    level = segments - segments.mean(axis=2, keepdims=True)
+    return np.swapaxes(np.fft.rfft(level * np.hanning(NOISE_ROWS), axis=2), 1, 2)
+
+
 def _made_of_displacements(record: Record, machine: Machine) -> Iterator[Finding]:
     """Velocities that differences of the displacements have been taken for, through a filter."""
-    if record.velocity_m_s is None or len(record.t_s) < 4 * NOISE_ROWS:
+    if record.velocity_m_s is None:
         return
     common = common_noise(record.displacement_m, record.velocity_m_s, machine.displacement_sigma_m)
     legs = tuple(np.flatnonzero(common > LEAST_COMMON).tolist())
