@@ -46,13 +46,13 @@ static bool is_within_stroke(const hexload_geometry_t* geometry, const hexload_l
     return true;
 }
 
-/// Whether the legs can have come here in that time; ten sigma of noise are granted.
+/// Whether the legs can have come here in that time.
 static bool is_within_reach(const hexload_leg_gate_t* self, const hexload_config_t* config,
                             const hexload_leg_sample_t* sample, uint32_t gap_ticks) {
     const hexload_sensors_t* sensors = &config->sensors;
     const hexload_real_t gap_s = config->tick_s * (hexload_real_t)gap_ticks;
     const hexload_real_t reach_m =
-        hexload_fma(sensors->velocity_range_m_s, gap_s, HEXLOAD_REAL(10.0) * sensors->displacement_sigma_m);
+        hexload_fma(sensors->velocity_range_m_s, gap_s, HEXLOAD_REACH_SIGMAS * sensors->displacement_sigma_m);
     for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
         if (!is_within(sample->displacement_m[leg] - self->last_displacement_m[leg], reach_m)) {
             return false;

@@ -5,6 +5,9 @@
 
 #include "hexload/state.h"
 
+/// Of a displacement's noise, granted beyond what its leg can have moved.
+#define HEXLOAD_REACH_SIGMAS HEXLOAD_REAL(10.0)
+
 void hexload_leg_sample_init(hexload_leg_gate_t* self);
 
 /// Checks a sample: finite and in range, every leg longer than nothing, later than the last, and no leg

@@ -2,15 +2,13 @@
 
 #include "algebra/real.h"
 #include "configuration/health.h"
+#include "front_end/leg_sample.h"
 
 /// A plug that is loose for longer counts as a zero that has moved.
 #define LOOSE_S HEXLOAD_REAL(0.1)
 
 /// By which a velocity sensor that fails, or is late, may be wrong.
 #define MOST_WRONG_M_S HEXLOAD_REAL(1.0)
-
-/// Of noise; leg_sample.c grants the same.
-#define JUMP_SIGMAS HEXLOAD_REAL(10.0)
 
 /// @param[out] jumped the last leg that has moved by more than `least_m` beyond what its velocity explains.
 /// @return how many have.
@@ -36,7 +34,7 @@ hexload_loose_plug_bridge(const hexload_lost_channels_t* lost, const hexload_con
     const uint32_t gap_ticks = sample->tick - gate->last_tick;
     const hexload_real_t gap_s = config->tick_s * (hexload_real_t)gap_ticks;
     const hexload_real_t least_m =
-        hexload_fma(gap_s, MOST_WRONG_M_S, JUMP_SIGMAS * config->sensors.displacement_sigma_m);
+        hexload_fma(gap_s, MOST_WRONG_M_S, HEXLOAD_REACH_SIGMAS * config->sensors.displacement_sigma_m);
     const bool is_long = config->tick_s * (hexload_real_t)lost->displacement_ticks >= LOOSE_S;
     int jumped = 0;
     const int jumps = find_jumps(gate, sample, gap_s, least_m, &jumped);
