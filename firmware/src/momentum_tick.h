@@ -103,7 +103,11 @@ static inline void watch_load(hexload_momentum_t* self, const hexload_config_t* 
     const hexload_fit_t fit = fit_of(self, config);
     const hexload_real_t scale = hexload_jackknife_variance_scale(&self->jackknife);
     const bool is_alarm = hexload_load_monitor_step(&self->monitor, config, &self->filter, scale, fit, seen);
-    const bool is_weight = is_alarm && hexload_load_monitor_is_weight(&self->monitor, config, fit);
+    // a change that is known already is not held against the legs again, nor one where a pose takes longer
+    const bool is_held_against_legs = !self->is_changing && (seen->motion->newton_steps <= 1U);
+    const bool is_weight = is_alarm && hexload_load_monitor_is_weight(&self->monitor, config, fit) &&
+                           !(is_held_against_legs &&
+                             hexload_load_monitor_is_one_leg(&self->monitor, config, &self->filter, seen));
     const bool is_mismatch =
         (fit == HEXLOAD_FIT_UNPROVEN || !is_weight) && hexload_load_monitor_is_late(&self->monitor);
     const bool is_of_sensors = hexload_frozen_channels_are_there(&self->frozen) ||
@@ -250,15 +254,6 @@ static inline void compare_blocks(hexload_momentum_t* self, const hexload_config
     self->newton_steps = (uint8_t)newton_steps;
 }
 
-/// Of a machine that fits its model; friction that turns round jumps, too. A jump is seen at the next tick as
-/// well: it can wait where a pose takes more than a step.
-static inline bool has_one_jumped(const hexload_momentum_t* self, const hexload_config_t* config,
-                                  const hexload_present_tick_t* now, uint32_t tick) {
-    return (now->sample != NULL) && (now->motion->newton_steps == 1U) &&
-           (fit_of(self, config) == HEXLOAD_FIT_NOISE) &&
-           hexload_noise_estimator_sees_lone_jump(&self->noise_estimator, &now->sensors, tick);
-}
-
 /// After a number that is not finite, or samples that have come again: everything begins from nothing.
 static inline void restart(hexload_momentum_t* self, const hexload_config_t* config,
                            hexload_effects_stage_t* effects, uint32_t* health) {
@@ -296,7 +291,9 @@ static inline void read_load(const hexload_momentum_t* self, const hexload_confi
                              hexload_estimate_t* estimate) {
     hexload_momentum_filter_read(&self->filter, estimate->value, estimate->own_sigma);
     memcpy(estimate->sigma, estimate->own_sigma, sizeof estimate->sigma);
-    hexload_jackknife_widen(&self->jackknife, self->residual_test.factor, estimate->sigma);
+    const bool is_open = config->rig.direction_count > 0;
+    const hexload_real_t factor = hexload_residual_test_factor(&self->residual_test, is_open);
+    hexload_jackknife_widen(&self->jackknife, factor, estimate->sigma);
     hexload_consider_widen(&self->consider, config, estimate->sigma);
 }
 
@@ -314,8 +311,7 @@ static inline hexload_status_t hexload_momentum_run(hexload_momentum_t* self, co
     if (status != HEXLOAD_OK) {
         return status;
     }
-    hexload_frozen_channels_step(&self->frozen, config, sample,
-                                 has_one_jumped(self, config, &now, sample->tick));
+    hexload_frozen_channels_step(&self->frozen, config, sample);
     watch_input(self, config, effects, sample, &now, &health);
     if (effects != NULL) { // they would take up what velocities at a lower rate leave
         watch_rate(self);

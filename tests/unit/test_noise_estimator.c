@@ -202,77 +202,8 @@ static void test_ratios_are_believed_beyond_a_fifth_and_more_of_few_ticks_and_wi
     }
 }
 
-/// An estimator that has seen three samples of legs that move evenly: by 0.1 mm, 10 mm/s and 50 N in a tick.
-static hexload_noise_estimator_t even_motion(const hexload_config_t* config, hexload_leg_sample_t* last) {
-    hexload_noise_estimator_t meter;
-    hexload_noise_estimator_init(&meter);
-    *last = (hexload_leg_sample_t){.tick = 0};
-    for (uint32_t tick = 0; tick < 3; tick++) {
-        last->tick = tick;
-        for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
-            last->displacement_m[leg] = (hexload_real_t)(1e-4 * (tick + 1.0));
-            last->velocity_m_s[leg] = (hexload_real_t)(0.01 * (tick + 1.0));
-            last->force_n[leg] = (hexload_real_t)(50.0 * (tick + 1.0));
-        }
-        hexload_noise_estimator_step(&meter, config, last, tick > 0);
-    }
-    return meter;
-}
-
-/// The next sample of these legs.
-static void move_evenly(hexload_leg_sample_t* sample) {
-    for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
-        sample->velocity_m_s[leg] += HEXLOAD_REAL(0.01);
-        sample->force_n[leg] += HEXLOAD_REAL(50.0);
-    }
-}
-
-static void test_a_sensor_that_jumps_alone_is_seen_and_what_jumps_in_other_legs_too_is_none(void) {
-    // GIVEN legs whose velocities and forces change evenly WHEN one of leg 4 jumps by more or less than six
-    // standard deviations of a second difference, 14.7 sigma, and that of leg 1 by more or less than 0.3 of
-    // it
-    const hexload_config_t config = paper_machine();
-    for (int n = 0; n < 16; n++) {
-        const bool is_force = n & 1, is_far = n & 2, is_with_another = n & 4;
-        const double sigma =
-            (double)(is_force ? config.sensors.force_sigma_n : config.sensors.velocity_sigma_m_s);
-        const double jump = (n & 8 ? -1.0 : 1.0) * (is_far ? 14.8 : 14.6) * sigma;
-        hexload_leg_sample_t sample;
-        hexload_noise_estimator_t meter = even_motion(&config, &sample);
-        hexload_real_t* channel = is_force ? sample.force_n : sample.velocity_m_s;
-        move_evenly(&sample);
-        channel[4] += (hexload_real_t)jump;
-        channel[1] -= (hexload_real_t)((is_with_another ? 0.31 : 0.29) * jump);
-        hexload_noise_estimator_step(&meter, &config, &sample, 1);
-        // THEN a far one is its sensor's, unless that of leg 1 has jumped with it
-        TEST_ASSERT_EQUAL_INT(is_far && !is_with_another,
-                              hexload_noise_estimator_sees_lone_jump(&meter, &config.sensors, is_force));
-        // AND at a tick of the other kind it is not looked at, and at the next one seen as well
-        TEST_ASSERT_FALSE(hexload_noise_estimator_sees_lone_jump(&meter, &config.sensors, !is_force));
-        move_evenly(&sample);
-        hexload_noise_estimator_step(&meter, &config, &sample, 1);
-        TEST_ASSERT_EQUAL_INT(is_far && !is_with_another,
-                              hexload_noise_estimator_sees_lone_jump(&meter, &config.sensors, 2 + is_force));
-    }
-    // AND of noise that is three times the stated one, as the effective sigmas say, it is none
-    hexload_leg_sample_t sample;
-    hexload_noise_estimator_t meter = even_motion(&config, &sample);
-    hexload_sensors_t noisy = config.sensors;
-    move_evenly(&sample);
-    sample.force_n[2] += HEXLOAD_REAL(150.0);
-    hexload_noise_estimator_step(&meter, &config, &sample, 1);
-    TEST_ASSERT_TRUE(hexload_noise_estimator_sees_lone_jump(&meter, &config.sensors, 1));
-    noisy.force_sigma_n *= HEXLOAD_REAL(3.0);
-    TEST_ASSERT_FALSE(hexload_noise_estimator_sees_lone_jump(&meter, &noisy, 1));
-    // AND over a gap nothing is said of it
-    sample.force_n[2] += HEXLOAD_REAL(1500.0);
-    hexload_noise_estimator_step(&meter, &config, &sample, 2);
-    TEST_ASSERT_FALSE(hexload_noise_estimator_sees_lone_jump(&meter, &config.sensors, 1));
-}
-
 int main(void) {
     UNITY_BEGIN();
-    RUN_TEST(test_a_sensor_that_jumps_alone_is_seen_and_what_jumps_in_other_legs_too_is_none);
     RUN_TEST(test_stated_sigmas_that_are_right_are_used_as_they_are);
     RUN_TEST(test_misstated_sigmas_are_measured);
     RUN_TEST(test_shocks_are_not_taken_for_noise);

@@ -431,10 +431,11 @@ typedef struct hexload_wrench_monitor {
     hexload_real_t peak; ///< largest y^T (O + C)^-1 y of late; fades
     hexload_real_t filling_peak;
     hexload_real_t bin_peak[HEXLOAD_WRENCH_BINS];
-    hexload_real_t motion_s; ///< time that counts in C, up to its memory
-    uint32_t bins;           ///< filled since the last change, at most all
-    uint32_t next_bin;       ///< the oldest
-    uint32_t ticks;          ///< since the last change; 0: there is no last tick
+    hexload_real_t motion_s;    ///< time that counts in C, up to its memory
+    hexload_real_t last_square; ///< y^T (O + C)^-1 y of the last tick
+    uint16_t ticks;             ///< since the last change, or many; 0: there is no last tick
+    uint8_t bins;               ///< filled since the last change, at most all
+    uint8_t next_bin;           ///< the oldest
 } hexload_wrench_monitor_t;
 
 typedef struct hexload_load_monitor {
@@ -450,6 +451,7 @@ typedef struct hexload_load_monitor {
     hexload_real_t nis_mean;      ///< leaky; ideal 6
     hexload_real_t risen_s;       ///< for which that has been above what noise makes it
     hexload_real_t drift[6];      ///< leaky mean of the last 5 ms' innovations in sigmas, by direction
+    hexload_real_t drift_nis;     ///< and of their NIS
     uint32_t ticks;               ///< since the start, up to those that it takes to settle
     hexload_wrench_monitor_t wrench;
     hexload_rig_slide_t slide; ///< by the speeds of the velocity sensors

@@ -19,34 +19,19 @@
 /// One leg counts at most three sigma, so that a shock is not taken for noise.
 #define LARGEST_SQUARE HEXLOAD_REAL(9.0)
 
-/// Of a second difference, which noise gives sqrt(6) sigma: six of its standard deviations. And of the
-/// largest jump what the others stay below where one sensor jumps alone: a weight that comes at once,
-/// wherever it stands, pushes a second leg at least 0.6 times as much.
-#define JUMP_SIGMAS HEXLOAD_REAL(14.7)
-#define LONE_SHARE HEXLOAD_REAL(0.3)
-
 enum { DISPLACEMENT, VELOCITY, FORCE };
 
 void hexload_noise_estimator_init(hexload_noise_estimator_t* self) {
     *self = (hexload_noise_estimator_t){.ratio = {HEXLOAD_REAL(1.0), HEXLOAD_REAL(1.0), HEXLOAD_REAL(1.0)}};
 }
 
-/// Rows of the last three ticks go round: the oldest is followed by the one in the middle, and before it lies
-/// the newest.
-static uint32_t middle_row(const hexload_noise_estimator_t* self) {
-    return (self->oldest == HEXLOAD_NOISE_HISTORY - 1) ? 0 : (self->oldest + 1);
-}
-
-static uint32_t newest_row(const hexload_noise_estimator_t* self) {
-    return ((self->oldest == 0) ? HEXLOAD_NOISE_HISTORY : self->oldest) - 1;
-}
-
 /// Mean square over the legs of the third difference, in stated variances.
 static hexload_real_t mean_square(const hexload_noise_estimator_t* self, uint32_t kind,
                                   const hexload_real_t now[HEXLOAD_LEGS], hexload_real_t sigma) {
-    const hexload_real_t* third = self->last[kind][self->oldest];
-    const hexload_real_t* second = self->last[kind][middle_row(self)];
-    const hexload_real_t* first = self->last[kind][newest_row(self)];
+    const uint32_t oldest = self->oldest;
+    const hexload_real_t* third = self->last[kind][oldest];
+    const hexload_real_t* second = self->last[kind][oldest == HEXLOAD_NOISE_HISTORY - 1 ? 0 : oldest + 1];
+    const hexload_real_t* first = self->last[kind][oldest == 0 ? HEXLOAD_NOISE_HISTORY - 1 : oldest - 1];
     const hexload_real_t stated = HEXLOAD_REAL(20.0) * sigma * sigma; // 1 + 9 + 9 + 1
     const hexload_real_t most = LARGEST_SQUARE * hexload_max(self->ratio[kind], HEXLOAD_REAL(1.0)) * stated;
     hexload_real_t sum = HEXLOAD_REAL(0.0);
@@ -88,25 +73,6 @@ void hexload_noise_estimator_step(hexload_noise_estimator_t* self, const hexload
         memcpy(self->last[kind][self->oldest], now[kind], sizeof self->last[kind][self->oldest]);
     }
     self->oldest = self->oldest == HEXLOAD_NOISE_HISTORY - 1 ? 0 : self->oldest + 1;
-}
-
-bool hexload_noise_estimator_sees_lone_jump(const hexload_noise_estimator_t* self,
-                                            const hexload_sensors_t* sensors, uint32_t tick) {
-    const int kind = ((tick % 2U) == 0U) ? VELOCITY : FORCE;
-    const hexload_real_t sigma = (kind == FORCE) ? sensors->force_sigma_n : sensors->velocity_sigma_m_s;
-    const hexload_real_t* second = self->last[kind][self->oldest];
-    const hexload_real_t* first = self->last[kind][middle_row(self)];
-    const hexload_real_t* now = self->last[kind][newest_row(self)];
-    hexload_real_t largest = HEXLOAD_REAL(0.0);
-    hexload_real_t next = HEXLOAD_REAL(0.0);
-    for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
-        const hexload_real_t ends = now[leg] + second[leg];
-        const hexload_real_t jump = hexload_abs(hexload_fma(HEXLOAD_REAL(-2.0), first[leg], ends));
-        next = hexload_max(next, hexload_min(jump, largest));
-        largest = hexload_max(largest, jump);
-    }
-    return (largest > (JUMP_SIGMAS * sigma)) && (next < (LONE_SHARE * largest)) &&
-           (self->history == HEXLOAD_NOISE_HISTORY);
 }
 
 /// Of a late channel a low-pass has taken the top of the band, where third differences look, and left what

@@ -11,21 +11,11 @@
 
 #include "hexload/state.h"
 
-#include <stdbool.h>
-
 void hexload_noise_estimator_init(hexload_noise_estimator_t* self);
 
 /// One sample. @param gap_ticks periods since the last. Reentrant, constant time.
 void hexload_noise_estimator_step(hexload_noise_estimator_t* self, const hexload_config_t* config,
                                   const hexload_leg_sample_t* sample, uint32_t gap_ticks);
-
-/// Whether one leg's channel jumps at the last sample, or the one before it, and no other leg's: that is its
-/// sensor. A load that comes or goes pushes several legs. Some 100 instructions.
-/// @param sensors the effective sigmas.
-/// @param tick of the last sample: of an even one velocities are looked at, of an odd one forces, as second
-/// differences show a jump at two ticks.
-HEXLOAD_MUST_USE bool hexload_noise_estimator_sees_lone_jump(const hexload_noise_estimator_t* self,
-                                                             const hexload_sensors_t* sensors, uint32_t tick);
 
 /// The sensors as the filters should take them; of a channel that config->rig has late no better than stated.
 /// @param[in,out] health sets NOISE_MISSTATED where a measured sigma is used.

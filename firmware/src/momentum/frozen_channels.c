@@ -61,7 +61,7 @@ static bool is_any_off(const hexload_frozen_channels_t* self, const hexload_conf
 }
 
 void hexload_frozen_channels_step(hexload_frozen_channels_t* self, const hexload_config_t* config,
-                                  const hexload_leg_sample_t* sample, bool has_one_jumped) {
+                                  const hexload_leg_sample_t* sample) {
     const hexload_real_t elapsed_s = config->tick_s * (hexload_real_t)(sample->tick - self->last.tick);
     for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
         const hexload_real_t moved_m = sample->displacement_m[leg] - self->last.displacement_m[leg];
@@ -81,7 +81,7 @@ void hexload_frozen_channels_step(hexload_frozen_channels_t* self, const hexload
     const uint8_t force_ticks = one_still_ticks(self->still_force_ticks);
     self->still_ticks = velocity_ticks > force_ticks ? velocity_ticks : force_ticks;
     self->left_s -= config->tick_s;
-    if (has_one_jumped || has_velocity_jumped || has_force_jumped || is_any_off(self, config)) {
+    if (has_velocity_jumped || has_force_jumped || is_any_off(self, config)) {
         self->left_s = FADING_S;
     }
     self->last = *sample;

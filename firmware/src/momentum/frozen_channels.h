@@ -4,19 +4,19 @@
 ///
 /// A displacement that repeats its last value has stopped when by the velocity the leg has gone on, by more
 /// than noise: encoders repeat theirs, too; or when it has jumped. A velocity or a force has when those of
-/// other legs change, or when it jumps and no other leg's does.
+/// other legs change, or when it jumps to nothing.
 #ifndef HEXLOAD_FROZEN_CHANNELS_H
 #define HEXLOAD_FROZEN_CHANNELS_H
 
 #include "hexload/state.h"
 
 /// Takes a sample. Some 100 instructions. Reentrant.
-/// @param sample as the sensors gave it. @param has_one_jumped hexload_noise_estimator_sees_lone_jump().
+/// @param sample as the sensors gave it.
 void hexload_frozen_channels_step(hexload_frozen_channels_t* self, const hexload_config_t* config,
-                                  const hexload_leg_sample_t* sample, bool has_one_jumped);
+                                  const hexload_leg_sample_t* sample);
 
-/// Of the sample taken last, and for 0.2 s more where a sensor goes on that had certainly stopped, or jumps:
-/// to nothing, or alone.
+/// Of the sample taken last, and for 0.2 s more where a sensor goes on that had certainly stopped, or jumps
+/// to nothing.
 HEXLOAD_MUST_USE bool hexload_frozen_channels_are_there(const hexload_frozen_channels_t* self);
 
 /// Whether velocities come at a lower rate than samples, and are held: all six stand still, then all change,

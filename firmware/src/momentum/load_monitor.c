@@ -3,6 +3,7 @@
 #include "algebra/chi_square.h"
 #include "algebra/linalg.h"
 #include "front_end/lost_channels.h"
+#include "momentum/leg_or_weight.h"
 #include "momentum/momentum_model.h"
 #include "rig/rig.h"
 
@@ -24,6 +25,11 @@
 /// Of the square of a missing wrench, what may be no weight where nothing accelerates.
 #define OTHER_SHARE HEXLOAD_REAL(0.2)
 
+/// Log of the odds of a weight against one leg's sensor, from which on it certainly is none, and what that
+/// sensor explains at least of what is missing if it is it.
+#define LEAST_ODDS HEXLOAD_REAL(6.0)
+#define LEAST_EXPLAINED HEXLOAD_REAL(0.5)
+
 /// Of a load that is too new for the machine to have shown that it is its model: what its errors do not
 /// reach.
 #define UNPROVEN_NIS HEXLOAD_REAL(18.0)
@@ -37,6 +43,10 @@
 /// 100 h.
 #define DRIFT_1_S HEXLOAD_REAL(200.0)
 #define ALARM_DRIFT HEXLOAD_REAL(60.0)
+
+/// Of the innovations' squares of late, what their mean's must have: of noise, however large, it is once, of
+/// a wrench that lasts, 9 times. By chance, of 6 normal numbers, 0.002 are beyond.
+#define LASTING_DRIFT HEXLOAD_REAL(3.5)
 
 /// Speeds from displacements err alike over a window. Of their variance that mean keeps this share for each
 /// of half_window_ticks + 1, or more, times its own share of a tick (0.30 of 6 ticks at 1 ms); a mean NIS is
@@ -55,7 +65,8 @@ enum { SETTLED_TICKS = HEXLOAD_LAG_TICKS_MAX * 5 / 4 };
 enum { DIM = HEXLOAD_LOAD_DIM };
 
 void hexload_load_monitor_init(hexload_load_monitor_t* self) {
-    *self = (hexload_load_monitor_t){.nis = CHI_SQUARE_6_MEAN, .nis_mean = CHI_SQUARE_6_MEAN};
+    *self = (hexload_load_monitor_t){
+        .nis = CHI_SQUARE_6_MEAN, .nis_mean = CHI_SQUARE_6_MEAN, .drift_nis = CHI_SQUARE_6_MEAN};
 }
 
 void hexload_load_monitor_restart(hexload_load_monitor_t* self) {
@@ -172,6 +183,15 @@ static void add_unknown(hexload_load_monitor_t* self, const hexload_momentum_fil
     }
 }
 
+/// @param scale of an innovation that is larger than what counts.
+static void follow_drift(hexload_load_monitor_t* self, const hexload_real_t innovation[6], hexload_real_t nis,
+                         hexload_real_t scale, hexload_real_t share) {
+    for (int i = 0; i < 6; i++) {
+        self->drift[i] += share * ((scale * innovation[i]) - self->drift[i]);
+    }
+    self->drift_nis += share * (nis - self->drift_nis);
+}
+
 /// The momentum of the measured twist. Returns the normalised innovation squared, bounded.
 static hexload_real_t correct(hexload_load_monitor_t* self, const hexload_real_t body[DIM],
                               const hexload_present_tick_t* now, const hexload_real_t measured[6],
@@ -195,12 +215,12 @@ static hexload_real_t correct(hexload_load_monitor_t* self, const hexload_real_t
     hexload_momentum_add_noise(columns, variance, S);
     hexload_cholesky6(S);
     hexload_whiten6(S, innovation, 1);
-    const hexload_real_t nis = hexload_min(dot6(innovation, innovation), LARGEST_NIS);
-    if (nis == LARGEST_NIS && self->ticks == SETTLED_TICKS) {
+    const hexload_real_t square = dot6(innovation, innovation);
+    const hexload_real_t nis = hexload_min(square, LARGEST_NIS);
+    const bool is_spike = (nis == LARGEST_NIS) && (self->ticks == SETTLED_TICKS);
+    follow_drift(self, innovation, nis, is_spike ? hexload_sqrt(nis / square) : HEXLOAD_REAL(1.0), share);
+    if (is_spike) {
         return nis;
-    }
-    for (int i = 0; i < 6; i++) {
-        self->drift[i] += share * (innovation[i] - self->drift[i]);
     }
     hexload_whiten6(S, &U[0][0], 6);
     for (int i = 0; i < 6; i += 2) {
@@ -213,17 +233,26 @@ static hexload_real_t correct(hexload_load_monitor_t* self, const hexload_real_t
     return nis;
 }
 
+/// Of the variance of an innovation, what its leaky mean of `share` a tick keeps.
+static hexload_real_t kept_by_mean(const hexload_config_t* config, hexload_real_t share) {
+    const hexload_real_t ticks = (hexload_real_t)config->sensors.half_window_ticks;
+    const hexload_real_t alike = LASTING_SHARE * (ticks + HEXLOAD_REAL(1.0));
+    return (config->sensors.half_window_ticks > 0U) ? (hexload_max(HEXLOAD_REAL(1.0), alike) * share)
+                                                    : (share / (HEXLOAD_REAL(2.0) - share));
+}
+
+/// Large innovations are another load's where they last: those of noise that has grown point anywhere. With
+/// speeds from displacements, which err alike over a window, the two are not told apart.
 static bool is_other_load(const hexload_load_monitor_t* self, const hexload_config_t* config,
                           hexload_fit_t fit, hexload_real_t share) {
-    const bool is_lasting = config->sensors.half_window_ticks > 0;
-    const hexload_real_t ticks = (hexload_real_t)(config->sensors.half_window_ticks + 1);
-    const hexload_real_t left = hexload_max(HEXLOAD_REAL(1.0), LASTING_SHARE * ticks) * share;
-    const hexload_real_t scale = is_lasting ? HEXLOAD_REAL(1.0) : HEXLOAD_REAL(2.0) - share;
-    if (fit == HEXLOAD_FIT_UNPROVEN) {
-        return self->nis_mean > UNPROVEN_NIS;
-    }
-    return self->nis_mean > (is_lasting ? LASTING_NIS : ALARM_NIS) ||
-           dot6(self->drift, self->drift) * scale > ALARM_DRIFT * left;
+    const bool has_window = config->sensors.half_window_ticks > 0U;
+    const hexload_real_t least_nis = has_window ? LASTING_NIS : ALARM_NIS;
+    const hexload_real_t drift = dot6(self->drift, self->drift) / kept_by_mean(config, share);
+    const bool is_lasting = has_window || (drift >= (LASTING_DRIFT * self->drift_nis));
+    const bool is_large = (fit == HEXLOAD_FIT_UNPROVEN)
+                              ? (self->nis_mean > UNPROVEN_NIS)
+                              : ((self->nis_mean > least_nis) || (drift > ALARM_DRIFT));
+    return is_large && is_lasting;
 }
 
 static void remember(hexload_load_monitor_t* self, const push_t* push) {
@@ -233,6 +262,7 @@ static void remember(hexload_load_monitor_t* self, const push_t* push) {
     if (self->ticks < SETTLED_TICKS) {
         self->ticks++;
         self->nis_mean = CHI_SQUARE_6_MEAN;
+        self->drift_nis = CHI_SQUARE_6_MEAN;
         memset(self->drift, 0, sizeof self->drift);
     }
 }
@@ -290,6 +320,24 @@ HEXLOAD_RARE bool hexload_load_monitor_is_weight(const hexload_load_monitor_t* s
     const hexload_real_t least_kg = UNPROVEN_SHARE * (config->platform.mass_kg + self->theta[HEXLOAD_LOAD_M]);
     return other <= whole * (OTHER_SHARE * square + inertial) &&
            (fit != HEXLOAD_FIT_UNPROVEN || whole > least_kg * least_kg * square);
+}
+
+bool hexload_load_monitor_is_one_leg(const hexload_load_monitor_t* self, const hexload_config_t* config,
+                                     const hexload_momentum_filter_t* filter,
+                                     const hexload_present_tick_t* now) {
+    hexload_real_t body[DIM];
+    for (int k = 0; k < DIM; k++) {
+        body[k] = filter->platform[k] + self->theta[k];
+    }
+    const hexload_missing_t missing = {.wrench = self->wrench.lasting,
+                                       .pull_m_s2 = self->acceleration,
+                                       .body = body,
+                                       .kept =
+                                           kept_by_mean(config, config->tick_s / HEXLOAD_WRENCH_LASTING_S)};
+    hexload_explained_t explained;
+    hexload_explain_missing(config, now, &missing, &explained);
+    return (explained.by_leg > (LEAST_EXPLAINED * explained.whole)) &&
+           ((explained.by_weight - explained.by_leg) < (HEXLOAD_REAL(2.0) * LEAST_ODDS));
 }
 
 bool hexload_load_monitor_is_late(const hexload_load_monitor_t* self) {

@@ -44,6 +44,14 @@ HEXLOAD_MUST_USE bool hexload_load_monitor_step(hexload_load_monitor_t* self, co
 HEXLOAD_MUST_USE bool hexload_load_monitor_is_weight(const hexload_load_monitor_t* self,
                                                      const hexload_config_t* config, hexload_fit_t fit);
 
+/// Of an alarm: whether a force or a speed of one leg, as of a sensor that is suddenly off, explains what is
+/// missing better than a weight, or so well that it is not certain yet. Some 3,000 instructions.
+/// @param now the sample that was taken last.
+HEXLOAD_MUST_USE bool hexload_load_monitor_is_one_leg(const hexload_load_monitor_t* self,
+                                                      const hexload_config_t* config,
+                                                      const hexload_momentum_filter_t* filter,
+                                                      const hexload_present_tick_t* now);
+
 /// Of an alarm: whether the mean NIS has taken longer to it than another load's takes. A machine that is not
 /// its model shows so when it begins to move.
 HEXLOAD_MUST_USE bool hexload_load_monitor_is_late(const hexload_load_monitor_t* self);

@@ -6,8 +6,6 @@
 
 #include <string.h>
 
-#define MEMORY_S HEXLOAD_REAL(0.02)
-#define LASTING_S HEXLOAD_REAL(0.005)
 #define BIN_S HEXLOAD_REAL(0.05)
 #define LEARNING_S HEXLOAD_REAL(10.0)
 
@@ -51,6 +49,7 @@ void hexload_wrench_monitor_restart(hexload_wrench_monitor_t* self) {
     self->filling_peak = HEXLOAD_REAL(0.0);
     self->bins = 0;
     self->filled_s = HEXLOAD_REAL(0.0);
+    self->last_square = HEXLOAD_REAL(0.0);
     self->ticks = 0;
 }
 
@@ -84,8 +83,9 @@ static void observe(hexload_wrench_monitor_t* self, const hexload_config_t* conf
     }
     move_wrench(push->motion, due, missing);
     for (int i = 0; i < 6; i++) {
-        self->residual[i] += config->tick_s / MEMORY_S * (missing[i] - self->residual[i]);
-        self->lasting[i] += config->tick_s / LASTING_S * (self->residual[i] - self->lasting[i]);
+        self->residual[i] += config->tick_s / HEXLOAD_WRENCH_MEMORY_S * (missing[i] - self->residual[i]);
+        self->lasting[i] +=
+            config->tick_s / HEXLOAD_WRENCH_LASTING_S * (self->residual[i] - self->lasting[i]);
     }
 }
 
@@ -124,7 +124,7 @@ static void observe_open(hexload_wrench_monitor_t* self, const hexload_config_t*
                          const hexload_push_t* seen) {
     const hexload_real_t whole =
         FRICTION_SHARE / (hexload_rig_unknown_ticks(config) * RIG_UNKNOWN_SHARE * RIG_UNKNOWN_SHARE);
-    const hexload_real_t share = config->tick_s / MEMORY_S;
+    const hexload_real_t share = config->tick_s / HEXLOAD_WRENCH_MEMORY_S;
     hexload_real_t spread[PARTS][PARTS];
     read_unknown(seen, spread);
     for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
@@ -194,8 +194,8 @@ static void learn(hexload_wrench_monitor_t* self, const hexload_config_t* config
     self->bin_peak[self->next_bin] = self->filling_peak;
     self->filling_peak = HEXLOAD_REAL(0.0);
     memset(self->filling, 0, sizeof self->filling);
-    self->next_bin = (self->next_bin + 1) % HEXLOAD_WRENCH_BINS;
-    self->bins += self->bins < HEXLOAD_WRENCH_BINS ? 1 : 0;
+    self->next_bin = (uint8_t)((self->next_bin + 1U) % (uint32_t)HEXLOAD_WRENCH_BINS);
+    self->bins = (uint8_t)(self->bins + ((self->bins < HEXLOAD_WRENCH_BINS) ? 1 : 0));
     self->filled_s = HEXLOAD_REAL(0.0);
 }
 
@@ -215,6 +215,8 @@ static hexload_real_t distance(const hexload_wrench_monitor_t* self, const hexlo
 
 /// Whether y is beyond what the machine has shown. The peaks were measured by the least share: by a larger
 /// one they are as much smaller.
+/// @param square of this tick or the last one, whichever is smaller: a speed that is wrong once moves r for
+/// one tick, a load for as long as it is there.
 static bool is_beyond_past(const hexload_wrench_monitor_t* self, const hexload_config_t* config,
                            const hexload_real_t body[DIM], hexload_real_t square) {
     if (self->motion_s >= ARMED_S) {
@@ -223,8 +225,8 @@ static bool is_beyond_past(const hexload_wrench_monitor_t* self, const hexload_c
     const hexload_real_t share =
         hexload_fma((LEAST_SHARE - EARLY_SHARE) / ARMED_S, self->motion_s, EARLY_SHARE);
     const hexload_real_t scale = LEAST_SHARE * LEAST_SHARE / (share * share);
-    return config->rig.direction_count > 0 &&
-           distance(self, config, body, share) > hexload_max(ALARM, HEXLOAD_REAL(2.0) * scale * self->peak);
+    return (config->rig.direction_count > 0U) && (square > ALARM) &&
+           (distance(self, config, body, share) > hexload_max(ALARM, HEXLOAD_REAL(2.0) * scale * self->peak));
 }
 
 bool hexload_wrench_monitor_step(hexload_wrench_monitor_t* self, const hexload_config_t* config,
@@ -244,13 +246,16 @@ bool hexload_wrench_monitor_step(hexload_wrench_monitor_t* self, const hexload_c
     const hexload_real_t since_s = config->tick_s * (hexload_real_t)self->ticks;
     const bool is_settled = self->ticks > SETTLED_TICKS && (fit != HEXLOAD_FIT_NONE || since_s > DOUBTFUL_S);
     const bool is_asked = is_settled && fit > HEXLOAD_FIT_NOISE;
-    self->ticks = self->ticks < UINT32_MAX / 2 ? self->ticks : self->ticks - 1;
+    self->ticks = (uint16_t)(self->ticks - ((self->ticks == UINT16_MAX) ? 1 : 0));
     bool is_wrong = false;
+    hexload_real_t now = HEXLOAD_REAL(0.0);
     if (is_asked) {
-        const hexload_real_t square = distance(self, config, body, LEAST_SHARE);
+        now = distance(self, config, body, LEAST_SHARE);
+        const hexload_real_t square = hexload_min(now, self->last_square);
         self->filling_peak = hexload_max(self->filling_peak, square);
         is_wrong = is_beyond_past(self, config, body, square);
     }
+    self->last_square = now;
     if (is_moving(motion)) {
         learn(self, config, &self->residual[FIRST]);
     }

@@ -15,6 +15,10 @@
 
 #include "momentum/momentum_filter.h"
 
+/// Time constants of r, and of its mean.
+#define HEXLOAD_WRENCH_MEMORY_S HEXLOAD_REAL(0.02)
+#define HEXLOAD_WRENCH_LASTING_S HEXLOAD_REAL(0.005)
+
 /// How well the machine has fitted its model of late.
 typedef enum hexload_fit {
     HEXLOAD_FIT_UNPROVEN, ///< the load is too new to tell
