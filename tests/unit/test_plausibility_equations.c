@@ -182,6 +182,7 @@ typedef struct found {
     double least, largest;
     bool has_moved, could_show, is_close;
     hexload_input_cause_t motion, force;
+    double left; ///< of the displacement by gain and lag
 } found_t;
 
 /// a > b; remembers when rounding may decide otherwise.
@@ -242,6 +243,8 @@ static hexload_input_cause_t regress(const window_t* window, const raw_t* raw, f
     const double gain_variance =
         edge2 * (gain_edge * gain_edge + 4.0 / BLOCKS * cc / determinant) + noise * cc / determinant;
     const double lag_variance = edge2 * lag_edge * lag_edge + noise * xx / determinant;
+    found->left =
+        moment(y, y) - (gain + 1.0) * moment(y, x) - (has_lag ? (lag + window->late_s) * moment(y, c) : 0.0);
     const bool is_gain =
         exceeds(found, fabs(gain), 0.02) && exceeds(found, gain * gain, 25.0 * gain_variance);
     const bool is_lag =
@@ -304,6 +307,10 @@ static void look(const window_t* window, const raw_t* raw, found_t* found) {
     if (found->motion == HEXLOAD_INPUT_PLAUSIBLE || found->motion == HEXLOAD_INPUT_VELOCITY_GAIN) {
         const hexload_input_cause_t finer = regress(window, raw, found);
         found->motion = finer == HEXLOAD_INPUT_PLAUSIBLE ? found->motion : finer;
+        if (found->motion == HEXLOAD_INPUT_PLAUSIBLE &&
+            exceeds(found, found->left, 1e-4 * moment(y, y) + 3.0 * noise)) {
+            found->motion = HEXLOAD_INPUT_VELOCITY_OTHER;
+        }
     }
     if (found->motion == HEXLOAD_INPUT_VELOCITY_GAIN && is_common(found)) {
         found->motion = HEXLOAD_INPUT_CLOCK;

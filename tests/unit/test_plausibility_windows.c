@@ -23,6 +23,7 @@ typedef struct stage {
     double lag_s;          ///< of velocities
     double phase_rad[6];   ///< of the sines
     double turned_rad[6];  ///< by which the velocity's is ahead of the displacement's
+    double effective_m;    ///< measured sigma of displacements; 0: the stated one
     double jitter_m;       ///< by which displacements are off at the end of every other block
     double force_n;        ///< of each leg, straight up
     double share[6];       ///< of it, by leg
@@ -58,12 +59,15 @@ static void set_gains(stage_t* stage, double gain) {
 }
 
 static void show_sample(stage_t* stage, const hexload_leg_sample_t* sample) {
-    const hexload_present_tick_t now = {.sample = sample,
-                                        .motion = &stage->motion,
-                                        .sensors = stage->config.sensors,
-                                        .gap_ticks = stage->tick == 0 ? 0 : stage->gap_ticks};
+    hexload_present_tick_t now = {.sample = sample,
+                                  .motion = &stage->motion,
+                                  .sensors = stage->config.sensors,
+                                  .gap_ticks = stage->tick == 0 ? 0 : stage->gap_ticks};
     hexload_estimate_t estimate = {.tick = 0};
     uint32_t health = 0;
+    if (stage->effective_m > 0.0) {
+        now.sensors.displacement_sigma_m = (hexload_real_t)stage->effective_m;
+    }
     hexload_plausibility_step(&stage->self, &stage->config, sample, &now, HEXLOAD_REAL(0.0));
     hexload_plausibility_judge(&stage->self, 4, &estimate, &stage->fault, &health);
 }
@@ -369,11 +373,12 @@ static double motion_of(const stage_t* stage) {
 
 static void test_what_velocities_leave_unexplained_counts_from_a_fiftieth_on(void) {
     // GIVEN ways of which a share is the displacement's alone, of a velocity in order, or of the other sign
-    // WHEN they are looked at THEN it is no fault up to 2 %, and the sign of what leaves 5 % at most
+    // WHEN they are looked at THEN up to 2 % it is no more than a displacement that its velocity does not
+    // explain, and the sign of what leaves 5 % at most
     const struct {
         double share, gain;
         hexload_input_cause_t cause;
-    } cases[] = {{0.017, 1.0, HEXLOAD_INPUT_PLAUSIBLE},
+    } cases[] = {{0.017, 1.0, HEXLOAD_INPUT_VELOCITY_OTHER},
                  {0.025, 1.0, HEXLOAD_INPUT_VELOCITY_GAIN},
                  {0.042, -1.0, HEXLOAD_INPUT_VELOCITY_SIGN},
                  {0.062, -1.0, HEXLOAD_INPUT_VELOCITY_GAIN}};
@@ -383,6 +388,25 @@ static void test_what_velocities_leave_unexplained_counts_from_a_fiftieth_on(voi
         stage.jitter_m = sqrt(cases[n].share * motion_of(&stage) / 32.0);
         end_window(&stage);
         TEST_ASSERT_EQUAL_UINT8(cases[n].cause, stage.self.seen_cause);
+    }
+}
+
+static void test_what_a_gain_and_a_lag_leave_counts_beyond_noise_and_a_hundredth_of_the_motion(void) {
+    // GIVEN ways of which some is the displacement's alone, less or more than 1 % of the motion's amplitude
+    // and three variances of noise, with sensors of the stated noise, or of less, as filtered ones look WHEN
+    // they are looked at THEN it counts beyond
+    for (int n = 0; n < 8; n++) {
+        stage_t stage = stage_of(1);
+        const bool is_more = n & 1, is_slow = n & 2;
+        const double sigma_m = (double)stage.config.sensors.displacement_sigma_m, velocity_m = 1e-3 * 1e-3;
+        stage.amplitude_m[0] = is_slow ? 0.02 : 0.1;
+        stage.effective_m = n & 4 ? 0.1 * sigma_m : 0.0;
+        const double noise = 32.0 * (2.0 * sigma_m * sigma_m + 16.0 * velocity_m * velocity_m);
+        const double limit = 1e-4 * motion_of(&stage) + 3.0 * noise;
+        stage.jitter_m = sqrt((is_more ? 1.2 : 0.9) * limit / 32.0);
+        end_window(&stage);
+        TEST_ASSERT_EQUAL_UINT8(is_more ? HEXLOAD_INPUT_VELOCITY_OTHER : HEXLOAD_INPUT_PLAUSIBLE,
+                                stage.self.seen_cause);
     }
 }
 
@@ -683,6 +707,7 @@ int main(void) {
     RUN_TEST(test_a_force_stands_still_when_64_ticks_leave_it_and_three_others_change);
     RUN_TEST(test_samples_may_repeat_while_no_leg_is_faster_than_ten_sigma);
     RUN_TEST(test_what_velocities_leave_unexplained_counts_from_a_fiftieth_on);
+    RUN_TEST(test_what_a_gain_and_a_lag_leave_counts_beyond_noise_and_a_hundredth_of_the_motion);
     RUN_TEST(test_a_velocity_within_a_tenth_of_its_own_displacement_is_no_other_legs);
     RUN_TEST(test_a_dead_force_counts_when_a_twentieth_of_the_weight_is_out_of_balance);
     RUN_TEST(test_a_fault_that_is_nearly_gone_keeps_its_name_until_two_windows_give_another);

@@ -46,11 +46,15 @@ enum {
 #define NOISE_VARIANCES HEXLOAD_REAL(4.0)
 #define STILL_VARIANCES HEXLOAD_REAL(2.0)
 
+/// And of what noise leaves of a displacement that its velocity, a gain and a lag explain.
+#define SCATTER_VARIANCES HEXLOAD_REAL(3.0)
+
 /// Shares of the motion: of what a sensor in order leaves unexplained at most, of what one leaves that
 /// belongs there, of a channel that does not move; of what is common to two channels of one motion.
 #define UNEXPLAINED HEXLOAD_REAL(0.02)
 #define EXPLAINED HEXLOAD_REAL(0.05)
 #define STILL HEXLOAD_REAL(0.01)
+#define SCATTERED HEXLOAD_REAL(1e-4) ///< by a gain and a lag, 1 % in amplitude
 #define COMMON HEXLOAD_REAL(0.8)
 
 /// Error of gain up to which a velocity certainly is its own displacement's.
@@ -275,7 +279,8 @@ typedef struct regression {
     hexload_real_t gain_variance;
     hexload_real_t lag_s;
     hexload_real_t lag_variance_s2;
-    bool has_lag; ///< the speed changes enough to tell it
+    hexload_real_t left_m2; ///< what both leave of the displacement
+    bool has_lag;           ///< the speed changes enough to tell it
 } regression_t;
 
 /// By least squares (P1). Errors have the variances of a displacement's noise, which enters two blocks with
@@ -311,6 +316,8 @@ static bool regress(const hexload_plausibility_t* self, const hexload_config_t* 
     out->lag_s = (found->change_shown * integral - found->product * mixed) / determinant;
     out->lag_variance_s2 =
         (edge_m2 * square(lag_edge) + noise_m2 * integral * determinant) / square(determinant);
+    out->left_m2 = found->shown - gain * found->product -
+                   (has_lag ? out->lag_s * found->change_shown : HEXLOAD_REAL(0.0));
     return true;
 }
 
@@ -373,6 +380,15 @@ static hexload_input_cause_t find_contradiction(const hexload_plausibility_t* se
                                                                             : HEXLOAD_INPUT_VELOCITY_OTHER;
 }
 
+/// Whether a velocity, a gain and a lag leave more of a displacement than noise does and sensors in order do.
+/// Of a channel that is filtered the effective sigma lacks what of its noise is slow: the stated one counts
+/// if it is larger.
+static bool is_scattered(const hexload_config_t* config, hexload_real_t noise_m2, const moments_t* found,
+                         hexload_real_t left_m2) {
+    const hexload_real_t stated_m2 = HEXLOAD_REAL(2.0) * N * square(config->sensors.displacement_sigma_m);
+    return left_m2 > SCATTERED * found->shown + SCATTER_VARIANCES * hexload_max(noise_m2, stated_m2);
+}
+
 /// Displacement against velocity of the leg whose turn it is.
 static void look_at_leg(hexload_plausibility_t* self, const hexload_config_t* config,
                         const hexload_sensors_t* sensors, hexload_real_t late_s) {
@@ -394,6 +410,9 @@ static void look_at_leg(hexload_plausibility_t* self, const hexload_config_t* co
             fit.lag_s -= late_s;
             const hexload_input_cause_t finer = find_gain_or_lag(&fit, config->tick_s);
             cause = finer != HEXLOAD_INPUT_PLAUSIBLE ? finer : cause;
+            if (cause == HEXLOAD_INPUT_PLAUSIBLE && is_scattered(config, noise_m2, &found, fit.left_m2)) {
+                cause = HEXLOAD_INPUT_VELOCITY_OTHER;
+            }
             self->could_show = is_sharp(&fit, config->tick_s);
         }
     }
