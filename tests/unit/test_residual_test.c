@@ -117,6 +117,29 @@ static void test_a_first_half_second_widens_nothing_before_its_end_either(void) 
     TEST_ASSERT_EQUAL_DOUBLE(1.0, (double)test.factor);
 }
 
+static void test_what_open_constants_leave_counts_as_that_of_blocks_that_know_nothing_of_each_other(void) {
+    // GIVEN a commissioned rig WHEN noise is all there is to its innovations, or a fifth of a sigma lasts in
+    // one of six
+    hexload_config_t config = paper_machine();
+    config.rig.direction_count = 1;
+    const double errors[] = {0.0, 0.2};
+    for (int n = 0; n < 2; n++) {
+        hexload_residual_test_t test;
+        uint64_t seed = 11;
+        hexload_residual_test_init(&test, 6);
+        (void)show(&test, &config, 60 * BLOCK_TICKS, errors[n], &seed);
+        // THEN the filter's variance is too small by as much as that of half seconds' sums is too large, AND
+        // never too large; 500 ticks add 20 to each one's 6, with a variance of 12 + 4 20, of which a mean of
+        // ten keeps a nineteenth
+        const double factor = (double)hexload_residual_test_factor(&test, true);
+        TEST_ASSERT_DOUBLE_WITHIN(ROUNDINGS(4, 3.0), sqrt(fmax(1.0, (double)test.nis_mean / 6.0)), factor);
+        TEST_ASSERT_DOUBLE_WITHIN(5.0 * sqrt((12.0 + 80.0 * n) / 19.0), 6.0 + 20.0 * n,
+                                  (double)test.nis_mean);
+        // AND where no constants are open it is what the excess says
+        TEST_ASSERT_EQUAL_DOUBLE(1.0, (double)hexload_residual_test_factor(&test, false));
+    }
+}
+
 static void test_a_machine_known_to_a_tolerance_is_not_widened_twice(void) {
     // GIVEN a commissioned rig, whose open constants stand in sigma and in the sums, WHEN an error lasts
     hexload_config_t config = paper_machine();
@@ -180,6 +203,7 @@ int main(void) {
     RUN_TEST(test_a_mismatch_that_is_certain_does_not_wait_for_the_end_of_its_half_second);
     RUN_TEST(test_a_block_is_looked_at_in_one_tick_of_eight);
     RUN_TEST(test_a_first_half_second_widens_nothing_before_its_end_either);
+    RUN_TEST(test_what_open_constants_leave_counts_as_that_of_blocks_that_know_nothing_of_each_other);
     RUN_TEST(test_a_machine_known_to_a_tolerance_is_not_widened_twice);
     RUN_TEST(test_the_excess_is_what_blocks_have_beyond_one_and_a_half_of_their_freedoms);
     return UNITY_END();

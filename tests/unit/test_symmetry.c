@@ -277,14 +277,20 @@ static void assert_same(const hexload_real_t* value, const hexload_real_t* sigma
     }
 }
 
-/// By how much a misfit widens sigma depends on the order of the axes in which innovations are whitened,
-/// while their covariance changes within a block of half a second: by 0.2 % here.
-static double widened_tolerance(const drawing_t* drawing, hexload_kind_t kind, hexload_verdict_t verdict) {
-    const bool is_widened = kind == HEXLOAD_KIND_PAPER && verdict == HEXLOAD_VERDICT_MISFIT;
-    return is_widened && drawing->sign[1] >= 0 ? 5e-3 : tolerance(drawing);
+/// By how much a misfit, or what open constants leave, widens sigma depends on the order of the axes in which
+/// innovations are whitened, while their covariance changes within a block of half a second: here by 0.2 % of
+/// the paper's filter, and by 2.8 % of the momentum filters' on a machine that rubs more than it is known to.
+static double widened_tolerance(const drawing_t* drawing, const hexload_config_t* config,
+                                hexload_verdict_t verdict) {
+    const bool is_paper = config->kind == HEXLOAD_KIND_PAPER;
+    const bool is_widened = is_paper ? verdict == HEXLOAD_VERDICT_MISFIT : config->rig.direction_count > 0;
+    const double widened = is_paper ? 5e-3 : 0.04;
+    return is_widened && drawing->sign[1] >= 0 ? widened : tolerance(drawing);
 }
 
-static void compare(const drawing_t* drawing, hexload_kind_t kind, result_t seen, const result_t* found) {
+static void compare(const drawing_t* drawing, const hexload_config_t* config, result_t seen,
+                    const result_t* found) {
+    const hexload_kind_t kind = config->kind;
     const int parameters = kind == HEXLOAD_KIND_PAPER ? (int)HEXLOAD_PAPER_DIM : (int)HEXLOAD_LOAD_DIM;
     TEST_ASSERT_EQUAL_INT(seen.status, found->status);
     TEST_ASSERT_EQUAL_HEX32(seen.health, found->health);
@@ -297,7 +303,7 @@ static void compare(const drawing_t* drawing, hexload_kind_t kind, result_t seen
                 tolerance(drawing));
     assert_same_sigma(seen.estimate.own_sigma, found->estimate.own_sigma, parameters, tolerance(drawing));
     assert_same_sigma(seen.estimate.sigma, found->estimate.sigma, parameters,
-                      widened_tolerance(drawing, kind, seen.estimate.verdict));
+                      widened_tolerance(drawing, config, seen.estimate.verdict));
     if (kind == HEXLOAD_KIND_MOMENTUM_EFFECTS) {
         draw_effects(drawing, seen.effects.value);
         draw_effects(drawing, seen.effects.sigma);
@@ -324,7 +330,7 @@ static void check(const hexload_config_t* config, const body_t* second, bool rub
         replay(&drawn, &drawings[n], found);
         // THEN the load is the same
         for (int k = 0; k < WRONG_AT / COMPARED_EVERY; k++) {
-            compare(&drawings[n], config->kind, seen[k], &found[k]);
+            compare(&drawings[n], config, seen[k], &found[k]);
         }
         const hexload_input_fault_t was = seen[RESULTS - 1].input, is = found[RESULTS - 1].input;
         TEST_ASSERT_EQUAL_INT(was.cause, is.cause);

@@ -56,6 +56,12 @@ static void close_block(hexload_residual_test_t* self, bool is_considered) {
     self->has_begun = true;
 }
 
+hexload_real_t hexload_residual_test_factor(const hexload_residual_test_t* self, bool is_considered) {
+    const hexload_real_t dispersion =
+        is_considered ? self->nis_mean / (hexload_real_t)self->dimension : HEXLOAD_REAL(1.0);
+    return hexload_max(self->factor, hexload_sqrt(hexload_max(HEXLOAD_REAL(1.0), dispersion)));
+}
+
 void hexload_residual_test_step(hexload_residual_test_t* self, const hexload_config_t* config,
                                 const hexload_real_t* whitened, bool is_considered) {
     const bool is_last = hexload_residual_test_ends(self, config);

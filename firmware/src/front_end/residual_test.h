@@ -28,6 +28,12 @@ static inline bool hexload_residual_test_ends(const hexload_residual_test_t* sel
     return (hexload_real_t)ticks * config->tick_s >= HEXLOAD_RESIDUAL_BLOCK_S;
 }
 
+/// By how much the filter's own sigmas are too small.
+/// @param is_considered sigma has what errors of constants do, which the sums have in them too: what these
+/// leave of each half second is then taken for independent of the others' (R17), not for one error that
+/// lasts.
+hexload_real_t hexload_residual_test_factor(const hexload_residual_test_t* self, bool is_considered);
+
 /// Takes the whitened innovation of one update of the filter. Some 30 instructions, and 60 more once in half
 /// a second. Reentrant.
 /// @param is_considered sigma has what errors of constants do, which the sums have in them too: no factor.

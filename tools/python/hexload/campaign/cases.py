@@ -115,6 +115,7 @@ CLASSES: dict[str, CaseClass] = {
     ),
     "rig_multisine": CaseClass("multisine on a new rig each run, commissioned", "multisine", rig=True),
     "rig_work": CaseClass("work motion on a new rig each run, commissioned", "work", rig=True),
+    "rig_paper": CaseClass("the paper's motion on a new rig each run, commissioned", "paper_rest", rig=True),
     "rig_multisine_freed": CaseClass(
         "multisine on a new rig each run, commissioned, effects freed", "multisine", rig=True, freed=True
     ),
