@@ -270,3 +270,18 @@ def test_the_terminal_ends_with_the_cause_and_with_status_3(tmp_path):
     assert ends["friction"].returncode == 3
     assert "force sensors of legs 2 and 5 are swapped" in ends["forces swapped"].stdout.splitlines()[-1]
     assert ends["forces swapped"].returncode == 3
+
+
+def test_steps_through_zero_are_no_loose_plug():
+    # GIVEN velocities in steps of 5 mm/s, which stay at zero for rows when they pass it
+    log = recorded()
+    log = replace(log, velocity_m_s=5e-3 * np.round(log.velocity_m_s / 5e-3))
+    # WHEN the log is looked at THEN the steps are named, and no plug
+    causes = [finding.cause for finding in diagnose(log, machine(), []).findings]
+    assert "velocity steps" in causes and "velocity loose" not in causes
+    # AND WHEN leg 4 shows zero for 5 rows at a time while it moves THEN its plug is
+    held = log.velocity_m_s.copy()
+    for start in np.flatnonzero(np.abs(held[:, 3]) > 0.1)[::500]:
+        held[start : start + 5, 3] = 0.0
+    found = diagnose(replace(log, velocity_m_s=held), machine(), []).findings
+    assert ("velocity loose", (3,)) in [(finding.cause, finding.legs) for finding in found]

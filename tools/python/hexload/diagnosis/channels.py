@@ -24,6 +24,7 @@ MISSING_SHARE = 5e-4
 CLOCK_SHARE = 0.25  # of a gap's way that the legs have moved, below which it is the clock that has jumped
 STUCK_S, FROZEN_S = 0.05, 0.03
 LOOSE, LOOSE_TICKS = 3, 3  # how often a loose plug has shown zero, and for how long at least
+LOOSE_STEPS, LOOSE_USUAL = 3.0, 0.99  # from how far: of the change from row to row that the channel's own seldom exceed
 HELD_SHARE, REPEATED_SHARE = 0.4, 0.003
 STEPS_IN_SIGMAS = 0.9
 SPIKE_SIGMAS, SPIKES = 9.0, 3
@@ -275,7 +276,9 @@ def _loose(name: str, values: Array) -> Iterator[Finding]:
             np.flatnonzero(np.diff(is_zero.astype(np.int8)) == 1),
             np.flatnonzero(np.diff(is_zero.astype(np.int8)) == -1),
         )
-        is_long = ends - starts >= LOOSE_TICKS
+        before = np.abs(values[np.maximum(starts - 1, 0), leg])
+        is_sudden = before > LOOSE_STEPS * np.quantile(np.abs(np.diff(values[:, leg])), LOOSE_USUAL)
+        is_long = (ends - starts >= LOOSE_TICKS) & is_sudden
         if is_long.sum() >= LOOSE and not (values == 0.0).all(axis=1)[starts[is_long]].any():
             lasting = int(np.median((ends - starts)[is_long]))
             yield Finding(

@@ -16,7 +16,7 @@ ESTIMATORS = ("momentum", "momentum_effects", "paper")
 NONE = "none"
 PASSING = (
     *(f"{channel}_{word}" for channel in CHANNELS for word in ("stuck", "dead", "loose", "saturated")),
-    *(f"{channel}_{word}" for channel in CHANNELS for word in ("zero_step", "gain_step", "wander")),
+    *(f"{channel}_{word}" for channel in CHANNELS for word in ("zero_step", "zero_pulse", "gain_step", "wander")),
     *("clock_jump", "known_mass", "contact", "wind"),
 )
 REST_S = sensor.REST_S
@@ -117,9 +117,19 @@ _OF_CHANNELS = (
     ("bias", _BIAS, "one leg's zero is off", "bias", "{unit}", f"{_LEG}: zero", sensor.bias_one),
     ("bias_all", _BIAS, "all zeros are off alike", "bias", "{unit}", "zero of {name} channels", sensor.bias_all),
     ("zero_step", _BIAS, "one leg's zero jumps", "bias", "{unit}", f"{_LEG}: zero", sensor.zero_step),
+    (
+        "zero_pulse",
+        _BIAS,
+        "one leg's zero is off for half a second",
+        "bias",
+        "{unit}",
+        f"{_LEG}: zero",
+        sensor.zero_pulse,
+    ),
     ("wander", _BIAS, "all zeros wander", "wander", "{unit} in a second", "zero of {name} channels", sensor.wander),
     ("spikes", "noise", "single wrong values of one leg", "spike", "{unit}", f"{_LEG}: spikes", sensor.spikes),
     ("noise", "noise", "noise is not the stated one", (0.25, 2.0, 4.0), "x", "noise of {name} channels", sensor.noise),
+    ("bursts", "noise", "bursts of noise", (5.0, 20.0), "x", "noise of {name} channels", sensor.bursts),
     ("hum", "noise", "50 Hz on all legs", "hum", "{unit}", "hum in {name} channels", sensor.hum),
     ("saturated", "range", "one leg ends early", (0.9, 0.6), "of the reach", f"{_LEG}: saturated", sensor.saturated),
     ("bent", "range", "one leg's scale is bent", (5e-3, 3e-2), "of the largest", f"{_LEG}: linearity", sensor.bent),
@@ -177,6 +187,15 @@ _OTHERS = (
         "legs apart",
         "legs N and M swapped",
         sensor.exchanged_legs,
+    ),
+    (
+        "displacement_periodic",
+        "range",
+        "displacements are off with each turn of a screw",
+        (2e-5, 1e-4),
+        "m",
+        "displacement channels: linearity",
+        sensor.periodic,
     ),
     (
         "displacement_backlash",

@@ -19,6 +19,8 @@ _OF_CHANNEL = {
     "negated": ("sign",),
     "drifting": ("drift",),
     "zero_step": ("zero", "drift"),
+    "zero_pulse": ("zero", "drift"),
+    "bursts": ("noise",),
     "gain_step": ("gain",),
     "wander": ("drift", "zero"),
     "bent": ("curve", "gain"),

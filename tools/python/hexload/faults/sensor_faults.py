@@ -27,6 +27,9 @@ SPIKES = 0.002  # share of ticks
 LOOSE = 0.001  # share of ticks in which a loose plug loses contact
 HYSTERESIS_N = 20.0  # change of a force after which its sensor's hysteresis has turned round
 MAINS_HZ = 50.0
+PULSE_S = 0.5  # for which a zero is off
+BURST_S, BURSTS_1_S = 0.05, 1.0  # of noise
+PITCH_M = 5e-3  # of a screw or a scale
 REST_S = 1e3  # a duration that lasts to the end of every log
 MIRRORED = (5, 4, 3, 2, 1, 0)
 
@@ -124,6 +127,13 @@ def zero_step(recording: Recording, size: float, random: Random, channel: str) -
     return with_channel(recording, channel, values)
 
 
+def zero_pulse(recording: Recording, size: float, random: Random, channel: str) -> Recording:
+    """One leg's zero is off by `size` for half a second in mid-run."""
+    values, leg = in_channel(recording, channel), random.integers(LEGS)
+    values[event_rows(recording, PULSE_S, random), leg] += size * sign(random)
+    return with_channel(recording, channel, values)
+
+
 def gain_step(recording: Recording, size: float, random: Random, channel: str) -> Recording:
     """One leg's gain becomes 1 + or - `size` in mid-run."""
     values, leg = in_channel(recording, channel), random.integers(LEGS)
@@ -158,6 +168,13 @@ def hysteresis(recording: Recording, size: float, _: Random) -> Recording:
     behind = _play(true, HYSTERESIS_N) - true  # within +-HYSTERESIS_N
     largest = np.abs(true).max()
     return with_channel(recording, "force", in_channel(recording, "force") + size * largest / HYSTERESIS_N * behind)
+
+
+def periodic(recording: Recording, size: float, random: Random) -> Recording:
+    """Displacements are off by a sine of amplitude `size` that repeats with each turn of a screw, or mark of a scale."""
+    phase = random.uniform(0.0, 2.0 * np.pi, LEGS)
+    wave = np.sin(2.0 * np.pi * recording.clean.displacement_m / PITCH_M + phase)
+    return with_channel(recording, "displacement", in_channel(recording, "displacement") + size * wave)
 
 
 def backlash(recording: Recording, size: float, _: Random) -> Recording:
@@ -206,6 +223,15 @@ def noise(recording: Recording, size: float, _: Random, channel: str) -> Recordi
     """All legs' noise is `size` times the stated one."""
     values = in_channel(recording, channel) + (size - 1.0) * noise_of(recording, channel)
     return with_channel(recording, channel, values)
+
+
+def bursts(recording: Recording, size: float, random: Random, channel: str) -> Recording:
+    """All legs' noise is `size` times the stated one for 50 ms at a time, once in a second."""
+    is_burst = np.zeros(len(recording.t_s), bool)
+    for start in np.flatnonzero(random.uniform(size=len(is_burst)) < BURSTS_1_S * TICK_S):
+        is_burst[start : start + round(BURST_S / TICK_S)] = True
+    more = (size - 1.0) * noise_of(recording, channel) * is_burst[:, None]
+    return with_channel(recording, channel, in_channel(recording, channel) + more)
 
 
 def hum(recording: Recording, size: float, random: Random, channel: str) -> Recording:
