@@ -104,7 +104,7 @@ static inline void watch_load(hexload_momentum_t* self, const hexload_config_t* 
     const hexload_real_t scale = hexload_jackknife_variance_scale(&self->jackknife);
     const bool is_alarm = hexload_load_monitor_step(&self->monitor, config, &self->filter, scale, fit, seen);
     // a change that is known already is not held against the legs again, nor one where a pose takes longer
-    const bool is_held_against_legs = !self->is_changing && (seen->motion->newton_steps <= 1U);
+    const bool is_held_against_legs = !self->is_changing && (seen->motion->newton_steps <= 2U);
     const bool is_weight = is_alarm && hexload_load_monitor_is_weight(&self->monitor, config, fit) &&
                            !(is_held_against_legs &&
                              hexload_load_monitor_is_one_leg(&self->monitor, config, &self->filter, seen));

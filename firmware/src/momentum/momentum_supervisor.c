@@ -52,6 +52,10 @@ enum { DIM = HEXLOAD_LOAD_DIM };
 #define LARGEST_DOUBT HEXLOAD_REAL(300.0)
 #define CERTAIN_DOUBT HEXLOAD_REAL(1.05) ///< below, it may be chance
 
+/// Errors that a mismatch has left, in sigmas that it has widened, at most: 4 of faults of all kinds (R15),
+/// 6 of a load that sloshes.
+#define SPOILT_SIGMAS HEXLOAD_REAL(3.0)
+
 enum {
     FEWEST_TICKS = 20,
     JUDGED_TICKS = 100, ///< before, innovations have not said yet whether the machine fits its model
@@ -301,10 +305,12 @@ static bool make_physical(hexload_momentum_supervisor_t* self, const hexload_con
     return is_body || self->doubt < LARGEST_DOUBT;
 }
 
-/// Whether the mismatch alone keeps a parameter from having converged.
+/// Whether a mismatch may keep a parameter from having converged: what it does is seen to, not bounded.
 static bool is_spoilt(const hexload_residual_test_t* residual_test, hexload_real_t own_sigma,
                       hexload_real_t limit) {
-    return own_sigma <= limit && residual_test->factor * own_sigma > limit;
+    const hexload_real_t factor = residual_test->factor;
+    return (factor > HEXLOAD_REAL(1.0)) && (own_sigma <= limit) &&
+           ((SPOILT_SIGMAS * factor * own_sigma) > limit);
 }
 
 /// With constants open the residual test has a factor only for what they do not do.
