@@ -45,7 +45,8 @@ HEXLOAD_MUST_USE bool hexload_load_monitor_is_weight(const hexload_load_monitor_
                                                      const hexload_config_t* config, hexload_fit_t fit);
 
 /// Of an alarm: whether a force or a speed of one leg, as of a sensor that is suddenly off, explains what is
-/// missing better than a weight, or so well that it is not certain yet. Some 3,000 instructions.
+/// missing better than a weight, or so well that it is not certain yet; not where no mass has what theta is.
+/// Some 2,000 instructions.
 /// @param now the sample that was taken last.
 HEXLOAD_MUST_USE bool hexload_load_monitor_is_one_leg(const hexload_load_monitor_t* self,
                                                       const hexload_config_t* config,
