@@ -70,7 +70,7 @@ def test_sigmas_hold_on_a_motion_that_commissioning_has_not_seen():
     # WHEN they are commissioned on multisines and their loads identified
     sigmas = [run_case(Case("rig_paper", seed, 16.0), None)["rig"]["sigmas"] for seed in (7801, 7803, 7806, 7813)]
     # THEN errors are as large as their sigmas say: of 40 normal numbers the rms is below 1.4 in all but 3e-4 of cases,
-    # and one is beyond 4 in 0.3 %. It was 2.1, and 5.8 at most, with the filter's own part as it stands
+    # and one is beyond 4 in 0.3 %
     assert np.sqrt(np.mean(np.square(sigmas))) < 1.4
     assert np.abs(sigmas).max() < 4.0
 

@@ -57,8 +57,8 @@ static double odds_of(const bench_t* bench) {
     return 0.5 * ((double)explained.by_weight - (double)explained.by_leg);
 }
 
-/// A wrench about O_A as one about the home point, base axes.
-static void about_home(const bench_t* bench, const double wrench[6], double moved[6]) {
+/// A wrench about O_A as one about the home point, base axes, or with side -1 the other way.
+static void move_point(const bench_t* bench, double side, const double wrench[6], double moved[6]) {
     double p[3], moment[3];
     for (int k = 0; k < 3; k++) {
         p[k] = (double)bench->scene.motion.p_m[k];
@@ -66,19 +66,7 @@ static void about_home(const bench_t* bench, const double wrench[6], double move
     cross(p, wrench, moment);
     for (int k = 0; k < 3; k++) {
         moved[k] = wrench[k];
-        moved[3 + k] = wrench[3 + k] + moment[k];
-    }
-}
-
-static void about_O_A(const bench_t* bench, const double wrench[6], double moved[6]) {
-    double p[3], moment[3];
-    for (int k = 0; k < 3; k++) {
-        p[k] = (double)bench->scene.motion.p_m[k];
-    }
-    cross(p, wrench, moment);
-    for (int k = 0; k < 3; k++) {
-        moved[k] = wrench[k];
-        moved[3 + k] = wrench[3 + k] - moment[k];
+        moved[3 + k] = wrench[3 + k] + side * moment[k];
     }
 }
 
@@ -164,7 +152,7 @@ static expected_t expect(const bench_t* bench) {
     double N[6][6], of_speeds[6][6], of_forces[6][6], w[6], weights[3][6];
     expected_t expected = {0.0, 0.0, 0.0};
     weigh(bench, N);
-    about_home(bench, bench->wrench, w);
+    move_point(bench, 1.0, bench->wrench, w);
     legs_of(bench, of_speeds, of_forces);
     for (int n = 0; n < 6; n++) {
         expected.by_leg = fmax(expected.by_leg, explained(w, N, &of_speeds[n], 1));
@@ -178,7 +166,7 @@ static expected_t expect(const bench_t* bench) {
         double of_mass[6] = {0};
         memcpy(of_mass, n == 0 ? bench->pull : of_mass, 3 * sizeof of_mass[0]);
         cross(to, bench->pull, &of_mass[3]);
-        about_home(bench, of_mass, weights[n]);
+        move_point(bench, 1.0, of_mass, weights[n]);
     }
     expected.by_weight = explained(w, N, weights, 3);
     return expected;
@@ -190,7 +178,7 @@ static void miss(bench_t* bench, const double wrench[6], double size) {
     for (int k = 0; k < 6; k++) {
         scaled[k] = size * wrench[k];
     }
-    about_O_A(bench, scaled, bench->wrench);
+    move_point(bench, -1.0, scaled, bench->wrench);
 }
 
 static void test_what_is_explained_is_that_of_the_equations(void) {
@@ -232,7 +220,7 @@ static void test_a_weight_is_none_of_a_leg_and_a_sensor_that_is_off_is_no_weight
         double of_mass[6], at_home[6], of_speeds[6][6], of_forces[6][6];
         memcpy(of_mass, bench.pull, sizeof bench.pull);
         cross(to, bench.pull, &of_mass[3]);
-        about_home(&bench, of_mass, at_home);
+        move_point(&bench, 1.0, of_mass, at_home);
         miss(&bench, at_home, trial % 2 ? 15.0 : -15.0);
         TEST_ASSERT_TRUE(odds_of(&bench) > LEAST_ODDS);
         legs_of(&bench, of_speeds, of_forces);

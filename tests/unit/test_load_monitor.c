@@ -1,5 +1,6 @@
 #include "momentum/load_monitor.h"
 #include "front_end/lost_channels.h"
+#include "momentum/leg_or_weight.h"
 #include "momentum/momentum_model.h"
 #include "rig/rig.h"
 #include "textbook.h"
@@ -429,6 +430,47 @@ static void test_large_innovations_that_point_anywhere_are_no_other_load(void) {
     }
 }
 
+static void test_a_leg_is_it_where_it_explains_half_and_a_weight_is_not_certainly_likelier(void) {
+    // GIVEN wrenches of a leg's force and a weight in all shares WHEN they are held against each other THEN
+    // it is a leg's where that explains more than half, and a weight is no more than e^6 times as likely
+    uint64_t seed = 39;
+    bench_t bench;
+    int legs = 0, not_half = 0, certain = 0;
+    begin(&bench, &seed);
+    const hexload_config_t* config = &bench.scene[0].config;
+    const hexload_motion_t* motion = bench.now.motion;
+    bench.monitor.acceleration[2] = config->gravity_m_s2;
+    for (int trial = 0; trial < 2000; trial++) {
+        hexload_real_t body[DIM];
+        hexload_explained_t explained;
+        const double leg_n = 30.0 * uniform(&seed), weight_n = 30.0 * uniform(&seed);
+        for (int k = 0; k < 6; k++) {
+            const double other = (k < 3 ? 4.0 : 12.0) * uniform(&seed) + (k == 2 ? weight_n : 0.0);
+            bench.monitor.wrench.lasting[k] =
+                (hexload_real_t)(leg_n * (double)motion->J[trial % 6][k] + other);
+        }
+        hexload_momentum_filter_body(&bench.filter, body);
+        const hexload_missing_t missing = {.wrench = bench.monitor.wrench.lasting,
+                                           .pull_m_s2 = bench.monitor.acceleration,
+                                           .body = body,
+                                           .kept = (hexload_real_t)(0.2 / 1.8)};
+        hexload_explain_missing(config, &bench.now, &missing, &explained);
+        const double half = 0.5 * (double)explained.whole;
+        const double odds = 0.5 * ((double)explained.by_weight - (double)explained.by_leg);
+        if (fabs((double)explained.by_leg / half - 1.0) < 1e-3 || fabs(odds - 6.0) < 1e-2) {
+            continue; // rounding decides
+        }
+        const bool has_half = (double)explained.by_leg > half, is_certain = odds > 6.0;
+        legs += has_half && !is_certain;
+        not_half += !has_half && !is_certain;
+        certain += has_half && is_certain;
+        TEST_ASSERT_EQUAL_INT(
+            has_half && !is_certain,
+            hexload_load_monitor_is_one_leg(&bench.monitor, config, &bench.filter, &bench.now));
+    }
+    TEST_ASSERT_TRUE(legs > 20 && not_half > 20 && certain > 20); // each of them has been asked for
+}
+
 static void test_on_a_machine_that_is_not_its_model_momentum_begins_anew(void) {
     // GIVEN a mean far above its limit WHEN only noise is expected THEN it is another load
     uint64_t seed = 33;
@@ -574,6 +616,7 @@ int main(void) {
     RUN_TEST(test_forces_that_do_not_jump_have_the_noise_of_their_sensors_alone);
     RUN_TEST(test_limits_are_those_of_the_equations);
     RUN_TEST(test_large_innovations_that_point_anywhere_are_no_other_load);
+    RUN_TEST(test_a_leg_is_it_where_it_explains_half_and_a_weight_is_not_certainly_likelier);
     RUN_TEST(test_on_a_machine_that_is_not_its_model_momentum_begins_anew);
     RUN_TEST(test_wrench_monitor_hears_every_tick_and_a_gap_restarts_it);
     RUN_TEST(test_what_the_filter_does_not_know_is_open_as_often_as_it_is_too_sure);

@@ -71,6 +71,24 @@ static void run(bench_t* bench, const body_t* load, uint32_t ticks) {
     }
 }
 
+/// A sample that is not the motion's alone.
+static void take(bench_t* bench, const hexload_leg_sample_t* sample) {
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_OK,
+                          hexload_momentum_tick(&bench->estimator, &bench->config, sample, &bench->estimate));
+    bench->alarms += bench->estimator.health.bits >> HEXLOAD_HEALTH_LOAD_CHANGED & 1u;
+    bench->tick++;
+}
+
+/// A tick in which one leg's force and velocity are off.
+static void step_off(bench_t* bench, const body_t* load, int leg, double force_n, double velocity_m_s) {
+    hexload_leg_sample_t sample = perfect_sample(
+        &bench->config, load, &bench->motion, (double)bench->estimator.kinematics.home_height_m, bench->tick);
+    add_noise(&bench->config, &bench->seed, &sample);
+    sample.force_n[leg] += (hexload_real_t)force_n;
+    sample.velocity_m_s[leg] += (hexload_real_t)velocity_m_s;
+    take(bench, &sample);
+}
+
 /// Normalised estimation error squared with the filter's own covariance; ideal mean: 10.
 static double nees_of(const bench_t* bench, const body_t* load) {
     double theta[DIM], L[DIM][DIM], white[DIM], sum = 0.0;
@@ -378,10 +396,7 @@ static void step_pushed(bench_t* bench, const body_t* load, const double force_n
     for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
         sample.force_n[leg] += (hexload_real_t)held_n[leg];
     }
-    TEST_ASSERT_EQUAL_INT(
-        HEXLOAD_OK, hexload_momentum_tick(&bench->estimator, &bench->config, &sample, &bench->estimate));
-    bench->alarms += bench->estimator.health.bits >> HEXLOAD_HEALTH_LOAD_CHANGED & 1u;
-    bench->tick++;
+    take(bench, &sample);
 }
 
 static void test_what_pushes_sideways_is_no_other_load_and_what_weighs_is_one(void) {
@@ -402,19 +417,6 @@ static void test_what_pushes_sideways_is_no_other_load_and_what_weighs_is_one(vo
         // AND a push for which no load was found has not gone by as if nothing had been
         TEST_ASSERT_TRUE(n == 2 || bench.estimate.verdict == HEXLOAD_VERDICT_MISFIT);
     }
-}
-
-/// A tick in which one leg's force or velocity is off.
-static void step_off(bench_t* bench, const body_t* load, int leg, double force_n, double velocity_m_s) {
-    hexload_leg_sample_t sample = perfect_sample(
-        &bench->config, load, &bench->motion, (double)bench->estimator.kinematics.home_height_m, bench->tick);
-    add_noise(&bench->config, &bench->seed, &sample);
-    sample.force_n[leg] += (hexload_real_t)force_n;
-    sample.velocity_m_s[leg] += (hexload_real_t)velocity_m_s;
-    TEST_ASSERT_EQUAL_INT(
-        HEXLOAD_OK, hexload_momentum_tick(&bench->estimator, &bench->config, &sample, &bench->estimate));
-    bench->alarms += bench->estimator.health.bits >> HEXLOAD_HEALTH_LOAD_CHANGED & 1u;
-    bench->tick++;
 }
 
 static void test_a_sensor_that_is_suddenly_off_is_no_load_change(void) {
@@ -635,10 +637,7 @@ static void step_with_stopped_force(bench_t* bench, const body_t* load, hexload_
         &bench->config, load, &bench->motion, (double)bench->estimator.kinematics.home_height_m, bench->tick);
     add_noise(&bench->config, &bench->seed, &sample);
     sample.force_n[3] = stopped_n;
-    TEST_ASSERT_EQUAL_INT(
-        HEXLOAD_OK, hexload_momentum_tick(&bench->estimator, &bench->config, &sample, &bench->estimate));
-    bench->alarms += bench->estimator.health.bits >> HEXLOAD_HEALTH_LOAD_CHANGED & 1u;
-    bench->tick++;
+    take(bench, &sample);
 }
 
 static void test_a_force_sensor_that_stops_is_no_load_change(void) {
@@ -658,18 +657,6 @@ static void test_a_force_sensor_that_stops_is_no_load_change(void) {
                           hexload_momentum_supervisor_fit(&bench.estimator.supervisor, &bench.config));
 }
 
-/// One tick in which the velocity of leg 0 is off.
-static void step_with_velocity_off(bench_t* bench, const body_t* load, hexload_real_t off_m_s) {
-    hexload_leg_sample_t sample = perfect_sample(
-        &bench->config, load, &bench->motion, (double)bench->estimator.kinematics.home_height_m, bench->tick);
-    add_noise(&bench->config, &bench->seed, &sample);
-    sample.velocity_m_s[0] += off_m_s;
-    TEST_ASSERT_EQUAL_INT(
-        HEXLOAD_OK, hexload_momentum_tick(&bench->estimator, &bench->config, &sample, &bench->estimate));
-    bench->alarms += bench->estimator.health.bits >> HEXLOAD_HEALTH_LOAD_CHANGED & 1u;
-    bench->tick++;
-}
-
 static void test_a_velocity_that_is_suddenly_off_is_said_before_the_estimate_is(void) {
     for (uint64_t motion = 32; motion <= 34; motion += 2) {
         // GIVEN a load that has been identified
@@ -681,7 +668,7 @@ static void test_a_velocity_that_is_suddenly_off_is_said_before_the_estimate_is(
         theta_of(&eccentric, theta);
         // WHEN a velocity is 40 mm/s off from then on
         for (int tick = 0; tick < 600; tick++) {
-            step_with_velocity_off(&bench, &eccentric, HEXLOAD_REAL(0.04));
+            step_off(&bench, &eccentric, 0, 0.0, 0.04);
             // THEN no parameter is off by five of its sigmas while it counts as converged
             for (int k = 0; k < DIM; k++) {
                 const double off = fabs((double)bench.estimate.value[k] - theta[k]);

@@ -10,9 +10,10 @@
 /// sidewards and about the vertical must be no more than the machine's acceleration needs.
 ///
 /// A contradiction counts beyond five sigma of the effective noise and beyond what good sensors do (2 % of
-/// gain, 2 ticks of lag), and when two windows in a row show it; of forces, which friction and a base that is
-/// not level change too, four windows. Noise alone passes five sigma once in 1.7 million windows of a test,
-/// 250 hours at 1 ms; twice in a row, with four such tests in a window, in more than 1e6 hours.
+/// gain, 2 ticks of lag; of a way that these do not explain, three times what noise leaves and 1 %), and when
+/// two windows in a row show it; of forces, which friction and a base that is not level change too, four
+/// windows. Noise alone passes five sigma once in 1.7 million windows of a test, 250 hours at 1 ms; twice in
+/// a row, with four such tests in a window, in more than 1e6 hours.
 ///
 /// What no channel tells of another, so that no fault is seen: legs renumbered in all channels alike or
 /// mirrored, on a machine that is so symmetric, or a factor that all forces have in common, unless the

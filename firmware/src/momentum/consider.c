@@ -220,9 +220,7 @@ HEXLOAD_APART void hexload_consider_move(hexload_consider_t* self, const hexload
                                          const hexload_rig_direction_t* direction) {
     const hexload_real_t dt_s = config->tick_s * (hexload_real_t)past->smooth.gap_ticks;
     hexload_real_t body[DIM];
-    for (int k = 0; k < DIM; k++) {
-        body[k] = filter->platform[k] + filter->theta[k];
-    }
+    hexload_momentum_filter_body(filter, body);
     find_drive(config, body, past, direction, self->drive[self->next]);
     if (past->smooth.gap_ticks > 0) {
         hexload_momentum_input_t input;

@@ -39,14 +39,10 @@ static hexload_real_t square_within(const hexload_real_t y[HEXLOAD_LEGS],
 static void factor_inertia(const hexload_motion_t* motion, const hexload_real_t body[HEXLOAD_LOAD_DIM],
                            hexload_real_t L[6][6]) {
     for (int k = 0; k < 6; k++) {
-        hexload_real_t of_home[3];
         hexload_real_t twist[6] = {0};
         twist[k] = HEXLOAD_REAL(1.0);
         hexload_momentum_of_body(body, motion, twist, L[k]);
-        cross3(motion->p_m, L[k], of_home);
-        for (int i = 0; i < 3; i++) {
-            L[k][3 + i] -= of_home[i];
-        }
+        hexload_momentum_move_point(motion, L[k], L[k]);
     }
     hexload_cholesky6(L);
 }

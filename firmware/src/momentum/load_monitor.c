@@ -326,9 +326,7 @@ bool hexload_load_monitor_is_one_leg(const hexload_load_monitor_t* self, const h
                                      const hexload_momentum_filter_t* filter,
                                      const hexload_present_tick_t* now) {
     hexload_real_t body[DIM];
-    for (int k = 0; k < DIM; k++) {
-        body[k] = filter->platform[k] + self->theta[k];
-    }
+    hexload_momentum_filter_body(filter, body);
     const hexload_missing_t missing = {.wrench = self->wrench.lasting,
                                        .pull_m_s2 = self->acceleration,
                                        .body = body,

@@ -40,17 +40,10 @@ HEXLOAD_RARE void hexload_momentum_filter_init(hexload_momentum_filter_t* self,
     }
 }
 
-/// The body that moves: platform and load.
-static void add_platform(const hexload_momentum_filter_t* self, hexload_real_t body[DIM]) {
-    for (int k = 0; k < DIM; k++) {
-        body[k] = self->platform[k] + self->theta[k];
-    }
-}
-
 /// The body of the gains: held within what a body can have, and one sigma heavier than it seems, so that an
 /// early gain does not claim information that its wrong linearisation point does not have.
 static void make_cautious(const hexload_momentum_filter_t* self, hexload_real_t body[DIM]) {
-    add_platform(self, body);
+    hexload_momentum_filter_body(self, body);
     body[HEXLOAD_LOAD_M] = self->platform[HEXLOAD_LOAD_M] +
                            hexload_max(self->theta[HEXLOAD_LOAD_M], HEXLOAD_REAL(0.0)) +
                            hexload_sqrt(self->load_cov[HEXLOAD_LOAD_M][HEXLOAD_LOAD_M]);
@@ -102,7 +95,7 @@ static void predict(hexload_momentum_filter_t* self, const hexload_config_t* con
     hexload_real_t body[DIM];
     hexload_real_t G[PULLED][LIFTED];
     hexload_momentum_pull(&self->last_input, input, dt_s * config->gravity_m_s2, G);
-    add_platform(self, body);
+    hexload_momentum_filter_body(self, body);
     hexload_momentum_move(self->momentum, &self->last_input, input, dt_s, G, body);
     move_covariance(self, G);
     for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
@@ -137,7 +130,7 @@ HEXLOAD_RARE static void seed_momentum(hexload_momentum_filter_t* self, const he
     hexload_real_t Y[6][DIM];
     hexload_real_t variance[HEXLOAD_LEGS];
     hexload_real_t columns[HEXLOAD_LEGS][6];
-    add_platform(self, body);
+    hexload_momentum_filter_body(self, body);
     hexload_momentum_of_body(body, motion, residual->smooth_twist, self->momentum);
     hexload_momentum_regressor(motion, residual->smooth_twist, Y);
     for (int j = 0; j < DIM; j += 2) {
@@ -208,7 +201,7 @@ static void measure(const hexload_momentum_filter_t* self, const hexload_motion_
                     const residual_t* residual, hexload_momentum_update_t* measured) {
     hexload_real_t body[DIM];
     hexload_momentum_regressor(motion, residual->smooth_twist, measured->Y);
-    add_platform(self, body);
+    hexload_momentum_filter_body(self, body);
     hexload_momentum_of_body(body, motion, motion->twist, measured->innovation);
     for (int k = 0; k < 6; k++) {
         measured->innovation[k] -= self->momentum[k];

@@ -8,6 +8,17 @@
 
 #include "algebra/linalg.h"
 
+/// About O_A, base axes, of a momentum or wrench about the home point.
+static inline void hexload_momentum_move_point(const hexload_motion_t* motion, const hexload_real_t home[6],
+                                               hexload_real_t moved[6]) {
+    hexload_real_t moment[3];
+    cross3(motion->p_m, home, moment);
+    for (int k = 0; k < 3; k++) {
+        moved[k] = home[k];
+        moved[3 + k] = home[3 + k] - moment[k];
+    }
+}
+
 /// [P; H] of a body that moves with a twist: Y(p, R, V) theta.
 void hexload_momentum_of_body(const hexload_real_t theta[HEXLOAD_LOAD_DIM], const hexload_motion_t* motion,
                               const hexload_real_t twist[6], hexload_real_t momentum[6]);

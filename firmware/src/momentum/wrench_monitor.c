@@ -56,17 +56,6 @@ void hexload_wrench_monitor_restart(hexload_wrench_monitor_t* self) {
 /// y among the six parts of a wrench about O_A.
 enum { FIRST = 2 };
 
-/// About O_A, of a wrench about the home point.
-static void move_wrench(const hexload_motion_t* motion, const hexload_real_t wrench[6],
-                        hexload_real_t moved[6]) {
-    hexload_real_t moment[3];
-    cross3(motion->p_m, wrench, moment);
-    for (int k = 0; k < 3; k++) {
-        moved[k] = wrench[k];
-        moved[3 + k] = wrench[3 + k] - moment[k];
-    }
-}
-
 /// Moves r on by a tick.
 static void observe(hexload_wrench_monitor_t* self, const hexload_config_t* config,
                     const hexload_real_t body[DIM], const hexload_push_t* push) {
@@ -81,7 +70,7 @@ static void observe(hexload_wrench_monitor_t* self, const hexload_config_t* conf
         due[a] = rate_1_s * (push->momentum[a] - push->momentum_of_change[a] - due[a]);
         self->last_momentum[a] = push->momentum[a];
     }
-    move_wrench(push->motion, due, missing);
+    hexload_momentum_move_point(push->motion, due, missing);
     for (int i = 0; i < 6; i++) {
         self->residual[i] += config->tick_s / HEXLOAD_WRENCH_MEMORY_S * (missing[i] - self->residual[i]);
         self->lasting[i] +=
@@ -92,7 +81,7 @@ static void observe(hexload_wrench_monitor_t* self, const hexload_config_t* conf
 /// Components of a wrench that y is made of: all but M_z.
 enum { READ = 5 };
 
-/// y alone of move_wrench(), for the many rows of a spread.
+/// y alone of hexload_momentum_move_point(), for the many rows of a spread.
 static void read_parts(const hexload_motion_t* motion, const hexload_real_t wrench[READ],
                        hexload_real_t parts[PARTS]) {
     const hexload_real_t* p = motion->p_m;
@@ -238,9 +227,7 @@ bool hexload_wrench_monitor_step(hexload_wrench_monitor_t* self, const hexload_c
         memcpy(self->last_momentum, push->momentum, sizeof self->last_momentum);
         return false;
     }
-    for (int k = 0; k < DIM; k++) {
-        body[k] = filter->platform[k] + filter->theta[k];
-    }
+    hexload_momentum_filter_body(filter, body);
     observe(self, config, body, push);
     observe_open(self, config, push);
     const hexload_real_t since_s = config->tick_s * (hexload_real_t)self->ticks;
