@@ -274,6 +274,8 @@ enum {
     HEXLOAD_SMOOTHER_ORDERS = 6,    ///< sums that a window of degree five needs
     HEXLOAD_WINDOW_CAPACITY = 2 * HEXLOAD_LAG_TICKS_MAX + 1 + HEXLOAD_MISSING_TICKS_MAX,
     HEXLOAD_DELAY_CAPACITY = HEXLOAD_LAG_TICKS_MAX + 1 + HEXLOAD_TRANSIENT_TICKS + HEXLOAD_MISSING_TICKS_MAX,
+    HEXLOAD_FORCE_NEIGHBOURS = 2, ///< ticks on each side of one that its impulse takes the forces of
+    HEXLOAD_FORCE_CAPACITY = HEXLOAD_LAG_TICKS_MAX + 1 + HEXLOAD_FORCE_NEIGHBOURS + HEXLOAD_MISSING_TICKS_MAX,
 };
 
 enum { HEXLOAD_TRIANGLE_6 = 21 }; ///< numbers of a symmetric matrix of six, its lower triangle by rows
@@ -304,7 +306,7 @@ typedef struct hexload_smoother {
     uint64_t sum[HEXLOAD_LEGS][HEXLOAD_SMOOTHER_ORDERS];
     int32_t steps[HEXLOAD_WINDOW_CAPACITY][HEXLOAD_LEGS];              ///< displacements in whole steps
     hexload_real_t velocity_m_s[HEXLOAD_DELAY_CAPACITY][HEXLOAD_LEGS]; ///< measured
-    hexload_real_t force_n[HEXLOAD_DELAY_CAPACITY][HEXLOAD_LEGS];      ///< measured
+    hexload_real_t force_n[HEXLOAD_FORCE_CAPACITY][HEXLOAD_LEGS];      ///< measured
     /// A bit for each tick that is missing, and bridged; or of which a speed is contradicted by both
     /// neighbours.
     uint32_t left_out[(HEXLOAD_DELAY_CAPACITY + 31) / 32];
@@ -487,6 +489,9 @@ typedef struct hexload_momentum_supervisor {
     hexload_real_t last_twist[6];   ///< at their end, m/s, rad/s
     uint32_t elapsed_ticks;         ///< since then
     uint32_t next;                  ///< parameter whose information is looked at: one in each tick
+    /// By which a sigma is too small for what misfits have left in its parameter; 1 or more.
+    hexload_real_t left[HEXLOAD_LOAD_DIM];
+    hexload_real_t last_variance[HEXLOAD_LOAD_DIM]; ///< the filter's, when that was looked at last
 } hexload_momentum_supervisor_t;
 
 enum {

@@ -66,6 +66,9 @@ void hexload_momentum_supervisor_init(hexload_momentum_supervisor_t* self) {
                                             .fit_nis = CHI_SQUARE_6_MEAN,
                                             .calm_s = STORM_S,
                                             .doubt = HEXLOAD_REAL(1.0)};
+    for (int k = 0; k < DIM; k++) {
+        self->left[k] = HEXLOAD_REAL(1.0);
+    }
 }
 
 void hexload_momentum_supervisor_doubt(hexload_momentum_supervisor_t* self) {
@@ -212,6 +215,11 @@ static bool is_beyond(const hexload_jackknife_t* jackknife, const hexload_config
     return config->rig.direction_count == 0 && jackknife->pooled > variance;
 }
 
+/// Its innovations are too large, and no change of the load makes them so.
+static bool is_misfit_of_filter(const hexload_momentum_supervisor_t* self) {
+    return (self->fit_nis > FIT_NIS) && (self->calm_s > ANOTHER_S);
+}
+
 /// A mean over all ticks at first, as if FEWEST_TICKS ideal ones had gone before.
 static void measure_fit(hexload_momentum_supervisor_t* self, const hexload_config_t* config,
                         const hexload_momentum_filter_t* filter, const hexload_jackknife_t* jackknife,
@@ -220,7 +228,7 @@ static void measure_fit(hexload_momentum_supervisor_t* self, const hexload_confi
         config->tick_s / FIT_S, HEXLOAD_REAL(1.0) / (hexload_real_t)(FEWEST_TICKS + self->fit_ticks));
     self->fit_ticks += self->fit_ticks < UINT32_MAX / 2 ? 1 : 0;
     self->fit_nis += share * (hexload_min(filter->nis, LARGEST_NIS) - self->fit_nis);
-    if ((self->fit_nis > FIT_NIS && self->calm_s > ANOTHER_S) || residual_test->factor > HEXLOAD_REAL(1.0) ||
+    if (is_misfit_of_filter(self) || residual_test->factor > HEXLOAD_REAL(1.0) ||
         is_beyond(jackknife, config, UNFIT_VARIANCE)) {
         self->unfit_s = UNFIT_S;
     }
@@ -238,6 +246,31 @@ static void measure_motion(hexload_momentum_supervisor_t* self, const hexload_co
     if (fastest_m_s > MOVING_M_S) {
         self->moved_s = hexload_min(PROVING_S, self->moved_s + config->tick_s);
     }
+}
+
+/// What a misfit has put into a parameter stays when it ends, and shrinks as P does when the motion shows
+/// more.
+HEXLOAD_RARE static void keep(hexload_momentum_supervisor_t* self, hexload_real_t variance,
+                              hexload_real_t factor) {
+    hexload_real_t* left = &self->left[self->next];
+    const hexload_real_t last = self->last_variance[self->next];
+    if (variance < last) {
+        const hexload_real_t square = hexload_fma(*left, *left, HEXLOAD_REAL(-1.0));
+        *left = hexload_sqrt(hexload_fma(variance / last, square, HEXLOAD_REAL(1.0)));
+    }
+    *left = hexload_max(*left, factor);
+}
+
+/// While innovations are larger than they should be, sigma is too small by as much. One parameter in each
+/// tick.
+static void watch_misfit(hexload_momentum_supervisor_t* self, const hexload_momentum_filter_t* filter) {
+    const hexload_real_t variance = filter->load_cov[self->next][self->next];
+    const hexload_real_t factor =
+        is_misfit_of_filter(self) ? hexload_sqrt(self->fit_nis / CHI_SQUARE_6_MEAN) : HEXLOAD_REAL(1.0);
+    if (hexload_max(factor, self->left[self->next]) > HEXLOAD_REAL(1.0)) {
+        keep(self, variance, factor);
+    }
+    self->last_variance[self->next] = variance;
 }
 
 void hexload_momentum_supervisor_watch(hexload_momentum_supervisor_t* self, const hexload_config_t* config,
@@ -266,6 +299,7 @@ void hexload_momentum_supervisor_watch(hexload_momentum_supervisor_t* self, cons
                                                                      momentum->excitation_time_constant_s);
     self->information[self->next] +=
         weight * (information_of_tick(past, wrench) - self->information[self->next]);
+    watch_misfit(self, filter);
     self->next = (self->next + 1) % DIM;
 }
 
@@ -340,6 +374,9 @@ uint32_t hexload_momentum_supervisor_judge(hexload_momentum_supervisor_t* self,
     hexload_real_t scale[DIM];
     hexload_real_t open[DIM];
     uint32_t health = 0;
+    for (int k = 0; k < DIM; k++) {
+        estimate->sigma[k] *= self->left[k];
+    }
     hexload_tolerances_widen(filter, estimate->sigma, open);
     estimate->nis = filter->nis;
     estimate->nis_mean = self->nis_mean;

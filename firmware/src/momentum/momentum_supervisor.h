@@ -29,18 +29,18 @@ hexload_fit_t hexload_momentum_supervisor_fit(const hexload_momentum_supervisor_
 /// The filter has begun anew: innovations of before say nothing any more. What is known of the motion stays.
 void hexload_momentum_supervisor_forget(hexload_momentum_supervisor_t* self);
 
-/// Looks at the motion of one sample of the filter.
+/// Looks at the motion of one sample of the filter, and at what innovations that are too large leave.
 void hexload_momentum_supervisor_watch(hexload_momentum_supervisor_t* self, const hexload_config_t* config,
                                        const hexload_momentum_filter_t* filter,
                                        const hexload_jackknife_t* jackknife,
                                        const hexload_residual_test_t* residual_test,
                                        const hexload_delayed_tick_t* past);
 
-/// Judges the estimate, whose values and sigmas are there; widens the sigmas by what no motion tells, and
-/// where they are too small for any body to have the values. A parameter that has not converged is converging
-/// when the motion of the last excitation_time_constant_s, gone on for as long again, would lower its sigma
-/// by a third at least. A mismatch that widens sigmas beyond what counts as converged is a misfit too, if no
-/// contradiction.
+/// Judges the estimate, whose values and sigmas are there; widens the sigmas by what misfits have left and
+/// what no motion tells, and where they are too small for any body to have the values. A parameter that has
+/// not converged is converging when the motion of the last excitation_time_constant_s, gone on for as long
+/// again, would lower its sigma by a third at least. A mismatch that widens sigmas beyond what counts as
+/// converged is a misfit too, if no contradiction.
 /// @return health bits: NOT_EXCITED, INCONSISTENT, MODEL_MISFIT. Reentrant, constant time.
 uint32_t hexload_momentum_supervisor_judge(hexload_momentum_supervisor_t* self,
                                            const hexload_config_t* config,

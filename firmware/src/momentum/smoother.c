@@ -10,8 +10,8 @@
 /// A displacement's step, 2^-26 m: 15 nm, and a range of 32 m. Powers of two lose nothing in floating point.
 #define STEPS_PER_M HEXLOAD_REAL(67108864.0)
 
-/// A multiple of both rings' sizes.
-enum { ONE_ROUND = HEXLOAD_WINDOW_CAPACITY * HEXLOAD_DELAY_CAPACITY };
+/// A multiple of all rings' sizes.
+enum { ONE_ROUND = HEXLOAD_WINDOW_CAPACITY * HEXLOAD_DELAY_CAPACITY * HEXLOAD_FORCE_CAPACITY };
 
 _Static_assert((int)HEXLOAD_LAG_TICKS_MAX >= (int)HEXLOAD_TRANSIENT_TICKS, "the lag covers the ticks after");
 
@@ -136,12 +136,13 @@ static void store(hexload_smoother_t* self, const hexload_leg_sample_t* sample, 
     const hexload_real_t farthest_m = HEXLOAD_REAL(31.0);
     const uint32_t at = self->stored % HEXLOAD_DELAY_CAPACITY;
     int32_t* steps = self->steps[self->stored % HEXLOAD_WINDOW_CAPACITY];
+    hexload_real_t* force_n = self->force_n[self->stored % HEXLOAD_FORCE_CAPACITY];
     for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
         const hexload_real_t bounded_m =
             hexload_max(hexload_min(sample->displacement_m[leg], farthest_m), -farthest_m);
         steps[leg] = (int32_t)(bounded_m * STEPS_PER_M);
         self->velocity_m_s[at][leg] = sample->velocity_m_s[leg];
-        self->force_n[at][leg] = sample->force_n[leg];
+        force_n[leg] = sample->force_n[leg];
     }
     self->left_out[at / 32U] &= ~bit_of(at);
     if (is_left_out) {
@@ -162,6 +163,7 @@ HEXLOAD_RARE static void bridge(hexload_smoother_t* self, const hexload_config_t
     const uint32_t at = last % HEXLOAD_DELAY_CAPACITY;
     const int32_t* last_steps = self->steps[last % HEXLOAD_WINDOW_CAPACITY];
     const hexload_real_t* last_m_s = self->velocity_m_s[at];
+    const hexload_real_t* last_n = self->force_n[last % HEXLOAD_FORCE_CAPACITY];
     const hexload_real_t gap_s = config->tick_s * (hexload_real_t)gap_ticks;
     hexload_leg_sample_t between = {0};
     for (uint32_t tick = 1; tick < gap_ticks; tick++) {
@@ -172,7 +174,7 @@ HEXLOAD_RARE static void bridge(hexload_smoother_t* self, const hexload_config_t
             between.displacement_m[leg] =
                 hermite(share, from_m, sample->displacement_m[leg], gap_s * last_m_s[leg], gap_s * to_m_s);
             between.velocity_m_s[leg] = line(share, last_m_s[leg], to_m_s);
-            between.force_n[leg] = line(share, self->force_n[at][leg], sample->force_n[leg]);
+            between.force_n[leg] = line(share, last_n[leg], sample->force_n[leg]);
         }
         store(self, &between, true);
     }
@@ -332,7 +334,7 @@ static void read_forces(const hexload_smoother_t* self, uint32_t middle,
                         hexload_real_t force_n[HEXLOAD_LEGS]) {
     const hexload_real_t* row[5];
     for (uint32_t k = 0; k < 5; k++) {
-        row[k] = self->force_n[(middle + k - 2) % HEXLOAD_DELAY_CAPACITY];
+        row[k] = self->force_n[(middle + k - HEXLOAD_FORCE_NEIGHBOURS) % HEXLOAD_FORCE_CAPACITY];
     }
     for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
         const hexload_real_t near_n = row[1][leg] + row[3][leg];
