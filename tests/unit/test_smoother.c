@@ -320,7 +320,7 @@ static void test_trapezoids_of_the_forces_are_their_integral(void) {
 }
 
 static void test_sums_do_not_drift(void) {
-    // GIVEN a smoother that has run for 100,000 ticks, more than its counters go without a round
+    // GIVEN a smoother that has run for 100,000 ticks
     hexload_config_t config = machine_with_lag(20, 20e-6);
     config.sensors.velocity_sigma_m_s = HEXLOAD_REAL(1e3); // no information beside the displacements
     hexload_smoother_t old, fresh;
@@ -345,6 +345,42 @@ static void test_sums_do_not_drift(void) {
     TEST_ASSERT_TRUE(has_old && has_fresh);
     TEST_ASSERT_EQUAL_UINT32(from_fresh.sample.tick, from_old.sample.tick);
     TEST_ASSERT_EQUAL_MEMORY(fresh.sum, old.sum, sizeof old.sum);
+}
+
+static void test_counters_that_begin_a_round_again_change_nothing(void) {
+    // GIVEN two smoothers in the same motion, one of which has counted two rounds more, a round being a
+    // multiple of all rings' sizes
+    const hexload_config_t config = machine_with_lag(20, 1e-9);
+    const uint32_t round =
+        (uint32_t)HEXLOAD_WINDOW_CAPACITY * HEXLOAD_DELAY_CAPACITY * HEXLOAD_FORCE_CAPACITY;
+    hexload_smoother_t young, old;
+    hexload_smoother_init(&young, &config);
+    for (uint32_t tick = 0; tick < 400; tick++) {
+        const hexload_leg_sample_t sample = sample_of(tick);
+        hexload_smooth_sample_t from_young = {.gap_ticks = 0}, from_old = {.gap_ticks = 0};
+        if (tick == 200) {
+            old = young;
+            old.stored += 2 * round;
+            old.entered += 2 * round;
+        }
+        (void)put(&young, &config, &sample, tick > 0);
+        const bool has_young = hexload_smoother_take(&young, &config.sensors, &from_young);
+        if (tick < 200) {
+            continue;
+        }
+        // WHEN both go on THEN it goes back by a round, and what it says stays the same to the bit
+        (void)put(&old, &config, &sample, 1);
+        TEST_ASSERT_EQUAL(has_young, hexload_smoother_take(&old, &config.sensors, &from_old));
+        TEST_ASSERT_EQUAL_UINT32(young.entered + round, old.entered);
+        TEST_ASSERT_EQUAL_UINT32(young.stored + round, old.stored);
+        TEST_ASSERT_EQUAL_UINT32(from_young.sample.tick, from_old.sample.tick);
+        TEST_ASSERT_EQUAL_MEMORY(from_young.smooth_velocity_m_s, from_old.smooth_velocity_m_s,
+                                 sizeof from_old.smooth_velocity_m_s);
+        TEST_ASSERT_EQUAL_MEMORY(from_young.sample.velocity_m_s, from_old.sample.velocity_m_s,
+                                 sizeof from_old.sample.velocity_m_s);
+        TEST_ASSERT_EQUAL_MEMORY(from_young.sample.force_n, from_old.sample.force_n,
+                                 sizeof from_old.sample.force_n);
+    }
 }
 
 static void test_missing_ticks_are_bridged_and_reported(void) {
@@ -805,6 +841,7 @@ int main(void) {
     RUN_TEST(test_a_speed_that_is_wrong_once_is_not_followed);
     RUN_TEST(test_trapezoids_of_the_forces_are_their_integral);
     RUN_TEST(test_sums_do_not_drift);
+    RUN_TEST(test_counters_that_begin_a_round_again_change_nothing);
     RUN_TEST(test_missing_ticks_are_bridged_and_reported);
     RUN_TEST(test_ticks_lost_at_random_never_begin_anew);
     RUN_TEST(test_too_long_a_gap_begins_anew);
