@@ -67,7 +67,7 @@ static void draw(bench_t* bench, uint64_t* seed) {
     }
     for (int k = 0; k < DIM; k++) {
         self->information[k] = (hexload_real_t)between(seed, 0.0, 1e-3);
-        self->left[k] = (hexload_real_t)fmax(1.0, between(seed, -2.0, 4.0));
+        self->kept[k] = (hexload_real_t)fmax(1.0, between(seed, -2.0, 4.0));
         self->last_variance[k] = (hexload_real_t)between(seed, 1.0, 2.0);
         bench->filter.load_cov[k][k] = (hexload_real_t)between(seed, 0.5, 2.0);
     }
@@ -151,17 +151,17 @@ static bool expect_fit(const bench_t* bench, hexload_momentum_supervisor_t* self
 
 /// Of what misfits have left in the parameter whose turn it is: K P / (P of its last turn), or what the fit
 /// of now asks for, with 1 + K the factor on the variance.
-static void expect_left(const bench_t* bench, hexload_momentum_supervisor_t* self) {
+static void expect_kept(const bench_t* bench, hexload_momentum_supervisor_t* self) {
     const uint32_t k = bench->self.next;
     if (bench->past.smooth.gap_ticks == 0) {
         return;
     }
     const double variance = (double)bench->filter.load_cov[k][k];
     const double shrunk = fmin(1.0, variance / (double)self->last_variance[k]);
-    const double kept = shrunk * (pow((double)self->left[k], 2.0) - 1.0);
+    const double kept = shrunk * (pow((double)self->kept[k], 2.0) - 1.0);
     const bool is_misfit = self->fit_nis > HEXLOAD_REAL(12.0) && self->calm_s > HEXLOAD_REAL(0.25);
     const double asked = is_misfit ? (double)self->fit_nis / 6.0 - 1.0 : 0.0;
-    self->left[k] = (hexload_real_t)sqrt(1.0 + fmax(kept, asked));
+    self->kept[k] = (hexload_real_t)sqrt(1.0 + fmax(kept, asked));
     self->last_variance[k] = bench->filter.load_cov[k][k];
 }
 
@@ -224,7 +224,7 @@ static void test_what_a_sample_shows_is_that_of_the_equations(void) {
             closes++;
             continue;
         }
-        expect_left(&bench, &expected);
+        expect_kept(&bench, &expected);
         hexload_momentum_supervisor_watch(&bench.self, &bench.scene.config, &bench.filter, &bench.jackknife,
                                           &bench.residual_test, &bench.past);
         // THEN fit, motion and information are those of Newton and Euler, and of the limits in numbers
@@ -245,7 +245,7 @@ static void test_what_a_sample_shows_is_that_of_the_equations(void) {
         for (int k = 0; k < DIM; k++) {
             TEST_ASSERT_DOUBLE_WITHIN(1e-7 + ROUNDINGS(2000, (double)expected.information[k]),
                                       (double)expected.information[k], (double)found->information[k]);
-            TEST_ASSERT_DOUBLE_WITHIN(ROUNDINGS(8, 4.0), (double)expected.left[k], (double)found->left[k]);
+            TEST_ASSERT_DOUBLE_WITHIN(ROUNDINGS(8, 4.0), (double)expected.kept[k], (double)found->kept[k]);
             TEST_ASSERT_EQUAL_DOUBLE((double)expected.last_variance[k], (double)found->last_variance[k]);
         }
     }
@@ -307,7 +307,7 @@ static judged_t expect_judged(const bench_t* bench) {
     hexload_real_t sigma[DIM], open[DIM];
     judged_t judged = {.worst = HEXLOAD_VERDICT_CONVERGED};
     for (int k = 0; k < DIM; k++) {
-        sigma[k] = bench->estimate.sigma[k] * self->left[k];
+        sigma[k] = bench->estimate.sigma[k] * self->kept[k];
     }
     hexload_tolerances_widen(&bench->filter, sigma, open);
     for (int k = 0; k < DIM; k++) {
@@ -430,7 +430,7 @@ static void test_fit_is_what_friction_motion_and_doubt_make_of_it(void) {
     }
 }
 
-/// As many samples as a parameter's turn comes round for, with a NIS.
+/// So many samples with one NIS.
 static void watch(bench_t* bench, double nis, int ticks) {
     bench->filter.nis = (hexload_real_t)nis;
     for (int tick = 0; tick < ticks; tick++) {
@@ -446,7 +446,7 @@ static void test_what_a_misfit_has_left_goes_only_as_the_motion_shows_more(void)
     begin(&bench);
     bench.past.smooth.gap_ticks = 1;
     watch(&bench, 6.0, 1000);
-    TEST_ASSERT_EQUAL_DOUBLE(1.0, (double)bench.self.left[HEXLOAD_LOAD_IZZ]);
+    TEST_ASSERT_EQUAL_DOUBLE(1.0, (double)bench.self.kept[HEXLOAD_LOAD_IZZ]);
     watch(&bench, 60.0, 500);
     const double largest_nis = (double)bench.self.fit_nis;
     watch(&bench, 6.0, 10000);
@@ -455,17 +455,17 @@ static void test_what_a_misfit_has_left_goes_only_as_the_motion_shows_more(void)
     TEST_ASSERT_DOUBLE_WITHIN(0.05, 6.0, (double)bench.self.fit_nis);
     for (int k = 0; k < DIM; k++) {
         TEST_ASSERT_DOUBLE_WITHIN(0.01 * sqrt(largest_nis / 6.0), sqrt(largest_nis / 6.0),
-                                  (double)bench.self.left[k]);
+                                  (double)bench.self.kept[k]);
     }
     // AND WHEN the motion shows a parameter four times as well in variance THEN that error is a quarter too,
     // in it alone
-    const double before = pow((double)bench.self.left[HEXLOAD_LOAD_IZZ], 2.0) - 1.0;
-    const hexload_real_t other = bench.self.left[HEXLOAD_LOAD_IYY];
+    const double before = pow((double)bench.self.kept[HEXLOAD_LOAD_IZZ], 2.0) - 1.0;
+    const hexload_real_t other = bench.self.kept[HEXLOAD_LOAD_IYY];
     bench.filter.load_cov[HEXLOAD_LOAD_IZZ][HEXLOAD_LOAD_IZZ] *= HEXLOAD_REAL(0.25);
     watch(&bench, 6.0, DIM);
     TEST_ASSERT_DOUBLE_WITHIN(ROUNDINGS(16, before), 0.25 * before,
-                              pow((double)bench.self.left[HEXLOAD_LOAD_IZZ], 2.0) - 1.0);
-    TEST_ASSERT_EQUAL_DOUBLE((double)other, (double)bench.self.left[HEXLOAD_LOAD_IYY]);
+                              pow((double)bench.self.kept[HEXLOAD_LOAD_IZZ], 2.0) - 1.0);
+    TEST_ASSERT_EQUAL_DOUBLE((double)other, (double)bench.self.kept[HEXLOAD_LOAD_IYY]);
 }
 
 static void test_alarms_doubts_and_other_loads_are_remembered(void) {

@@ -490,7 +490,7 @@ typedef struct hexload_momentum_supervisor {
     uint32_t elapsed_ticks;         ///< since then
     uint32_t next;                  ///< parameter whose information is looked at: one in each tick
     /// By which a sigma is too small for what misfits have left in its parameter; 1 or more.
-    hexload_real_t left[HEXLOAD_LOAD_DIM];
+    hexload_real_t kept[HEXLOAD_LOAD_DIM];
     hexload_real_t last_variance[HEXLOAD_LOAD_DIM]; ///< the filter's, when that was looked at last
 } hexload_momentum_supervisor_t;
 

@@ -40,4 +40,18 @@ hexload_real_t hexload_residual_test_factor(const hexload_residual_test_t* self,
 void hexload_residual_test_step(hexload_residual_test_t* self, const hexload_config_t* config,
                                 const hexload_real_t* whitened, bool is_considered);
 
+/// The factor on a parameter's sigma that a misfit asks for, also after it: an error that it has left stays
+/// when it ends, and shrinks with P alone, as the motion shows more; in sigmas with the root of P (R7, R16).
+/// @param kept that factor so far. @param ratio of the parameter's variance to that of then. @param factor of
+/// now.
+static inline hexload_real_t hexload_residual_kept(hexload_real_t kept, hexload_real_t ratio,
+                                                   hexload_real_t factor) {
+    hexload_real_t left = kept;
+    if (ratio < HEXLOAD_REAL(1.0)) {
+        const hexload_real_t square = hexload_fma(kept, kept, HEXLOAD_REAL(-1.0));
+        left = hexload_sqrt(hexload_fma(ratio, square, HEXLOAD_REAL(1.0)));
+    }
+    return hexload_max(left, factor);
+}
+
 #endif

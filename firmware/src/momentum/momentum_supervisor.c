@@ -3,6 +3,7 @@
 #include "algebra/chi_square.h"
 #include "algebra/linalg.h"
 #include "configuration/health.h"
+#include "front_end/residual_test.h"
 #include "body/pseudo_inertia.h"
 #include "momentum/tolerances.h"
 
@@ -67,7 +68,8 @@ void hexload_momentum_supervisor_init(hexload_momentum_supervisor_t* self) {
                                             .calm_s = STORM_S,
                                             .doubt = HEXLOAD_REAL(1.0)};
     for (int k = 0; k < DIM; k++) {
-        self->left[k] = HEXLOAD_REAL(1.0);
+        self->kept[k] = HEXLOAD_REAL(1.0);
+        self->last_variance[k] = HEXLOAD_REAL(1.0); // any: nothing is kept before a misfit
     }
 }
 
@@ -248,29 +250,18 @@ static void measure_motion(hexload_momentum_supervisor_t* self, const hexload_co
     }
 }
 
-/// What a misfit has put into a parameter stays when it ends, and shrinks as P does when the motion shows
-/// more.
-HEXLOAD_RARE static void keep(hexload_momentum_supervisor_t* self, hexload_real_t variance,
-                              hexload_real_t factor) {
-    hexload_real_t* left = &self->left[self->next];
-    const hexload_real_t last = self->last_variance[self->next];
-    if (variance < last) {
-        const hexload_real_t square = hexload_fma(*left, *left, HEXLOAD_REAL(-1.0));
-        *left = hexload_sqrt(hexload_fma(variance / last, square, HEXLOAD_REAL(1.0)));
-    }
-    *left = hexload_max(*left, factor);
-}
-
-/// While innovations are larger than they should be, sigma is too small by as much. One parameter in each
-/// tick.
+/// While innovations are larger than they should be, sigma is too small by as much, and afterwards by what
+/// that has left. One parameter in each tick. The next load's prior knows so little that nothing stays.
 static void watch_misfit(hexload_momentum_supervisor_t* self, const hexload_momentum_filter_t* filter) {
+    hexload_real_t* kept = &self->kept[self->next];
+    hexload_real_t* last = &self->last_variance[self->next];
     const hexload_real_t variance = filter->load_cov[self->next][self->next];
     const hexload_real_t factor =
         is_misfit_of_filter(self) ? hexload_sqrt(self->fit_nis / CHI_SQUARE_6_MEAN) : HEXLOAD_REAL(1.0);
-    if (hexload_max(factor, self->left[self->next]) > HEXLOAD_REAL(1.0)) {
-        keep(self, variance, factor);
+    if (hexload_max(factor, *kept) > HEXLOAD_REAL(1.0)) {
+        *kept = hexload_residual_kept(*kept, variance / *last, factor);
     }
-    self->last_variance[self->next] = variance;
+    *last = variance;
 }
 
 void hexload_momentum_supervisor_watch(hexload_momentum_supervisor_t* self, const hexload_config_t* config,
@@ -375,7 +366,7 @@ uint32_t hexload_momentum_supervisor_judge(hexload_momentum_supervisor_t* self,
     hexload_real_t open[DIM];
     uint32_t health = 0;
     for (int k = 0; k < DIM; k++) {
-        estimate->sigma[k] *= self->left[k];
+        estimate->sigma[k] *= self->kept[k];
     }
     hexload_tolerances_widen(filter, estimate->sigma, open);
     estimate->nis = filter->nis;

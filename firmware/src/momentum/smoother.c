@@ -332,8 +332,9 @@ static void fit_slopes(hexload_smoother_t* self, hexload_real_t sigma_m,
 /// 720.
 static void read_forces(const hexload_smoother_t* self, uint32_t middle,
                         hexload_real_t force_n[HEXLOAD_LEGS]) {
-    const hexload_real_t* row[5];
-    for (uint32_t k = 0; k < 5; k++) {
+    enum { ROWS = (2 * HEXLOAD_FORCE_NEIGHBOURS) + 1 };
+    const hexload_real_t* row[ROWS];
+    for (uint32_t k = 0; k < ROWS; k++) {
         row[k] = self->force_n[(middle + k - HEXLOAD_FORCE_NEIGHBOURS) % HEXLOAD_FORCE_CAPACITY];
     }
     for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {

@@ -2,6 +2,7 @@
 
 #include "algebra/real.h"
 #include "configuration/health.h"
+#include "front_end/residual_test.h"
 #include "paper/paper_tolerances.h"
 
 #include <stdbool.h>
@@ -42,17 +43,12 @@ static bool is_or_was_misfit(const hexload_paper_supervisor_t* self) {
     return (self->factor > HEXLOAD_REAL(1.0)) || self->has_kept;
 }
 
-/// An error that a misfit has left shrinks with P as the motion shows more, in sigmas with its root; with the
-/// misfit alone it does not go.
+/// What misfits have left in each parameter.
 HEXLOAD_RARE static void keep(hexload_paper_supervisor_t* self,
                               const hexload_real_t own_sigma[HEXLOAD_PAPER_DIM]) {
     for (int k = 0; k < HEXLOAD_PAPER_DIM; k++) {
-        if (self->has_kept && (own_sigma[k] < self->last_sigma[k])) {
-            const hexload_real_t ratio = own_sigma[k] / self->last_sigma[k];
-            const hexload_real_t left = hexload_fma(self->kept[k], self->kept[k], HEXLOAD_REAL(-1.0));
-            self->kept[k] = hexload_sqrt(hexload_fma(ratio * ratio, left, HEXLOAD_REAL(1.0)));
-        }
-        self->kept[k] = hexload_max(self->kept[k], self->factor);
+        const hexload_real_t ratio = self->has_kept ? own_sigma[k] / self->last_sigma[k] : HEXLOAD_REAL(1.0);
+        self->kept[k] = hexload_residual_kept(self->kept[k], ratio * ratio, self->factor);
         self->last_sigma[k] = own_sigma[k];
     }
     self->has_kept = true;
