@@ -16,9 +16,11 @@
 #include <string>
 #include <string_view>
 #include <system_error>
+#include <utility>
 
 #include <fcntl.h>
 #include <sys/file.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 namespace hexload::sim {
@@ -102,11 +104,13 @@ std::optional<std::string> foreign_content(const fs::path& folder) {
 
 constexpr std::string_view partial_suffix = ".partial";
 
+enum class IfTaken { give_up, wait };
+
 // A lock of the folder that ends with the process, however that ends; -1: another one has it, or the file
 // system has no such locks.
-int lock_of(const fs::path& folder) {
+int lock_of(const fs::path& folder, IfTaken if_taken) {
     const int descriptor = open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC | O_NOFOLLOW);
-    if (descriptor >= 0 && flock(descriptor, LOCK_EX | LOCK_NB) != 0) {
+    if (descriptor >= 0 && flock(descriptor, if_taken == IfTaken::wait ? LOCK_EX : LOCK_EX | LOCK_NB) != 0) {
         close(descriptor);
         return -1;
     }
@@ -134,21 +138,15 @@ void remove_abandoned(const fs::path& target) noexcept {
         if (!is_partial_of(target.filename().string(), entry->path().filename().string())) {
             continue;
         }
-        if (const int lock = lock_of(entry->path()); lock >= 0) {
+        if (const int lock = lock_of(entry->path(), IfTaken::give_up); lock >= 0) {
             remove_run(entry->path());
             close(lock);
         }
     }
 }
 
-} // namespace
-
-fs::path without_slash(const fs::path& target) {
-    const fs::path normal = target.lexically_normal();
-    return normal.has_filename() || normal == normal.root_path() ? normal : normal.parent_path();
-}
-
-void check_target(const fs::path& target, bool replace) {
+// Throws what check_target() does of a target that stays what it is meanwhile.
+void look_at(const fs::path& target, bool replace) {
     std::error_code error;
     const fs::file_type type = fs::symlink_status(target, error).type();
     if (target.empty()) {
@@ -181,6 +179,38 @@ void check_target(const fs::path& target, bool replace) {
     }
 }
 
+using Identity = std::pair<dev_t, ino_t>;
+
+// Of what has the name; nothing: nothing has.
+std::optional<Identity> identity_of(const fs::path& target) {
+    struct stat status = {};
+    if (lstat(target.c_str(), &status) != 0) {
+        return std::nullopt;
+    }
+    return Identity{status.st_dev, status.st_ino};
+}
+
+} // namespace
+
+fs::path without_slash(const fs::path& target) {
+    const fs::path normal = target.lexically_normal();
+    return normal.has_filename() || normal == normal.root_path() ? normal : normal.parent_path();
+}
+
+void check_target(const fs::path& target, bool replace) {
+    while (true) {
+        const std::optional<Identity> before = identity_of(target);
+        try {
+            look_at(target, replace);
+            return;
+        } catch (const InputError&) {
+            if (identity_of(target) == before) {
+                throw;
+            } // else another run has taken the place, and what was read was on its way out
+        }
+    }
+}
+
 PrivateFolder::PrivateFolder(const fs::path& target) {
     std::error_code error;
     if (target.has_parent_path()) {
@@ -191,7 +221,7 @@ PrivateFolder::PrivateFolder(const fs::path& target) {
         path_ = target.parent_path() /
                 fmt::format(".{}.{}.{}{}", target.filename().string(), getpid(), number, partial_suffix);
         if (fs::create_directory(path_, error)) { // false: it is there already, and another run's
-            lock_ = lock_of(path_);
+            lock_ = lock_of(path_, IfTaken::wait);
             if (fs::exists(path_)) { // nobody took it for abandoned before the lock
                 return;
             }

@@ -97,6 +97,20 @@ def test_without_force_a_run_stays(work):
     assert contents(work) == before
 
 
+def test_runs_that_take_each_others_place_at_the_same_time_are_all_done(work):
+    # GIVEN a target, and again and again a dozen runs of it that begin and end together
+    scenario = project.SCENARIOS / "paper_clean.toml"
+    command = [project.simulator(), scenario, "--duration", "0.02", "--quiet", "--force", "--out", "run"]
+    for _ in range(10):
+        started = [subprocess.Popen(command, cwd=work, stderr=subprocess.PIPE, text=True) for _ in range(12)]
+        # WHEN each replaces what is there THEN none is refused, nor finds its own folder gone
+        ended = [(process.communicate()[1], process.returncode) for process in started]
+        assert ended == [("", 0)] * len(started)
+    # AND the last one is there, whole, with nothing left beside it
+    assert sorted(path.name for path in read_run(work / "run").directory.iterdir()) == sorted(FILES)
+    assert not list(work.glob(".*.partial*"))
+
+
 def test_what_a_killed_run_left_is_deleted_by_the_next_and_a_running_ones_is_not(work):
     # GIVEN a run that was killed, one that goes on, a user's folder with such a name, and another target's leftovers
     scenario = project.SCENARIOS / "paper_clean.toml"
