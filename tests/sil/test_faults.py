@@ -266,6 +266,29 @@ def test_friction_that_the_empty_platform_hardly_has_is_found_before_a_load_make
         assert abs(growth - 0.003) < 4.0 * sigma and sigma < 0.001
 
 
+def test_a_seed_may_have_a_machine_of_its_own(logs):
+    # GIVEN a machine drawn for each seed WHEN it runs several motions THEN it is one machine, AND that of no other seed
+    def machine(motion, seed, is_own=True):
+        stated = clean_recording(motion, seed, verb.DURATION_S, "momentum", str(logs), is_own).platform
+        return stated["geometry"], stated["platform"]
+
+    assert machine("multisine", SEED) == machine("paper", SEED)
+    for part in range(2):
+        apart = [
+            machine("multisine", SEED)[part],
+            machine("multisine", SEED + 1)[part],
+            machine("multisine", SEED, False)[part],
+        ]
+        assert all(apart[k] != apart[k - 1] for k in range(3))
+    # AND legs that are all longer at home, or friction, are put into it as into the paper's, commissioned or not
+    for kind, size in (("none", 0.0), ("home_length", 1e-3), ("friction_growing", 0.003)):
+        case = FaultCase(kind, size, "multisine", "momentum", SEED, verb.DURATION_S, has_own_machine=True)
+        assert run_fault(case, logs)["outcome"] == "right"
+        assert run_fault(replace(case, is_commissioned=True), logs)["outcome"] == "right"
+    assert len(list(logs.glob("*-own-*.rig.toml"))) == 3
+    assert verb.settings_of(FEW, None, None, None, SEED, True, has_own_machine=True).cases()[0].has_own_machine
+
+
 def test_a_machine_that_cannot_be_commissioned_is_refused(logs):
     # GIVEN velocities and displacements in other units WHEN the empty machine is commissioned THEN the reason is told
     case = FaultCase("displacement_unit", 1e3, "multisine", "momentum", SEED, verb.DURATION_S, is_commissioned=True)

@@ -300,19 +300,23 @@ def _draw_platform(random: np.random.Generator, kind: CaseClass) -> Table:
     del platform["load"], platform["estimator"]
     platform["tolerances"] = EXACT | {"friction_shape": kind.friction_shape}
     platform["sensors"] = {name: kind.stated_sigma * sigma for name, sigma in platform["sensors"].items()}
-    if kind.own_machine:
-        platform["geometry"] |= _draw_hinges(random)
-        mass = random.uniform(60.0, 200.0)
-        com_m = random.uniform(-0.04, 0.04, 3)
-        inertia = random.uniform([0.2, 0.2, 0.35], [0.3, 0.3, 0.45]) * mass
-        about_origin = mass * (com_m @ com_m - com_m**2)
-        products = -mass * com_m[[0, 0, 1]] * com_m[[1, 2, 2]]
-        platform["platform"] = {
-            "mass_kg": mass,
-            "com_m": com_m.tolist(),
-            "inertia_kg_m2": [*(inertia + about_origin).tolist(), *products.tolist()],
-        }
-    return platform
+    return with_own_machine(platform, random) if kind.own_machine else platform
+
+
+def with_own_machine(platform: Table, random: np.random.Generator) -> Table:
+    """Another hexapod with the same sensors: hinges, home lengths, mass, centre and inertia of the platform drawn."""
+    hinges = _draw_hinges(random)
+    mass = random.uniform(60.0, 200.0)
+    com_m = random.uniform(-0.04, 0.04, 3)
+    inertia = random.uniform([0.2, 0.2, 0.35], [0.3, 0.3, 0.45]) * mass
+    about_origin = mass * (com_m @ com_m - com_m**2)
+    products = -mass * com_m[[0, 0, 1]] * com_m[[1, 2, 2]]
+    body = {
+        "mass_kg": mass,
+        "com_m": com_m.tolist(),
+        "inertia_kg_m2": [*(inertia + about_origin).tolist(), *products.tolist()],
+    }
+    return platform | {"geometry": platform["geometry"] | hinges, "platform": body}
 
 
 def _add_legs(random: np.random.Generator, scenario: Table) -> Table:

@@ -1019,6 +1019,13 @@ def faults(
             "some seconds a fault and size.",
         ),
     ] = False,
+    own_machine: Annotated[
+        bool,
+        typer.Option(
+            "--own-machine",
+            help="Draw a machine for each seed, hinges, leg lengths, mass, centre and inertia of the platform, instead of the paper's.",
+        ),
+    ] = False,
     name_causes: Annotated[
         bool,
         typer.Option(
@@ -1053,7 +1060,9 @@ def faults(
         return
     folder = out or verb.DEFAULT_OUT
     with output.said(as_json, quiet):
-        settings = verb.settings_of(kind, motion, estimator, runs, choose_seeds(seed_base), quick, rig, name_causes)
+        settings = verb.settings_of(
+            kind, motion, estimator, runs, choose_seeds(seed_base), quick, rig, name_causes, own_machine
+        )
         print(verb.run_faults(settings, folder, restart))
     if as_json:
         print((folder / "summary.json").read_text(encoding="utf-8"), end="")

@@ -63,12 +63,13 @@ class FaultCase:
     duration_s: float
     is_commissioned: bool = False
     names_cause: bool = False
+    has_own_machine: bool = False  # drawn with the seed; else the paper's
 
     @property
     def name(self) -> str:
         rig = "-rig" if self.is_commissioned else ""
         named = "-named" if self.names_cause else ""
-        return f"{self.kind}-{self.size:g}-{self.motion}-{self.estimator}-{self.seed}{rig}{named}"
+        return f"{self.kind}-{self.size:g}-{self.motion}-{self.estimator}-{self.seed}{rig}{named}{_machine_tag(self.has_own_machine)}"
 
 
 def is_possible(case: FaultCase) -> bool:
@@ -124,7 +125,7 @@ def repeat(case: FaultCase, logs: Path) -> tuple[Any, dict, tuple[LoadStep, ...]
 
 def _of_case(case: FaultCase, logs: Path) -> tuple[Recording, Recording, Callable[[], Path] | None]:
     """The clean recording, the faulty one, and what makes the rig file, if it has one."""
-    base = clean_recording(case.motion, case.seed, case.duration_s, case.estimator, str(logs))
+    base = clean_recording(case.motion, case.seed, case.duration_s, case.estimator, str(logs), case.has_own_machine)
     faulty = KINDS[case.kind].apply(base, case.size, _random(case))
     return base, faulty, (lambda: _rig_file(case, logs)) if case.is_commissioned else None
 
@@ -193,10 +194,12 @@ def twin_of(faulty: Recording, estimator: str) -> Truth | None:
     return truth_of(replace(faulty, loads=(*faulty.loads[:-1], load)), estimator)
 
 
-def clean_recording(motion: str, seed: int, duration_s: float, estimator: str, logs: str) -> Recording:
+def clean_recording(
+    motion: str, seed: int, duration_s: float, estimator: str, logs: str, has_own_machine: bool = False
+) -> Recording:
     """With the platform as it is stated to the estimator: no tolerances, so that the default ones count. The paper's filter
     has the paper's kind of load."""
-    base = _kept_recording(motion, seed, duration_s, estimator == "paper", logs)
+    base = _kept_recording(motion, seed, duration_s, estimator == "paper", logs, has_own_machine)
     more: Table = {"estimator": {"friction_speed_m_s": FRICTION_SPEED_M_S}}
     if estimator == "paper":
         more = {"load": {"known_mass_kg": float(base.theta[0])}}
@@ -208,22 +211,38 @@ def _stated(base: Recording, more: Table) -> Table:
 
 
 @functools.lru_cache(maxsize=4)
-def _kept_recording(motion: str, seed: int, duration_s: float, on_axis: bool, logs: str) -> Recording:
+def _kept_recording(
+    motion: str, seed: int, duration_s: float, on_axis: bool, logs: str, has_own_machine: bool
+) -> Recording:
     """All kinds and sizes share the run of a motion and seed."""
     case = cases.Case(CLASS_OF[motion], seed, duration_s)
-    setup = cases.draw(case, replace(cases.CLASSES[case.class_name], on_axis=on_axis))
+    setup = _drawn(case, replace(cases.CLASSES[case.class_name], on_axis=on_axis), has_own_machine)
     load = "on_axis" if on_axis else "any_load"
-    return _simulated(setup, Path(logs) / f"{case.name}-{load}-{duration_s:g}-{code_version()}.npz")
+    return _simulated(
+        setup, Path(logs) / f"{case.name}-{load}{_machine_tag(has_own_machine)}-{duration_s:g}-{code_version()}.npz"
+    )
 
 
 @functools.lru_cache(maxsize=2)
-def _empty_recording(seed: int, logs: str) -> Recording:
+def _empty_recording(seed: int, logs: str, has_own_machine: bool) -> Recording:
     """The run by which a machine is commissioned."""
-    setup = cases.draw(cases.Case("multisine", seed, cases.COMMISSIONING_S))
+    setup = _drawn(cases.Case("multisine", seed, cases.COMMISSIONING_S), None, has_own_machine)
     scenario = cases.empty_run(np.random.default_rng(seed), setup.scenario, cases.COMMISSIONING_S)
-    path = Path(logs) / f"empty-{seed}-{code_version()}.npz"
+    path = Path(logs) / f"empty-{seed}{_machine_tag(has_own_machine)}-{code_version()}.npz"
     base = _simulated(replace(setup, scenario=scenario), path)
     return replace(base, platform=_stated(base, {}))
+
+
+def _drawn(case: cases.Case, kind: cases.CaseClass | None, has_own_machine: bool) -> cases.Setup:
+    """All motions of a seed have the same machine."""
+    setup = cases.draw(case, kind)
+    if not has_own_machine:
+        return setup
+    return replace(setup, platform=cases.with_own_machine(setup.platform, np.random.default_rng(case.seed)))
+
+
+def _machine_tag(has_own_machine: bool) -> str:
+    return "-own" if has_own_machine else ""
 
 
 def _simulated(setup: cases.Setup, path: Path) -> Recording:
@@ -241,9 +260,11 @@ def _rig_file(case: FaultCase, logs: Path) -> Path:
     """Of hexload commission, on a run of the empty machine with the same fault, if it is one of the machine. All motions
     and estimators share it. Raises InputError."""
     fault = case if KINDS[case.kind].is_of_machine else replace(case, kind=NONE, size=0.0)
-    path = logs / f"{fault.kind}-{fault.size:g}-{fault.seed}-{code_version()}.rig.toml"
+    machine = f"{fault.seed}{_machine_tag(case.has_own_machine)}"
+    path = logs / f"{fault.kind}-{fault.size:g}-{machine}-{code_version()}.rig.toml"
     if not path.is_file():
-        empty = KINDS[fault.kind].apply(_empty_recording(case.seed, str(logs)), fault.size, _random(fault))
+        clean = _empty_recording(case.seed, str(logs), case.has_own_machine)
+        empty = KINDS[fault.kind].apply(clean, fault.size, _random(fault))
         with tempfile.TemporaryDirectory(prefix="hexload-faults-") as name:
             log, platform = recording.write_files(empty, Path(name), "empty.csv")
             try:

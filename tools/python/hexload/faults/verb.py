@@ -40,11 +40,13 @@ class FaultSettings:
     one_size: bool  # the middle one of each kind
     is_commissioned: bool  # each machine, with its fault
     names_causes: bool  # each log is diagnosed
+    has_own_machine: bool  # each seed, drawn; else the paper's
 
     def cases(self) -> list[FaultCase]:
         """Those that share a clean run, one after the other."""
+        machine = (self.duration_s, self.is_commissioned, self.names_causes, self.has_own_machine)
         cases = [
-            FaultCase(name, size, motion, estimator, seed, self.duration_s, self.is_commissioned, self.names_causes)
+            FaultCase(name, size, motion, estimator, seed, *machine)
             for seed in range(self.seed, self.seed + self.runs)
             for motion in self.motions
             for estimator in self.estimators
@@ -57,7 +59,8 @@ class FaultSettings:
     def words_command(self) -> str:
         """Makes the page of words again."""
         options = f"--motion {','.join(self.motions)} --estimator {','.join(self.estimators)} --seed-base {self.seed}"
-        return f"tools/hexload faults {'--quick ' if self.one_size else ''}--name-causes {options} --runs {self.runs}"
+        quick, own = "--quick " if self.one_size else "", "--own-machine " if self.has_own_machine else ""
+        return f"tools/hexload faults {quick}{own}--name-causes {options} --runs {self.runs}"
 
     def _sizes(self, name: str) -> tuple[float, ...]:
         sizes = KINDS[name].sizes
@@ -73,6 +76,7 @@ def settings_of(
     quick: bool,
     is_commissioned: bool = False,
     names_causes: bool = False,
+    has_own_machine: bool = False,
 ) -> FaultSettings:
     """Of the options as they are given. Raises InputError."""
     if is_commissioned and names_causes:
@@ -87,6 +91,7 @@ def settings_of(
         one_size=quick,
         is_commissioned=is_commissioned,
         names_causes=names_causes,
+        has_own_machine=has_own_machine,
     )
 
 
