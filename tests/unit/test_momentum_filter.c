@@ -147,6 +147,7 @@ static void correct(const step_t* step, textbook_t* self, const speeds_t* speeds
         for (int b = 0; b < 6; b++) {
             S[a][b] += R[a][b];
         }
+        S[a][a] += 4e-6 * self->P[DIM + a][DIM + a]; // what rounding leaves
     }
     invert(&S[0][0], 6, &inverse[0][0]);
     self->nis = 0.0;

@@ -17,7 +17,8 @@ enum {
 #define BLOCK_S HEXLOAD_REAL(0.25)
 
 /// What all parameters say together counts as that much more of each one's expectation, which is 1 less the
-/// sum of its shares' squares: all of it where one block has all the information on a parameter.
+/// sum of its shares' squares: all of it where one block has all the information on a parameter. Of what they
+/// say together, 9 at most, as much is as in the model beforehand.
 #define POOLED HEXLOAD_REAL(0.25)
 
 void hexload_jackknife_init(hexload_jackknife_t* self) {
@@ -163,17 +164,25 @@ static void compare(hexload_jackknife_t* self, int k, uint32_t b) {
 
 /// By how much sigma is too small: never too large, as few blocks may agree by chance. As they may differ by
 /// chance too, the spread counts less by its standard deviation: else noise alone would widen sigma by 5 %.
+/// Nothing is said of a parameter on which blocks have lost information, as shares whose squares add up to
+/// more than they do show: what the filter adds against rounding takes some of a sum that is known far better
+/// than its parts.
 static void conclude(hexload_jackknife_t* self) {
-    hexload_real_t spread = HEXLOAD_REAL(0.0);
-    hexload_real_t expected = HEXLOAD_REAL(0.0);
+    hexload_real_t spread = POOLED;
+    hexload_real_t expected = POOLED;
     for (int k = 0; k < DIM; k++) {
+        self->share[k] -= self->square[k]; // what the blocks should move it by
+        if (self->share[k] <= HEXLOAD_REAL(0.0)) {
+            self->share[k] = HEXLOAD_REAL(0.0);
+            self->spread[k] = HEXLOAD_REAL(0.0);
+        }
         spread += self->spread[k];
-        expected += self->share[k] - self->square[k];
+        expected += self->share[k];
     }
     self->pooled = spread / expected;
     self->has_concluded = true;
     for (int k = 0; k < DIM; k++) {
-        const hexload_real_t own = hexload_max(self->share[k] - self->square[k], HEXLOAD_REAL(0.0));
+        const hexload_real_t own = self->share[k];
         const hexload_real_t chance = hexload_sqrt(HEXLOAD_REAL(2.0) * self->square[k] * own);
         const hexload_real_t square = (self->spread[k] + POOLED * self->pooled - chance) / (own + POOLED);
         self->factor[k] = hexload_sqrt(hexload_max(square, HEXLOAD_REAL(1.0)));

@@ -30,6 +30,12 @@
 #define LEAST_ODDS HEXLOAD_REAL(6.0)
 #define LEAST_EXPLAINED HEXLOAD_REAL(0.5)
 
+/// What such a sensor leaves of what is missing at most, beside noise, 99.9 % of chi-square with 5 degrees of
+/// freedom; and the weight of a load that turns, whose inertia is no part of it.
+#define LEFT_BY_LEG HEXLOAD_REAL(0.01)
+#define LEFT_BY_NOISE HEXLOAD_REAL(20.5)
+#define LEFT_BY_WEIGHT HEXLOAD_REAL(0.1)
+
 /// Of a load that is too new for the machine to have shown that it is its model: what its errors do not
 /// reach.
 #define UNPROVEN_NIS HEXLOAD_REAL(18.0)
@@ -334,7 +340,11 @@ bool hexload_load_monitor_is_one_leg(const hexload_load_monitor_t* self, const h
                                            kept_by_mean(config, config->tick_s / HEXLOAD_WRENCH_LASTING_S)};
     hexload_explained_t explained;
     hexload_explain_missing(config, now, &missing, &explained);
-    return (explained.by_leg > (LEAST_EXPLAINED * explained.whole)) &&
+    const hexload_real_t whole = explained.whole;
+    const bool is_turning_load =
+        ((whole - explained.by_leg) > hexload_fma(LEFT_BY_LEG, whole, LEFT_BY_NOISE)) &&
+        ((whole - explained.by_weight) < (LEFT_BY_WEIGHT * whole));
+    return !is_turning_load && (explained.by_leg > (LEAST_EXPLAINED * whole)) &&
            ((explained.by_weight - explained.by_leg) < (HEXLOAD_REAL(2.0) * LEAST_ODDS));
 }
 

@@ -11,6 +11,9 @@
 
 enum { DIM = HEXLOAD_LOAD_DIM };
 
+/// 34 roundings in single precision.
+#define ROUNDING HEXLOAD_REAL(4e-6)
+
 HEXLOAD_RARE void hexload_momentum_prior_sigma(const hexload_momentum_config_t* momentum,
                                                hexload_real_t sigma[HEXLOAD_LOAD_DIM]) {
     for (int k = 0; k < HEXLOAD_LOAD_DIM; k++) {
@@ -167,8 +170,9 @@ static hexload_real_t correlated_ticks(const hexload_delayed_tick_t* past, const
     return HEXLOAD_REAL(1.0) + (hexload_real_t)HEXLOAD_TRANSIENT_TICKS * share;
 }
 
-/// Noise of e: that of the leg speeds by the cautious body, and the parameters' errors on the part of the
-/// twist that the smoother leaves out.
+/// Noise of e: that of the leg speeds by the cautious body, the parameters' errors on the part of the twist
+/// that the smoother leaves out, and what rounding leaves in H P H^T, which where mu has just begun is the
+/// small difference of terms as large as P_mm.
 static void measurement_noise(const hexload_momentum_filter_t* self, const hexload_delayed_tick_t* past,
                               const residual_t* residual, hexload_real_t R[6][6]) {
     const hexload_real_t sigma_m_s = past->sensors->velocity_sigma_m_s;
@@ -192,6 +196,7 @@ static void measurement_noise(const hexload_momentum_filter_t* self, const hexlo
             }
             R[a][b] = hexload_fma(variance, sum, noise_ticks * R[a][b]);
         }
+        R[a][a] = hexload_fma(ROUNDING, self->momentum_cov[a][a], R[a][a]);
     }
 }
 
