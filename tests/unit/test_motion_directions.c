@@ -16,7 +16,7 @@ static void test_slopes_count_as_far_as_motion_has_stood_out_of_noise(void) {
     hexload_motion_directions_t directions;
     double A[LEGS][LEGS] = {{0}};
     uint64_t seed = 61;
-    int slopes = 0;
+    int slopes = 0, few = 0, many = 0;
     hexload_motion_directions_init(&directions);
     for (int tick = 0; tick < TICKS_APART * 400; tick++) {
         hexload_real_t slope_m_s[LEGS];
@@ -58,29 +58,43 @@ static void test_slopes_count_as_far_as_motion_has_stood_out_of_noise(void) {
                                           (double)directions.spread[ROW(i) + j]);
             }
         }
-        double expected[LEGS];
+        // AND of what that leaves out, as much as is beyond 12.59 of the squares of its own sigmas
+        const double sigma = tick % 2 == 0 ? 1.0 : 0.05;
+        double expected[LEGS], rest[LEGS], square_of_rest = 0.0;
         for (int i = 0; i < LEGS; i++) {
-            expected[i] = (double)kept[i];
+            rest[i] = 0.0;
             for (int j = 0; j < LEGS; j++) {
-                expected[i] -= 5.0 * inverse[i][j] * (double)kept[j];
+                rest[i] += 5.0 * inverse[i][j] * (double)kept[j];
             }
+            square_of_rest += pow(rest[i] / sigma, 2.0);
         }
-        hexload_motion_directions_keep(&directions, kept);
+        const double beyond = fmax(0.0, 1.0 - 12.59 / square_of_rest);
         for (int i = 0; i < LEGS; i++) {
-            TEST_ASSERT_DOUBLE_WITHIN(ROUNDINGS(200, 1.0 + largest / 5.0), expected[i], (double)kept[i]);
+            expected[i] = (double)kept[i] - (1.0 - beyond) * rest[i];
+        }
+        few += beyond == 0.0;
+        many += beyond > 0.1;
+        hexload_motion_directions_keep(&directions, (hexload_real_t)(1.0 / sigma), kept);
+        for (int i = 0; i < LEGS; i++) {
+            TEST_ASSERT_DOUBLE_WITHIN(ROUNDINGS(400, 1.0 + largest / 5.0), expected[i], (double)kept[i]);
         }
     }
+    TEST_ASSERT_TRUE(few > 20 && many > 20);
 }
 
-static void test_without_motion_nothing_is_kept(void) {
-    // GIVEN no motion yet WHEN a slope comes THEN nothing of it is kept
+static void test_without_motion_noise_is_not_kept_and_what_stands_out_of_it_is(void) {
+    // GIVEN no motion yet WHEN a slope comes that may be noise THEN nothing of it is kept
     hexload_motion_directions_t directions;
     hexload_real_t slope_m_s[LEGS] = {1, 2, 3, -4, 5, -6};
     hexload_motion_directions_init(&directions);
-    hexload_motion_directions_keep(&directions, slope_m_s);
+    hexload_motion_directions_keep(&directions, HEXLOAD_REAL(0.3), slope_m_s); // 91 of squares, times 0.09
     for (int leg = 0; leg < LEGS; leg++) {
         TEST_ASSERT_EQUAL_DOUBLE(0.0, (double)slope_m_s[leg]);
     }
+    // AND of one of a thousand sigmas nearly all
+    slope_m_s[1] = HEXLOAD_REAL(1000.0);
+    hexload_motion_directions_keep(&directions, HEXLOAD_REAL(1.0), slope_m_s);
+    TEST_ASSERT_DOUBLE_WITHIN(0.02, 1000.0, (double)slope_m_s[1]);
 }
 
 static void test_a_factor_is_made_row_by_row_and_used_when_it_is_whole(void) {
@@ -100,7 +114,7 @@ static void test_a_factor_is_made_row_by_row_and_used_when_it_is_whole(void) {
 int main(void) {
     UNITY_BEGIN();
     RUN_TEST(test_slopes_count_as_far_as_motion_has_stood_out_of_noise);
-    RUN_TEST(test_without_motion_nothing_is_kept);
+    RUN_TEST(test_without_motion_noise_is_not_kept_and_what_stands_out_of_it_is);
     RUN_TEST(test_a_factor_is_made_row_by_row_and_used_when_it_is_whole);
     return UNITY_END();
 }

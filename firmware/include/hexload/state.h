@@ -291,7 +291,7 @@ typedef struct hexload_smoother_constants {
     hexload_real_t inverse_gain[3];
 } hexload_smoother_constants_t;
 
-/// Covariance of a motion's curvature over the legs, in variances of its noise.
+/// Mean square of a motion's speeds over the legs, in variances of their noise.
 typedef struct hexload_motion_directions {
     hexload_real_t spread[HEXLOAD_TRIANGLE_6];      ///< A
     hexload_real_t factor[HEXLOAD_TRIANGLE_6];      ///< of A / kappa + E; diagonal inverted

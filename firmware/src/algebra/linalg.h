@@ -72,13 +72,11 @@ static inline bool cholesky3(hexload_real_t A[3][3], hexload_real_t L[3][3]) {
 /// is read.
 void hexload_cholesky6(hexload_real_t A[6][6]);
 
-/// Storage class of kernels: a build for speed has them in each caller. And HEXLOAD_UNROLL in such a build.
+/// Storage class of kernels: a build for speed has them in each caller.
 #ifdef HEXLOAD_INLINE_KERNELS
 #define HEXLOAD_KERNEL static inline
-#define HEXLOAD_UNROLL_FOR_SPEED HEXLOAD_UNROLL
 #else
 #define HEXLOAD_KERNEL
-#define HEXLOAD_UNROLL_FOR_SPEED
 #endif
 
 #ifdef HEXLOAD_INLINE_KERNELS

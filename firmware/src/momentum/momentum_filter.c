@@ -166,8 +166,7 @@ static hexload_real_t correlated_ticks(const hexload_delayed_tick_t* past, const
         const hexload_real_t in_sigmas = residual->velocity_m_s[leg] / past->sensors->velocity_sigma_m_s;
         q += in_sigmas * in_sigmas;
     }
-    const hexload_real_t share = hexload_max(HEXLOAD_REAL(0.0), HEXLOAD_REAL(1.0) - CHI_SQUARE_6_95 / q);
-    return HEXLOAD_REAL(1.0) + (hexload_real_t)HEXLOAD_TRANSIENT_TICKS * share;
+    return HEXLOAD_REAL(1.0) + (hexload_real_t)HEXLOAD_TRANSIENT_TICKS * hexload_beyond_noise(q);
 }
 
 /// Noise of e: that of the leg speeds by the cautious body, the parameters' errors on the part of the twist

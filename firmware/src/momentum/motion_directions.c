@@ -1,5 +1,6 @@
 #include "momentum/motion_directions.h"
 
+#include "algebra/chi_square.h"
 #include "algebra/linalg.h"
 
 #include <string.h>
@@ -63,25 +64,29 @@ void hexload_motion_directions_learn(hexload_motion_directions_t* self,
     self->turn = (self->turn + 1) % TICKS_APART;
 }
 
-void hexload_motion_directions_keep(const hexload_motion_directions_t* self,
+void hexload_motion_directions_keep(const hexload_motion_directions_t* self, hexload_real_t inverse_sigma_s_m,
                                     hexload_real_t slope_m_s[HEXLOAD_LEGS]) {
-    hexload_real_t y[HEXLOAD_LEGS]; // L^-1 c, then L^-T L^-1 c
-    HEXLOAD_UNROLL_FOR_SPEED
+    hexload_real_t y[HEXLOAD_LEGS]; // L^-1 c, then L^-T L^-1 c: what W leaves out
+    HEXLOAD_UNROLL
     for (int i = 0; i < HEXLOAD_LEGS; i++) {
         y[i] = slope_m_s[i];
-        HEXLOAD_UNROLL_FOR_SPEED
+        HEXLOAD_UNROLL
         for (int k = 0; k < i; k++) {
             y[i] = hexload_fma(-self->factor[ROW(i) + k], y[k], y[i]);
         }
         y[i] *= self->factor[ROW(i) + i];
     }
-    HEXLOAD_UNROLL_FOR_SPEED
+    HEXLOAD_UNROLL
     for (int i = HEXLOAD_LEGS - 1; i >= 0; i--) {
-        HEXLOAD_UNROLL_FOR_SPEED
+        HEXLOAD_UNROLL
         for (int k = i + 1; k < HEXLOAD_LEGS; k++) {
             y[i] = hexload_fma(-self->factor[ROW(k) + i], y[k], y[i]);
         }
         y[i] *= self->factor[ROW(i) + i];
-        slope_m_s[i] -= y[i];
+    }
+    const hexload_real_t left =
+        HEXLOAD_REAL(1.0) - hexload_beyond_noise(dot6(y, y) * inverse_sigma_s_m * inverse_sigma_s_m);
+    for (int i = 0; i < HEXLOAD_LEGS; i++) {
+        slope_m_s[i] = hexload_fma(-left, y[i], slope_m_s[i]);
     }
 }

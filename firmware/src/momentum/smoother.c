@@ -1,7 +1,6 @@
 #include "momentum/smoother.h"
 
 #include "algebra/chi_square.h"
-#include "algebra/real.h"
 #include "momentum/motion_directions.h"
 #include "momentum/transient.h"
 
@@ -289,11 +288,6 @@ static hexload_real_t transient_sigma(const hexload_sensors_t* sensors) {
     return (is_white ? HEXLOAD_REAL(1.0) : HEXLOAD_REAL(3.1622777)) * sensors->velocity_sigma_m_s;
 }
 
-/// How much of a polynomial is kept whose coefficients over the legs have this sum of squares in sigmas.
-static hexload_real_t share_of(hexload_real_t square) {
-    return hexload_max(HEXLOAD_REAL(0.0), HEXLOAD_REAL(1.0) - CHI_SQUARE_6_95 / square);
-}
-
 static void fit_slopes(hexload_smoother_t* self, hexload_real_t sigma_m,
                        hexload_real_t velocity_m_s[HEXLOAD_LEGS]) {
     const hexload_smoother_constants_t* constants = &self->constants;
@@ -315,16 +309,19 @@ static void fit_slopes(hexload_smoother_t* self, hexload_real_t sigma_m,
         }
     }
     for (int m = 0; m < 3; m++) {
-        share[m] = share_of(q[m] * constants->inverse_gain[m] * inverse_variance_1_m2);
+        share[m] = hexload_beyond_noise(q[m] * constants->inverse_gain[m] * inverse_variance_1_m2);
     }
-    hexload_motion_directions_learn(&self->directions, part[1],
-                                    hexload_sqrt(constants->inverse_gain[1] * inverse_variance_1_m2));
+    const hexload_real_t of_line_s_m = hexload_sqrt(constants->inverse_gain[0] * inverse_variance_1_m2);
+    const hexload_real_t of_bend_s_m = hexload_sqrt(constants->inverse_gain[1] * inverse_variance_1_m2);
+    hexload_motion_directions_learn(&self->directions, part[0], of_line_s_m);
     for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
+        part[0][leg] *= share[0];
         part[1][leg] = hexload_fma(share[2], part[2][leg], share[1] * part[1][leg]);
     }
-    hexload_motion_directions_keep(&self->directions, part[1]);
+    hexload_motion_directions_keep(&self->directions, of_line_s_m, part[0]);
+    hexload_motion_directions_keep(&self->directions, of_bend_s_m, part[1]);
     for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
-        velocity_m_s[leg] = hexload_fma(share[0], part[0][leg], part[1][leg]);
+        velocity_m_s[leg] = part[0][leg] + part[1][leg];
     }
 }
 
