@@ -117,7 +117,7 @@ typedef struct hexload_momentum_config {
     hexload_real_t prior_mass_kg; ///< of the load; 0..1e6
     hexload_real_t prior_mass_sigma_kg;       ///< 0..1e6, not 0; small: the mass is known
     hexload_real_t prior_moment_sigma_kg_m;   ///< of hx, hy, hz; 0..1e6, not 0
-    hexload_real_t prior_inertia_sigma_kg_m2; ///< of the tensor's entries; 0..1e6, not 0
+    hexload_real_t prior_inertia_sigma_kg_m2; ///< of the tensor's entries; 0..1e8, not 0
     hexload_real_t inconsistent_nis;    ///< verdict "inconsistent" above this mean NIS; 6..1e6 (ideal: 6)
     hexload_real_t nis_time_constant_s; ///< of that mean; tick_s..1e3
     hexload_real_t converged_relative_sigma;   ///< "converged" below this part of the scale; 0..1

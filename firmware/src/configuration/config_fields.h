@@ -61,7 +61,7 @@
     IN(momentum.prior_mass_kg, ZERO, MILLION)                                                                \
     IN(momentum.prior_mass_sigma_kg, LEAST_POSITIVE, MILLION)                                                \
     IN(momentum.prior_moment_sigma_kg_m, LEAST_POSITIVE, MILLION)                                            \
-    IN(momentum.prior_inertia_sigma_kg_m2, LEAST_POSITIVE, MILLION)                                          \
+    IN(momentum.prior_inertia_sigma_kg_m2, LEAST_POSITIVE, ONE_E_8)                                          \
     IN(momentum.inconsistent_nis, SIX, MILLION)                                                              \
     IN(momentum.nis_time_constant_s, ZERO, THOUSAND)                                                         \
     IN(momentum.converged_relative_sigma, ZERO, ONE)                                                         \
