@@ -156,7 +156,8 @@ static void test_of_fine_sensors_rounding_leaves_a_covariance(void) {
         TEST_ASSERT_TRUE(nees_of(&bench, &heavier) < 53.0);
         restarts += bench.estimator.health.count[HEXLOAD_HEALTH_FILTER_RESTARTED];
     }
-    // AND no run but one at most begins anew, once; all did again and again when rounding counted as known
+    // AND no run but one at most begins anew, once
+    printf("%u new beginnings of 24\n", (unsigned)restarts);
     TEST_ASSERT_LESS_OR_EQUAL_UINT32(1, restarts);
 }
 
@@ -193,17 +194,22 @@ static void test_a_load_of_sixty_tonnes_is_found_as_any(void) {
 }
 
 static void test_a_load_that_turns_fast_is_no_sensor_of_one_leg(void) {
-    // GIVEN motions of 10 m/s^2 and 20 rad/s^2 in which what is missing of a load is nearly along one leg
-    static const uint64_t motions[] = {3031, 3059, 3117};
-    for (int n = 0; n < 3; n++) {
+    // GIVEN a hundred motions of 10 m/s^2 and 20 rad/s^2, in some of which what is missing of a load is
+    // nearly along one leg
+    int missed = 0;
+    for (uint64_t n = 1; n < 200; n += 2) {
         bench_t bench;
-        begin(&bench, crooked_machine(), random_motion(motions[n], 0.05, 0.12), 5);
+        begin(&bench, crooked_machine(), random_motion(3000 + n, 0.05, 0.12), 5);
         run(&bench, &nothing, 1000);
-        // WHEN a load is picked up there THEN that is a change of the load, as one leg does not explain all
+        // WHEN a load is picked up THEN that is a change of the load within 30 ms, as one leg does not
+        // explain all
         run(&bench, &heavier, 200);
-        TEST_ASSERT_EQUAL_UINT32(1, bench.alarms);
-        TEST_ASSERT_LESS_OR_EQUAL_UINT32(1010, bench.last_alarm);
+        missed += bench.alarms == 0;
+        TEST_ASSERT_TRUE(bench.alarms <= 1 && bench.last_alarm <= 1030);
     }
+    // AND but for one at most that is so of all: four were a leg's when it was asked for less
+    printf("%d of 100 missed\n", missed);
+    TEST_ASSERT_TRUE(missed <= 1);
 }
 
 static void test_a_load_change_is_reported_within_milliseconds_and_the_new_load_identified(void) {

@@ -74,7 +74,7 @@ static void test_slopes_count_as_far_as_motion_has_stood_out_of_noise(void) {
         }
         few += beyond == 0.0;
         many += beyond > 0.1;
-        hexload_motion_directions_keep(&directions, (hexload_real_t)(1.0 / sigma), kept);
+        hexload_motion_directions_keep(&directions, (hexload_real_t)(1.0 / (sigma * sigma)), kept);
         for (int i = 0; i < LEGS; i++) {
             TEST_ASSERT_DOUBLE_WITHIN(ROUNDINGS(400, 1.0 + largest / 5.0), expected[i], (double)kept[i]);
         }
@@ -87,7 +87,7 @@ static void test_without_motion_noise_is_not_kept_and_what_stands_out_of_it_is(v
     hexload_motion_directions_t directions;
     hexload_real_t slope_m_s[LEGS] = {1, 2, 3, -4, 5, -6};
     hexload_motion_directions_init(&directions);
-    hexload_motion_directions_keep(&directions, HEXLOAD_REAL(0.3), slope_m_s); // 91 of squares, times 0.09
+    hexload_motion_directions_keep(&directions, HEXLOAD_REAL(0.09), slope_m_s); // 91 of squares, times 0.09
     for (int leg = 0; leg < LEGS; leg++) {
         TEST_ASSERT_EQUAL_DOUBLE(0.0, (double)slope_m_s[leg]);
     }

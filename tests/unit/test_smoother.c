@@ -138,6 +138,7 @@ static void test_noise_of_the_slope_in_motion_is_that_of_a_line_in_its_direction
     // other directions now and then; 1,000 squares spread by 4.5 %, as those in one direction of 200 windows
     // by 10 %
     const double ratio = slope_noise(0.02, 0.0);
+    printf("%.2f of a line's noise\n", ratio);
     TEST_ASSERT_TRUE(ratio > 0.8 / 6.0);
     TEST_ASSERT_TRUE(ratio < (1.0 + 5.0 / 4.0) / 6.0 + 2.0 * 0.005 * (1.0 + 5.0 + 14.0));
 }

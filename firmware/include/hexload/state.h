@@ -399,9 +399,8 @@ typedef struct hexload_jackknife {
     hexload_real_t column[HEXLOAD_LOAD_DIM];              ///< that is worked with
     hexload_real_t pivot;                                 ///< inverse of its entry on the diagonal
     hexload_real_t
-        spread[HEXLOAD_LOAD_DIM]; ///< squares of what blocks have moved theta by, in those of sigma
-    hexload_real_t
-        share[HEXLOAD_LOAD_DIM]; ///< of what is known, that the blocks have brought; in the end less square
+        spread[HEXLOAD_LOAD_DIM];           ///< squares of what blocks have moved theta by, in those of sigma
+    hexload_real_t share[HEXLOAD_LOAD_DIM]; ///< of what is known, that the blocks have brought
     hexload_real_t square[HEXLOAD_LOAD_DIM];       ///< sum of the squares of the blocks' shares
     hexload_real_t last_share;                     ///< of the block before the one that is looked at
     hexload_real_t pair[HEXLOAD_JACKKNIFE_BLOCKS]; ///< largest share of a block and the next one together

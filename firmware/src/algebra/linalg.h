@@ -75,13 +75,9 @@ void hexload_cholesky6(hexload_real_t A[6][6]);
 /// Storage class of kernels: a build for speed has them in each caller.
 #ifdef HEXLOAD_INLINE_KERNELS
 #define HEXLOAD_KERNEL static inline
-#else
-#define HEXLOAD_KERNEL
-#endif
-
-#ifdef HEXLOAD_INLINE_KERNELS
 #include "algebra/linalg_kernels.h"
 #else
+#define HEXLOAD_KERNEL
 /// The same as above, for code that is made small.
 hexload_real_t hexload_dot3(const hexload_real_t a[3], const hexload_real_t b[3]);
 void hexload_cross3(const hexload_real_t a[3], const hexload_real_t b[3], hexload_real_t out[3]);

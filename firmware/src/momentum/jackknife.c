@@ -168,23 +168,20 @@ static void compare(hexload_jackknife_t* self, int k, uint32_t b) {
 /// more than they do show: what the filter adds against rounding takes some of a sum that is known far better
 /// than its parts.
 static void conclude(hexload_jackknife_t* self) {
+    hexload_real_t own[DIM]; // what the blocks should move a parameter by
     hexload_real_t spread = POOLED;
     hexload_real_t expected = POOLED;
     for (int k = 0; k < DIM; k++) {
-        self->share[k] -= self->square[k]; // what the blocks should move it by
-        if (self->share[k] <= HEXLOAD_REAL(0.0)) {
-            self->share[k] = HEXLOAD_REAL(0.0);
-            self->spread[k] = HEXLOAD_REAL(0.0);
-        }
+        own[k] = hexload_max(self->share[k] - self->square[k], HEXLOAD_REAL(0.0));
+        self->spread[k] = (own[k] > HEXLOAD_REAL(0.0)) ? self->spread[k] : HEXLOAD_REAL(0.0);
         spread += self->spread[k];
-        expected += self->share[k];
+        expected += own[k];
     }
     self->pooled = spread / expected;
     self->has_concluded = true;
     for (int k = 0; k < DIM; k++) {
-        const hexload_real_t own = self->share[k];
-        const hexload_real_t chance = hexload_sqrt(HEXLOAD_REAL(2.0) * self->square[k] * own);
-        const hexload_real_t square = (self->spread[k] + POOLED * self->pooled - chance) / (own + POOLED);
+        const hexload_real_t chance = hexload_sqrt(HEXLOAD_REAL(2.0) * self->square[k] * own[k]);
+        const hexload_real_t square = (self->spread[k] + POOLED * self->pooled - chance) / (own[k] + POOLED);
         self->factor[k] = hexload_sqrt(hexload_max(square, HEXLOAD_REAL(1.0)));
     }
 }

@@ -64,7 +64,8 @@ void hexload_motion_directions_learn(hexload_motion_directions_t* self,
     self->turn = (self->turn + 1) % TICKS_APART;
 }
 
-void hexload_motion_directions_keep(const hexload_motion_directions_t* self, hexload_real_t inverse_sigma_s_m,
+void hexload_motion_directions_keep(const hexload_motion_directions_t* self,
+                                    hexload_real_t inverse_variance_s2_m2,
                                     hexload_real_t slope_m_s[HEXLOAD_LEGS]) {
     hexload_real_t y[HEXLOAD_LEGS]; // L^-1 c, then L^-T L^-1 c: what W leaves out
     HEXLOAD_UNROLL
@@ -84,8 +85,7 @@ void hexload_motion_directions_keep(const hexload_motion_directions_t* self, hex
         }
         y[i] *= self->factor[ROW(i) + i];
     }
-    const hexload_real_t left =
-        HEXLOAD_REAL(1.0) - hexload_beyond_noise(dot6(y, y) * inverse_sigma_s_m * inverse_sigma_s_m);
+    const hexload_real_t left = HEXLOAD_REAL(1.0) - hexload_beyond_noise(dot6(y, y) * inverse_variance_s2_m2);
     for (int i = 0; i < HEXLOAD_LEGS; i++) {
         slope_m_s[i] = hexload_fma(-left, y[i], slope_m_s[i]);
     }

@@ -28,9 +28,10 @@ void hexload_motion_directions_learn(hexload_motion_directions_t* self,
                                      const hexload_real_t slope_m_s[HEXLOAD_LEGS],
                                      hexload_real_t inverse_sigma_s_m);
 
-/// c becomes W c, and as much of the rest as is more than noise. @param inverse_sigma_s_m 1 over the sigma of
-/// the slope in a leg. Reentrant, constant time.
-void hexload_motion_directions_keep(const hexload_motion_directions_t* self, hexload_real_t inverse_sigma_s_m,
+/// c becomes W c, and as much of the rest as is more than noise. @param inverse_variance_s2_m2 1 over the
+/// variance of the slope in a leg. Reentrant, constant time.
+void hexload_motion_directions_keep(const hexload_motion_directions_t* self,
+                                    hexload_real_t inverse_variance_s2_m2,
                                     hexload_real_t slope_m_s[HEXLOAD_LEGS]);
 
 #endif

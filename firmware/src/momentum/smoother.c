@@ -291,7 +291,8 @@ static hexload_real_t transient_sigma(const hexload_sensors_t* sensors) {
 static void fit_slopes(hexload_smoother_t* self, hexload_real_t sigma_m,
                        hexload_real_t velocity_m_s[HEXLOAD_LEGS]) {
     const hexload_smoother_constants_t* constants = &self->constants;
-    const hexload_real_t inverse_variance_1_m2 = HEXLOAD_REAL(1.0) / (sigma_m * sigma_m);
+    const hexload_real_t of_displacement_1_m2 = HEXLOAD_REAL(1.0) / (sigma_m * sigma_m);
+    hexload_real_t inverse_variance_s2_m2[3];
     hexload_real_t part[3][HEXLOAD_LEGS];
     hexload_real_t share[3];
     hexload_real_t q[3] = {0};
@@ -309,17 +310,16 @@ static void fit_slopes(hexload_smoother_t* self, hexload_real_t sigma_m,
         }
     }
     for (int m = 0; m < 3; m++) {
-        share[m] = hexload_beyond_noise(q[m] * constants->inverse_gain[m] * inverse_variance_1_m2);
+        inverse_variance_s2_m2[m] = constants->inverse_gain[m] * of_displacement_1_m2;
+        share[m] = hexload_beyond_noise(q[m] * inverse_variance_s2_m2[m]);
     }
-    const hexload_real_t of_line_s_m = hexload_sqrt(constants->inverse_gain[0] * inverse_variance_1_m2);
-    const hexload_real_t of_bend_s_m = hexload_sqrt(constants->inverse_gain[1] * inverse_variance_1_m2);
-    hexload_motion_directions_learn(&self->directions, part[0], of_line_s_m);
+    hexload_motion_directions_learn(&self->directions, part[0], hexload_sqrt(inverse_variance_s2_m2[0]));
     for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
         part[0][leg] *= share[0];
         part[1][leg] = hexload_fma(share[2], part[2][leg], share[1] * part[1][leg]);
     }
-    hexload_motion_directions_keep(&self->directions, of_line_s_m, part[0]);
-    hexload_motion_directions_keep(&self->directions, of_bend_s_m, part[1]);
+    hexload_motion_directions_keep(&self->directions, inverse_variance_s2_m2[0], part[0]);
+    hexload_motion_directions_keep(&self->directions, inverse_variance_s2_m2[1], part[1]);
     for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
         velocity_m_s[leg] = part[0][leg] + part[1][leg];
     }

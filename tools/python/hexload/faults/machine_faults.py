@@ -48,13 +48,8 @@ def hinge_circle(recording: Recording, size: float, random: Random) -> Recording
 
 def home_length(recording: Recording, size: float, random: Random) -> Recording:
     """All legs are `size` m longer or shorter at home."""
-    lengths_m = home_lengths_m(recording) + size * sign(random)
+    lengths_m = _home_lengths_m(recording) + size * sign(random)
     return _told(recording, "geometry", {"home_leg_length_m": lengths_m.tolist()})
-
-
-def home_lengths_m(recording: Recording) -> Array:
-    """(6,) of the file, which has one for all legs or one for each."""
-    return np.broadcast_to(np.asarray(recording.platform["geometry"]["home_leg_length_m"], float), LEGS)
 
 
 def platform_mass(recording: Recording, size: float, random: Random) -> Recording:
@@ -225,4 +220,9 @@ def _told(recording: Recording, table: str, entries: dict) -> Recording:
 def _geometry(recording: Recording) -> Geometry:
     table = recording.platform["geometry"]
     hinges_m = (np.array(table[name]) for name in ("base_hinges_m", "platform_hinges_m"))
-    return Geometry(*hinges_m, home_lengths_m(recording))
+    return Geometry(*hinges_m, _home_lengths_m(recording))
+
+
+def _home_lengths_m(recording: Recording) -> Array:
+    """(6,) of the file, which has one for all legs or one for each."""
+    return np.broadcast_to(np.asarray(recording.platform["geometry"]["home_leg_length_m"], float), LEGS)
