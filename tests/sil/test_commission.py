@@ -381,6 +381,55 @@ def test_a_leg_that_is_later_than_the_others_is_refused(found, platform):
     assert result["rig"]["force_delay_s"] == pytest.approx(DELAY_S + 2e-3, abs=0.1e-3)
 
 
+DRAWN = np.array([100.0, 0.0, 0.0, 0.0, 25.0, 25.0, 44.0, 0.0, 0.0, 0.0])  # theta of the platform file
+
+
+@pytest.mark.parametrize("factor", [1.06, 0.8])
+def test_a_common_gain_beyond_what_is_declared_is_in_the_sigmas(found, platform, factor):
+    # GIVEN load cells that all show 6 % too much (0.34 % is declared, and 3 % of the platform's mass), or a fifth too
+    # little, of a platform as it is drawn on legs of no mass
+    machine, _, _ = found
+    machine = replace(machine, platform_theta=DRAWN, has_leg_mass=False, gain=factor * (1.0 + machine.gain) - 1.0)
+    empty = write_log(platform.parent / "common.csv", log_of(machine, multisine(1, 12.0), EMPTY, 2))
+    log = write_log(platform.parent / "common_load.csv", log_of(machine, multisine(3, 10.0), LOAD, 4))
+    rig = platform.parent / "common.toml"
+    # WHEN the empty platform is commissioned THEN it is said that its weight or the sensors are off by as much
+    words = commission(Wish(empty, platform, rig))["words"]["gain"]
+    said = re.search(
+        r"all masses are ([+-]\d+\.\d) % off what is stated, by the platform or by all force sensors", words
+    )
+    assert float(said[1]) == pytest.approx(100.0 * (factor - 1.0), abs=0.5)
+    # AND a load is as much off, and within twice its sigmas
+    replayed = replay_log(log, platform, None, None, platform.parent / "common_estimates.csv", rig=rig)
+    error = replayed["value"][-1] - LOAD
+    assert abs(error[0]) > 0.8 * abs(factor - 1.0) * LOAD[0]
+    assert (np.abs(error) < 2.0 * replayed["sigma"][-1]).all()
+    # AND a run with a known mass tells the gain, and nothing of it is left open
+    loaded = write_log(platform.parent / "common_reference.csv", log_of(machine, multisine(5, 12.0), LOAD, 6))
+    result = commission(Wish(empty, platform, platform.parent / "common_known.toml", loaded, LOAD[0]))
+    sigma = np.array(result["sigma"]["force_gain"])
+    assert (np.abs(result["rig"]["force_gain"] - machine.gain) < 4.0 * sigma).all()
+    assert sigma.max() < 0.1 * abs(factor - 1.0)
+    assert "all masses" not in result["words"]["gain"]
+
+
+@pytest.mark.parametrize("key", ["mass_kg", "inertia_kg_m2"])
+@pytest.mark.parametrize("has_leg_mass", [False, True])
+def test_a_wrong_mass_or_inertia_alone_is_no_common_gain(found, platform, key, has_leg_mass):
+    # GIVEN a platform file whose mass is 10 % too small, or all of its inertia, of a machine with and without leg mass
+    machine, _, _ = found
+    machine = replace(machine, has_leg_mass=has_leg_mass)
+    table = tomllib.loads(platform.read_text())
+    table["platform"][key] = (0.9 * np.array(table["platform"][key])).tolist()
+    light = platform.parent / "light.toml"
+    light.write_text(to_toml(table))
+    empty = write_log(platform.parent / "drawn.csv", log_of(machine, multisine(1, 12.0), EMPTY, 2))
+    # WHEN the machine is commissioned THEN the gain is as open as declared
+    result = commission(Wish(empty, light, platform.parent / "light_rig.toml"))
+    assert np.mean(result["sigma"]["force_gain"]) == pytest.approx(common_gain_of(0.004), rel=0.2)
+    assert "all masses" not in result["words"]["gain"]
+
+
 def test_a_machine_beyond_its_tolerances_is_refused(found, platform):
     # GIVEN a platform file whose hinges stand on a circle 2 % too large, 8 mm with a tolerance of 0.4 mm, and a run whose
     # leg 3 shows forces 10 % too large with a tolerance of 0.4 %

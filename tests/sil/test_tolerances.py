@@ -12,7 +12,7 @@ import pytest
 from hexload import project
 from hexload.errors import InputError
 from hexload.estimation import rig_file
-from hexload.estimation.commission import with_common_gain
+from hexload.estimation.common_gain import with_common_gain
 from hexload.estimation.firmware_run import run_firmware
 from hexload.estimation.load_summary import mend_in_words
 from hexload.estimation.rig_regression import SLICES, UNKNOWNS

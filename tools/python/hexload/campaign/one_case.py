@@ -24,6 +24,7 @@ from hexload.errors import InputError, ToolFailed
 from hexload.estimation import (
     commission,
     commissioning_run,
+    common_gain,
     leg_mass,
     rig_file,
     rig_hinges,
@@ -54,7 +55,7 @@ TEN = len(bound.THETA_NAMES)
 def code_version() -> str:
     """Digest of what decides the numbers of a case: programs, modules, the platform and the friction of the cases."""
     own = (cases, rigs, leg_regression, baselines, bound, log_file, tare, leg_mass)
-    of_rigs = (commission, commissioning_run, rig_file, rig_hinges, rig_model, rig_record, rig_regression)
+    of_rigs = (commission, commissioning_run, common_gain, rig_file, rig_hinges, rig_model, rig_record, rig_regression)
     modules = [Path(module.__file__) for module in (*own, *of_rigs)]
     native = Path(project.native_module().__file__)
     platform = project.SCENARIOS / "platforms" / "paper.toml"

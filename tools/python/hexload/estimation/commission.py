@@ -6,6 +6,7 @@ The regression is in rig_regression.py; here stand what is known beforehand, wha
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
+from types import ModuleType
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,6 +26,7 @@ from hexload.estimation.commissioning_run import (
     run_of,
     slow_speeds,
 )
+from hexload.estimation.common_gain import common_factor, tangent_at, with_common_gain
 from hexload.estimation.firmware_run import load_platform, native_firmware
 from hexload.estimation.input_check import WayIn, checked_log
 from hexload.estimation.rig_model import LEGS, Geometry
@@ -80,6 +82,7 @@ class Machine:
     gravity_m_s2: float
     tolerances: dict[str, float]
     common_gain: float  # tolerance of the gains' mean, with gravity
+    platform_mass: float  # tolerance, a share
     force_delay_s: float
     velocity_delay_s: float
 
@@ -113,12 +116,7 @@ def commission(wish: Wish) -> dict:
         if not wish.way_in.is_unchecked:
             refuse_late_forces(run, found)
             _refuse_undeclared(run, machine, found)
-        covariance = with_common_gain(found.covariance, machine.common_gain)
-        found, whole = replace(found, covariance=covariance), replace(whole, covariance=covariance)
-        if wish.reference is not None:
-            loaded = checked_log(native, wish.reference, platform, wish.way_in, wish.reference_mass_kg)
-            found = _with_reference(whole, machine, run_of(loaded, wish.reference), wish.reference_mass_kg)
-        words = _identifiability(found, _start(machine))
+        found, words = _with_common_gain(native, platform, wish, machine, found, whole)
         delay_s = _velocity_delay(run, machine)
         rig, sigma = _tables(found, machine, delay_s, wish.loaded)
         source = {
@@ -182,6 +180,7 @@ def _machine(platform, path: Path) -> Machine:
         platform.gravity_m_s2,
         tolerances,
         declared.get("force_gain_common", common_gain_of(tolerances["gain"])),
+        declared.get("platform_mass", DEFAULTS["platform_mass"]),
         platform.force_delay_s,
         platform.velocity_delay_s,
     )
@@ -342,26 +341,51 @@ def _identifiability(found: Found, start: Start) -> dict[str, str]:
     return words
 
 
-def with_common_gain(covariance: Array, tolerance: float) -> Array:
-    """An empty run tells nothing of the gains' mean, so that it is as open as declared; what follows it, follows."""
-    mean = np.zeros(UNKNOWNS)
-    mean[SLICES["gain"]] = 1.0 / LEGS
-    variance = mean @ covariance @ mean
-    if variance == 0.0:
-        return covariance
-    follow = covariance @ mean / variance
-    return covariance + (tolerance**2 - variance) * np.outer(follow, follow)
+def _with_common_gain(
+    native: ModuleType, platform, wish: Wish, machine: Machine, found: Found, whole: Found
+) -> tuple[Found, dict[str, str]]:
+    """`found` with what is open of the gain that all force sensors have in common, or as the reference run tells it, and
+    what is said of each group."""
+    off = None if wish.loaded else _undeclared_factor(machine, found)
+    machine = machine if off is None else replace(machine, common_gain=abs(off))
+    covariance = with_common_gain(found.covariance, machine.common_gain)
+    if wish.reference is not None:
+        loaded = checked_log(native, wish.reference, platform, wish.way_in, wish.reference_mass_kg)
+        whole = replace(whole, covariance=covariance)
+        found = _with_reference(whole, machine, run_of(loaded, wish.reference), wish.reference_mass_kg)
+        return found, _identifiability(found, _start(machine))
+    found = replace(found, covariance=covariance)
+    words = _identifiability(found, _start(machine))
+    if off is not None:
+        words["gain"] += (
+            f"; all masses are {100.0 * off:+.1f} % off what is stated, by the platform or by all force sensors alike: "
+            "--reference tells which, until then sigmas hold both"
+        )
+    return found, words
+
+
+def _undeclared_factor(machine: Machine, found: Found) -> float | None:
+    """Of all masses: the platform's or the force sensors'."""
+    theta = SLICES["theta"]
+    factor = common_factor(machine.theta, found.value[theta], found.covariance[theta, theta])
+    is_declared = factor is None or abs(factor) < max(GRANTED_SIGMAS * machine.common_gain, machine.platform_mass)
+    return None if is_declared else factor
 
 
 def _with_reference(found: Found, machine: Machine, run: Run, mass_kg: float) -> Found:
     """What an empty run leaves to the declared tolerances: the common gain, as a known mass weighs 1 + g times itself, and
-    friction's growth, as legs that carry more rub more."""
+    friction's growth, as legs that carry more rub more. What the empty run says of g and all masses
+    is a curve: the second fit takes its tangent at the g of the first."""
     _refuse_mass(found, machine, run, mass_kg)
-    return _said_of(
-        run,
-        machine,
-        lambda: rig_regression.fit_loaded(run.seen, machine.geometry, machine.gravity_m_s2, found, mass_kg),
-    )
+
+    def fit(empty: Found) -> Found:
+        return rig_regression.fit_loaded(run.seen, machine.geometry, machine.gravity_m_s2, empty, mass_kg)
+
+    def fit_twice() -> Found:
+        before, after = (1.0 + each.value[SLICES["gain"]].mean() for each in (found, fit(found)))
+        return fit(tangent_at(after / before - 1.0, found))
+
+    return _said_of(run, machine, fit_twice)
 
 
 def _refuse_mass(found: Found, machine: Machine, run: Run, mass_kg: float) -> None:

@@ -21,6 +21,7 @@ from hexload.errors import InputError
 from hexload.estimation import (
     commission,
     commissioning_run,
+    common_gain,
     firmware_run,
     rig_file,
     rig_hinges,
@@ -83,7 +84,7 @@ def is_possible(case: FaultCase) -> bool:
 def code_version() -> str:
     """Digest of what decides the score of a case: programs, modules, the platform of the cases."""
     own = (kinds, naming, load_faults, machine_faults, recording, score, sensor_faults, timing_faults, words)
-    of_rigs = (commission, commissioning_run, rig_file, rig_hinges, rig_model, rig_record, rig_regression)
+    of_rigs = (commission, commissioning_run, common_gain, rig_file, rig_hinges, rig_model, rig_record, rig_regression)
     others = (cases, one_case, statistics, firmware_run, bound, *of_rigs)
     modules = [Path(module.__file__) for module in (*own, *others)]
     native = Path(project.native_module().__file__)
