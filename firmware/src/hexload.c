@@ -247,6 +247,7 @@ const hexload_health_t* hexload_health(const hexload_t* self) {
 /// Rows of the effects: their covariance with theta, then with the effects before; mu's lies between. Widened
 /// by what the rig leaves open, as write_load() does.
 static uint32_t write_effects(const hexload_momentum_effects_t* self, hexload_real_t* covariance) {
+    const hexload_real_t scale = hexload_sqrt(self->effects.filter.dispersion);
     const hexload_real_t* known = self->effects.filter.covariance;
     uint32_t written = 0;
     int first = 0; // of the row
@@ -254,7 +255,7 @@ static uint32_t write_effects(const hexload_momentum_effects_t* self, hexload_re
         for (int j = 0; j < HEXLOAD_LOAD_DIM; j++) {
             covariance[written] = self->momentum.jackknife.factor[j] * known[first + j];
             for (int n = 0; n < HEXLOAD_RIG_DIRECTIONS_MAX; n++) {
-                covariance[written] = hexload_fma(self->effects.filter.considered[n][i],
+                covariance[written] = hexload_fma(scale * self->effects.filter.considered[n][i],
                                                   self->momentum.consider.load[n][j], covariance[written]);
             }
             written++;
@@ -274,7 +275,8 @@ static uint32_t write_effects(const hexload_momentum_effects_t* self, hexload_re
 
 /// The filter's, widened as its sigmas are: by the blocks' factors or by the residual test's, by what
 /// the rig leaves open, and by what no motion tells.
-static uint32_t write_load(const hexload_momentum_t* momentum, hexload_real_t* covariance) {
+static uint32_t write_load(const hexload_momentum_t* momentum, hexload_real_t dispersion,
+                           hexload_real_t* covariance) {
     const hexload_real_t* factor = momentum->jackknife.factor;
     const hexload_real_t least = momentum->residual_test.factor;
     uint32_t written = 0;
@@ -283,7 +285,8 @@ static uint32_t write_load(const hexload_momentum_t* momentum, hexload_real_t* c
             hexload_real_t sum = hexload_max(factor[i], least) * hexload_max(factor[j], least) *
                                  momentum->filter.load_cov[i][j];
             for (int n = 0; n < HEXLOAD_RIG_DIRECTIONS_MAX; n++) { // zeros beyond the configured ones
-                sum = hexload_fma(momentum->consider.load[n][i], momentum->consider.load[n][j], sum);
+                sum = hexload_fma(dispersion * momentum->consider.load[n][i], momentum->consider.load[n][j],
+                                  sum);
             }
             covariance[written] = sum + hexload_tolerances_covariance(&momentum->filter, i, j);
             written++;
@@ -309,13 +312,16 @@ static uint32_t write_paper(const hexload_paper_t* paper, hexload_real_t* covari
 
 uint32_t hexload_covariance(const hexload_t* self, hexload_real_t covariance[HEXLOAD_COVARIANCES_MAX]) {
     const hexload_momentum_t* momentum = momentum_of(self);
+    const bool has_effects = self->kind == HEXLOAD_KIND_MOMENTUM_EFFECTS;
     uint32_t written = 0;
     if (momentum != NULL) {
-        written = write_load(momentum, covariance);
+        const hexload_real_t dispersion =
+            has_effects ? self->as.momentum_effects.effects.filter.dispersion : HEXLOAD_REAL(1.0);
+        written = write_load(momentum, dispersion, covariance);
     } else {
         written = write_paper(&self->as.paper, covariance);
     }
-    if (self->kind == HEXLOAD_KIND_MOMENTUM_EFFECTS) {
+    if (has_effects) {
         written += write_effects(&self->as.momentum_effects, &covariance[written]);
     }
     return written;

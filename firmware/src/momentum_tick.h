@@ -288,13 +288,14 @@ static inline void watch_input(hexload_momentum_t* self, const hexload_config_t*
 /// The filter's values and sigmas, and these widened by what its model leaves out: by what varies and by what
 /// is open of the rig's constants. The supervisor adds what no motion tells.
 static inline void read_load(const hexload_momentum_t* self, const hexload_config_t* config,
-                             hexload_estimate_t* estimate) {
+                             const hexload_effects_stage_t* effects, hexload_estimate_t* estimate) {
     hexload_momentum_filter_read(&self->filter, estimate->value, estimate->own_sigma);
     memcpy(estimate->sigma, estimate->own_sigma, sizeof estimate->sigma);
     const bool is_open = config->rig.direction_count > 0;
     const hexload_real_t factor = hexload_residual_test_factor(&self->residual_test, is_open);
     hexload_jackknife_widen(&self->jackknife, factor, estimate->sigma);
-    hexload_consider_widen(&self->consider, config, estimate->sigma);
+    const hexload_real_t dispersion = effects != NULL ? effects->filter.dispersion : HEXLOAD_REAL(1.0);
+    hexload_consider_widen(&self->consider, config, dispersion, estimate->sigma);
 }
 
 /// @param[out] update of the filter. NULL: not wanted.
@@ -331,7 +332,7 @@ static inline hexload_status_t hexload_momentum_run(hexload_momentum_t* self, co
     if (!is_finite) {
         restart(self, config, effects, &health);
     }
-    read_load(self, config, estimate);
+    read_load(self, config, effects, estimate);
     health |= hexload_momentum_supervisor_judge(&self->supervisor, config, &self->filter, &self->jackknife,
                                                 &self->residual_test, estimate);
     if (effects != NULL) {

@@ -389,9 +389,10 @@ static void test_a_step_does_all_of_it_for_all_directions(void) {
 }
 
 static void test_sigmas_are_roots_of_sums_of_squares(void) {
-    // GIVEN three directions, in a memory that has more, WHEN sigmas are widened THEN each is the root of its
-    // own square and the three's; without directions they stay, to the bit, even where float has no square of
-    // them
+    // GIVEN three directions, in a memory that has more, of a rig that is off by the root of 2.5 times what
+    // they say, WHEN sigmas are widened THEN each is the root of its own square and 2.5 times the three's;
+    // without directions they stay, to the bit, even where float has no square of them
+    const double dispersion = 2.5;
     uint64_t seed = 75;
     bench_t bench;
     hexload_real_t sigma[DIM];
@@ -400,18 +401,18 @@ static void test_sigmas_are_roots_of_sums_of_squares(void) {
     for (int k = 0; k < DIM; k++) {
         sigma[k] = HEXLOAD_REAL(0.7);
     }
-    hexload_consider_widen(&bench.self, &bench.scene.config, sigma);
+    hexload_consider_widen(&bench.self, &bench.scene.config, (hexload_real_t)dispersion, sigma);
     for (int k = 0; k < DIM; k++) {
         double square = 0.49;
         for (int n = 0; n < 3; n++) {
-            square += (double)bench.self.load[n][k] * (double)bench.self.load[n][k];
+            square += dispersion * (double)bench.self.load[n][k] * (double)bench.self.load[n][k];
         }
         TEST_ASSERT_DOUBLE_WITHIN(ROUNDINGS(4, 2.0), sqrt(square), (double)sigma[k]);
         sigma[k] = HEXLOAD_REAL(0.7);
     }
     bench.scene.config.rig.direction_count = 0;
     sigma[0] = HEXLOAD_REAL(1e30);
-    hexload_consider_widen(&bench.self, &bench.scene.config, sigma);
+    hexload_consider_widen(&bench.self, &bench.scene.config, (hexload_real_t)dispersion, sigma);
     for (int k = 0; k < DIM; k++) {
         TEST_ASSERT_EQUAL_DOUBLE((double)(k == 0 ? HEXLOAD_REAL(1e30) : HEXLOAD_REAL(0.7)), (double)sigma[k]);
     }

@@ -810,6 +810,52 @@ static void test_a_state_is_not_considered_too(void) {
                      HEXLOAD_REAL(1.5) * none_open.estimate.own_sigma[HEXLOAD_LOAD_M]);
 }
 
+static void test_what_effects_are_off_commissioning_is_a_mean_of_squares(void) {
+    // GIVEN effects that stay where they are, each further off, biases, tilt and dry friction with sigmas
+    // that commissioning has left, beside two open constants, and viscous friction that is none
+    const motion_t motion = random_motion(17, 0.05, 0.1);
+    const double prior[4] = {2.0, 3.0, 0.0, 0.02};
+    for (int n = 0; n < 2; n++) {
+        static step_t step;
+        double squares = 0.0;
+        begin_step(&step);
+        hexload_actuator_effects_config_t* config = &step.config.actuator_effects;
+        config->prior_bias_sigma_n = (hexload_real_t)prior[0];
+        config->prior_coulomb_sigma_n = (hexload_real_t)prior[1];
+        config->prior_viscous_sigma_n_s_m = (hexload_real_t)prior[2];
+        config->prior_tilt_sigma_m_s2 = (hexload_real_t)prior[3];
+        hexload_actuator_effects_init(&step.effects, &step.config);
+        step.config.rig.direction_count = 2;
+        hexload_actuator_effects_hold(&step.effects, &step.config);
+        for (int i = 0; i < DIM; i++) {
+            const double sigma = prior[i < TILT ? i / 6 : 3];
+            // n = 0: by up to two sigmas; n = 1: by up to ten
+            const double off = sigma * (n == 0 ? 0.1 : 0.5) * (double)(i + 1);
+            const double open[2] = {0.3 * sigma, 0.4 * sigma};
+            step.effects.effect[i] = (hexload_real_t)off;
+            step.effects.considered[0][i] = (hexload_real_t)open[0];
+            step.effects.considered[1][i] = (hexload_real_t)open[1];
+            squares += sigma > 0.0 ? off * off / (sigma * sigma * (1.0 + 1.0 + 0.25)) : 0.0;
+        }
+        // WHEN all but one have had their tick THEN nothing is said, AND after the last the mean of the
+        // squares of those that are free, one of 1 with them, and 1 where they are within
+        for (uint32_t tick = 0; tick < DIM; tick++) {
+            TEST_ASSERT_EQUAL_DOUBLE(1.0, (double)step.effects.dispersion);
+            next_step(&step, &motion, &none, tick, 1e-4);
+            take_step(&step);
+        }
+        const double mean = (squares + 1.0) / (14.0 + 1.0);
+        TEST_ASSERT_TRUE(n == 0 ? mean < 1.0 : mean > 2.0);
+        TEST_ASSERT_DOUBLE_WITHIN(1e-4 * mean, fmax(1.0, mean), (double)step.effects.dispersion);
+        // AND the next round begins anew
+        for (uint32_t tick = DIM; tick < 2 * DIM; tick++) {
+            next_step(&step, &motion, &none, tick, 1e-4);
+            take_step(&step);
+        }
+        TEST_ASSERT_DOUBLE_WITHIN(1e-4 * mean, fmax(1.0, mean), (double)step.effects.dispersion);
+    }
+}
+
 static void test_an_effect_that_is_next_to_known_is_a_state_all_the_same(void) {
     const motion_t motion = random_motion(72, 0.05, 0.1);
     for (int n = 0; n < 8; n++) {
@@ -1385,6 +1431,7 @@ int main(void) {
     RUN_TEST(test_a_tilt_turns_gravity_and_keeps_its_length);
     RUN_TEST(test_a_tilt_beyond_gravity_takes_nothing_from_its_length);
     RUN_TEST(test_errors_by_each_of_many_constants_go_the_same_way);
+    RUN_TEST(test_what_effects_are_off_commissioning_is_a_mean_of_squares);
     RUN_TEST(test_an_effect_that_is_next_to_known_is_a_state_all_the_same);
     RUN_TEST(test_effects_are_held_for_what_a_window_of_displacements_adds_too);
     RUN_TEST(test_the_residual_is_a_mean_of_all_and_then_of_two_seconds);

@@ -517,9 +517,13 @@ typedef struct hexload_actuator_effects {
     hexload_real_t considered[HEXLOAD_RIG_DIRECTIONS_MAX][HEXLOAD_EFFECTS_DIM];
     /// Residual of the smooth leg speeds beyond the velocity sensors' noise: leaky mean square.
     hexload_real_t residual_m2_s2;
-    uint32_t ticks;      ///< that it goes back
-    uint32_t rest_ticks; ///< how long no motion has stood out of the smoother's noise
-    uint32_t held_ticks; ///< for which no sample changes the effects
+    uint32_t ticks;            ///< that it goes back
+    uint32_t rest_ticks;       ///< how long no motion has stood out of the smoother's noise
+    uint32_t held_ticks;       ///< for which no sample changes the effects
+    uint32_t compared;         ///< x that is held against its prior next
+    uint32_t counted;          ///< of those before it in this round, that have one
+    hexload_real_t squares;    ///< of these, what they are off in units of what is open of them
+    hexload_real_t dispersion; ///< mean of the squares of the last round; 1 at least
 } hexload_actuator_effects_t;
 
 typedef struct hexload_identifiability {

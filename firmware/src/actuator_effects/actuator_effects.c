@@ -28,14 +28,18 @@ enum { UNCERTAIN_TICKS = 2 * HEXLOAD_LAG_TICKS_MAX };
 /// A platform at rest gives no more information after that.
 #define LONGEST_REST_S HEXLOAD_REAL(2.0)
 
-void hexload_actuator_effects_init(hexload_actuator_effects_t* self, const hexload_config_t* config) {
+static hexload_real_t prior_variance(const hexload_config_t* config, int i) {
     const hexload_actuator_effects_config_t* effects = &config->actuator_effects;
     const hexload_real_t sigma[HEXLOAD_EFFECT_KINDS] = {
         effects->prior_bias_sigma_n, effects->prior_coulomb_sigma_n, effects->prior_viscous_sigma_n_s_m};
-    *self = (hexload_actuator_effects_t){.effect = {HEXLOAD_REAL(0.0)}};
+    const hexload_real_t of_effect = i < TILT ? sigma[i / HEXLOAD_LEGS] : effects->prior_tilt_sigma_m_s2;
+    return of_effect * of_effect;
+}
+
+void hexload_actuator_effects_init(hexload_actuator_effects_t* self, const hexload_config_t* config) {
+    *self = (hexload_actuator_effects_t){.dispersion = HEXLOAD_REAL(1.0)};
     for (int i = 0; i < DIM; i++) {
-        const hexload_real_t of_effect = i < TILT ? sigma[i / HEXLOAD_LEGS] : effects->prior_tilt_sigma_m_s2;
-        self->covariance[EFFECT_ROW(i) + KNOWN + i] = of_effect * of_effect;
+        self->covariance[EFFECT_ROW(i) + KNOWN + i] = prior_variance(config, i);
     }
 }
 
@@ -496,6 +500,33 @@ static bool has_rested(hexload_actuator_effects_t* self, const hexload_config_t*
     return false;
 }
 
+/// With what the rig leaves open.
+static hexload_real_t total_variance(const hexload_actuator_effects_t* self, int i) {
+    hexload_real_t variance = effects_covariance(self, i, i);
+    for (int n = 0; n < HEXLOAD_RIG_DIRECTIONS_MAX; n++) { // zeros beyond the configured ones
+        variance = hexload_fma(self->considered[n][i], self->considered[n][i], variance);
+    }
+    return variance;
+}
+
+/// One effect in each tick: is it as far off as commissioning has left it open?
+static void compare_with_prior(hexload_actuator_effects_t* self, const hexload_config_t* config) {
+    const int i = (int)self->compared;
+    const hexload_real_t prior = prior_variance(config, i);
+    if (prior > HEXLOAD_REAL(0.0)) {
+        self->counted++;
+        self->squares += self->effect[i] * self->effect[i] / (prior + total_variance(self, i));
+    }
+    self->compared++;
+    if (self->compared == (uint32_t)DIM) {
+        const hexload_real_t one = HEXLOAD_REAL(1.0); // more, that is as it should be
+        self->dispersion = hexload_max(one, (self->squares + one) / ((hexload_real_t)self->counted + one));
+        self->compared = 0;
+        self->counted = 0;
+        self->squares = HEXLOAD_REAL(0.0);
+    }
+}
+
 bool hexload_actuator_effects_step(hexload_actuator_effects_t* self, hexload_momentum_filter_t* load,
                                    hexload_consider_t* consider, const hexload_config_t* config,
                                    const hexload_delayed_tick_t* past, hexload_momentum_update_t* update) {
@@ -510,6 +541,7 @@ bool hexload_actuator_effects_step(hexload_actuator_effects_t* self, hexload_mom
     watch_residual(self, config, past);
     if (config->rig.direction_count > 0) {
         move_considered(load, consider, config, past);
+        compare_with_prior(self, config);
     }
     if (past->smooth.gap_ticks == 0) {
         hexload_momentum_filter_step(load, config, past, update);
@@ -557,12 +589,8 @@ bool hexload_actuator_effects_is_finite(const hexload_actuator_effects_t* self) 
 void hexload_actuator_effects_read(const hexload_actuator_effects_t* self, hexload_real_t value[DIM],
                                    hexload_real_t sigma[DIM]) {
     for (int i = 0; i < DIM; i++) {
-        hexload_real_t variance = effects_covariance(self, i, i);
-        for (int n = 0; n < HEXLOAD_RIG_DIRECTIONS_MAX; n++) { // zeros beyond the configured ones
-            variance = hexload_fma(self->considered[n][i], self->considered[n][i], variance);
-        }
         value[i] = self->effect[i];
-        sigma[i] = hexload_sqrt(variance);
+        sigma[i] = hexload_sqrt(total_variance(self, i));
     }
 }
 

@@ -250,12 +250,12 @@ void hexload_consider_step(hexload_consider_t* self, hexload_momentum_filter_t* 
 }
 
 void hexload_consider_widen(const hexload_consider_t* self, const hexload_config_t* config,
-                            hexload_real_t sigma[DIM]) {
+                            hexload_real_t dispersion, hexload_real_t sigma[DIM]) {
     for (int k = 0; k < DIM && config->rig.direction_count > 0; k++) {
-        hexload_real_t variance = sigma[k] * sigma[k];
+        hexload_real_t variance = HEXLOAD_REAL(0.0);
         for (uint32_t n = 0; n < config->rig.direction_count; n++) {
             variance = hexload_fma(self->load[n][k], self->load[n][k], variance);
         }
-        sigma[k] = hexload_sqrt(variance);
+        sigma[k] = hexload_sqrt(hexload_fma(dispersion, variance, sigma[k] * sigma[k]));
     }
 }

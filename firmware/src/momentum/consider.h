@@ -49,8 +49,9 @@ void hexload_consider_step(hexload_consider_t* self, hexload_momentum_filter_t* 
                            hexload_momentum_update_t* update);
 
 /// Adds what the constants leave open to the filter's standard deviations.
+/// @param dispersion how many times the variance of the directions is that which the rig has shown.
 /// @param[in,out] sigma of the load's parameters.
 void hexload_consider_widen(const hexload_consider_t* self, const hexload_config_t* config,
-                            hexload_real_t sigma[HEXLOAD_LOAD_DIM]);
+                            hexload_real_t dispersion, hexload_real_t sigma[HEXLOAD_LOAD_DIM]);
 
 #endif
