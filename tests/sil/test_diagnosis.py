@@ -15,6 +15,7 @@ import hexload
 from hexload.diagnosis import spectral, wiring
 from hexload.diagnosis.diagnose import diagnose
 from hexload.diagnosis.machine import machine_of
+from hexload.estimation.rig_model import motion_of_legs
 from hexload.faults.kinds import KINDS
 from hexload.faults.naming import causes_of
 from hexload.io.log_file import LegLog, read_log
@@ -67,6 +68,43 @@ def rubbing(log: LegLog) -> LegLog:
     return replace(log, force_n=log.force_n + 60.0 * np.tanh(speed(log) / 2e-3))
 
 
+def during(values: np.ndarray, more: float, start: int, end: int | None = None) -> np.ndarray:
+    values = values.copy()
+    values[start:end] += more
+    return values
+
+
+def bent(values: np.ndarray) -> np.ndarray:
+    """Off by 1 % of the largest value there."""
+    return values + 0.01 * values**2 / np.abs(values).max()
+
+
+def dragged(values: np.ndarray) -> np.ndarray:
+    """What is slow is behind by 15 N, either way."""
+    (slow,) = spectral.low_pass(values, TICK_S, 20.0, 0)
+    behind = np.empty_like(slow)
+    now = slow[0]
+    for k, value in enumerate(slow):
+        behind[k] = now = np.clip(now, value - 15.0, value + 15.0)
+    return values + behind - slow
+
+
+def in_bursts(log: LegLog) -> LegLog:
+    """Five times the noise of 5 N, for 60 ms in each second."""
+    is_burst = (np.arange(len(log.t_s)) % 1000 < 60)[:, None]
+    return replace(log, force_n=log.force_n + is_burst * np.random.default_rng(3).normal(0.0, 24.5, log.force_n.shape))
+
+
+def spinning(log: LegLog) -> LegLog:
+    """A rotor of 20 N m s about the platform's z: M = -w x H."""
+    way, rate, acceleration = spectral.low_pass(log.displacement_m, TICK_S, 12.0, 2)
+    motion = motion_of_legs(machine().geometry, way, rate, acceleration)
+    moment = -np.cross(motion.twist[:, 3:], [0.0, 0.0, 20.0])
+    wrench = np.hstack([np.zeros_like(moment), moment])
+    push = np.linalg.solve(np.swapaxes(motion.jacobian, 1, 2), wrench[:, :, None])[:, :, 0]
+    return replace(log, force_n=log.force_n - push)
+
+
 ALL = ("displacement_m", "velocity_m_s", "force_n")
 # What is done to the log, the cause, its legs from 1, its size and how far off that may be.
 FAULTS = {
@@ -94,6 +132,21 @@ FAULTS = {
     "clock": (lambda log: replace(log, t_s=1.01 * log.t_s), "clock", None, 0.01, 5e-4),
     "millimetres": (lambda log: replace(log, displacement_m=1e3 * log.displacement_m), "displacement unit", None, 1e3, 1.0),
     "spikes": (lambda log: with_leg(log, "force_n", 1, spiked), "force spikes", (1,), 200.0, 20.0),
+    "force zero off for half a second": (lambda log: with_leg(log, "force_n", 2, lambda f: during(f, 15.0, 3000, 3500)), "force pulse", (2,), 3.0, 0.3),
+    "force zero jumps": (lambda log: with_leg(log, "force_n", 3, lambda f: during(f, 10.0, 4000)), "force zero step", (3,), 10.0, 0.5),
+    "force gain jumps": (lambda log: with_leg(log, "force_n", 3, lambda f: during(f, 0.02 * f[4000:], 4000)), "force gain step", (3,), 0.02, 1e-3),
+    "displacement off for half a second": (lambda log: with_leg(log, "displacement_m", 4, lambda d: during(d, 2e-4, 3000, 3500)), "displacement pulse", (4,), 3.0, 0.01),
+    "velocity off for half a second": (lambda log: with_leg(log, "velocity_m_s", 1, lambda v: during(v, 2e-3, 3000, 3500)), "velocity pulse", (1,), 3.0, 0.1),
+    "displacement zero jumps": (lambda log: with_leg(log, "displacement_m", 4, lambda d: during(d, 3e-4, 5000)), "displacement zero step", (4,), 3e-4, 3e-5),
+    "displacement gain jumps": (lambda log: with_leg(log, "displacement_m", 2, lambda d: during(d, 0.02 * d[5200:], 5200)), "displacement gain step", (2,), 0.02, 2e-3),
+    "a screw's turn": (lambda log: replace(log, displacement_m=log.displacement_m + 3e-5 * np.sin(2 * np.pi * log.displacement_m / 4e-3 + np.arange(6))), "displacement periodic", None, 3e-5, 3e-6),
+    "a displacement that bends": (lambda log: with_leg(log, "displacement_m", 5, bent), "displacement curve", (5,), 0.01, 1e-3),
+    "a velocity that bends": (lambda log: with_leg(log, "velocity_m_s", 5, bent), "velocity curve", (5,), 0.01, 1e-3),
+    "bursts of noise": (in_bursts, "force bursts", None, 5.0, 1.0),
+    "crosstalk": (lambda log: replace(log, force_n=log.force_n + 0.01 * np.roll(log.force_n, -1, axis=1)), "force crosstalk", None, 0.01, 5e-4),
+    "hysteresis": (lambda log: replace(log, force_n=dragged(log.force_n)), "force hysteresis", None, None, None),
+    "something spins": (spinning, "spinning part", None, 20.0, 1.0),
+    "legs that give": (lambda log: replace(log, displacement_m=log.displacement_m + spectral.low_pass(log.force_n, TICK_S, 20.0, 0)[0] / 2e7), "elastic legs", None, 2e7, 2e6),
     "hum": (lambda log: replace(log, force_n=log.force_n + 10.0 * np.sin(2 * np.pi * 50 * log.t_s)[:, None]), "force hum", None, 50.0, 0.2),
 }  # fmt: skip
 

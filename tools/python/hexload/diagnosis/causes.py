@@ -20,6 +20,7 @@ STRIBECK_M_S = 0.01
 PRESLIDING_M = 5e-5
 TILT_STEP_RAD = 1e-4
 STEP_M = 1e-4  # of hinges and lengths
+ELASTIC_M_N = 1e-8
 HINGE_TURN_RAD_S = 0.01
 SOFT_HZ, SOFT_DAMPING = np.arange(0.4, 2.0, 0.05), 0.015
 STIFF_HZ, STIFF_DAMPING = np.geomspace(2.0, 12.0, 18), 0.05
@@ -27,6 +28,8 @@ LINES = 4  # of the residual's spectrum that are tried
 LINE_HZ = (0.5, 8.0)
 JUMP_GRID_S = 0.5
 PUSH_S = 0.5
+STEP_S = 0.25  # between moments at which a sensor's zero or gain may jump
+HYSTERESIS_N = (10.0, 40.0)  # of a force's change, after which its sensor's hysteresis has turned round
 STOP_DIRECTIONS = 12
 STOP_SHARE = 0.8  # of the way, where something may be in it
 LEAK_STARTS = 6
@@ -63,6 +66,13 @@ def quick(d: Dynamics, theta: Array) -> Iterator[Family]:
     yield Family("tilt", slopes[:, :, :2])
     yield Family("tilt", slopes)  # a larger one: weight along the axis is less
     yield Family("gravity", -slopes[:, :, 2:])
+    yield Family("force crosstalk", np.stack([np.roll(rigid, way, axis=1) for way in (-1, 1)], axis=2))
+    for span_n in HYSTERESIS_N:
+        law = rig_model.FrictionLaw(1.0, 1e-3 * span_n, span_n)
+        behind = -rig_model.slides(np.gradient(rigid, d.smooth.dt_s, axis=0), law, d.smooth.dt_s)
+        yield from _of_legs("force hysteresis", unit * behind[:, :, None])
+    turning = np.cross(d.motion.twist[:, None, 3:], np.eye(3)).swapaxes(1, 2)  # w x e, (n, 3, 3)
+    yield Family("spinning part", _leg_forces(d.motion, np.concatenate([np.zeros_like(turning), turning], axis=1)))
     yield Family("leg mass", rig_model.leg_mass_forces(d.motion, d.machine.geometry, g))
     position = _positions(d)
     yield Family("hoses", _base_force(d, -position[:, :, None] * np.eye(3)))
@@ -77,6 +87,7 @@ def slow(d: Dynamics, theta: Array, residual_n: Array) -> Iterator[Family]:
     yield from _lines(d, theta, residual_n)
     yield from _stops(d)
     yield from _pushes(d)
+    yield from _steps(d, theta)
 
 
 def jumps(d: Dynamics, at_s: Array) -> Iterator[Family]:
@@ -211,7 +222,15 @@ def _geometries(d: Dynamics, theta: Array) -> Iterator[Family]:
             # the sensor shows more than there is, so the truth is where it is taken off
             columns.append((_forces(d, geometry, theta, [-only * part for part in parts]) - here) / size)
         yield from _of_legs(cause, np.stack(columns, axis=2))
+    yield Family("elastic legs", _of_elastic_legs(d, theta, here)[:, :, None])
     yield from _hinge_families(d, theta, here)
+
+
+def _of_elastic_legs(d: Dynamics, theta: Array, here: Array) -> Array:
+    """Forces per 1e-8 m/N, less than that at the sensors: legs that push are shorter than their displacements say."""
+    rate = np.gradient(here, d.smooth.dt_s, axis=0)
+    parts = (here, rate, np.gradient(rate, d.smooth.dt_s, axis=0))
+    return _forces(d, d.machine.geometry, theta, [-ELASTIC_M_N * part for part in parts]) - here
 
 
 def _hinge_families(d: Dynamics, theta: Array, here: Array) -> Iterator[Family]:
@@ -329,10 +348,25 @@ def _stops(d: Dynamics) -> Iterator[Family]:
 
 
 def _pushes(d: Dynamics) -> Iterator[Family]:
-    """A wrench for a while."""
+    """A wrench, or a zero that is off, for a while."""
     unit = np.broadcast_to(np.eye(6), (len(d.smooth.t_s), 6, 6))
     columns = -_leg_forces(d.motion, unit)
     t_s = d.smooth.t_s
     for start in np.arange(t_s[0], t_s[-1] - PUSH_S, 0.5 * PUSH_S):
-        inside = (t_s >= start) & (t_s < start + PUSH_S)
-        yield Family("push", columns * inside[:, None, None], detail=float(start), end=float(start + PUSH_S))
+        inside = ((t_s >= start) & (t_s < start + PUSH_S)).astype(float)[:, None, None]
+        when = {"detail": float(start), "end": float(start + PUSH_S)}
+        yield Family("push", columns * inside, **when)
+        for leg in range(LEGS):
+            yield Family("force pulse", (unit * inside)[:, :, leg : leg + 1], (leg,), **when)
+
+
+def _steps(d: Dynamics, theta: Array) -> Iterator[Family]:
+    """A zero or a gain of a force that is another from some moment on."""
+    rigid, t_s = of_load(d.of_body, theta), d.smooth.t_s
+    shapes = {"force zero step": np.ones_like(rigid), "force gain step": rigid}
+    for moment in np.arange(t_s[0] + STEP_S, t_s[-1] - STEP_S, STEP_S):
+        since = (t_s >= moment).astype(float)[:, None]
+        for cause, shape in shapes.items():
+            for leg in range(LEGS):
+                column = shape * since * np.eye(LEGS)[leg]
+                yield Family(cause, column[:, :, None], (leg,), detail=float(moment))

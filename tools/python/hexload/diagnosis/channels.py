@@ -29,6 +29,12 @@ HELD_SHARE, REPEATED_SHARE = 0.4, 0.003
 STEPS_IN_SIGMAS = 0.9
 SPIKE_SIGMAS, SPIKES = 9.0, 3
 LIMIT_HITS = 12
+BURST_ROWS = 24
+BURST_RATIO, BURSTS, BURST_SHARE = (
+    3.0,
+    3,
+    0.25,
+)  # of the usual size, how often, and in which share of the windows at most
 LEAST_NOISE = 0.4
 KEYS = {"displacement": "displacement_m", "velocity": "velocity_m_s", "force": "force_n"}
 NOISE_RATIO = (0.6, 1.6)
@@ -54,9 +60,7 @@ def look_at(record: Record, machine: Machine) -> Iterator[Finding]:
     yield from frozen
     if frozen:
         return
-    jitter = list(_jitter(record, machine))
-    yield from jitter
-    yield from _made_of_displacements(record, machine)
+    of_channels: list[Finding] = []
     noise: dict[str, float] = {}
     for name in CHANNELS:
         values = _values(log, name)
@@ -66,16 +70,17 @@ def look_at(record: Record, machine: Machine) -> Iterator[Finding]:
         clean = np.stack(
             [np.interp(log.t_s, log.t_s[np.isfinite(leg)], leg[np.isfinite(leg)]) for leg in values.T], axis=1
         )
-        loose = list(_loose(name, clean))
-        yield from loose
-        if not loose:
-            yield from _stops(name, log.t_s, clean)
         steps = list(_steps(name, clean, stated))
-        yield from steps
+        of_channels += [*(list(_loose(name, clean)) or _stops(name, log.t_s, clean)), *steps]
         if not steps and not _is_held(clean) and record.dt_s < SLOW_S:
-            yield from _spikes(name, clean, stated)
-            yield from _hum(name, clean, stated, record.dt_s)
+            # the largest values of bursts are no spikes
+            of_channels += [*(list(_bursts(name, clean)) or _spikes(name, clean, stated))]
+            of_channels += _hum(name, clean, stated, record.dt_s)
             noise[name] = float(np.median(noise_of(clean))) / stated
+    if not any(each.is_input for each in of_channels):  # whose values are not of their times either
+        yield from _jitter(record, machine)
+    yield from _made_of_displacements(record, machine)
+    yield from of_channels
     yield from _noise(noise)
 
 
@@ -326,13 +331,15 @@ def _steps(name: str, values: Array, stated: float) -> Iterator[Finding]:
 
 
 def _spikes(name: str, values: Array, stated: float) -> Iterator[Finding]:
-    """Single values far off both neighbours, which agree."""
+    """Single values far off both neighbours, which agree, beside the slope of the next ones."""
     change = np.diff(values, axis=0)
     sigma = np.maximum(noise_of(values), stated / 2.0)
-    up, down = change[:-1], -change[1:]
+    slope = 0.5 * (change[:-3] + change[3:])
+    up, down = change[1:-2] - slope, slope - change[2:-1]
     limit = SPIKE_SIGMAS * sigma
     is_spike = (np.minimum(np.abs(up), np.abs(down)) > limit) & (up * down > 0.0)
     is_spike &= np.abs(up - down) < 0.7 * np.abs(up + down)
+    is_spike &= np.abs(change[3:] - change[:-3]) < 0.25 * np.abs(up + down)  # else it rings
     counts = is_spike.sum(axis=0)
     legs = tuple(np.flatnonzero(counts >= SPIKES).tolist())
     if 0 < len(legs) < LEGS:
@@ -345,6 +352,28 @@ def _spikes(name: str, values: Array, stated: float) -> Iterator[Finding]:
             legs,
             size,
             _unit(name),
+        )
+
+
+def _bursts(name: str, values: Array) -> Iterator[Finding]:
+    """Noise that is several times as large for a while, and again. The median of a window's third differences is what single
+    values and steps hardly change."""
+    windows = np.lib.stride_tricks.sliding_window_view(np.abs(np.diff(values, 3, axis=0)), BURST_ROWS, axis=0)
+    size = np.median(windows[:: BURST_ROWS // 2], axis=2)
+    usual = np.median(size, axis=0)
+    is_loud = size > BURST_RATIO * usual
+    starts = np.diff(is_loud.astype(np.int8), axis=0, prepend=np.zeros((1, LEGS), np.int8)) == 1
+    legs = tuple(np.flatnonzero((starts.sum(axis=0) >= BURSTS) & (is_loud.mean(axis=0) < BURST_SHARE)).tolist())
+    if legs:
+        ratio = max(float(np.median(size[is_loud[:, leg], leg]) / usual[leg]) for leg in legs)
+        who = f"{name} channels have" if len(legs) == LEGS else f"{legs_in_words(legs)}: {name} has"
+        count = int(starts.sum(axis=0)[list(legs)].max())
+        yield Finding(
+            f"{name} bursts",
+            f"{who} {count} bursts of noise, of about {plain(ratio)} times the rest",
+            "look at cables and shielding, and at what is switched near by",
+            () if len(legs) == LEGS else legs,
+            ratio,
         )
 
 

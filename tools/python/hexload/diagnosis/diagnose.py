@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from hexload.diagnosis import channels, kinematics, one_force, phrases, sensors, wiring
+from hexload.diagnosis import channels, kinematics, one_force, passing, phrases, repeating, sensors, wiring
 from hexload.diagnosis.bank import Bank
 from hexload.diagnosis.dynamics import Dynamics, Machine, TooShort, dynamics_of
 from hexload.diagnosis.finding import Finding, legs_in_words, plain
@@ -113,11 +113,13 @@ def _is_much(finding: Finding) -> bool:
 
 
 def _sensors(record: Record, machine: Machine) -> tuple[list[Finding], Record]:
+    of_place, record = repeating.take_out(record)
+    passed, record = passing.take_out(record)
     smooth = kinematics.smooth_of(record)
     if smooth is None or (found := kinematics.compare(record, smooth, machine)) is None:
-        return [], record
+        return of_place + passed, record
     checked = sensors.check(record, found, machine, lambda other: wiring.misfit(other, machine))
-    return checked.findings, checked.record
+    return of_place + passed + checked.findings, checked.record
 
 
 def _forces(record: Record, machine: Machine, reported_s: Sequence[float]) -> Diagnosis:

@@ -81,6 +81,11 @@ class Dynamics:
     def faded(self, fade: Array) -> "Dynamics":
         return replace(self, smooth=replace(self.smooth, fade=self.smooth.fade * fade))
 
+    def with_noise_of(self, theta: Array) -> "Dynamics":
+        """With the rows' noise as a platform with that load makes it, (10,) of both."""
+        masses = rig_model.leg_masses(self.machine.geometry, _possible(theta, self.machine.own_theta))
+        return replace(self, whiteners=_whiteners(self.machine, masses, self.hz, self.smooth.step))
+
 
 def dynamics_of(record: Record, machine: Machine) -> Dynamics:
     """Raises ValueError when the displacements are those of no pose, TooShort of a short record."""
@@ -91,11 +96,10 @@ def dynamics_of(record: Record, machine: Machine) -> Dynamics:
     of_body = rig_model.body_forces(motion, machine.gravity_m_s2)
     count = min(len(smooth.t_s) // 2, int(2 * len(smooth.t_s) * smooth.dt_s * BAND_HZ))
     hz = cosine_hz(count, len(smooth.t_s), smooth.dt_s)
+    found = Dynamics(machine, record, smooth, motion, of_body, np.empty((0, LEGS, LEGS)), hz)
     theta = machine.own_theta
     for _ in range(WHITENINGS):
-        masses = rig_model.leg_masses(machine.geometry, _possible(theta, machine.own_theta))
-        whiteners = _whiteners(machine, masses, hz, smooth.step)
-        found = Dynamics(machine, record, smooth, motion, of_body, whiteners, hz)
+        found = found.with_noise_of(theta)
         rows, forces = found.whitened(of_body), found.whitened(smooth.force[:, :, None])[:, 0]
         theta = np.linalg.lstsq(rows, forces, rcond=1e-10)[0]
     return found

@@ -1,6 +1,7 @@
-"""Velocities against the displacements' derivatives, leg by leg: swapped, negated, gain, lag, zero, drift.
+"""Velocities against the displacements' derivatives, leg by leg: swapped, negated, gain, lag, zero, drift, and scales that
+are bent.
 
-    v = (1 + gain) d' + zero + drift t - lag d''
+    v = (1 + gain) d' + zero + drift t - lag d'' + bend d d' + curve d'^2
 
 by the cosine terms below BAND_HZ, weighted with the noise of both; the sigmas as in bank.py. Which of the two sensors
 it is only the forces can tell: the motion that they are compared with is the displacements'.
@@ -19,7 +20,7 @@ Array = NDArray[np.float64]
 
 MOVING = 4.0  # rms speed in sigmas of a smooth one
 GOOD, POOR = 0.9, 0.5  # squared correlations
-NUMBERS = ("gain", "zero", "drift", "lag")
+NUMBERS = ("gain", "zero", "drift", "lag", "bend", "curve")
 
 
 @dataclass(frozen=True)
@@ -56,7 +57,8 @@ def compare(record: Record, smooth: Smooth, machine: Machine) -> Kinematics | No
     for leg in range(LEGS):
         if np.sqrt(np.mean(speed[:, leg] ** 2)) < MOVING * floor or partner[leg] != leg or sign[leg] < 0.0:
             continue
-        columns = [speed[:, leg], smooth.fade, time_s, -smooth.acceleration[:, leg] * smooth.fade]
+        bend, curve = (each[:, leg] * speed[:, leg] for each in (smooth.displacement, smooth.speed))
+        columns = [speed[:, leg], smooth.fade, time_s, -smooth.acceleration[:, leg] * smooth.fade, bend, curve]
         rows = weight[:, None] * cosines(np.stack([velocity[:, leg] - speed[:, leg], *columns], axis=1), count)
         found, spread, unexplained[leg] = _fit(rows[:, 1:], rows[:, 0])
         for name, one, its in zip(NUMBERS, found, spread, strict=True):
@@ -93,5 +95,6 @@ def _fit(matrix: Array, rows: Array) -> tuple[Array, Array, float]:
     value = inverse @ (matrix.T @ rows)
     left = rows - matrix @ value
     scores = matrix * left[:, None]
-    covariance = inverse @ (scores.T @ scores) @ inverse
-    return value / scale, np.sqrt(np.maximum(np.diag(covariance), 0.0)) / scale, float(np.mean(left**2))
+    # that of few terms that count comes out too small
+    variance = np.maximum(np.diag(inverse @ (scores.T @ scores) @ inverse), np.diag(inverse) * np.mean(left**2))
+    return value / scale, np.sqrt(variance) / scale, float(np.mean(left**2))

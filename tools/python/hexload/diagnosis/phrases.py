@@ -36,7 +36,7 @@ def finding_of(selected: Selected, alternatives: tuple[str, ...], force_sigma_n:
         selected.share,
         alternatives,
         shift=tuple(map(float, selected.shift)),
-        until_s=selected.family.end if cause == "push" else float("nan"),
+        until_s=selected.family.end,
         is_harmless=is_harmless,
     )
 
@@ -118,6 +118,42 @@ def _worded(s: Selected) -> tuple[str, str, str, float, str, tuple[int, ...]]:
             first,
             "",
         ),
+        "force crosstalk": (
+            f"forces follow those of the neighbouring legs: each shows about {plain(100.0 * np.max(np.abs(s.size)))} % of the next one's",
+            "look at cables and amplifiers, or at bending in the mounts of the sensors",
+            float(np.max(np.abs(s.size))),
+            "",
+        ),
+        "spinning part": (
+            f"the residual follows the platform's turning across it: something in the load spins, with about {plain(np.linalg.norm(s.size))} N m s",
+            "stop it, or let no load change count while it runs",
+            float(np.linalg.norm(s.size)),
+            "N m s",
+        ),
+        "elastic legs": (
+            f"the residual follows the second derivative of the legs' forces: legs give, by about {plain(1e8 / max(abs(first), 1e-9))} N/m each",
+            "look at their mounts and hinges",
+            1e8 / max(abs(first), 1e-9),
+            "N/m",
+        ),
+        "force pulse": (
+            f"{legs_in_words(s.family.legs)}: zero of its force sensor off by about {plain(abs(first))} N from about {at:.2f} to {s.family.end:.2f} s",
+            "look at the sensor and its cable",
+            at,
+            "s",
+        ),
+        "force zero step": (
+            f"{legs_in_words(s.family.legs)}: zero of its force sensor jumps by about {plain(abs(first))} N at about {at:.1f} s",
+            CALIBRATE,
+            first,
+            "N",
+        ),
+        "force gain step": (
+            f"{legs_in_words(s.family.legs)}: gain of its force sensor jumps by about {plain(abs(percent))} % at about {at:.1f} s",
+            CALIBRATE,
+            first,
+            "",
+        ),
         "leg mass": (
             "the residual follows the swing of the legs: they have a mass that counts",
             COMMISSION,
@@ -181,7 +217,7 @@ def _worded(s: Selected) -> tuple[str, str, str, float, str, tuple[int, ...]]:
         ),
     }
     words, mend, size, unit = table[s.family.cause]
-    return s.family.cause, words, mend, size, unit, s.family.legs if s.family.cause == "one hinge" else ()
+    return s.family.cause, words, mend, size, unit, s.family.legs
 
 
 def _by_leg(s: Selected) -> tuple[np.ndarray, tuple[int, ...], float]:
@@ -224,6 +260,13 @@ _OF_LEGS = {
         100.0,
         "",
         "calibrate it over its whole range",
+    ),
+    "force hysteresis": (
+        "lags behind {its} force",
+        "hysteresis of {its} force sensor of about {size} N",
+        1.0,
+        "N",
+        "commission the machine, or take a sensor with less",
     ),
     "force late": (
         "follows the change of {its} force",
@@ -273,7 +316,8 @@ def _of_legs(s: Selected, sizes: np.ndarray, legs: tuple[int, ...], worst: float
     if cause == "force late" and worst < 0.0:
         what = what.replace("late", "early")
     if len(legs) != 1:
-        shows = shows.replace("follows", "follow").replace("is ", "are ").replace("grows", "grow")
+        for one, more in (("follows", "follow"), ("is ", "are "), ("grows", "grow"), ("lags", "lag")):
+            shows = shows.replace(one, more)
         what = what.replace("length at home, or zero of", "lengths at home, or zeros of").replace("sensor", "sensors")
         what = what.replace("zero of", "zeros of") if what.startswith("zero") else what
         shows = shows.replace("speed", "speeds").replace("{its} force", "{its} forces")

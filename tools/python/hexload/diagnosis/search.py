@@ -23,6 +23,7 @@ EXCESS = 1.5  # of the residual over the sensors' noise, from which the dear fam
 CLEAR = 0.3  # of the sum of squares: a load change that leaves no more is one
 ONE_OF_SOME = 0.9  # of it: what leaves more than that is no load change
 REFINE_S = 0.5
+RINGING_S = np.linspace(0.0, 0.2, 5)  # after a change: rows that feel its shock
 SIGMAS = 6.0
 CLOSE = 10.0  # of scores that do not tell two causes apart
 
@@ -67,7 +68,11 @@ def _bank(d: Dynamics, at_s: Sequence[float]) -> Bank:
     t_s = d.smooth.t_s
     edges = [-np.inf, *sorted(at_s), np.inf]
     segments = [((t_s >= start) & (t_s < end)).astype(float) for start, end in zip(edges[:-1], edges[1:])]
-    return Bank(d.faded(fade_around(t_s, np.array(sorted(at_s)))) if at_s else d, segments)
+    if not at_s:
+        return Bank(d, segments)
+    d = d.faded(fade_around(t_s, np.add.outer(sorted(at_s), RINGING_S).ravel()))
+    loads = Bank(d, segments).coefficients()[0].reshape(-1, TEN)
+    return Bank(d.with_noise_of(loads[loads[:, 0].argmax()]), segments)
 
 
 def _offered(bank: Bank, reported_s: Sequence[float], at_s: Sequence[float]) -> Candidate:

@@ -56,7 +56,7 @@ class Checked:
 
 def check(record: Record, found: Kinematics, machine: Machine, misfit: Callable[[Record], float]) -> Checked:
     findings: list[Finding] = []
-    for step in (_swaps, _signs, _gains, _lags, _zeros):
+    for step in (_swaps, _signs, _bends, _gains, _lags, _zeros):
         for finding, mended in step(record, found, machine, Forces(misfit, record)):
             findings.append(finding)
             record = mended
@@ -108,6 +108,32 @@ def _common(value: Array, sigma: Array, least: float) -> float | None:
 def _single(value: Array, sigma: Array, least: float) -> list[int]:
     with np.errstate(invalid="ignore"):
         return np.flatnonzero((np.abs(value) > least) & (np.abs(value) > SIGMAS * sigma)).tolist()
+
+
+def _bends(record: Record, found: Kinematics, _: Machine, forces: Forces) -> Step:
+    """A scale that is a parabola: of a displacement the speed's gain follows the place, of a velocity the speed."""
+    place = np.abs(record.displacement_m).max(axis=0)
+    for name, channel, largest in (
+        ("bend", "displacement", -0.5 * place),  # the velocity is right
+        ("curve", "velocity", np.abs(record.velocity_m_s).max(axis=0)),
+    ):
+        share, sigma = found.value[name] * largest, found.sigma[name] * np.abs(largest)
+        for leg in _single(share, sigma, GAIN):
+            words = (
+                f"leg {leg + 1}: the scale of its {channel} is bent, by {_percent(float(share[leg]))} at its largest"
+            )
+            finding = Finding(
+                f"{channel} curve",
+                words,
+                f"calibrate its {channel} sensor over its whole range",
+                (leg,),
+                float(share[leg]),
+                "",
+                float(abs(share[leg]) / sigma[leg]),
+            )
+            straight = record.displacement_m.copy()
+            straight[:, leg] -= float(share[leg]) * straight[:, leg] ** 2 / place[leg]
+            yield finding, replace(record, displacement_m=straight) if channel == "displacement" else record
 
 
 def _gains(record: Record, found: Kinematics, machine: Machine, forces: Forces) -> Step:

@@ -161,7 +161,7 @@ def pushes_in_words(times_s: Sequence[float], findings: Sequence[Finding]) -> It
     """Of another load that was detected where the diagnosis finds a push that is over: while it lasts they are the same."""
     for t_s in times_s:
         for finding in findings:
-            if finding.size - PUSH_S <= t_s <= finding.until_s:
+            if finding.cause == "push" and finding.size - PUSH_S <= t_s <= finding.until_s:
                 yield f"at {t_s:.3f} s rather that push: along the weight it is a load as long as it lasts"
 
 

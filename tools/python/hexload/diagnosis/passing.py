@@ -1,0 +1,155 @@
+"""Zeros that jump, or are off for a while: of a displacement, or of a velocity, in what the one has gone beyond the other
+(r of difference.py).
+
+A displacement that is off for a while is a box in r, with two jumps of opposite sign, and one whose zero or gain jumps a
+step; a velocity that is off for a while is a ramp, with two such kinks. Jumps and kinks are differences of means over some
+rows, held against their own median: what is slow, as a gain or a lag, is in neither.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hexload.diagnosis.difference import difference_of, running_means
+from hexload.diagnosis.finding import Finding, plain
+from hexload.diagnosis.record import LEGS, Record
+
+Array = NDArray[np.float64]
+
+MEAN_S = 0.02  # of each side of a jump
+KINK_S = 0.25  # of each side of a kink
+SIGMAS = 6.0
+MAD = 1.4826  # standard deviations per median absolute value
+ALIKE = 0.6  # of the smaller of two sizes to the larger one
+OTHERS = 0.5  # of the leg's own, that the others have at most: what all have is a motion that is not followed
+
+
+def take_out(record: Record) -> tuple[list[Finding], Record]:
+    """What was off, at most one channel of one leg, and the record without it."""
+    if record.velocity_m_s is None or not record.is_known.all():
+        return [], record
+    mean_rows, kink_rows = (max(2, round(span / record.dt_s)) for span in (MEAN_S, KINK_S))
+    if len(record.t_s) < 6 * kink_rows:
+        return [], record
+    r = difference_of(record, mean_rows)
+    jumps = _events(_jumps(r, mean_rows), 3 * mean_rows)
+    if jumps is not None and len(jumps.rows) == 1:
+        return _step(record, r, jumps)
+    if jumps is not None:
+        if not jumps.are_opposite:
+            return [], record
+        mended = replace(record, displacement_m=record.displacement_m - _box(record, jumps))
+        return [_found(record, jumps, "displacement", "mm")], mended
+    kinks = _events(_kinks(r, mean_rows, kink_rows) / KINK_S, kink_rows)
+    if kinks is None or not kinks.are_opposite:
+        return [], record
+    mended = replace(record, velocity_m_s=record.velocity_m_s + _box(record, kinks))
+    return [_found(record, kinks, "velocity", "mm/s")], mended
+
+
+@dataclass(frozen=True)
+class _Events:
+    """Changes that stand out."""
+
+    leg: int
+    rows: list[int]  # from the first on
+    sizes: Array
+    sigmas: float  # of the least
+    is_alone: bool  # other legs have none then
+
+    @property
+    def are_opposite(self) -> bool:
+        """Two, of which the second takes the first back."""
+        sizes = np.abs(self.sizes)
+        is_pair = len(sizes) == 2 and self.sizes[0] * self.sizes[1] < 0.0
+        return self.is_alone and is_pair and bool(sizes.min() > ALIKE * sizes.max())
+
+
+def _box(record: Record, pair: _Events) -> Array:
+    off = np.zeros_like(record.displacement_m)
+    off[pair.rows[0] : pair.rows[1], pair.leg] = 0.5 * (pair.sizes[0] - pair.sizes[1])
+    return off
+
+
+def _step(record: Record, r: Array, jump: _Events) -> tuple[list[Finding], Record]:
+    """Of a zero, or of a gain, whichever explains more of r."""
+    if not jump.is_alone:
+        return [], record
+    leg, row = jump.leg, jump.rows[0]
+    since = (np.arange(len(r)) >= row).astype(float)
+    t, place_m = np.linspace(-1.0, 1.0, len(r)), record.displacement_m[:, leg]
+    lasting = [np.ones_like(t), t, t**2, place_m, record.velocity_m_s[:, leg]]
+    shapes = (since, since * place_m)
+    zero_left, gain_left = (_left(np.stack([*lasting, shape], axis=1), r[:, leg]) for shape in shapes)
+    is_gain = gain_left < zero_left
+    size = float(jump.sizes[0] / (place_m[row] if is_gain else 1.0))
+    what = f"gain of its displacement jumps by {plain(100.0 * abs(size))} %" if is_gain else ""
+    finding = Finding(
+        f"displacement {'gain' if is_gain else 'zero'} step",
+        f"leg {leg + 1}: {what or f'zero of its displacement jumps by {plain(1e3 * abs(size))} mm'} at {record.t_s[row]:.2f} s",
+        "look at its displacement sensor and the cable",
+        (leg,),
+        size,
+        "" if is_gain else "m",
+        jump.sigmas,
+    )
+    off = size * shapes[is_gain][:, None] * (np.arange(LEGS) == leg)
+    return [finding], replace(record, displacement_m=record.displacement_m - off)
+
+
+def _left(matrix: Array, values: Array) -> float:
+    """Sum of squares."""
+    return float(np.sum((values - matrix @ np.linalg.lstsq(matrix, values, rcond=None)[0]) ** 2))
+
+
+def _found(record: Record, pair: _Events, channel: str, unit: str) -> Finding:
+    start_s, end_s = (float(record.t_s[row]) for row in pair.rows)
+    size = plain(1e3 * float(np.abs(pair.sizes).mean()))
+    return Finding(
+        f"{channel} pulse",
+        f"leg {pair.leg + 1}: zero of its {channel} is {size} {unit} off from {start_s:.2f} to {end_s:.2f} s",
+        f"look at its {channel} sensor and the cable",
+        (pair.leg,),
+        start_s,
+        "s",
+        pair.sigmas,
+        until_s=end_s,
+    )
+
+
+def _jumps(r: Array, rows: int) -> Array:
+    """Of the mean after each row from that before it, less the same a little earlier and later, (n, 6); zero at the ends."""
+    mean = running_means(r, rows)
+    change = mean[rows:] - mean[:-rows]
+    jump = np.zeros_like(r)
+    beside = 0.5 * (change[: -4 * rows] + change[4 * rows :])
+    jump[3 * rows : 3 * rows + len(beside)] = change[2 * rows : -2 * rows] - beside
+    return jump
+
+
+def _kinks(r: Array, rows: int, span: int) -> Array:
+    """What r goes in a span after each row, less that in the one before, (n, 6); zero at the ends."""
+    mean = running_means(r, rows)
+    kink = np.zeros_like(r)
+    kink[span + rows // 2 : span + rows // 2 + len(mean) - 2 * span] = (
+        mean[2 * span :] - 2.0 * mean[span:-span] + mean[: -2 * span]
+    )
+    return kink
+
+
+def _events(change: Array, apart: int) -> _Events | None:
+    """Of the leg that has the largest, three at most."""
+    sigma = MAD * np.median(np.median(np.abs(change[change.any(axis=1)]), axis=0))  # of a leg in the middle
+    score = np.abs(change) / sigma
+    leg = int(score.max(axis=0).argmax())
+    own, rows = score[:, leg].copy(), []
+    while own.max() > SIGMAS and len(rows) < 3:
+        rows.append(int(own.argmax()))
+        own[max(0, rows[-1] - apart) : rows[-1] + apart] = 0.0
+    if not rows:
+        return None
+    rows.sort()
+    others = np.delete(score[rows], leg, axis=1).max()
+    least = float(score[rows, leg].min())
+    return _Events(leg, rows, change[rows, leg], least, bool(others < OTHERS * least))
