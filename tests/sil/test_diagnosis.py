@@ -338,3 +338,28 @@ def test_steps_through_zero_are_no_loose_plug():
         held[start : start + 5, 3] = 0.0
     found = diagnose(replace(log, velocity_m_s=held), machine(), []).findings
     assert ("velocity loose", (3,)) in [(finding.cause, finding.legs) for finding in found]
+
+
+@pytest.mark.parametrize("name", CLEAN)
+@pytest.mark.parametrize("step_m", [2.5e-5, 1e-4])
+def test_coarse_steps_of_an_encoder_are_no_end_of_its_range_and_nothing_else(name, step_m):
+    # GIVEN displacements in steps that are larger than the noise WHEN the log is diagnosed
+    log = recorded(name)
+    coarse = replace(log, displacement_m=step_m * np.round(log.displacement_m / step_m))
+    causes = [finding.cause for finding in diagnose(coarse, machine(CLEAN[name])).findings]
+    # THEN the steps are named first, and no cause that ends a replay
+    print(causes)
+    assert causes[0] == "displacement steps"
+    assert not any(cause.startswith("displacement") for cause in causes[1:])
+
+
+@pytest.mark.parametrize("name", CLEAN)
+def test_sensors_without_noise_have_no_other_fault(name):
+    # GIVEN a log from which the noise has been filtered WHEN it is diagnosed
+    log = recorded(name)
+    way, rate = spectral.low_pass(log.displacement_m, TICK_S, 40.0, 1)
+    (force,) = spectral.low_pass(log.force_n, TICK_S, 40.0, 0)
+    quiet = replace(log, displacement_m=way, velocity_m_s=rate, force_n=force)
+    # THEN it is said that there is less noise than stated, and nothing else
+    found = diagnose(quiet, machine(CLEAN[name])).findings
+    assert [finding.cause for finding in found] == ["displacement noise", "velocity noise", "force noise"]

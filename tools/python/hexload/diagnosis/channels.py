@@ -29,6 +29,7 @@ HELD_SHARE, REPEATED_SHARE = 0.4, 0.003
 STEPS_IN_SIGMAS = 0.9
 SPIKE_SIGMAS, SPIKES = 9.0, 3
 LIMIT_HITS = 12
+LIMIT_NEXT = 6.0  # times the next level's, where values come in steps: where a motion turns it is 2.4
 BURST_ROWS = 24
 BURST_RATIO, BURSTS, BURST_SHARE = (
     3.0,
@@ -71,10 +72,11 @@ def look_at(record: Record, machine: Machine) -> Iterator[Finding]:
             [np.interp(log.t_s, log.t_s[np.isfinite(leg)], leg[np.isfinite(leg)]) for leg in values.T], axis=1
         )
         steps = list(_steps(name, clean, stated))
-        of_channels += [*(list(_loose(name, clean)) or _stops(name, log.t_s, clean)), *steps]
+        step = steps[0].size if steps else 0.0
+        of_channels += [*(list(_loose(name, clean)) or _stops(name, log.t_s, clean, step / stated)), *steps]
         if not steps and not _is_held(clean) and record.dt_s < SLOW_S:
             # the largest values of bursts are no spikes
-            of_channels += [*(list(_bursts(name, clean)) or _spikes(name, clean, stated))]
+            of_channels += [*(list(_bursts(name, clean, stated)) or _spikes(name, clean, stated))]
             of_channels += _hum(name, clean, stated, record.dt_s)
             noise[name] = float(np.median(noise_of(clean))) / stated
     if not any(each.is_input for each in of_channels):  # whose values are not of their times either
@@ -234,8 +236,9 @@ def _longest_run(marks: NDArray[np.bool_]) -> tuple[int, int]:
     return int(ends[longest] - starts[longest]), int(starts[longest])
 
 
-def _stops(name: str, t_s: Array, values: Array) -> Iterator[Finding]:
-    """One leg's values stand still, at a limit or elsewhere, while those of others change."""
+def _stops(name: str, t_s: Array, values: Array, step: float) -> Iterator[Finding]:
+    """One leg's values stand still, at a limit or elsewhere, while those of others change. `step`: in which they come, in
+    sigmas of the noise: coarse ones stand as long, and at the ends of the way more often."""
     dt_s = float(np.median(np.diff(t_s)))
     still = np.diff(values, axis=0) == 0.0
     for leg in range(LEGS):
@@ -243,9 +246,11 @@ def _stops(name: str, t_s: Array, values: Array) -> Iterator[Finding]:
         longest, at = _longest_run(still[:, leg] & others)
         at_limits = [int((values[:, leg] == limit).sum()) for limit in _limits(values[:, leg])]
         low, high = at_limits
-        is_limit = max(at_limits) > LIMIT_HITS and len(np.unique(values[:, leg])) > 0.2 * len(values)
+        most = LIMIT_HITS if step == 0.0 else LIMIT_NEXT * _next_to_limits(values[:, leg])
+        is_limit = max(at_limits) > most and (step > 0.0 or len(np.unique(values[:, leg])) > 0.2 * len(values))
         stands = values[at, leg]
-        is_stop = longest * dt_s > STUCK_S and (
+        stuck_s = STUCK_S * max(1.0, step)
+        is_stop = longest * dt_s > stuck_s and (
             stands not in _limits(values[:, leg]) or _jumps_off(values[:, leg], at + longest)
         )
         if is_limit and stands != 0.0 and not is_stop:
@@ -259,7 +264,7 @@ def _stops(name: str, t_s: Array, values: Array) -> Iterator[Finding]:
                 _unit(name),
                 is_input=True,
             )
-        elif longest * dt_s > STUCK_S:
+        elif longest * dt_s > stuck_s:
             dead = stands == 0.0
             what = "shows nothing but zero" if dead else f"stands still at {stands:.4g} {_unit(name)}"
             yield Finding(
@@ -294,6 +299,12 @@ def _loose(name: str, values: Array) -> Iterator[Finding]:
                 float(is_long.sum()),
                 is_input=True,
             )
+
+
+def _next_to_limits(values: Array) -> int:
+    """How often the levels next to the lowest and the highest are taken, the larger number."""
+    _, counts = np.unique(values, return_counts=True)
+    return int(max(counts[1], counts[-2])) if len(counts) > 3 else len(values)
 
 
 def _limits(values: Array) -> tuple[float, float]:
@@ -355,12 +366,12 @@ def _spikes(name: str, values: Array, stated: float) -> Iterator[Finding]:
         )
 
 
-def _bursts(name: str, values: Array) -> Iterator[Finding]:
+def _bursts(name: str, values: Array, stated: float) -> Iterator[Finding]:
     """Noise that is several times as large for a while, and again. The median of a window's third differences is what single
     values and steps hardly change."""
     windows = np.lib.stride_tricks.sliding_window_view(np.abs(np.diff(values, 3, axis=0)), BURST_ROWS, axis=0)
     size = np.median(windows[:: BURST_ROWS // 2], axis=2)
-    usual = np.median(size, axis=0)
+    usual = np.maximum(np.median(size, axis=0), LEAST_NOISE * stated * THIRD / MAD)
     is_loud = size > BURST_RATIO * usual
     starts = np.diff(is_loud.astype(np.int8), axis=0, prepend=np.zeros((1, LEGS), np.int8)) == 1
     legs = tuple(np.flatnonzero((starts.sum(axis=0) >= BURSTS) & (is_loud.mean(axis=0) < BURST_SHARE)).tolist())
@@ -486,6 +497,7 @@ def _jitter(record: Record, machine: Machine) -> Iterator[Finding]:
     along = (noise * speed).sum(axis=1)[moving] / size[moving]
     all_of_it = (noise[moving] ** 2).sum(axis=1)
     across = (all_of_it - along**2).mean() / (LEGS - 1)
+    across = max(float(across), (LEAST_NOISE * THIRD * machine.displacement_sigma_m) ** 2)
     ratio = float((along**2).mean() / across)
     if ratio > JITTER_RATIO:
         jitter_s = np.sqrt(((along**2).mean() - across) / (20.0 * (size[moving] ** 2).mean()))

@@ -72,7 +72,8 @@ def diagnose(
     major = [each for each in of_channels if each not in minor]
     if any(each.is_input or each.cause in HOPELESS for each in major):
         return Diagnosis((*major, *minor), (), np.nan, np.nan, indistinguishable)
-    of_sensors, record = _sensors(record, stated)
+    has_steps = any(each.cause == "displacement steps" for each in of_channels)
+    of_sensors, record = _sensors(record, stated, has_steps)
     major, of_sensors = _of_one_source(major, of_sensors)
     found = _forces(record, machine, reported_changes_s)
     if record.velocity_m_s is not None:
@@ -112,14 +113,17 @@ def _is_much(finding: Finding) -> bool:
     return finding.cause.endswith("missing") and finding.size > 0.1
 
 
-def _sensors(record: Record, machine: Machine) -> tuple[list[Finding], Record]:
-    of_place, record = repeating.take_out(record)
-    passed, record = passing.take_out(record)
+def _sensors(record: Record, machine: Machine, has_steps: bool) -> tuple[list[Finding], Record]:
+    """Of displacements and velocities beside each other. Coarse steps of the former look like errors that jump or repeat."""
+    findings: list[Finding] = []
+    for take_out in () if has_steps else (repeating.take_out, passing.take_out):
+        found, record = take_out(record, machine)
+        findings += found
     smooth = kinematics.smooth_of(record)
-    if smooth is None or (found := kinematics.compare(record, smooth, machine)) is None:
-        return of_place + passed, record
-    checked = sensors.check(record, found, machine, lambda other: wiring.misfit(other, machine))
-    return of_place + passed + checked.findings, checked.record
+    if smooth is None or (compared := kinematics.compare(record, smooth, machine)) is None:
+        return findings, record
+    checked = sensors.check(record, compared, machine, lambda other: wiring.misfit(other, machine))
+    return findings + checked.findings, checked.record
 
 
 def _forces(record: Record, machine: Machine, reported_s: Sequence[float]) -> Diagnosis:

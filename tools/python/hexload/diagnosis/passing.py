@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hexload.diagnosis.difference import difference_of, running_means
+from hexload.diagnosis.dynamics import Machine
 from hexload.diagnosis.finding import Finding, plain
 from hexload.diagnosis.record import LEGS, Record
 
@@ -25,7 +26,7 @@ ALIKE = 0.6  # of the smaller of two sizes to the larger one
 OTHERS = 0.5  # of the leg's own, that the others have at most: what all have is a motion that is not followed
 
 
-def take_out(record: Record) -> tuple[list[Finding], Record]:
+def take_out(record: Record, machine: Machine) -> tuple[list[Finding], Record]:
     """What was off, at most one channel of one leg, and the record without it."""
     if record.velocity_m_s is None or not record.is_known.all():
         return [], record
@@ -33,7 +34,9 @@ def take_out(record: Record) -> tuple[list[Finding], Record]:
     if len(record.t_s) < 6 * kink_rows:
         return [], record
     r = difference_of(record, mean_rows)
-    jumps = _events(_jumps(r, mean_rows), 3 * mean_rows)
+    of_way = machine.displacement_sigma_m / np.sqrt(mean_rows)
+    of_speed = machine.velocity_sigma_m_s / np.sqrt(kink_rows)
+    jumps = _events(_jumps(r, mean_rows), 3 * mean_rows, of_way)
     if jumps is not None and len(jumps.rows) == 1:
         return _step(record, r, jumps)
     if jumps is not None:
@@ -41,7 +44,7 @@ def take_out(record: Record) -> tuple[list[Finding], Record]:
             return [], record
         mended = replace(record, displacement_m=record.displacement_m - _box(record, jumps))
         return [_found(record, jumps, "displacement", "mm")], mended
-    kinks = _events(_kinks(r, mean_rows, kink_rows) / KINK_S, kink_rows)
+    kinks = _events(_kinks(r, mean_rows, kink_rows) / KINK_S, kink_rows, np.hypot(of_speed, of_way / KINK_S))
     if kinks is None or not kinks.are_opposite:
         return [], record
     mended = replace(record, velocity_m_s=record.velocity_m_s + _box(record, kinks))
@@ -138,9 +141,10 @@ def _kinks(r: Array, rows: int, span: int) -> Array:
     return kink
 
 
-def _events(change: Array, apart: int) -> _Events | None:
-    """Of the leg that has the largest, three at most."""
+def _events(change: Array, apart: int, least: float) -> _Events | None:
+    """Of the leg that has the largest, three at most. `least`: noise that there is in any case."""
     sigma = MAD * np.median(np.median(np.abs(change[change.any(axis=1)]), axis=0))  # of a leg in the middle
+    sigma = max(float(sigma), least)
     score = np.abs(change) / sigma
     leg = int(score.max(axis=0).argmax())
     own, rows = score[:, leg].copy(), []
@@ -151,5 +155,5 @@ def _events(change: Array, apart: int) -> _Events | None:
         return None
     rows.sort()
     others = np.delete(score[rows], leg, axis=1).max()
-    least = float(score[rows, leg].min())
-    return _Events(leg, rows, change[rows, leg], least, bool(others < OTHERS * least))
+    lowest = float(score[rows, leg].min())
+    return _Events(leg, rows, change[rows, leg], lowest, bool(others < OTHERS * lowest))

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hexload.diagnosis.difference import difference_of, running_means
+from hexload.diagnosis.dynamics import Machine
 from hexload.diagnosis.finding import LEGS, Finding, legs_in_words, plain
 from hexload.diagnosis.record import Record
 
@@ -24,7 +25,7 @@ LEAST = 60.0  # of the sum: of noise alone in one of 1e15 lines
 LEAST_LEG = 20.0
 
 
-def take_out(record: Record) -> tuple[list[Finding], Record]:
+def take_out(record: Record, machine: Machine) -> tuple[list[Finding], Record]:
     """The error, if there is one, and the record without it."""
     if record.velocity_m_s is None or not record.is_known.all():
         return [], record
@@ -35,7 +36,9 @@ def take_out(record: Record) -> tuple[list[Finding], Record]:
     r = difference_of(record, rows)
     fast = r[inner] - running_means(r, rows)
     place_m = running_means(record.displacement_m, PLACE_ROWS)[(rows - PLACE_ROWS) // 2 :][: len(fast)]
+    variance = np.maximum(np.mean(fast**2, axis=0), machine.displacement_sigma_m**2)
     power = np.stack([_power(fast[:, leg], place_m[:, leg]) for leg in range(LEGS)], axis=1)
+    power /= len(fast) * variance
     per_m = np.fft.rfftfreq(PLACES, PLACE_M)
     is_pitch = (per_m > 1.0 / PITCH_M[1]) & (per_m < 1.0 / PITCH_M[0])
     best = int(np.where(is_pitch, power.sum(axis=1), 0.0).argmax())
@@ -61,7 +64,7 @@ def _power(fast: Array, place_m: Array) -> Array:
     """Of each line."""
     at = np.floor((place_m - place_m.min()) / PLACE_M).astype(int) % PLACES
     sums = np.bincount(at, weights=fast, minlength=PLACES)
-    return np.abs(np.fft.rfft(sums)) ** 2 / max(float(fast @ fast), np.finfo(float).tiny)
+    return np.abs(np.fft.rfft(sums)) ** 2
 
 
 def _waves(record: Record, r: Array, per_m: float, rows: int) -> Array:
