@@ -353,6 +353,24 @@ def test_coarse_steps_of_an_encoder_are_no_end_of_its_range_and_nothing_else(nam
     assert not any(cause.startswith("displacement") for cause in causes[1:])
 
 
+def test_a_hum_of_displacements_is_no_error_of_a_screw():
+    # GIVEN displacements that hum with 30 um while the legs run at an even speed, so that it repeats with the place too
+    log = recorded()
+    t_s = log.t_s[:, None]
+    way, speed = 0.1 * np.minimum(t_s, 4.0) - 0.2 + np.zeros(6), 0.1 * (t_s < 4.0) + np.zeros(6)
+    random = np.random.default_rng(4)
+    even = replace(
+        log,
+        displacement_m=way + random.normal(0.0, 2e-5, way.shape) + 3e-5 * np.sin(2.0 * np.pi * 50.0 * t_s),
+        velocity_m_s=speed + random.normal(0.0, 1e-3, way.shape),
+    )
+    # WHEN it is diagnosed THEN the hum is named and no pitch
+    causes = [finding.cause for finding in diagnose(even, machine()).findings]
+    print(causes)
+    assert "displacement hum" in causes
+    assert "displacement periodic" not in causes
+
+
 @pytest.mark.parametrize("name", CLEAN)
 def test_sensors_without_noise_have_no_other_fault(name):
     # GIVEN a log from which the noise has been filtered WHEN it is diagnosed

@@ -72,8 +72,8 @@ def diagnose(
     major = [each for each in of_channels if each not in minor]
     if any(each.is_input or each.cause in HOPELESS for each in major):
         return Diagnosis((*major, *minor), (), np.nan, np.nan, indistinguishable)
-    has_steps = any(each.cause == "displacement steps" for each in of_channels)
-    of_sensors, record = _sensors(record, stated, has_steps)
+    is_even = all(each.cause not in ("displacement steps", "displacement hum") for each in of_channels)
+    of_sensors, record = _sensors(record, stated, is_even)
     major, of_sensors = _of_one_source(major, of_sensors)
     found = _forces(record, machine, reported_changes_s)
     if record.velocity_m_s is not None:
@@ -113,10 +113,11 @@ def _is_much(finding: Finding) -> bool:
     return finding.cause.endswith("missing") and finding.size > 0.1
 
 
-def _sensors(record: Record, machine: Machine, has_steps: bool) -> tuple[list[Finding], Record]:
-    """Of displacements and velocities beside each other. Coarse steps of the former look like errors that jump or repeat."""
+def _sensors(record: Record, machine: Machine, is_even: bool) -> tuple[list[Finding], Record]:
+    """Of displacements and velocities beside each other. Errors of displacements that jump or repeat are looked for where
+    coarse steps or a hum are not taken for them (`is_even`)."""
     findings: list[Finding] = []
-    for take_out in () if has_steps else (repeating.take_out, passing.take_out):
+    for take_out in (repeating.take_out, passing.take_out) if is_even else ():
         found, record = take_out(record, machine)
         findings += found
     smooth = kinematics.smooth_of(record)
