@@ -31,11 +31,8 @@ SPIKE_SIGMAS, SPIKES = 9.0, 3
 LIMIT_HITS = 12
 LIMIT_NEXT = 6.0  # times the next level's, where values come in steps: where a motion turns it is 2.4
 BURST_ROWS = 24
-BURST_RATIO, BURSTS, BURST_SHARE = (
-    3.0,
-    3,
-    0.25,
-)  # of the usual size, how often, and in which share of the windows at most
+BURST_RATIO = 3.0  # of the usual size
+BURSTS, BURST_SHARE = 3, 0.25  # how often at least, and in which share of the windows at most
 LEAST_NOISE = 0.4
 KEYS = {"displacement": "displacement_m", "velocity": "velocity_m_s", "force": "force_n"}
 NOISE_RATIO = (0.6, 1.6)

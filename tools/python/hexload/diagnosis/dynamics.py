@@ -96,7 +96,8 @@ def dynamics_of(record: Record, machine: Machine) -> Dynamics:
     of_body = rig_model.body_forces(motion, machine.gravity_m_s2)
     count = min(len(smooth.t_s) // 2, int(2 * len(smooth.t_s) * smooth.dt_s * BAND_HZ))
     hz = cosine_hz(count, len(smooth.t_s), smooth.dt_s)
-    found = Dynamics(machine, record, smooth, motion, of_body, np.empty((0, LEGS, LEGS)), hz)
+    as_it_is = np.broadcast_to(np.eye(LEGS), (len(hz), LEGS, LEGS))
+    found = Dynamics(machine, record, smooth, motion, of_body, as_it_is, hz)
     theta = machine.own_theta
     for _ in range(WHITENINGS):
         found = found.with_noise_of(theta)

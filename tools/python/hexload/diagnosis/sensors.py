@@ -110,7 +110,7 @@ def _single(value: Array, sigma: Array, least: float) -> list[int]:
         return np.flatnonzero((np.abs(value) > least) & (np.abs(value) > SIGMAS * sigma)).tolist()
 
 
-def _bends(record: Record, found: Kinematics, _: Machine, forces: Forces) -> Step:
+def _bends(record: Record, found: Kinematics, _machine: Machine, _forces: Forces) -> Step:
     """A scale that is a parabola: of a displacement the speed's gain follows the place, of a velocity the speed."""
     place = np.abs(record.displacement_m).max(axis=0)
     for name, channel, largest in (
