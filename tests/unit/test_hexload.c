@@ -355,6 +355,48 @@ static void test_the_covariance_has_the_sigmas_of_the_estimate_on_its_diagonal(v
     }
 }
 
+static void test_what_a_rig_has_shown_of_its_constants_is_in_the_covariance(void) {
+    // GIVEN an estimator of actuator effects with two open constants that have moved its states
+    hexload_config_t config = config_of(HEXLOAD_KIND_MOMENTUM_EFFECTS);
+    static hexload_t estimator;
+    hexload_real_t before[HEXLOAD_COVARIANCES_MAX], after[HEXLOAD_COVARIANCES_MAX];
+    uint64_t seed = 5;
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_OK, hexload_init(&estimator, &config));
+    hexload_momentum_effects_t* self = &estimator.as.momentum_effects;
+    for (int n = 0; n < 2; n++) {
+        for (int k = 0; k < HEXLOAD_LOAD_DIM; k++) {
+            self->momentum.consider.load[n][k] = (hexload_real_t)uniform(&seed);
+        }
+        for (int i = 0; i < HEXLOAD_EFFECTS_DIM; i++) {
+            self->effects.filter.considered[n][i] = (hexload_real_t)uniform(&seed);
+        }
+    }
+    (void)hexload_covariance(&estimator, before);
+    // WHEN the rig has shown four times the variance that they have THEN the load's part of it is four times
+    // as large, what it has in common with the effects twice, and that of the effects as it was
+    self->effects.filter.dispersion = HEXLOAD_REAL(4.0);
+    (void)hexload_covariance(&estimator, after);
+    for (int i = 0; i < HEXLOAD_LOAD_DIM + HEXLOAD_EFFECTS_DIM; i++) {
+        for (int j = 0; j <= i; j++) {
+            double of_rig = 0.0;
+            for (int n = 0; n < 2; n++) {
+                const hexload_real_t* load = self->momentum.consider.load[n];
+                const hexload_real_t* effects = self->effects.filter.considered[n];
+                const double row =
+                    i < HEXLOAD_LOAD_DIM ? (double)load[i] : (double)effects[i - HEXLOAD_LOAD_DIM];
+                const double column =
+                    j < HEXLOAD_LOAD_DIM ? (double)load[j] : (double)effects[j - HEXLOAD_LOAD_DIM];
+                of_rig += row * column;
+            }
+            const double more = i < HEXLOAD_LOAD_DIM ? 3.0 : (j < HEXLOAD_LOAD_DIM ? 1.0 : 0.0);
+            const int entry = i * (i + 1) / 2 + j;
+            const double size = fabs((double)before[entry]) + fabs((double)after[entry]) + 1.0;
+            TEST_ASSERT_DOUBLE_WITHIN(ROUNDINGS(8, size), more * of_rig,
+                                      (double)after[entry] - (double)before[entry]);
+        }
+    }
+}
+
 int main(void) {
     UNITY_BEGIN();
     RUN_TEST(test_every_kind_is_described_by_names_and_units);
@@ -369,5 +411,6 @@ int main(void) {
     RUN_TEST(test_an_instance_that_is_of_no_kind_does_nothing);
     RUN_TEST(test_a_refused_sample_leaves_a_trace_as_it_was);
     RUN_TEST(test_the_covariance_has_the_sigmas_of_the_estimate_on_its_diagonal);
+    RUN_TEST(test_what_a_rig_has_shown_of_its_constants_is_in_the_covariance);
     return UNITY_END();
 }

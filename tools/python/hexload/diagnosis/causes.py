@@ -357,16 +357,16 @@ def _pushes(d: Dynamics) -> Iterator[Family]:
         when = {"detail": float(start), "end": float(start + PUSH_S)}
         yield Family("push", columns * inside, **when)
         for leg in range(LEGS):
-            yield Family("force pulse", (unit * inside)[:, :, leg : leg + 1], (leg,), **when)
+            yield Family("force pulse", inside * unit[:, :, leg : leg + 1], (leg,), **when)
 
 
 def _steps(d: Dynamics, theta: Array) -> Iterator[Family]:
     """A zero or a gain of a force that is another from some moment on."""
-    rigid, t_s = of_load(d.of_body, theta), d.smooth.t_s
-    shapes = {"force zero step": np.ones_like(rigid), "force gain step": rigid}
+    t_s = d.smooth.t_s
+    unit = np.broadcast_to(np.eye(LEGS), (len(t_s), LEGS, LEGS))
+    shapes = {"force zero step": unit, "force gain step": unit * of_load(d.of_body, theta)[:, :, None]}
     for moment in np.arange(t_s[0] + STEP_S, t_s[-1] - STEP_S, STEP_S):
-        since = (t_s >= moment).astype(float)[:, None]
+        since = (t_s >= moment).astype(float)[:, None, None]
         for cause, shape in shapes.items():
             for leg in range(LEGS):
-                column = shape * since * np.eye(LEGS)[leg]
-                yield Family(cause, column[:, :, None], (leg,), detail=float(moment))
+                yield Family(cause, since * shape[:, :, leg : leg + 1], (leg,), detail=float(moment))

@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from hexload.diagnosis.channels import MAD
 from hexload.diagnosis.difference import difference_of, running_means
 from hexload.diagnosis.dynamics import Machine
 from hexload.diagnosis.finding import Finding, plain
@@ -21,7 +22,6 @@ Array = NDArray[np.float64]
 MEAN_S = 0.02  # of each side of a jump
 KINK_S = 0.25  # of each side of a kink
 SIGMAS = 6.0
-MAD = 1.4826  # standard deviations per median absolute value
 ALIKE = 0.6  # of the smaller of two sizes to the larger one
 OTHERS = 0.5  # of the leg's own, that the others have at most: what all have is a motion that is not followed
 
@@ -87,10 +87,10 @@ def _step(record: Record, r: Array, jump: _Events) -> tuple[list[Finding], Recor
     zero_left, gain_left = (_left(np.stack([*lasting, shape], axis=1), r[:, leg]) for shape in shapes)
     is_gain = gain_left < zero_left
     size = float(jump.sizes[0] / (place_m[row] if is_gain else 1.0))
-    what = f"gain of its displacement jumps by {plain(100.0 * abs(size))} %" if is_gain else ""
+    what, by = ("gain", f"{plain(100.0 * abs(size))} %") if is_gain else ("zero", f"{plain(1e3 * abs(size))} mm")
     finding = Finding(
-        f"displacement {'gain' if is_gain else 'zero'} step",
-        f"leg {leg + 1}: {what or f'zero of its displacement jumps by {plain(1e3 * abs(size))} mm'} at {record.t_s[row]:.2f} s",
+        f"displacement {what} step",
+        f"leg {leg + 1}: {what} of its displacement jumps by {by} at {record.t_s[row]:.2f} s",
         "look at its displacement sensor and the cable",
         (leg,),
         size,

@@ -15,6 +15,7 @@ from scipy.stats import chi2
 from hexload.errors import InputError
 from hexload.estimation import rig_file, rig_model, rig_regression
 from hexload.estimation.commissioning_run import (
+    DOUBT,
     GRANTED_SIGMAS,
     VELOCITY_HZ,
     Run,
@@ -48,7 +49,6 @@ TOLERANCES = {  # groups of unknowns by the key of their tolerance
 DELAY_SIGMA_S = 1e-3
 MIXED = ("leg_mass", "coulomb", "stribeck", "viscous")  # groups that are none unless they stand out of the noise
 DECLARED = ("growth", "offset", "delay", "gain", "hinges")  # groups with a tolerance
-DOUBT = 1e-3  # of that
 TOLD_SHARE = 1e-6
 UNSURE_SHARE = 0.05  # of the platform's own scale: beyond, the motion tells too little
 UNEXPLAINED_SHARE = 0.2  # of the forces' own changes

@@ -29,6 +29,7 @@ VELOCITY_HZ = 40.0
 LARGEST_GAIN = 0.01  # of a velocity over the displacement's change
 LARGEST_LAG_S = 0.5e-3  # of a leg behind the others
 GRANTED_SIGMAS = 3.0
+DOUBT = 1e-3  # that what is as it should be is taken not to be
 HELD_SHARE = 0.4  # of rows in which all legs repeat a channel's last value
 ROUNDING = 1e-6  # of the largest step: rows have been brought to even times
 MIXED_SHARE = 0.05  # of rows in which some legs do: steps of a converter make many such

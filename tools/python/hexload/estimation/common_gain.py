@@ -13,13 +13,12 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import chi2
 
+from hexload.estimation.commissioning_run import DOUBT, GRANTED_SIGMAS
 from hexload.estimation.rig_model import LEGS
 from hexload.estimation.rig_regression import SLICES, UNKNOWNS, Found
 
 Array = NDArray[np.float64]
 
-SURE_SIGMAS = 3.0
-DOUBT = 1e-3  # that what agrees with one factor is taken not to
 WEIGHED = ("theta", "leg_mass", "coulomb", "stribeck", "viscous")  # groups that forces are proportional to
 NOISELESS = 1e-10  # of the largest variance: roundings
 MEAN = np.zeros(UNKNOWNS)  # of the gains
@@ -36,7 +35,7 @@ def common_factor(stated: Array, found: Array, covariance: Array) -> float | Non
     factor = float(column @ weight @ change / information)
     left = change - factor * column
     is_alike = left @ weight @ left < chi2.ppf(1.0 - DOUBT, len(found) - 1)
-    return factor if is_alike and factor**2 * information > SURE_SIGMAS**2 else None
+    return factor if is_alike and factor**2 * information > GRANTED_SIGMAS**2 else None
 
 
 def tangent_at(factor: float, found: Found) -> Found:
