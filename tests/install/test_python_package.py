@@ -79,7 +79,7 @@ def test_a_verb_without_its_extra_says_which_one_it_needs(environment):
 
 def test_what_needs_a_clone_says_so(environment):
     # GIVEN the environment, which has no simulator WHEN a scenario is run THEN that is said, without a traceback
-    script = "from hexload.simulation import sim; from hexload import errors\ntry: sim.run_simulation('s.toml')\nexcept errors.ToolFailed as e: print(e)"
+    script = "from hexload.simulation import sim; from hexload import errors\ntry: sim.run_simulation(sim.SimRequest(sim.resolve_scenario('s.toml')))\nexcept errors.ToolFailed as e: print(e)"
     scenario = environment.parent / "s.toml"
     scenario.write_text("")
     result = run(environment, "-c", script, folder=environment.parent)

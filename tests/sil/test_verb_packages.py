@@ -4,6 +4,7 @@ everything."""
 import ast
 import functools
 import importlib.metadata
+import inspect
 import re
 import subprocess
 
@@ -15,7 +16,6 @@ from hexload_dev import cli, lock
 from hexload_dev.requirements import canonical, chosen, read_lock, requirements
 
 SOURCES = project.ROOT / "tools" / "python"
-COMMANDS = [SOURCES / "hexload" / "cli" / "app.py", SOURCES / "hexload_dev" / "cli.py"]
 SCRIPT = (project.ROOT / "tools" / "hexload").read_text()
 GROUPS = re.search(r"^python_groups\(\) \{.*?^\}", SCRIPT, re.M | re.S)[0]
 LOCKED = read_lock(lock.LOCK.read_text())
@@ -71,15 +71,13 @@ def foreign(names):
 
 def functions():
     """The body of each verb's function, by the verb."""
-    for path in COMMANDS:
-        for node in ast.parse(path.read_text()).body:
-            calls = [call for call in getattr(node, "decorator_list", []) if isinstance(call, ast.Call)]
-            for call in calls:
-                owner = ast.unparse(call.func).removesuffix(".command")
-                named = [argument.value for argument in call.args if isinstance(argument, ast.Constant)]
-                if ast.unparse(call.func).endswith(".command"):
-                    verb = (owner.removesuffix("_app").removesuffix("app") or (named or [node.name])[0]).strip()
-                    yield pytest.param(verb, node.body, id=f"{verb}-{node.name}")
+    groups = [(group.typer_instance.info.name, group.typer_instance) for group in cli.app.registered_groups]
+    for group, commands in (("", cli.app), *groups):
+        for command in commands.registered_commands:
+            function = command.callback
+            body = ast.parse(inspect.getsource(function)).body[0].body
+            verb = group or command.name or function.__name__
+            yield pytest.param(verb, body, id=f"{verb}-{function.__name__}")
 
 
 def installed_for(arguments):

@@ -15,7 +15,7 @@ TEMPLATE = "bench.html.jinja"
 def write_page(page: Path, figures: dict, processor: str, scenario: Path) -> None:
     """`figures`: what run_bench returns. Raises ToolFailed."""
     with tempfile.TemporaryDirectory(prefix="hexload-bench-") as name:
-        directory = sim.run_simulation(str(scenario), Path(name) / "run", options=("--quiet",))
+        directory = sim.run_simulation(sim.SimRequest(scenario, out=Path(name) / "run", quiet=True))
         platform, recording = recording_of_run(directory)
     html = motion.to_html(platform.native(), recording, "bench-motion")
     text = (

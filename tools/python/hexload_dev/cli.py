@@ -6,7 +6,8 @@ from typing import Annotated
 import typer
 
 from hexload import project
-from hexload.cli.app import AsJson, Quiet, app, main
+from hexload.cli.app import app, main
+from hexload.cli.options import AsJson, Quiet
 from hexload_dev import build
 
 project.build_with(build.ensure_built)
@@ -52,7 +53,7 @@ def soak(
         float,
         typer.Option(min=0.017, help="Simulated time; the first minute, in which the filter settles, is not judged."),
     ] = 8.0,
-    seed: Annotated[int, typer.Option(min=0, help="Of noise, trajectory and faults.")] = 1,
+    seed: Annotated[int, typer.Option(min=0, help="Seed of noise, trajectory and faults.")] = 1,
     faults: Annotated[
         bool,
         typer.Option(
@@ -82,16 +83,14 @@ def soak(
     from hexload.simulation import sim
     from hexload_dev import soak as verb
 
-    with output.said(as_json, quiet):
+    with output.told(as_json, quiet) as figures:
         if faults:
             from hexload_dev import bus_soak
 
             settings = bus_soak.SoakSettings(hours, seed)
-            figures = bus_soak.run_soak(settings, out or bus_soak.DEFAULT_OUT, restart)
+            figures.update(bus_soak.run_soak(settings, out or bus_soak.DEFAULT_OUT, restart))
         else:
-            figures = verb.run_soak(sim.resolve_scenario(scenario), hours, seed)
-    if as_json:
-        output.print_json(figures)
+            figures.update(verb.run_soak(sim.resolve_scenario(scenario), hours, seed))
     raise typer.Exit(1 if figures["found"] else 0)
 
 
@@ -125,9 +124,11 @@ def check_cpp() -> None:
 @app.command()
 def mutate(
     count: Annotated[int, typer.Option(min=1, help="Size of the sample.")] = 150,
-    seed: Annotated[int, typer.Option(min=0, help="Of the sample.")] = 1,
+    seed: Annotated[int, typer.Option(min=0, help="Seed of the sample.")] = 1,
     file: Annotated[str | None, typer.Option(help="Only sources with this in their name.")] = None,
-    jobs: Annotated[int | None, typer.Option(min=1, help="At once.", show_default="processors")] = None,
+    jobs: Annotated[
+        int | None, typer.Option(min=1, help="Mutants that are tried at once.", show_default="processors")
+    ] = None,
 ) -> None:
     """Puts small faults into the firmware, one at a time, and says which of them no unit test notices.
 
@@ -148,7 +149,7 @@ def fuzz(
     runs: Annotated[
         int, typer.Option(min=1, help="Inputs for each target; of logs, which are slower, a hundredth.")
     ] = 100_000,
-    seed: Annotated[int, typer.Option(min=0, help="Of the inputs.")] = 1,
+    seed: Annotated[int, typer.Option(min=0, help="Seed of the inputs.")] = 1,
 ) -> None:
     """Runs clang's fuzzer, with both sanitizers, on what reads from outside and on every estimator's tick.
 
@@ -174,10 +175,8 @@ def bench(as_json: AsJson = False) -> None:
     from hexload.cli import output
     from hexload_dev import bench as verb
 
-    with output.said(as_json, False):
-        figures = verb.run_bench()
-    if as_json:
-        output.print_json(figures)
+    with output.told(as_json, False) as figures:
+        figures.update(verb.run_bench())
 
 
 @app.command()
@@ -203,7 +202,9 @@ def vm(
     out: Annotated[
         Path | None, typer.Option(help="Folder that the guest sees as /out.", show_default="build/vm")
     ] = None,
-    memory: Annotated[int, typer.Option(min=256, help="MiB; half of it is the room for files.")] = 1024,
+    memory: Annotated[
+        int, typer.Option(min=256, help="Memory of the machine, MiB; half of it is the room for files.")
+    ] = 1024,
     cpus: Annotated[int, typer.Option(min=1, help="Processors.")] = 2,
     timeout: Annotated[
         float | None, typer.Option(min=0, help="Seconds that COMMAND may take; then the status is 124.")
@@ -243,7 +244,7 @@ def doctor(as_json: AsJson = False) -> None:
 
 @app.command()
 def lock(
-    upgrade: Annotated[bool, typer.Option("--upgrade", help="With the newest versions.")] = False,
+    upgrade: Annotated[bool, typer.Option("--upgrade", help="Take the newest versions.")] = False,
 ) -> None:
     """Writes tools/python/requirements.lock anew: every Python package that set-up installs, with version and hashes.
 

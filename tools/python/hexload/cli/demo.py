@@ -18,7 +18,7 @@ SCENARIO = "paper"
 
 def run_demo(is_quiet: bool = False) -> tuple[Path, dict]:
     """The run directory, and the figures of Table 3. `is_quiet`: the simulator says nothing."""
-    directory = sim.run_simulation(SCENARIO, options=("--quiet",) if is_quiet else ())
+    directory = sim.run_simulation(sim.SimRequest(sim.resolve_scenario(SCENARIO), quiet=is_quiet))
     page = report.default_page([directory])
     (run,) = report.write_report([directory], page)
     console = Console()

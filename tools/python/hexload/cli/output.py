@@ -1,4 +1,5 @@
-"""What a verb prints: its summary, with --json its figures for programs, with --quiet nothing. Errors are always told."""
+"""What a verb prints: its summary, with --json its figures for programs, with --quiet nothing. Errors are always told.
+And its exit status, where what it has written is there and not to be believed."""
 
 import io
 import json
@@ -9,6 +10,8 @@ from dataclasses import fields, is_dataclass
 from pathlib import Path
 
 import numpy as np
+
+IMPLAUSIBLE = 3  # of replay: the estimates; of platform: the file
 
 
 @contextmanager
@@ -22,6 +25,16 @@ def said(as_json: bool, quiet: bool) -> Iterator[None]:
             yield
     else:
         yield
+
+
+@contextmanager
+def told(as_json: bool, quiet: bool) -> Iterator[dict]:
+    """said(), and then, with --json, what the verb has put into the dict."""
+    figures: dict = {}
+    with said(as_json, quiet):
+        yield figures
+    if as_json:
+        print_json(figures)
 
 
 def print_json(figures: object) -> None:

@@ -5,6 +5,7 @@ import tempfile
 import tomllib
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -21,7 +22,70 @@ from hexload.theory.workspace import displacements, machine_of
 
 OUTSIDE = 0.1  # of the stroke's span, beyond which no motion asks for legs that there are
 LONGER = 100.0  # than the run: time of another unit
+# Fields of a SimRequest that are options of the simulator and of the controller, or of the simulator alone.
+OF_BOTH = ("bus", "feed", "profile", "estimator", "prior", "rig", "key")
+OF_SIMULATOR = (
+    "seed", "duration", "substeps", "publish", "answer_timeout", "lockstep", "real_time", "sample_codes", "answer_codes",
+    "force", "quiet",
+)  # fmt: skip
 FRICTION = ("coulomb_friction_n", "viscous_friction_n_s_m", "static_friction_n")  # of a scenario's hydraulics
+
+
+@dataclass(frozen=True)
+class SimRequest:
+    """What is asked for, by the names of hexload_sim's options; None: as the scenario or the platform file says."""
+
+    scenario: Path
+    out: Path | None = None  # None: default_directory()
+    seed: int | None = None
+    duration: float | None = None  # s
+    substeps: int | None = None
+    estimator: str | None = None
+    prior: str | None = None
+    rig: Path | None = None
+    bus: str | None = None
+    profile: str | None = None
+    lockstep: bool = False
+    real_time: bool = False
+    key: Path | None = None
+    sample_codes: bool = False
+    answer_codes: bool = False
+    feed: str | None = None
+    publish: str | None = None
+    answer_timeout: float | None = None  # s
+    external_controller: bool = False
+    force: bool = False
+    quiet: bool = False
+
+    @property
+    def is_on_bus(self) -> bool:
+        return self.bus not in (None, "inproc")
+
+    @property
+    def starts_controller(self) -> bool:
+        """As a program beside the simulator; else it is in the simulator's process, or on the bus already."""
+        return bool(self.is_on_bus or self.feed) and not self.external_controller
+
+    def for_live_page(self) -> "SimRequest":
+        """On LCM, where a page can hear the run, and without a bus command its controller too."""
+        feed = "lcm" if self.feed is None and not self.is_on_bus else self.feed
+        return replace(self, feed=feed, publish=self.publish or feed or "lcm")
+
+    def simulator_options(self) -> tuple[str, ...]:
+        return self._words(OF_BOTH + OF_SIMULATOR)
+
+    def controller_options(self) -> tuple[str, ...]:
+        """Of a hexload_ecu that fits this simulator."""
+        return (*self._words(OF_BOTH), *(("--real-time-priority",) if self.real_time else ()))
+
+    def _words(self, names: tuple[str, ...]) -> tuple[str, ...]:
+        """The options that are given: flags alone, others with their value."""
+        words = []
+        for name in names:
+            value = getattr(self, name)
+            if value is not None and value is not False:
+                words += [f"--{name.replace('_', '-')}", *([] if value is True else [str(value)])]
+        return tuple(words)
 
 
 def known_scenarios() -> list[str]:
@@ -62,35 +126,25 @@ def platform_file(scenario: Path) -> Path:
     return scenario.parent / str(named)
 
 
-def build_for(controller: tuple | None) -> None:
+def build_for(request: SimRequest) -> None:
     """The programs that run_simulation() starts."""
-    project.ensure_built("hexload_sim_app", *(() if controller is None else ("hexload_ecu",)))
+    project.ensure_built("hexload_sim_app", *(("hexload_ecu",) if request.starts_controller else ()))
 
 
-def run_simulation(
-    name_or_file: str,
-    out: Path | None = None,
-    seed: int | None = None,
-    options: tuple = (),
-    controller: tuple | None = None,
-) -> Path:
-    """Runs a scenario and returns the run directory. `options`: further arguments of hexload_sim, passed as they are.
+def run_simulation(request: SimRequest) -> Path:
+    """Runs a scenario and returns the run directory.
 
-    Only the default directory is overwritten without asking: it is the tool's own. `controller`: options of hexload_ecu, which
-    then runs as long as the simulator does; None: no such program is started. Raises ToolFailed with the status of the
-    one that failed, the simulator's if both did.
+    Only the default directory is overwritten without asking: it is the tool's own. Raises ToolFailed with the status of the
+    program that failed, the simulator's if both did.
     """
-    scenario = resolve_scenario(name_or_file)
-    refuse_other_units(scenario)
-    directory = out or default_directory(scenario, seed)
-    build_for(controller)
-    command = [project.simulator(), scenario, "--out", directory, *options]
-    if seed is not None:
-        command += ["--seed", str(seed)]
-    if out is None:
+    refuse_other_units(request.scenario)
+    directory = request.out or default_directory(request.scenario, request.seed)
+    build_for(request)
+    command = [project.simulator(), request.scenario, "--out", directory, *request.simulator_options()]
+    if request.out is None:
         directory.parent.mkdir(parents=True, exist_ok=True)
         command += ["--force"]
-    status = _run(command, scenario, controller)
+    status = _run(command, request)
     if status != 0:
         raise ToolFailed(exit_code=status if status > 0 else 1)
     return directory
@@ -192,43 +246,27 @@ def figures(directory: Path) -> dict:
     }
 
 
-def controller_options(
-    bus: str | None,
-    feed: str | None,
-    profile: str | None,
-    estimator: str | None,
-    prior: str | None,
-    rig: str | None,
-    key: str | None,
-    real_time: bool,
-) -> tuple:
-    """Options of a hexload_ecu that fits a simulator with these."""
-    given = {
-        "--bus": bus,
-        "--feed": feed,
-        "--profile": profile,
-        "--estimator": estimator,
-        "--prior": prior,
-        "--rig": rig,
-        "--key": key,
-    }
-    words = [word for name, value in given.items() if value is not None for word in (name, value)]
-    return (*words, *(("--real-time-priority",) if real_time else ()))
-
-
 @contextmanager
-def key_for_one_run() -> Iterator[Path]:
-    """A key file of two programs that are started together."""
-    with tempfile.TemporaryDirectory() as folder:
-        path = Path(folder, "run.key")
-        new_key(path)
-        yield path
+def completed(request: SimRequest) -> Iterator[SimRequest]:
+    """With what the user has left open: the estimator that fits, of which it tells, and a key for two programs that are
+    started together."""
+    if request.estimator is None and request.rig is None and (fit := fitting_estimator(request.scenario)):
+        request = replace(request, estimator=fit[0])
+        if not request.quiet:
+            print(f"estimator {fit[0]}: {fit[1]}", flush=True)
+    if request.key is None and request.is_on_bus and not request.external_controller:
+        with tempfile.TemporaryDirectory() as folder:
+            key = Path(folder, "run.key")
+            new_key(key)
+            yield replace(request, key=key)
+    else:
+        yield request
 
 
-def _run(command: list, scenario: Path, controller: tuple | None) -> int:
-    if controller is None:
+def _run(command: list, request: SimRequest) -> int:
+    if not request.starts_controller:
         return _status(command)
-    with running_controller(platform_file(scenario), controller) as process:
+    with running_controller(platform_file(request.scenario), request.controller_options()) as process:
         status = _status(command)
     return status or process.returncode
 

@@ -19,6 +19,11 @@ LOOK_EACH_S = 0.02  # what comes closer than that is counted; the newest of each
 SEQUENCE = slice(8, 16)  # of a message's bytes, after the type's fingerprint
 
 
+def url_of(name: str) -> str:
+    """Of lcm, lcm:URL, default or URL."""
+    return DEFAULT_URL if name in ("lcm", "default") else name.removeprefix("lcm:")
+
+
 class LcmListener:
     """Feeds `live` until `close`. Raises ToolFailed or RuntimeError when there is no such LCM."""
 

@@ -3,7 +3,7 @@
 import os
 import time
 import webbrowser
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import closing, contextmanager
 from pathlib import Path
 
@@ -42,6 +42,16 @@ def show(platform: Platform, source: Source, port: int = PORT) -> None:
     with closing(page_of(platform, source, port)) as page:
         tell(page)
         page.wait()
+
+
+def show_run(directory: Path) -> None:
+    """A run directory, played."""
+    show(*recording_of(directory, None, None, None))
+
+
+def show_replay(platform_file: Path, log: Path, result: dict) -> None:
+    """`result`: of replay_log()."""
+    show(Platform.of(platform_file), recording_of_replay(log.name, result))
 
 
 def show_picture(platform: Platform, recording: Recording, picture: Path, at_s: float | None) -> None:
@@ -92,6 +102,24 @@ def show_live(
 ) -> None:
     with live_page(platform_file, bus, profile, url, port, key_file) as page:
         tell(page)
+        page.wait()
+
+
+def show_simulation(
+    platform_file: Path,
+    bus: str | None,
+    profile: str | None,
+    url: str,
+    key_file: Path | None,
+    run: Callable[[], Path],
+) -> None:
+    """Live while it runs; then its recording, with a time slider. `run`: the simulation, returns the run directory."""
+    with live_page(platform_file, bus, profile, url, key_file=key_file) as page:
+        tell(page)
+        wait_for_browser(page)
+        directory = run()
+        print(directory, flush=True)
+        page.play(recording_of(directory, None, None, None)[1])
         page.wait()
 
 
