@@ -67,7 +67,7 @@ class SimRequest:
         return bool(self.is_on_bus or self.feed) and not self.external_controller
 
     def for_live_page(self) -> "SimRequest":
-        """On LCM, where a page can hear the run, and without a bus command its controller too."""
+        """For a page that hears the run on LCM, and without a bus commands its controller there too."""
         feed = "lcm" if self.feed is None and not self.is_on_bus else self.feed
         return replace(self, feed=feed, publish=self.publish or feed or "lcm")
 
