@@ -1,5 +1,6 @@
 """What verbs print: with --json figures for programs and nothing else, with --quiet nothing, and a path on one line."""
 
+import dataclasses
 import inspect
 import json
 import os
@@ -137,6 +138,17 @@ def test_each_scenario_runs_with_an_estimator_that_fits_it(scenario, fits):
     found = sim.fitting_estimator(sim.resolve_scenario(scenario))
     assert (found and found[0]) == fits
     assert fits is None or "paper" in found[1]
+
+
+def test_each_wish_for_a_run_is_an_option_of_the_simulator():
+    # GIVEN what can be asked for WHEN its fields are read THEN each is handed on, but for those that choose files and programs
+    fields = {field.name for field in dataclasses.fields(sim.SimRequest)}
+    assert fields - {"scenario", "out", "external_controller"} == {*sim.OF_BOTH, *sim.OF_SIMULATOR}
+    # and a value follows its option, a flag stands alone, and what is not given is left out
+    request = sim.SimRequest(DATA, duration=0.0, bus="udp_multicast:239.0.0.1", real_time=True, answer_timeout=2.0)
+    bus = ("--bus", "udp_multicast:239.0.0.1")
+    assert request.simulator_options() == (*bus, "--duration", "0.0", "--answer-timeout", "2.0", "--real-time")
+    assert request.controller_options() == (*bus, "--real-time-priority")
 
 
 @pytest.mark.parametrize("told", [False, True])
