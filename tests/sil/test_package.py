@@ -14,6 +14,7 @@ from cyclonedx.validation.json import JsonStrictValidator
 
 import hexload
 from hexload import project
+from hexload.estimation.tare import MachineTare
 from hexload.io.log_file import LegLog
 from hexload.theory import bound, chi_square
 from hexload.theory.excitation import Limits
@@ -178,6 +179,10 @@ def arrays(log: LegLog, rows=slice(None)):
     return log.t_s[rows], log.displacement_m[rows], log.velocity_m_s[rows], log.force_n[rows]
 
 
+def unknown_machine():
+    return hexload.Platform.of(UNKNOWN).theory()
+
+
 def truth(name="multisine_eccentric"):
     return np.array(json.loads((DATA / f"{name}.truth.json").read_text())["segments"][-1]["theta"])
 
@@ -239,6 +244,23 @@ def test_a_refused_sample_leaves_the_state_as_it_was(log):
     assert one.last_refusal
     mine, its = (each.step(dl[51], vl[51], f[51], tick=51) for each in (one, other))
     assert np.array_equal(mine.value, its.value)
+
+
+def test_a_refused_sample_leaves_the_legs_accelerations_as_they_were(log):
+    # GIVEN two estimators with the tare of a platform whose legs have mass
+    legs = MachineTare(project.native_module().Tare(*np.zeros((2, 10))), np.array([0.3, 0.5, 0.3]), unknown_machine())
+    one, other = hexload.Estimator(UNKNOWN, tare=legs), hexload.Estimator(UNKNOWN, tare=legs)
+    _, dl, vl, f = arrays(log, slice(60))
+    # WHEN one gets velocities that are not numbers at ticks of which the other gets nothing
+    for k in range(60):
+        if k in (0, 30):
+            assert one.step(dl[k], np.full(6, np.nan), f[k], tick=k) is None
+            continue
+        mine, its = (each.step(dl[k], vl[k], f[k], tick=k) for each in (one, other))
+        # THEN both take all later samples, and say the same
+        assert np.array_equal(mine.value, its.value)
+        assert np.array_equal(mine.sigma, its.sigma)
+    assert one.refused == 2
 
 
 @pytest.mark.parametrize(

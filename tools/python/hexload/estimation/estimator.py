@@ -72,7 +72,7 @@ class Estimator:
     ):
         chosen = Platform.of(platform).with_estimator(kind, prior)
         self._tare = tare
-        self._before: list[tuple[float, Array, Array, Array]] = []
+        self._before: list[tuple[float, Array, Array, Array]] = []  # samples that the firmware has taken
         self._tick = 0
         machine = chosen.native()
         self._sampling_s = machine.tick_s if sampling_s is None else sampling_s
@@ -104,9 +104,11 @@ class Estimator:
         if now < self._tick:
             raise InputError(f"tick: found {now}, expected {self._tick} or more")
         self._tick = now + 1
-        answer = self._native.step(now, *self._without_leg_mass(now, legs))
+        timed = (now * self._sampling_s, *legs)
+        answer = self._native.step(now, *self._without_leg_mass(timed))
         if answer is None:
             return None
+        self._before = [*self._before, timed][1 - ROWS_BEFORE :]
         value, sigma, own_sigma, nis, verdict, verdicts, bits = answer
         health = tuple(name for bit, name in enumerate(self._health_names) if bits >> bit & 1)
         return Estimate(
@@ -122,11 +124,14 @@ class Estimator:
             self._native.input_fault,
         )
 
-    def _without_leg_mass(self, tick: int, legs: tuple[Array, ...]) -> tuple[Array, ...]:
+    def _without_leg_mass(self, timed: tuple[float, Array, Array, Array]) -> tuple[Array, ...]:
+        """Displacements, velocities and forces, (6,) each, of a sample that begins with its time."""
+        legs = timed[1:]
         if self._tare is None or self._tare.leg_mass is None:
             return legs
-        self._before = [*self._before, (tick * self._sampling_s, *legs)][-ROWS_BEFORE:]
-        log = LegLog(*(np.array(column) for column in zip(*self._before)))
+        if self._has_velocity and np.isnan(legs[1]).any():
+            return legs  # the firmware refuses it
+        log = LegLog(*(np.array(column) for column in zip(*self._before, timed)))
         return (*legs[:2], self._tare.taken_off(log).force_n[-1])
 
     @property
