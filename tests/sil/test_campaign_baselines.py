@@ -9,8 +9,9 @@ import numpy as np
 import pytest
 
 from hexload import project
-from hexload.campaign import baselines
-from hexload.campaign.one_case import scale_of
+from hexload.campaign import baselines, verb
+from hexload.campaign.cases import Case
+from hexload.campaign.one_case import run_case, scale_of
 from hexload.io.log_file import read_log
 from hexload.theory import bound
 from hexload.theory.leg_regression import motion_of_legs
@@ -118,3 +119,12 @@ def test_every_method_finds_the_load_of_a_run_without_noise(noise_free):
     # (2 pi 5 Hz 1 ms)^2 / 6 = 1.6e-4
     for name, answer in answers.items():
         assert np.abs((answer.theta - theta) / scale_of(theta)).max() < 1.6e-4, name
+
+
+def test_the_shortest_run_at_the_longest_tick_has_an_answer_of_every_method():
+    # GIVEN the shortest run that a campaign takes, in rows of the longest tick WHEN a tenth of a second is left out at
+    # both of its ends
+    result = run_case(Case("multisine", 1, verb.DURATION_S[0], verb.TICK_S[1]), None)
+    # THEN the methods that smooth weigh the load to 2 kg, of 100 kg at least
+    for name in ("ls_zero_phase", "rls", "tls", "iv"):
+        assert abs(result["estimators"][name]["error"][0]) < 2.0, name

@@ -7,11 +7,9 @@ from numpy.typing import NDArray
 
 from hexload.io.log_file import LegLog
 from hexload.theory.bound import Platform
-from hexload.theory.leg_regression import regression
+from hexload.theory.leg_regression import inner, regression
 
 Array = NDArray[np.float64]
-
-EDGE_TICKS = 100  # left out at both ends: there the filters still feel the ends of the record
 
 
 @dataclass(frozen=True)
@@ -27,15 +25,15 @@ def baselines(log: LegLog, platform: Platform, prior_sigma: Array, force_sigma_n
     raw = regression(log, platform, "none").rows()
     smooth = regression(log, platform, "zero_phase")
     instruments = regression(log, platform, "zero_phase", speeds="displacement")
-    inner = slice(EDGE_TICKS, -EDGE_TICKS)
-    matrix, force = smooth.matrix[inner].reshape(-1, 10), smooth.force_n[inner].ravel()
+    rows = inner(log.t_s)
+    matrix, force = smooth.matrix[rows].reshape(-1, 10), smooth.force_n[rows].ravel()
     causal = regression(log, platform, "causal")
     return {
         "ls_raw": least_squares(*raw),
         "ls_zero_phase": least_squares(matrix, force),
         "rls": recursive_least_squares(causal.matrix, causal.force_n, prior_sigma, force_sigma_n),
         "tls": total_least_squares(matrix, force),
-        "iv": instrumental_variables(matrix, force, instruments.matrix[inner].reshape(-1, 10)),
+        "iv": instrumental_variables(matrix, force, instruments.matrix[rows].reshape(-1, 10)),
     }
 
 

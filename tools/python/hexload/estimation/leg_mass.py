@@ -23,17 +23,24 @@ from numpy.typing import ArrayLike, NDArray
 from hexload.io.log_file import LegLog
 from hexload.theory import chi_square
 from hexload.theory.bound import THETA_NAMES, Platform, Trajectory, leg_jacobian
-from hexload.theory.leg_regression import Regression, Speeds, leg_equations, motion_of_legs, regression
+from hexload.theory.leg_regression import (
+    EDGE_S,
+    Regression,
+    Speeds,
+    inner,
+    leg_equations,
+    motion_of_legs,
+    regression,
+)
 
 Array = NDArray[np.float64]
 
 OFFSETS = len(THETA_NAMES)
 PARAMETERS = 3  # B, C, D
-EDGE_TICKS = 100  # of a smoothed log: there the filter still feels the ends of the record
-INNER = slice(EDGE_TICKS, -EDGE_TICKS)
 # A machine whose legs have no mass is taken for one that has some once in a thousand runs.
 SIGNIFICANT = chi_square.quantile(0.999, PARAMETERS)
 PACES = (1.0, 0.5)  # of the run itself: motions on which the offset's error is looked at
+SHORTEST_S = 4.0 * EDGE_S
 MOST_ROWS = 60_000  # of a run that are looked at
 PART_ROWS = 50_000  # of a log at once: some 200 MB
 WORST_CONDITION = 1e10  # of the normal equations: worse ones are of a motion that tells too little
@@ -58,9 +65,10 @@ def find_leg_mass(log: LegLog, platform: Platform, largest_kg: float) -> LegMass
     """
     log = _take(log, slice(MOST_ROWS))
     log = _take(log, _are_legs(log.displacement_m, platform))
-    if len(log.t_s) < 4 * EDGE_TICKS:
+    if len(log.t_s) < 2 or log.t_s[-1] - log.t_s[0] < SHORTEST_S:
         return None
     log = _without_gaps(log)
+    rows = inner(log.t_s)
     dt_s = float(np.median(np.diff(log.t_s)))
     smooth, matrix = _equations(log, platform, dt_s, "sensor")
     _, instruments = _equations(log, platform, dt_s, "displacement")
@@ -69,19 +77,19 @@ def find_leg_mass(log: LegLog, platform: Platform, largest_kg: float) -> LegMass
     if np.linalg.cond(product) > WORST_CONDITION:
         return None
     inverse = np.linalg.inv(product) / scale[:, None] / scale
-    value = (inverse @ (instruments.T @ smooth.force_n[INNER].ravel()))[OFFSETS:]
-    noise_n = np.std((log.force_n - smooth.force_n - smooth.matrix @ platform.theta)[INNER])
+    value = (inverse @ (instruments.T @ smooth.force_n[rows].ravel()))[OFFSETS:]
+    noise_n = np.std((log.force_n - smooth.force_n - smooth.matrix @ platform.theta)[rows])
     covariance = noise_n**2 * (inverse @ (instruments.T @ instruments) @ inverse.T)[OFFSETS:, OFFSETS:]
     if value @ np.linalg.solve(covariance, value) < SIGNIFICANT or _at_hinge_kg(value, platform).max() > largest_kg:
         return None
-    return LegMass(value, _offset_variance(platform, smooth.motion, dt_s, covariance))
+    return LegMass(value, _offset_variance(platform, smooth.motion, dt_s, rows, covariance))
 
 
 def _equations(log: LegLog, platform: Platform, dt_s: float, speeds: Speeds) -> tuple[Regression, Array]:
     """Those of the body, and their matrix with B, C and D as more unknowns, one row per leg and tick."""
     smooth = regression(log, platform, "zero_phase", speeds)
-    of_legs = _smooth_leg_forces(platform, smooth.motion, dt_s)
-    matrix = np.concatenate([smooth.matrix[INNER], of_legs[INNER]], axis=2)
+    of_legs, rows = _smooth_leg_forces(platform, smooth.motion, dt_s), inner(log.t_s)
+    matrix = np.concatenate([smooth.matrix[rows], of_legs[rows]], axis=2)
     return smooth, matrix.reshape(-1, OFFSETS + PARAMETERS)
 
 
@@ -182,7 +190,7 @@ def _smooth_leg_forces(platform: Platform, motion: Trajectory, dt_s: float) -> A
     return _leg_forces(platform, motion, np.gradient(_hinge_speeds(platform, motion), dt_s, axis=0))
 
 
-def _offset_variance(platform: Platform, motion: Trajectory, dt_s: float, covariance: Array) -> Array:
+def _offset_variance(platform: Platform, motion: Trajectory, dt_s: float, rows: slice, covariance: Array) -> Array:
     """Errors of B, C and D are a part of theta on the run, T_run, and on another motion, T: what is left is their
     difference. The other motions are the run's halves, at its own pace and slower."""
     differences = []
@@ -195,9 +203,9 @@ def _offset_variance(platform: Platform, motion: Trajectory, dt_s: float, covari
         of_body = leg_equations(platform, slower, dt_s / pace)
         of_legs = _smooth_leg_forces(platform, slower, dt_s / pace)
         if pace == 1.0:
-            of_run = _as_offset(of_body[INNER], of_legs[INNER])
+            of_run = _as_offset(of_body[rows], of_legs[rows])
         middle = len(of_body) // 2
-        for half in (slice(EDGE_TICKS, middle), slice(middle, -EDGE_TICKS)):
+        for half in (slice(rows.start, middle), slice(middle, rows.stop)):
             differences.append(_as_offset(of_body[half], of_legs[half]) - of_run)
     return np.mean([np.diagonal(one @ covariance @ one.T) for one in differences], axis=0)
 

@@ -23,6 +23,7 @@ Array = NDArray[np.float64]
 Smoothing = Literal["none", "zero_phase", "causal"]
 Speeds = Literal["sensor", "displacement"]
 
+EDGE_S = 0.1  # of a smoothed record, at both ends: there the filter still feels the ends
 CUTOFF_HZ = 20.0  # far above the motions, which the servo lets through up to some 3 Hz
 NEWTON_STEPS_MAX = 15
 CONVERGED_M = 1e-9
@@ -49,6 +50,12 @@ def regression(log: LegLog, platform: Platform, smoothing: Smoothing, speeds: Sp
     motion = motion_of_legs(platform, displacement, velocity)
     matrix = leg_equations(platform, motion, dt_s)
     return Regression(matrix, force - matrix @ platform.theta, motion)
+
+
+def inner(t_s: Array) -> slice:
+    """The rows of a record without gaps that are EDGE_S from both of its ends."""
+    edge = round(EDGE_S / float(np.median(np.diff(t_s))))
+    return slice(edge, -edge)
 
 
 def leg_equations(platform: Platform, motion: Trajectory, dt_s: float) -> Array:
