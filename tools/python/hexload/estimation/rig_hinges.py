@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hexload.estimation.rig_model import LEGS, Geometry, LegMotion, rigid_forces
+from hexload.theory.bound import tensor_of
 
 Array = NDArray[np.float64]
 
@@ -183,11 +184,7 @@ def _rods(legs: _Legs, up: Array, leg_mass: Array) -> _Rods:
 
 
 def _body(motion: LegMotion, theta: Array) -> _Wrenches:
-    mass, moment, tensor = (
-        theta[0],
-        theta[1:4, None, None, None],
-        theta[[4, 7, 8, 7, 5, 9, 8, 9, 6]].reshape(3, 3, 1, 1),
-    )
+    mass, moment, tensor = theta[0], theta[1:4, None, None, None], tensor_of(theta[4:])[:, :, None, None]
     w = np.ascontiguousarray(motion.twist[:, 3:].T)[:, None, None]
     inertia = np.block(
         [[mass * np.eye(3), -_cross(moment)[:, :, 0, 0]], [_cross(moment)[:, :, 0, 0], tensor[:, :, 0, 0]]]

@@ -26,11 +26,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from hexload.theory.bound import TENSOR
+from hexload.theory.kinematics import LEGS, cross_matrix, leg_vectors, poses
+
 Array = NDArray[np.float64]
 
-LEGS = 6
-NEWTON_STEPS_MAX = 15
-CONVERGED_M = 1e-9
 NOTHING_KEPT = 1e-17  # of a shape within 1
 
 
@@ -62,12 +62,15 @@ class LegMotion:
 def motion_of_legs(
     geometry: Geometry, displacement_m: Array, speed_m_s: Array, acceleration_m_s2: Array, near: LegMotion | None = None
 ) -> LegMotion:
-    """By Newton's method from home, or from `near`, all rows at once; the derivatives are those of the displacements."""
+    """From home, or from `near`; the derivatives are those of the displacements. Raises ValueError when legs reach no pose."""
     lengths = geometry.home_leg_length_m + displacement_m
-    start = _home(geometry, len(lengths)) if near is None else (near.place_m, np.swapaxes(near.to_platform, 1, 2))
-    p, rotation = _poses(geometry, lengths, *start)
+    start = None if near is None else (near.place_m, np.swapaxes(near.to_platform, 1, 2))
+    p, rotation, has_pose = _poses(geometry, lengths, start)
+    if not has_pose.all():
+        raise ValueError("leg displacements that no pose of this machine has")
     to_platform = np.swapaxes(rotation, 1, 2)
-    e = np.einsum("nij,nlj->nli", to_platform, _leg_vectors(geometry, p, rotation)) / lengths[:, :, None]
+    vectors = leg_vectors(geometry.base_hinges_m, geometry.platform_hinges_m, p, rotation)
+    e = np.einsum("nij,nlj->nli", to_platform, vectors) / lengths[:, :, None]
     arms = geometry.platform_hinges_m
     jacobian = np.concatenate([e, np.cross(arms, e)], axis=2)
     twist = np.linalg.solve(jacobian, speed_m_s[:, :, None])[:, :, 0]
@@ -79,41 +82,23 @@ def motion_of_legs(
     return LegMotion(lengths, e, p, to_platform, twist, acceleration, jacobian)
 
 
-def _leg_vectors(geometry: Geometry, p_m: Array, rotation: Array) -> Array:
-    return p_m[:, None] + np.einsum("nij,lj->nli", rotation, geometry.platform_hinges_m) - geometry.base_hinges_m
+def has_pose(geometry: Geometry, displacement_m: Array) -> NDArray[np.bool_]:
+    """(n,): rows whose legs, (n, 6), reach one pose together."""
+    return _poses(geometry, geometry.home_leg_length_m + displacement_m)[2]
+
+
+def _poses(
+    geometry: Geometry, lengths_m: Array, start: tuple[Array, Array] | None = None
+) -> tuple[Array, Array, NDArray[np.bool_]]:
+    """As kinematics.poses(), from home or a start near them."""
+    hinges = (geometry.base_hinges_m, geometry.platform_hinges_m)
+    return poses(*hinges, lengths_m, *(start or _home(geometry, len(lengths_m))))
 
 
 def _home(geometry: Geometry, rows: int) -> tuple[Array, Array]:
     spread = geometry.platform_hinges_m - geometry.base_hinges_m
     height = np.sqrt(np.mean(geometry.home_leg_length_m**2 - np.sum(spread[:, :2] ** 2, axis=1))) - spread[:, 2].mean()
     return np.tile([0.0, 0.0, height], (rows, 1)), np.tile(np.eye(3), (rows, 1, 1))
-
-
-def _poses(geometry: Geometry, lengths_m: Array, p: Array, rotation: Array) -> tuple[Array, Array]:
-    """O_A from the origin of the base axes, (n, 3), and R, (n, 3, 3), from a start near them. Raises ValueError when legs reach
-    no pose."""
-    for _ in range(NEWTON_STEPS_MAX):
-        legs = _leg_vectors(geometry, p, rotation)
-        norms = np.linalg.norm(legs, axis=2)
-        excess = norms - lengths_m
-        if not np.isfinite(excess).all():
-            break
-        if np.abs(excess).max() < CONVERGED_M:
-            return p, rotation
-        e = legs / norms[:, :, None]
-        arms = legs + geometry.base_hinges_m - p[:, None]
-        step = np.linalg.solve(np.concatenate([e, np.cross(arms, e)], axis=2), excess[:, :, None])[:, :, 0]
-        p = p - step[:, :3]
-        rotation = _turns(-step[:, 3:]) @ rotation
-    raise ValueError("leg displacements that no pose of this machine has")
-
-
-def _turns(vectors_rad: Array) -> Array:
-    """Rodrigues' formula: (n, 3, 3) of rotation vectors (n, 3)."""
-    angle = np.linalg.norm(vectors_rad, axis=1)[:, None, None]
-    cross = _turning(vectors_rad)
-    sine, versine = np.sinc(angle / np.pi), 0.5 * np.sinc(angle / (2.0 * np.pi)) ** 2
-    return np.eye(3) + sine * cross + versine * cross @ cross
 
 
 def leg_masses(geometry: Geometry, theta: Array) -> Array:
@@ -142,18 +127,13 @@ def _body_wrenches(motion: LegMotion, gravity_m_s2: Array) -> Array:
     w, alpha = motion.twist[:, 3:], motion.acceleration[:, 3:]
     wrench = np.zeros((len(s), 6, 10))
     wrench[:, :3, 0] = s
-    wrench[:, :3, 1:4] = _turning(alpha) + _turning(w) @ _turning(w)
-    wrench[:, 3:, 1:4] = -_turning(s)
-    for column, (i, j) in enumerate(((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)), start=4):
+    wrench[:, :3, 1:4] = cross_matrix(alpha) + cross_matrix(w) @ cross_matrix(w)
+    wrench[:, 3:, 1:4] = -cross_matrix(s)
+    for column, (i, j) in enumerate(zip(*TENSOR, strict=True), start=4):
         tensor = np.zeros((3, 3))
         tensor[i, j] = tensor[j, i] = 1.0
         wrench[:, 3:, column] = alpha @ tensor + np.cross(w, w @ tensor)
     return wrench
-
-
-def _turning(vectors: Array) -> Array:
-    """(n, 3, 3): what makes a x b of b."""
-    return np.cross(vectors[:, None], np.eye(3)).swapaxes(1, 2)
 
 
 def weight_forces(motion: LegMotion, geometry: Geometry, gravity_m_s2: Array, theta: Array, leg_mass: Array) -> Array:

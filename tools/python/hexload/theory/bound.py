@@ -51,6 +51,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from hexload.errors import InputError
 from hexload.io.toml_document import read_toml
+from hexload.theory.kinematics import LEGS, cross_matrix, jacobian_of, leg_vectors
 
 Array = NDArray[np.float64]
 Parameters = Literal["ten", "paper"]
@@ -58,7 +59,7 @@ Prior = Literal["safe", "printed"]
 
 THETA_NAMES = ("m", "hx", "hy", "hz", "Ixx", "Iyy", "Izz", "Ixy", "Ixz", "Iyz")
 PAPER_NAMES = ("dz", "Ixx", "Iyy", "Izz")
-LEGS = 6
+TENSOR = ((0, 1, 2, 0, 0, 1), (0, 1, 2, 1, 2, 2))  # rows and columns of Ixx, Iyy, Izz, Ixy, Ixz, Iyz in the tensor
 EFFECTS = ("bias", "coulomb", "viscous")  # x: six legs of the first, of the second, of the third; N, N, N s/m
 
 
@@ -71,6 +72,11 @@ class Platform:
     home_height_m: float  # height of O_A over the base origin at home
     theta: Array  # (10,), the platform's own parameters, as theta of the load
     gravity_m_s2: float
+
+    @property
+    def base_from_home_m(self) -> Array:
+        """Base hinges from O_A at home, (6, 3), base axes."""
+        return self.base_hinges_m - [0.0, 0.0, self.home_height_m]
 
 
 @dataclass(frozen=True)
@@ -99,6 +105,12 @@ class Machine:
     coulomb_n: Array  # (6,)
     viscous_n_s_m: Array  # (6,)
     friction_speed_m_s: float  # v0 of s(v)
+
+
+def tensor_of(inertia: Array) -> Array:
+    """(3, 3) of [Ixx, Iyy, Izz, Ixy, Ixz, Iyz]."""
+    xx, yy, zz, xy, xz, yz = inertia
+    return np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
 
 
 def unit_of(name: str) -> str:
@@ -165,11 +177,12 @@ def gravity_regressor(platform: Platform, trajectory: Trajectory) -> Array:
 
 def leg_jacobian(platform: Platform, trajectory: Trajectory) -> Array:
     """J, (n, 6, 6): leg speed = J [v; w], row i = [e_i^T, (R a_i x e_i)^T]."""
-    arms = np.einsum("nij,lj->nli", trajectory.rotation, platform.platform_hinges_m)
-    legs = trajectory.p_m[:, None, :] + arms - platform.base_hinges_m
-    legs[:, :, 2] += platform.home_height_m
-    directions = legs / np.linalg.norm(legs, axis=2, keepdims=True)
-    return np.concatenate([directions, np.cross(arms, directions)], axis=2)
+    return jacobian_of(platform.base_from_home_m, trajectory.p_m, vectors_of_legs(platform, trajectory))
+
+
+def vectors_of_legs(platform: Platform, trajectory: Trajectory) -> Array:
+    """From lower to upper hinge, (n, 6, 3), base axes."""
+    return leg_vectors(platform.base_from_home_m, platform.platform_hinges_m, trajectory.p_m, trajectory.rotation)
 
 
 def momentum_matrix(theta_total: Array, trajectory: Trajectory) -> Array:
@@ -373,15 +386,6 @@ def _about_home(wrench_columns: Array, p: Array) -> Array:
     moved = wrench_columns.copy()
     moved[:, 3:] += cross_matrix(p) @ wrench_columns[:, :3]
     return moved
-
-
-def cross_matrix(vector: Array) -> Array:
-    """[a]x with [a]x b = a x b, (..., 3, 3)."""
-    matrix = np.zeros((*vector.shape[:-1], 3, 3))
-    matrix[..., 0, 1], matrix[..., 0, 2] = -vector[..., 2], vector[..., 1]
-    matrix[..., 1, 0], matrix[..., 1, 2] = vector[..., 2], -vector[..., 0]
-    matrix[..., 2, 0], matrix[..., 2, 1] = -vector[..., 1], vector[..., 0]
-    return matrix
 
 
 def inertia_times(w: Array) -> Array:

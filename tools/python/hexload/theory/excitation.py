@@ -27,11 +27,13 @@ from hexload.theory.bound import (
     Sigmas,
     Trajectory,
     crlb,
-    cross_matrix,
     inertia_times,
     leg_jacobian,
     rotation_from_rpy,
+    tensor_of,
+    vectors_of_legs,
 )
+from hexload.theory.kinematics import cross_matrix
 
 Array = NDArray[np.float64]
 
@@ -321,10 +323,7 @@ def _stroke_ratios(problem: Problem, trajectory: Trajectory) -> Array:
 
 def leg_displacement(problem: Problem, trajectory: Trajectory) -> Array:
     """(n, 6) from home, m."""
-    platform = problem.platform
-    arms = np.einsum("nij,lj->nli", trajectory.rotation, platform.platform_hinges_m)
-    legs = trajectory.p_m[:, None, :] + arms - platform.base_hinges_m + [0.0, 0.0, platform.home_height_m]
-    return np.linalg.norm(legs, axis=2) - problem.home_leg_length_m
+    return np.linalg.norm(vectors_of_legs(problem.platform, trajectory), axis=2) - problem.home_leg_length_m
 
 
 def posture(problem: Problem, trajectory: Trajectory, jacobian: Array | None = None) -> Posture:
@@ -359,8 +358,7 @@ def _wrench(platform: Platform, motion: Array, trajectory: Trajectory, theta: Ar
     rotation, w = trajectory.rotation, trajectory.angular_velocity_rad_s
     specific, alpha = _accelerations(platform, motion)
     moment = rotation @ theta[1:4]
-    xx, yy, zz, xy, xz, yz = theta[4:]
-    inertia = rotation @ np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]) @ np.swapaxes(rotation, 1, 2)
+    inertia = rotation @ tensor_of(theta[4:]) @ np.swapaxes(rotation, 1, 2)
     force = theta[0] * specific + np.cross(alpha, moment) + np.cross(w, np.cross(w, moment))
     spin = np.einsum("nij,nj->ni", inertia, w)
     torque = np.cross(moment, specific) + np.einsum("nij,nj->ni", inertia, alpha) + np.cross(w, spin)
@@ -408,11 +406,11 @@ def _delay_factor(problem: Problem) -> float:
 
 def _mass_matrix(problem: Problem, trajectory: Trajectory) -> Array:
     """(n, 6, 6) of platform and expected load about O_A, base axes."""
-    mass, hx, hy, hz, xx, yy, zz, xy, xz, yz = problem.platform.theta + problem.theta
+    theta = problem.platform.theta + problem.theta
     rotation = trajectory.rotation
-    arm = cross_matrix(np.einsum("nij,j->ni", rotation, [hx, hy, hz]))
-    tensor = rotation @ np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]) @ np.swapaxes(rotation, 1, 2)
-    upper = np.concatenate([np.broadcast_to(mass * np.eye(3), arm.shape), -arm], axis=2)
+    arm = cross_matrix(np.einsum("nij,j->ni", rotation, theta[1:4]))
+    tensor = rotation @ tensor_of(theta[4:]) @ np.swapaxes(rotation, 1, 2)
+    upper = np.concatenate([np.broadcast_to(theta[0] * np.eye(3), arm.shape), -arm], axis=2)
     return np.concatenate([upper, np.concatenate([arm, tensor], axis=2)], axis=1)
 
 

@@ -14,10 +14,10 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import butter, sosfilt, sosfilt_zi, sosfiltfilt
-from scipy.spatial.transform import Rotation
 
 from hexload.io.log_file import LegLog
 from hexload.theory.bound import Platform, Trajectory, gravity_regressor, hexload_momentum_regressor, leg_jacobian
+from hexload.theory.kinematics import jacobian_of, leg_vectors, poses
 
 Array = NDArray[np.float64]
 Smoothing = Literal["none", "zero_phase", "causal"]
@@ -25,8 +25,6 @@ Speeds = Literal["sensor", "displacement"]
 
 EDGE_S = 0.1  # of a smoothed record, at both ends: there the filter still feels the ends
 CUTOFF_HZ = 20.0  # far above the motions, which the servo lets through up to some 3 Hz
-NEWTON_STEPS_MAX = 15
-CONVERGED_M = 1e-9
 
 
 @dataclass(frozen=True)
@@ -69,20 +67,11 @@ def leg_equations(platform: Platform, motion: Trajectory, dt_s: float) -> Array:
 
 def motion_of_legs(platform: Platform, displacement_m: Array, velocity_m_s: Array) -> Trajectory:
     """Pose and twist of all rows at once, by Newton's method from home."""
-    base = platform.base_hinges_m - [0.0, 0.0, platform.home_height_m]
-    home_lengths = np.linalg.norm(platform.platform_hinges_m - base, axis=1)
+    base, upper = platform.base_from_home_m, platform.platform_hinges_m
+    lengths = np.linalg.norm(upper - base, axis=1) + displacement_m
     rows = len(displacement_m)
-    p, rotation = np.zeros((rows, 3)), np.tile(np.eye(3), (rows, 1, 1))
-    zero = np.zeros((rows, 3))
-    for _ in range(NEWTON_STEPS_MAX):
-        legs = p[:, None] + np.einsum("nij,lj->nli", rotation, platform.platform_hinges_m) - base
-        jacobian = leg_jacobian(platform, Trajectory(p, rotation, zero, zero))
-        excess = np.linalg.norm(legs, axis=2) - home_lengths - displacement_m
-        if np.abs(excess).max() < CONVERGED_M:
-            break
-        step = np.linalg.solve(jacobian, excess[:, :, None])[:, :, 0]
-        p = p - step[:, :3]
-        rotation = Rotation.from_rotvec(-step[:, 3:]).as_matrix() @ rotation
+    p, rotation, _ = poses(base, upper, lengths, np.zeros((rows, 3)), np.tile(np.eye(3), (rows, 1, 1)))
+    jacobian = jacobian_of(base, p, leg_vectors(base, upper, p, rotation))
     twist = np.linalg.solve(jacobian, velocity_m_s[:, :, None])[:, :, 0]
     return Trajectory(p, rotation, twist[:, :3], twist[:, 3:])
 

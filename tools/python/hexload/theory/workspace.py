@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from hexload.theory.bound import Platform, Trajectory, leg_jacobian, rotation_from_rpy
+from hexload.theory.bound import Platform, Trajectory, leg_jacobian, rotation_from_rpy, vectors_of_legs
 
 Array = NDArray[np.float64]
 
@@ -66,20 +66,19 @@ def machine_of(tables: dict) -> Machine:
 
 def displacements(machine: Machine, poses: Array) -> Array:
     """(n, 6) of the legs."""
-    platform, rotation = machine.platform, rotation_from_rpy(poses[:, 3:])
-    arms = np.einsum("nij,lj->nli", rotation, platform.platform_hinges_m)
-    legs = poses[:, None, :3] + arms - platform.base_hinges_m + [0.0, 0.0, platform.home_height_m]
-    return np.linalg.norm(legs, axis=2) - machine.home_leg_length_m
+    return np.linalg.norm(vectors_of_legs(machine.platform, _at_rest(poses)), axis=2) - machine.home_leg_length_m
 
 
 def jacobians(machine: Machine, poses: Array) -> Array:
     """(n, 6, 6), moments divided by the hinges' radius."""
-    still = np.zeros((len(poses), 3))
-    jacobian = leg_jacobian(
-        machine.platform, Trajectory(poses[:, :3], rotation_from_rpy(poses[:, 3:]), still, still)
-    ).copy()
+    jacobian = leg_jacobian(machine.platform, _at_rest(poses))
     jacobian[:, :, 3:] /= machine.radius_m
     return jacobian
+
+
+def _at_rest(poses: Array) -> Trajectory:
+    still = np.zeros((len(poses), 3))
+    return Trajectory(poses[:, :3], rotation_from_rpy(poses[:, 3:]), still, still)
 
 
 def conditions(machine: Machine, poses: Array) -> Array:
