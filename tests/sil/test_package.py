@@ -263,6 +263,22 @@ def test_a_refused_sample_leaves_the_legs_accelerations_as_they_were(log):
     assert one.refused == 2
 
 
+@pytest.mark.parametrize("every", [1, 2, 5])
+def test_the_legs_mass_is_taken_off_a_sample_as_off_a_log(log, every):
+    # GIVEN the tare of a platform whose legs have mass, and a log in ticks of 1, 2 and 5 ms
+    legs = MachineTare(project.native_module().Tare(*np.zeros((2, 10))), np.array([0.3, 0.5, 0.3]), unknown_machine())
+    t, *channels = arrays(log, slice(0, 4000, every))
+    # WHEN it is identified from sample to sample and at once THEN both say the same to what float32 makes of a leg's way
+    estimator = hexload.Estimator(UNKNOWN, sampling_s=1e-3 * every, tare=legs)
+    for sample in zip(*channels):
+        step = estimator.step(*sample)
+    run = hexload.replay(t, *channels, UNKNOWN, tare=legs)
+    assert (np.abs(step.value - run.value[-1]) < 1e-3 * step.sigma).all()
+    # and not what they say without the legs
+    without = hexload.replay(t, *channels, UNKNOWN)
+    assert (np.abs(step.value - without.value[-1]) > 0.5 * step.sigma).any()
+
+
 @pytest.mark.parametrize(
     "change, message",
     [

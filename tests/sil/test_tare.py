@@ -21,7 +21,7 @@ from hexload.estimation import leg_mass
 from hexload.estimation.leg_mass import find_leg_mass, without_leg_mass
 from hexload.estimation.replay import replay_log
 from hexload.estimation.tare import make_tare, tare_for
-from hexload.io.log_file import read_log
+from hexload.io.log_file import LegLog, read_log
 from hexload.io.toml_document import GUESSED
 from hexload.theory.bound import THETA_NAMES, read_platform
 
@@ -216,6 +216,19 @@ def test_a_row_of_legs_that_fit_no_pose_is_left_as_it_is(rig, monkeypatch):
     heavy = without_leg_mass(log, machine, [-0.3, -0.5, -0.3])
     with_row = find_leg_mass(replace(heavy, displacement_m=displacement_m), machine, 4.0)
     np.testing.assert_allclose(with_row.value, find_leg_mass(heavy, machine, 4.0).value, rtol=0.01)
+
+
+def test_noise_of_what_is_taken_off_does_not_depend_on_the_tick(rig, record_property):
+    # GIVEN legs at home whose velocity sensors have white noise of 1 mm/s, in ticks of 0.25, 1 and 5 ms
+    machine, random, noise_n = read_platform(rig.platform), np.random.default_rng(4), []
+    for tick_s in (0.25e-3, 1e-3, 5e-3):
+        still = np.zeros((20_000, 6))
+        log = LegLog(tick_s * np.arange(len(still)), still, 1e-3 * random.normal(size=still.shape), still)
+        # WHEN the legs' inertia is taken off
+        noise_n.append(without_leg_mass(log, machine, [0.3, 0.0, 0.0]).force_n[100:].std())
+    # THEN what is left has the same noise, that of speeds 5 ms apart, to four sigmas of 1 / sqrt(2 * 20,000)
+    show(record_property, "noise taken off, N", noise_n)
+    assert noise_n == pytest.approx(3 * [noise_n[2]], rel=0.02)
 
 
 def test_the_variance_of_the_tare_adds_to_that_of_every_row(rig, tmp_path):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -17,14 +18,13 @@ from hexload.estimation import load_summary
 from hexload.estimation.arrays import leg_log, one_sample
 from hexload.estimation.firmware_run import run_firmware
 from hexload.estimation.input_check import refuse_implausible
+from hexload.estimation.leg_mass import ACCELERATION_S
 from hexload.estimation.tare import MachineTare
 from hexload.io.log_file import LegLog
 from hexload.platform import Kind, Platform, Prior
 
 Array = NDArray[np.float64]
 PlatformLike = Platform | Mapping[str, Any] | Path | str
-
-ROWS_BEFORE = 6  # that taking the legs' mass off a sample looks at, the sample included
 
 
 @dataclass(frozen=True)
@@ -72,10 +72,13 @@ class Estimator:
     ):
         chosen = Platform.of(platform).with_estimator(kind, prior)
         self._tare = tare
-        self._before: list[tuple[float, Array, Array, Array]] = []  # samples that the firmware has taken
+        self._before: list[
+            tuple[float, Array, Array, Array]
+        ] = []  # samples that the firmware has taken, of which the legs' accelerations are made
         self._tick = 0
         machine = chosen.native()
         self._sampling_s = machine.tick_s if sampling_s is None else sampling_s
+        self._most_before = math.ceil(ACCELERATION_S / self._sampling_s)
         self._has_velocity = machine.has_velocity
         try:
             self._native = project.native_module().Estimator(
@@ -108,7 +111,7 @@ class Estimator:
         answer = self._native.step(now, *self._without_leg_mass(timed))
         if answer is None:
             return None
-        self._before = [*self._before, timed][1 - ROWS_BEFORE :]
+        self._before = [*self._before, timed][-self._most_before :]
         value, sigma, own_sigma, nis, verdict, verdicts, bits = answer
         health = tuple(name for bit, name in enumerate(self._health_names) if bits >> bit & 1)
         return Estimate(

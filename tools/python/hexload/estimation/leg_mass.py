@@ -20,18 +20,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from hexload.estimation import rig_model
+from hexload.estimation.rig_model import Geometry, LegMotion
 from hexload.io.log_file import LegLog
 from hexload.theory import chi_square
-from hexload.theory.bound import THETA_NAMES, Platform, Trajectory, leg_jacobian
-from hexload.theory.leg_regression import (
-    EDGE_S,
-    Regression,
-    Speeds,
-    inner,
-    leg_equations,
-    motion_of_legs,
-    regression,
-)
+from hexload.theory.bound import THETA_NAMES, Platform, Trajectory
+from hexload.theory.leg_regression import EDGE_S, inner, leg_equations, smoothed
 
 Array = NDArray[np.float64]
 
@@ -46,8 +40,8 @@ PART_ROWS = 50_000  # of a log at once: some 200 MB
 WORST_CONDITION = 1e10  # of the normal equations: worse ones are of a motion that tells too little
 TINY = 1e-300  # instead of 0, by which nothing is divided
 LARGEST_STROKE = 0.5  # of a leg's length at home: beyond, a displacement is that of no leg
-POSE_FITS_M = 1e-6
-ACCELERATION_ROWS = 5  # an acceleration is the change of the speed since as many rows ago
+ACCELERATION_S = 5e-3  # an acceleration is the change of the speed over that time
+JITTER_S = 0.2e-3  # of the times of a log
 
 
 @dataclass(frozen=True)
@@ -63,34 +57,32 @@ def find_leg_mass(log: LegLog, platform: Platform, largest_kg: float) -> LegMass
     weaken inertia beside weight, and that difference is what tells of legs. `largest_kg`: of what counts at the hinge
     of one leg; more is something else than a leg.
     """
+    geometry = _geometry(platform)
     log = _take(log, slice(MOST_ROWS))
-    log = _take(log, _are_legs(log.displacement_m, platform))
+    log = _take(log, _has_pose(geometry, log.displacement_m))
     if len(log.t_s) < 2 or log.t_s[-1] - log.t_s[0] < SHORTEST_S:
         return None
     log = _without_gaps(log)
-    rows = inner(log.t_s)
+    smooth, rows = smoothed(log, "zero_phase"), inner(log.t_s)
     dt_s = float(np.median(np.diff(log.t_s)))
-    smooth, matrix = _equations(log, platform, dt_s, "sensor")
-    _, instruments = _equations(log, platform, dt_s, "displacement")
+    motion, by_displacement = (
+        rig_model.motion_of_legs(geometry, smooth.displacement_m, speed, np.gradient(speed, dt_s, axis=0))
+        for speed in (smooth.velocity_m_s, np.gradient(smooth.displacement_m, dt_s, axis=0))
+    )
+    matrix, instruments = (
+        _columns(platform, each, dt_s)[rows].reshape(-1, OFFSETS + PARAMETERS) for each in (motion, by_displacement)
+    )
     scale = np.linalg.norm(matrix, axis=0)
     product = (instruments / np.maximum(scale, TINY)).T @ (matrix / np.maximum(scale, TINY))
     if np.linalg.cond(product) > WORST_CONDITION:
         return None
     inverse = np.linalg.inv(product) / scale[:, None] / scale
     value = (inverse @ (instruments.T @ smooth.force_n[rows].ravel()))[OFFSETS:]
-    noise_n = np.std((log.force_n - smooth.force_n - smooth.matrix @ platform.theta)[rows])
+    noise_n = np.std((log.force_n - smooth.force_n)[rows])
     covariance = noise_n**2 * (inverse @ (instruments.T @ instruments) @ inverse.T)[OFFSETS:, OFFSETS:]
-    if value @ np.linalg.solve(covariance, value) < SIGNIFICANT or _at_hinge_kg(value, platform).max() > largest_kg:
+    if value @ np.linalg.solve(covariance, value) < SIGNIFICANT or _at_hinge_kg(value, geometry).max() > largest_kg:
         return None
-    return LegMass(value, _offset_variance(platform, smooth.motion, dt_s, rows, covariance))
-
-
-def _equations(log: LegLog, platform: Platform, dt_s: float, speeds: Speeds) -> tuple[Regression, Array]:
-    """Those of the body, and their matrix with B, C and D as more unknowns, one row per leg and tick."""
-    smooth = regression(log, platform, "zero_phase", speeds)
-    of_legs, rows = _smooth_leg_forces(platform, smooth.motion, dt_s), inner(log.t_s)
-    matrix = np.concatenate([smooth.matrix[rows], of_legs[rows]], axis=2)
-    return smooth, matrix.reshape(-1, OFFSETS + PARAMETERS)
+    return LegMass(value, _offset_variance(platform, motion, dt_s, rows, covariance))
 
 
 def without_leg_mass(log: LegLog, platform: Platform, value: ArrayLike) -> LegLog:
@@ -98,25 +90,60 @@ def without_leg_mass(log: LegLog, platform: Platform, value: ArrayLike) -> LegLo
 
     Each row needs none but rows before it, so that a controller can do the same. A row of no pose is left as it is.
     """
+    before = _rows_before(log.t_s)
     force_n = log.force_n.copy()
     for start in range(0, len(force_n), PART_ROWS):
-        rows = slice(max(0, start - ACCELERATION_ROWS), start + PART_ROWS)
+        rows = slice(max(0, before[start]), start + PART_ROWS)
         legs_n = _present_leg_forces(platform, log.t_s[rows], log.displacement_m[rows], log.velocity_m_s[rows])
         force_n[start : rows.stop] -= (legs_n @ np.asarray(value, float))[start - rows.start :]
     return replace(log, force_n=force_n)
 
 
+def _rows_before(t_s: Array) -> NDArray[np.intp]:
+    """Of each row, (n,): the last one that is ACCELERATION_S older, -1 where there is none."""
+    return np.searchsorted(t_s, t_s - ACCELERATION_S + JITTER_S, side="right") - 1
+
+
 def _present_leg_forces(platform: Platform, t_s: Array, displacement_m: Array, velocity_m_s: Array) -> Array:
-    """As _leg_forces(), from each row and those before it."""
-    is_leg = _are_legs(displacement_m, platform)
-    motion = motion_of_legs(platform, np.where(is_leg[:, None], displacement_m, 0.0), velocity_m_s)
-    excess_m = _leg_lengths(platform, motion.p_m, motion.rotation) - _home_m(platform) - displacement_m
-    has_pose = (np.abs(excess_m) < POSE_FITS_M).all(axis=1)
-    speed = _hinge_speeds(platform, motion)
+    """Per unit of B, C and D, (n, 6, 3), from each row and those before it; 0 of rows without a pose."""
+    geometry = _geometry(platform)
+    has_pose = _has_pose(geometry, displacement_m)[:, None]
+    displacement_m, still = np.where(has_pose, displacement_m, 0.0), np.zeros_like(velocity_m_s)
+    motion = rig_model.motion_of_legs(geometry, displacement_m, velocity_m_s, still)
+    speed = rig_model.hinge_speeds(motion, geometry)
+    before = _rows_before(t_s)
+    rows = np.flatnonzero(before >= 0)
+    before = before[rows]
     acceleration = np.zeros_like(speed)
-    since = ACCELERATION_ROWS
-    acceleration[since:] = (speed[since:] - speed[:-since]) / (t_s[since:] - t_s[:-since])[:, None, None]
-    return has_pose[:, None, None] * _leg_forces(platform, motion, acceleration)
+    acceleration[rows] = (speed[rows] - speed[before]) / (t_s[rows] - t_s[before])[:, None, None]
+    legs = rig_model.leg_mass_forces(motion, geometry, _gravity(platform), acceleration)
+    return np.where(has_pose[:, :, None], legs, 0.0)
+
+
+def _geometry(platform: Platform) -> Geometry:
+    home_m = np.linalg.norm(platform.platform_hinges_m - platform.base_from_home_m, axis=1)
+    return Geometry(platform.base_hinges_m, platform.platform_hinges_m, home_m)
+
+
+def _gravity(platform: Platform) -> Array:
+    """(3,), base axes."""
+    return np.array([0.0, 0.0, -platform.gravity_m_s2])
+
+
+def _columns(platform: Platform, motion: LegMotion, dt_s: float) -> Array:
+    """Leg forces per unit of theta, B, C and D, (n, 6, 13), of a motion with dt_s from row to row."""
+    of_body = leg_equations(platform, _trajectory(platform, motion), dt_s)
+    of_legs = rig_model.leg_mass_forces(motion, _geometry(platform), _gravity(platform))
+    return np.concatenate([of_body, of_legs], axis=2)
+
+
+def _trajectory(platform: Platform, motion: LegMotion) -> Trajectory:
+    """The same motion from home, in base axes."""
+    linear, angular = (
+        np.einsum("nj,nji->ni", part, motion.to_platform) for part in (motion.twist[:, :3], motion.twist[:, 3:])
+    )
+    place_m = motion.place_m - [0.0, 0.0, platform.home_height_m]
+    return Trajectory(place_m, np.swapaxes(motion.to_platform, 1, 2), linear, angular)
 
 
 def _take(log: LegLog, rows: slice | NDArray[np.bool_]) -> LegLog:
@@ -124,13 +151,10 @@ def _take(log: LegLog, rows: slice | NDArray[np.bool_]) -> LegLog:
     return LegLog(*(part[rows] for part in parts))
 
 
-def _are_legs(displacement_m: Array, platform: Platform) -> NDArray[np.bool_]:
-    return (np.abs(displacement_m) < LARGEST_STROKE * _home_m(platform)).all(axis=1)
-
-
-def _home_m(platform: Platform) -> Array:
-    """Lengths of the legs, (1, 6)."""
-    return _leg_lengths(platform, np.zeros((1, 3)), np.eye(3)[None])
+def _has_pose(geometry: Geometry, displacement_m: Array) -> NDArray[np.bool_]:
+    """(n,)"""
+    is_leg = (np.abs(displacement_m) < LARGEST_STROKE * geometry.home_leg_length_m).all(axis=1)
+    return is_leg & rig_model.has_pose(geometry, np.where(is_leg[:, None], displacement_m, 0.0))
 
 
 def _without_gaps(log: LegLog) -> LegLog:
@@ -140,76 +164,27 @@ def _without_gaps(log: LegLog) -> LegLog:
     return LegLog(t_s, *(np.stack([np.interp(t_s, log.t_s, leg) for leg in part.T], axis=1) for part in parts))
 
 
-def _at_hinge_kg(value: Array, platform: Platform) -> Array:
+def _at_hinge_kg(value: Array, geometry: Geometry) -> Array:
     """What the legs' inertia and their weight count at a hinge, at home."""
-    length_m = _home_m(platform).mean()
+    length_m = geometry.home_leg_length_m.mean()
     return np.abs([value[0] / length_m**2 - value[1] / length_m, value[2] / length_m])
 
 
-def _leg_vectors(platform: Platform, p_m: Array, rotation: Array) -> Array:
-    """L, (n, 6, 3), base axes."""
-    arms_m = np.einsum("nij,lj->nli", rotation, platform.platform_hinges_m)
-    return p_m[:, None] + arms_m - platform.base_hinges_m + [0.0, 0.0, platform.home_height_m]
-
-
-def _leg_lengths(platform: Platform, p_m: Array, rotation: Array) -> Array:
-    """l, (n, 6)."""
-    return np.linalg.norm(_leg_vectors(platform, p_m, rotation), axis=2)
-
-
-def _hinge_speeds(platform: Platform, motion: Trajectory) -> Array:
-    """u, (n, 6, 3), base axes."""
-    arms_m = np.einsum("nij,lj->nli", motion.rotation, platform.platform_hinges_m)
-    return motion.velocity_m_s[:, None] + np.cross(motion.angular_velocity_rad_s[:, None], arms_m)
-
-
-def _leg_forces(platform: Platform, motion: Trajectory, acceleration_m_s2: Array) -> Array:
-    """What F needs of the legs, (n, 6, 3), per unit of B, C and D; the accelerations are the hinges', (n, 6, 3)."""
-    leg_m = _leg_vectors(platform, motion.p_m, motion.rotation)
-    length = np.linalg.norm(leg_m, axis=2, keepdims=True)
-    e = leg_m / length
-    speed = _hinge_speeds(platform, motion)
-    along = np.sum(e * speed, axis=2, keepdims=True)
-    across = speed - along * e
-    square = np.sum(across**2, axis=2, keepdims=True)
-    turning = acceleration_m_s2 - e * np.sum(e * acceleration_m_s2, axis=2, keepdims=True)
-
-    def inertial(nu: Array, slope: Array) -> Array:
-        return nu * turning + slope * along * across - (nu / length + slope / 2.0) * square * e
-
-    up = np.array([0.0, 0.0, platform.gravity_m_s2])
-    tilting = (up - e * (e @ up)[:, :, None]) / length
-    parts = [inertial(length**-2, -2.0 * length**-3), inertial(-1.0 / length, length**-2), tilting]
-    arms_m = leg_m + platform.base_hinges_m - [0.0, 0.0, platform.home_height_m] - motion.p_m[:, None]
-    wrenches = [np.concatenate([part.sum(axis=1), np.cross(arms_m, part).sum(axis=1)], axis=1) for part in parts]
-    jacobian = leg_jacobian(platform, motion)
-    return np.linalg.solve(np.swapaxes(jacobian, 1, 2), np.stack(wrenches, axis=2))
-
-
-def _smooth_leg_forces(platform: Platform, motion: Trajectory, dt_s: float) -> Array:
-    return _leg_forces(platform, motion, np.gradient(_hinge_speeds(platform, motion), dt_s, axis=0))
-
-
-def _offset_variance(platform: Platform, motion: Trajectory, dt_s: float, rows: slice, covariance: Array) -> Array:
+def _offset_variance(platform: Platform, motion: LegMotion, dt_s: float, rows: slice, covariance: Array) -> Array:
     """Errors of B, C and D are a part of theta on the run, T_run, and on another motion, T: what is left is their
     difference. The other motions are the run's halves, at its own pace and slower."""
+    middle = len(motion.twist) // 2
+    of_run = _as_offset(_columns(platform, motion, dt_s)[rows])
     differences = []
     for pace in PACES:
-        slower = replace(
-            motion,
-            velocity_m_s=pace * motion.velocity_m_s,
-            angular_velocity_rad_s=pace * motion.angular_velocity_rad_s,
-        )
-        of_body = leg_equations(platform, slower, dt_s / pace)
-        of_legs = _smooth_leg_forces(platform, slower, dt_s / pace)
-        if pace == 1.0:
-            of_run = _as_offset(of_body[rows], of_legs[rows])
-        middle = len(of_body) // 2
+        slower = replace(motion, twist=pace * motion.twist, acceleration=pace**2 * motion.acceleration)
+        columns = _columns(platform, slower, dt_s / pace)
         for half in (slice(rows.start, middle), slice(middle, rows.stop)):
-            differences.append(_as_offset(of_body[half], of_legs[half]) - of_run)
+            differences.append(_as_offset(columns[half]) - of_run)
     return np.mean([np.diagonal(one @ covariance @ one.T) for one in differences], axis=0)
 
 
-def _as_offset(of_body: Array, of_legs: Array) -> Array:
-    """T, (10, 3): the theta that a motion makes of B, C and D."""
-    return np.linalg.lstsq(of_body.reshape(-1, OFFSETS), of_legs.reshape(-1, PARAMETERS), rcond=None)[0]
+def _as_offset(columns: Array) -> Array:
+    """T, (10, 3): the theta that a motion makes of B, C and D. `columns`: of _columns()."""
+    rows = columns.reshape(-1, OFFSETS + PARAMETERS)
+    return np.linalg.lstsq(rows[:, :OFFSETS], rows[:, OFFSETS:], rcond=None)[0]

@@ -147,18 +147,43 @@ def weight_forces(motion: LegMotion, geometry: Geometry, gravity_m_s2: Array, th
     return _of_wrench(motion, np.concatenate([force, moment], axis=1)[:, :, None])[:, :, 0]
 
 
-def leg_mass_forces(motion: LegMotion, geometry: Geometry, gravity_m_s2: Array) -> Array:
-    """Leg forces per unit of `inertia_kg_m2`, `slide_kg_m` and `tilt_kg_m`, (n, 6, 3)."""
-    return _of_wrench(motion, _leg_mass_wrenches(motion, geometry, gravity_m_s2))
+def leg_mass_forces(
+    motion: LegMotion, geometry: Geometry, gravity_m_s2: Array, hinge_acceleration_m_s2: Array | None = None
+) -> Array:
+    """Leg forces per unit of `inertia_kg_m2`, `slide_kg_m` and `tilt_kg_m`, (n, 6, 3).
+
+    `hinge_acceleration_m_s2`: of the upper hinges, (n, 6, 3), base axes, where it is not to be the motion's."""
+    acceleration = None
+    if hinge_acceleration_m_s2 is not None:
+        acceleration = hinge_acceleration_m_s2 @ np.swapaxes(motion.to_platform, 1, 2)
+    return _of_wrench(motion, _leg_mass_wrenches(motion, geometry, gravity_m_s2, acceleration))
 
 
-def _leg_mass_wrenches(motion: LegMotion, geometry: Geometry, gravity_m_s2: Array) -> Array:
+def hinge_speeds(motion: LegMotion, geometry: Geometry) -> Array:
+    """Of the upper hinges, (n, 6, 3), base axes."""
+    return _hinge_speeds(motion, geometry) @ motion.to_platform
+
+
+def _hinge_speeds(motion: LegMotion, geometry: Geometry) -> Array:
+    """(n, 6, 3), platform axes."""
+    return motion.twist[:, None, :3] + np.cross(motion.twist[:, None, 3:], geometry.platform_hinges_m)
+
+
+def _hinge_accelerations(motion: LegMotion, geometry: Geometry) -> Array:
+    """(n, 6, 3), platform axes."""
+    arms, w = geometry.platform_hinges_m, motion.twist[:, None, 3:]
+    a, alpha = motion.acceleration[:, None, :3], motion.acceleration[:, None, 3:]
+    return a + np.cross(alpha, arms) + np.cross(w, np.cross(w, arms))
+
+
+def _leg_mass_wrenches(
+    motion: LegMotion, geometry: Geometry, gravity_m_s2: Array, hinge_acceleration_m_s2: Array | None = None
+) -> Array:
     arms, e = geometry.platform_hinges_m, motion.directions
     length = motion.lengths_m[:, :, None]
-    v, w = motion.twist[:, None, :3], motion.twist[:, None, 3:]
-    a, alpha = motion.acceleration[:, None, :3], motion.acceleration[:, None, 3:]
-    speed = v + np.cross(w, arms)
-    acceleration = a + np.cross(alpha, arms) + np.cross(w, np.cross(w, arms))
+    speed, acceleration = _hinge_speeds(motion, geometry), hinge_acceleration_m_s2
+    if acceleration is None:
+        acceleration = _hinge_accelerations(motion, geometry)
     along = np.sum(e * speed, axis=2, keepdims=True)
     across = speed - along * e
     turning = acceleration - e * np.sum(e * acceleration, axis=2, keepdims=True)

@@ -27,6 +27,7 @@ from hexload.errors import InputError
 from hexload.estimation.arrays import leg_log
 from hexload.estimation.firmware_run import load_platform, native_firmware, run_firmware
 from hexload.estimation.input_check import WayIn, checked_log, refuse_implausible
+from hexload.estimation.leg_mass import find_leg_mass, without_leg_mass
 from hexload.estimation.load_summary import load_changes_s
 from hexload.io.atomic_file import replaced_when_done
 from hexload.io.log_file import LegLog
@@ -88,8 +89,6 @@ def _find(
     native: ModuleType, platform, machine: Platform, samples: LegLog, largest_offset: float, names: tuple[str, str]
 ) -> _Found:
     """`names`: of the log, and of the log with its platform, in errors."""
-    from hexload.estimation.leg_mass import find_leg_mass, without_leg_mass  # scipy, which no other verb waits for
-
     _refuse_without_velocity(names[0], samples)
     run = partial(_run, native, platform, names[1])
     legs = find_leg_mass(samples, machine, largest_offset * platform.mass_kg / LEGS)
@@ -253,8 +252,6 @@ class MachineTare:
         if self.leg_mass is None:
             return log
         _refuse_without_velocity("log", log)
-        from hexload.estimation.leg_mass import without_leg_mass  # scipy, which other replays need not wait for
-
         return without_leg_mass(log, self.machine, self.leg_mass)
 
 

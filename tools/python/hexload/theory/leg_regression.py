@@ -13,7 +13,6 @@ from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.signal import butter, sosfilt, sosfilt_zi, sosfiltfilt
 
 from hexload.io.log_file import LegLog
 from hexload.theory.bound import Platform, Trajectory, gravity_regressor, hexload_momentum_regressor, leg_jacobian
@@ -31,7 +30,6 @@ CUTOFF_HZ = 20.0  # far above the motions, which the servo lets through up to so
 class Regression:
     matrix: Array  # A, (n, 6, 10)
     force_n: Array  # what the load alone needs, (n, 6)
-    motion: Trajectory  # smoothed
 
     def rows(self) -> tuple[Array, Array]:
         return self.matrix.reshape(-1, 10), self.force_n.ravel()
@@ -40,14 +38,20 @@ class Regression:
 def regression(log: LegLog, platform: Platform, smoothing: Smoothing, speeds: Speeds = "sensor") -> Regression:
     """The equations of a log without gaps. `speeds`: leg speeds are those of their sensor, or d/dt displacement."""
     dt_s = float(np.median(np.diff(log.t_s)))
-    displacement, velocity, force = (
-        _smooth(values, smoothing, dt_s) for values in (log.displacement_m, log.velocity_m_s, log.force_n)
-    )
+    smooth = smoothed(log, smoothing)
+    velocity = smooth.velocity_m_s
     if speeds == "displacement" or not log.has_velocity:
-        velocity = np.gradient(displacement, dt_s, axis=0)
-    motion = motion_of_legs(platform, displacement, velocity)
+        velocity = np.gradient(smooth.displacement_m, dt_s, axis=0)
+    motion = motion_of_legs(platform, smooth.displacement_m, velocity)
     matrix = leg_equations(platform, motion, dt_s)
-    return Regression(matrix, force - matrix @ platform.theta, motion)
+    return Regression(matrix, smooth.force_n - matrix @ platform.theta)
+
+
+def smoothed(log: LegLog, smoothing: Smoothing) -> LegLog:
+    """A log without gaps, every channel through the same filter, so that no delay comes between cause and effect."""
+    dt_s = float(np.median(np.diff(log.t_s)))
+    parts = (log.displacement_m, log.velocity_m_s, log.force_n)
+    return LegLog(log.t_s, *(_smooth(part, smoothing, dt_s) for part in parts))
 
 
 def inner(t_s: Array) -> slice:
@@ -77,9 +81,10 @@ def motion_of_legs(platform: Platform, displacement_m: Array, velocity_m_s: Arra
 
 
 def _smooth(values: Array, smoothing: Smoothing, dt_s: float) -> Array:
-    """Every channel through the same filter, so that no delay comes between cause and effect."""
     if smoothing == "none":
         return values
+    from scipy.signal import butter, sosfilt, sosfilt_zi, sosfiltfilt  # scipy, which a replay with a tare need not have
+
     order = 4 if smoothing == "zero_phase" else 2
     sections = butter(order, CUTOFF_HZ, fs=1.0 / dt_s, output="sos")
     if smoothing == "zero_phase":
