@@ -34,7 +34,7 @@ from hexload.estimation.rig_model import LEGS, Geometry
 from hexload.estimation.rig_regression import SLICES, UNKNOWNS, Found, Start
 from hexload.io.atomic_file import replaced_or_none, replaced_when_done
 from hexload.io.toml_document import guessed_in_words, read_toml
-from hexload.theory.bound import THETA_NAMES, unit_of
+from hexload.theory.bound import TENSOR, THETA_NAMES, unit_of
 from hexload.theory.tolerances import DEFAULTS, common_gain_of
 
 Array = NDArray[np.float64]
@@ -55,6 +55,7 @@ UNEXPLAINED_SHARE = 0.2  # of the forces' own changes
 KEPT_SHARE = 0.7  # of the declared tolerance: a run that leaves more has told nothing
 LOAD_SHARES = (0.5, 3.0)  # of the platform's mass: loads whose errors are looked at
 LEAST_DELAY_TICKS = 0.1
+REFERENCE_SIGMAS = 5.0  # of gains and weighing: a reference mass that is further off is another one
 HELD_UP = {  # groups of which an empty run tells in part, so that the rest stands on the tolerance: in words, unit
     "gain": ("force gains", ""),
     "hinges": ("hinges", " m"),
@@ -399,10 +400,10 @@ def _refuse_mass(found: Found, machine: Machine, run: Run, mass_kg: float) -> No
     weighed_kg = loaded.value[0] - found.value[0]
     tolerance = max(machine.tolerances["gain"], machine.common_gain)
     of_ratio = np.sqrt(loaded.covariance[0, 0]) / mass_kg
-    if abs(weighed_kg / mass_kg - 1.0) > 5.0 * np.hypot(tolerance, of_ratio):
+    if abs(weighed_kg / mass_kg - 1.0) > REFERENCE_SIGMAS * np.hypot(tolerance, of_ratio):
         raise InputError(
-            f"{run.name}: found a load of {weighed_kg:.4g} kg, expected --reference-mass {mass_kg:g} kg within five times the "
-            f"force gains' tolerance of {tolerance:g}"
+            f"{run.name}: found a load of {weighed_kg:.4g} kg, expected --reference-mass {mass_kg:g} kg within "
+            f"{REFERENCE_SIGMAS:g} times the force gains' tolerance of {tolerance:g}"
         )
 
 
@@ -474,7 +475,7 @@ def _nominal_load(mass_kg: float, radius_m: float) -> Array:
     com = np.array([0.25, 0.25, 0.5]) * radius_m
     own = mass_kg * radius_m**2 / 24.0
     tensor = own * np.eye(3) + mass_kg * (com @ com * np.eye(3) - np.outer(com, com))
-    return np.concatenate([[mass_kg], mass_kg * com, tensor[[0, 1, 2, 0, 0, 1], [0, 1, 2, 1, 2, 2]]])
+    return np.concatenate([[mass_kg], mass_kg * com, tensor[TENSOR]])
 
 
 def _direction(way: Array, machine: Machine, loaded: bool) -> dict:

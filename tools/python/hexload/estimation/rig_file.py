@@ -14,7 +14,7 @@ import numpy as np
 
 from hexload.errors import InputError
 from hexload.io.toml_document import Table, to_toml
-from hexload.theory.bound import LEGS
+from hexload.theory.bound import LEGS, TENSOR
 
 KEYS = (
     "base_hinges_m",
@@ -46,9 +46,9 @@ MACHINE_KEYS = {
 
 
 def machine_of(platform) -> Table:
-    """The numbers of the platform file that a rig file depends on, as in the file."""
+    """The numbers of the platform file that a rig file or a tare file depends on, as in the file."""
     values = {key: getattr(platform, key) for keys in MACHINE_KEYS.values() for key in keys}
-    values["inertia_kg_m2"] = values["inertia_kg_m2"][[0, 1, 2, 0, 0, 1], [0, 1, 2, 1, 2, 2]]
+    values["inertia_kg_m2"] = values["inertia_kg_m2"][TENSOR]
     return {section: {key: np.asarray(values[key]).tolist() for key in keys} for section, keys in MACHINE_KEYS.items()}
 
 

@@ -29,9 +29,10 @@ from hexload.estimation.firmware_run import load_platform, native_firmware, run_
 from hexload.estimation.input_check import WayIn, checked_log, refuse_implausible
 from hexload.estimation.leg_mass import find_leg_mass, without_leg_mass
 from hexload.estimation.load_summary import load_changes_s
+from hexload.estimation.rig_file import MACHINE_KEYS, machine_of
 from hexload.io.atomic_file import replaced_when_done
 from hexload.io.log_file import LegLog
-from hexload.io.toml_document import guessed_in_words, read_toml
+from hexload.io.toml_document import Table, guessed_in_words, read_toml, to_toml
 from hexload.platform import Platform as MachineDescription
 from hexload.theory.bound import LEGS, THETA_NAMES, Platform, read_platform, unit_of
 
@@ -43,11 +44,6 @@ GRANTED_SIGMAS = 3.0
 SAME = {"rtol": 1e-9, "atol": 1e-12}  # numbers of a file that was written and read again
 KEYS = ("theta", "sigma", "duration_s", "verdict")
 LEG_KEYS = ("inertia_kg_m2", "slide_kg_m", "tilt_kg_m")  # B, C and D of leg_mass.py
-MACHINE_KEYS = {
-    "geometry": ("base_hinges_m", "platform_hinges_m", "home_leg_length_m"),
-    "platform": ("mass_kg", "com_m", "inertia_kg_m2"),
-    "environment": ("gravity_m_s2",),
-}
 
 
 def make_tare(log: Path, platform_file: Path, out: Path, largest_offset: float, way_in: WayIn | None = None) -> dict:
@@ -73,7 +69,7 @@ def make_tare(log: Path, platform_file: Path, out: Path, largest_offset: float, 
             "verdict": found.verdict,
         }
         of_legs = {} if found.leg_mass is None else dict(zip(LEG_KEYS, found.leg_mass.tolist(), strict=True))
-        temporary.write_text(_document(log, platform_file, table, of_legs, _machine(platform)), encoding="utf-8")
+        temporary.write_text(_document(log, platform_file, table, of_legs, machine_of(platform)), encoding="utf-8")
     return table | {"legs": of_legs}
 
 
@@ -198,35 +194,16 @@ def _refuse_load(log: str, theta: Array, sigma: Array, largest: Array) -> None:
         )
 
 
-def _machine(platform) -> dict[str, dict[str, list | float]]:
-    """The numbers of the platform file that a tare depends on, as in the file."""
-    values = {key: getattr(platform, key) for keys in MACHINE_KEYS.values() for key in keys}
-    values["inertia_kg_m2"] = values["inertia_kg_m2"][[0, 1, 2, 0, 0, 1], [0, 1, 2, 1, 2, 2]]
-    return {section: {key: np.asarray(values[key]).tolist() for key in keys} for section, keys in MACHINE_KEYS.items()}
-
-
-def _document(log: Path, platform_file: Path, table: dict, of_legs: dict, machine: dict) -> str:
-    lines = [
-        f"# Made by hexload tare from {log.name} and {platform_file.name}.",
-        "# Empty platform less platform file, about O_A, in SI units; sigma: one standard deviation.",
+def _document(log: Path, platform_file: Path, table: Table, of_legs: Table, machine: Table) -> str:
+    heading = [
+        f"# Made by hexload tare from {log.name} and {platform_file.name}, in SI units.",
+        "# tare: empty platform less platform file, about O_A; sigma: one standard deviation;",
         f"# theta = [{', '.join(THETA_NAMES)}]",
-        "[tare]",
-        *_assignments(table),
-        "",
+        *(["# legs: of each leg, beside theta: to be taken off the forces."] if of_legs else []),
+        "# The other tables: the machine that it belongs to.",
     ]
-    if of_legs:
-        lines += ["# Of each leg, beside theta: to be taken off the forces.", "[legs]", *_assignments(of_legs), ""]
-    lines += [
-        "# The machine that it belongs to.",
-    ]
-    for section, values in machine.items():
-        lines += [f"[{section}]", *_assignments(values), ""]
-    return "\n".join(lines)
-
-
-def _assignments(table: dict) -> list[str]:
-    """TOML of numbers, lists and plain words, whose Python and TOML forms are the same but for the quotes."""
-    return [f"{key} = {value!r}".replace("'", '"') for key, value in table.items()]
+    tables = {"tare": table} | ({"legs": of_legs} if of_legs else {}) | machine
+    return "\n".join([*heading, to_toml(tables)])
 
 
 @dataclass(frozen=True)
@@ -264,7 +241,7 @@ def tare_for(path: Path, native: ModuleType, platform, platform_file: Path) -> M
     leg_mass = None if of_legs is None else _numbers(path, "legs", [of_legs[key] for key in LEG_KEYS], len(LEG_KEYS))
     if (sigma < 0).any():
         raise InputError(f"{path}: tare.sigma: found {sigma.min():g}, expected no negative number")
-    for section, values in _machine(platform).items():
+    for section, values in machine_of(platform).items():
         for key, value in values.items():
             if not _is_same(document[section][key], value):
                 raise InputError(
