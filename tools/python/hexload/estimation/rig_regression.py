@@ -12,6 +12,7 @@ scores' size counts too.
 """
 
 import functools
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -297,6 +298,26 @@ def _noise(record: Record, residual: Array, value: Array) -> float:
 def _scan(friction: Friction, rigid: _Rigid, value: Array, start: Start, laws: tuple[FrictionLaw, ...]) -> FrictionLaw:
     """The friction law's numbers by the smallest residual of what is linear, from the best of `laws` on; hinges, gains, tilt
     stay."""
+    cost = functools.cache(_law_cost(friction, rigid, value, start))
+    law = min(laws, key=cost)
+    for _ in range(SCANS):
+        for name, numbers in (
+            ("presliding_m", PRESLIDING_M),
+            ("stribeck_speed_m_s", STRIBECK_SPEEDS_M_S),
+            ("reversal_speed_m_s", REVERSAL_SPEEDS_M_S),
+        ):
+            law = min((replace(law, **{name: number}) for number in numbers), key=cost)
+    for factor in FINER if len(laws) == 1 else ():
+        for name in ("stribeck_speed_m_s", "reversal_speed_m_s", "presliding_m"):
+            number = getattr(law, name)
+            finer = min((replace(law, **{name: number * k}) for k in (factor, 1.0 / factor)), key=cost)
+            law = finer if cost(finer) < (1.0 - FINER_GAIN) * cost(law) else law
+    return law
+
+
+def _law_cost(friction: Friction, rigid: _Rigid, value: Array, start: Start) -> Callable[[FrictionLaw], float]:
+    """The square of what is left of the forces, N^2, of a friction law: theta, leg mass, offsets and friction as they then fit
+    best."""
     residual, matrix = _linearise(rigid, friction.shapes(FIRST_LAW), value, None)
     weight = _weights(rigid.record, value, _noise(rigid.record, residual, value))
     shape, legs = (LEGS, len(FRICTION)), np.arange(LEGS)
@@ -312,7 +333,6 @@ def _scan(friction: Friction, rigid: _Rigid, value: Array, start: Start, laws: t
     due -= basis @ np.tensordot(basis, due, ((0, 1), (0, 1)))
     gained = weight * _gains(value)
 
-    @functools.cache
     def cost(law: FrictionLaw) -> float:
         columns = gained[:, :, None] * _friction_rows(rigid, friction.shapes(law)).transpose(1, 0, 2)
         # A leg's friction is in its own rows alone: normal equations by legs, less what the others explain.
@@ -325,20 +345,7 @@ def _scan(friction: Friction, rigid: _Rigid, value: Array, start: Start, laws: t
         left = due - np.einsum("lnk,lk->ln", columns, found.reshape(shape)) + basis @ (overlap @ found)
         return float(np.sum((left / weight) ** 2))
 
-    law = min(laws, key=cost)
-    for _ in range(SCANS):
-        for name, numbers in (
-            ("presliding_m", PRESLIDING_M),
-            ("stribeck_speed_m_s", STRIBECK_SPEEDS_M_S),
-            ("reversal_speed_m_s", REVERSAL_SPEEDS_M_S),
-        ):
-            law = min((replace(law, **{name: number}) for number in numbers), key=cost)
-    for factor in FINER if len(laws) == 1 else ():
-        for name in ("stribeck_speed_m_s", "reversal_speed_m_s", "presliding_m"):
-            number = getattr(law, name)
-            finer = min((replace(law, **{name: number * k}) for k in (factor, 1.0 / factor)), key=cost)
-            law = finer if cost(finer) < (1.0 - FINER_GAIN) * cost(law) else law
-    return law
+    return cost
 
 
 def _sandwich(record: Record, left: _Left, start: Start) -> tuple[Array, Array]:
