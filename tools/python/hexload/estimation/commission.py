@@ -47,7 +47,7 @@ TOLERANCES = {  # groups of unknowns by the key of their tolerance
     "growth": "friction_growth",
 }
 DELAY_SIGMA_S = 1e-3
-MIXED = ("leg_mass", "coulomb", "stribeck", "viscous")  # groups that are none unless they stand out of the noise
+MECHANISMS = ("leg_mass", "coulomb", "stribeck", "viscous")  # groups that are none unless they stand out of the noise
 DECLARED = ("growth", "offset", "delay", "gain", "hinges")  # groups with a tolerance
 TOLD_SHARE = 1e-6
 UNSURE_SHARE = 0.05  # of the platform's own scale: beyond, the motion tells too little
@@ -199,24 +199,26 @@ def _fit(run: Run, machine: Machine, start: Start) -> tuple[Found, Found]:
     """With all groups; without those of a mechanism that does not stand out of the noise; then with those that are as
     declared held there. Their tolerances count on in the covariance. The other is the fit in which none is held."""
     whole = _regress(run, machine, start)
-    whole, start = _without(run, machine, whole, start, MIXED)
-    fewer, _ = _without(run, machine, whole, start, DECLARED)
+    whole, start = _fit_without_noise(run, machine, whole, start, MECHANISMS)
+    fewer, _ = _fit_without_noise(run, machine, whole, start, DECLARED)
     return replace(fewer, covariance=whole.covariance, noise_covariance=whole.noise_covariance), whole
 
 
-def _without(run: Run, machine: Machine, found: Found, start: Start, names: tuple[str, ...]) -> tuple[Found, Start]:
+def _fit_without_noise(
+    run: Run, machine: Machine, found: Found, start: Start, names: tuple[str, ...]
+) -> tuple[Found, Start]:
     none = {name for name in names if not _stands_out(found, name, start)}
     if "coulomb" in none:
         none.add("stribeck")  # a part of dry friction alone is none
-    fewer, held = _held(run, machine, found, start, none)
+    fewer, held = _fit_holding(run, machine, found, start, none)
     if "coulomb" in none and _stands_out(
         fewer, "growth", held
     ):  # there is some, and an empty run hardly says of which kind
-        return _held(run, machine, found, start, none - {"coulomb"})
+        return _fit_holding(run, machine, found, start, none - {"coulomb"})
     return fewer, held
 
 
-def _held(run: Run, machine: Machine, found: Found, start: Start, none: set[str]) -> tuple[Found, Start]:
+def _fit_holding(run: Run, machine: Machine, found: Found, start: Start, none: set[str]) -> tuple[Found, Start]:
     """The fit in which these groups are as the prior says."""
     if not none:
         return found, start
@@ -228,14 +230,14 @@ def _held(run: Run, machine: Machine, found: Found, start: Start, none: set[str]
 
 
 def _regress(run: Run, machine: Machine, start: Start, near: Found | None = None) -> Found:
-    return _said_of(
+    return _naming_the_run(
         run,
         machine,
         lambda: rig_regression.fit(run.seen, machine.geometry, machine.gravity_m_s2, start, near),
     )
 
 
-def _said_of(run: Run, machine: Machine, regression: Callable[[], Found]) -> Found:
+def _naming_the_run(run: Run, machine: Machine, regression: Callable[[], Found]) -> Found:
     """Of a regression that finds a fault of its run: whose it is."""
     try:
         return regression()
@@ -386,7 +388,7 @@ def _with_reference(found: Found, machine: Machine, run: Run, mass_kg: float) ->
         before, after = (1.0 + each.value[SLICES["gain"]].mean() for each in (found, fit(found)))
         return fit(tangent_at(after / before - 1.0, found))
 
-    return _said_of(run, machine, fit_twice)
+    return _naming_the_run(run, machine, fit_twice)
 
 
 def _refuse_mass(found: Found, machine: Machine, run: Run, mass_kg: float) -> None:

@@ -114,14 +114,14 @@ class _Rigid:
 
 
 @dataclass(frozen=True)
-class _Left:
+class _LinearFit:
     """What a solution leaves."""
 
     residual: Array  # (rows, 6)
     matrix: Array  # (rows, 6, 88)
     weight: Array  # (rows, 6), 1 / standard deviation
     noise_n: float
-    false: Array  # (88, 88), of the weighted rows' information what the displacements' noise alone makes
+    noise_information: Array  # (88, 88), of the weighted rows' information what the displacements' noise alone makes
 
 
 def fit(seen: Seen, geometry: Geometry, gravity: float, start: Start, near: Found | None = None) -> Found:
@@ -148,7 +148,7 @@ def fit(seen: Seen, geometry: Geometry, gravity: float, start: Start, near: Foun
         doubles = rows[0] - of_noise[0], of_noise[1] - rows[1]
         change = _change(record, *rows, value, start, doubles)
         value = value + change
-    left = _left(record, *rows, value, change, doubles[1])
+    left = _linear_fit(record, *rows, value, change, doubles[1])
     covariances = _sandwich(record, left, start)
     return Found(value, *covariances, law, left.noise_n, left.residual, record.t_s, hinge_rows)
 
@@ -258,7 +258,7 @@ def _change(
     normal = (information + np.diag(prior)) / np.outer(scale, scale)
     right = (A.T @ (weight * residual).ravel() + prior * (start.value - value)[free]) / scale
     false = (weight[:, :, None] * doubles[1]).reshape(-1, UNKNOWNS)[:, free] / scale
-    of_noise = _less_than(false.T @ false, normal)
+    of_noise = _bounded_noise(false.T @ false, normal)
     normal -= of_noise
     right += false.T @ (weight * doubles[0]).ravel()
     change = np.zeros(UNKNOWNS)
@@ -266,16 +266,18 @@ def _change(
     return change
 
 
-def _left(record: Record, residual: Array, matrix: Array, value: Array, change: Array, double: Array) -> _Left:
+def _linear_fit(
+    record: Record, residual: Array, matrix: Array, value: Array, change: Array, double: Array
+) -> _LinearFit:
     """`change`: that led from where the rows were made to `value`; `double`: of the matrix."""
     left = residual - matrix @ change
     noise_n = _noise(record, left, value)
     weight = _weights(record, value, noise_n) / noise_n
     false = (weight[:, :, None] * double).reshape(-1, UNKNOWNS)
-    return _Left(left, matrix, weight, noise_n, false.T @ false)
+    return _LinearFit(left, matrix, weight, noise_n, false.T @ false)
 
 
-def _less_than(of_noise: Array, normal: Array) -> Array:
+def _bounded_noise(of_noise: Array, normal: Array) -> Array:
     """`of_noise`, where it is more than MOST_NOISE of `normal` no more than that."""
     values, vectors = np.linalg.eigh(normal)
     root = vectors * np.sqrt(np.maximum(values, WORST_CONDITION * values.max()))
@@ -348,7 +350,7 @@ def _law_cost(friction: Friction, rigid: _Rigid, value: Array, start: Start) -> 
     return cost
 
 
-def _sandwich(record: Record, left: _Left, start: Start) -> tuple[Array, Array]:
+def _sandwich(record: Record, left: _LinearFit, start: Start) -> tuple[Array, Array]:
     free = start.sigma > 0
     prior = _prior_information(start)[free]
     A = (left.weight[:, :, None] * left.matrix)[:, :, free]
@@ -356,7 +358,7 @@ def _sandwich(record: Record, left: _Left, start: Start) -> tuple[Array, Array]:
     A = A / scale
     information, of_noise = _scores(record, A, left.weight * left.residual)
     normal = information + np.diag(prior / scale**2)
-    normal -= _less_than(left.false[np.ix_(free, free)] / np.outer(scale, scale), normal)
+    normal -= _bounded_noise(left.noise_information[np.ix_(free, free)] / np.outer(scale, scale), normal)
     of_priors = np.diag(prior / scale**2)
     inverse = np.linalg.pinv(normal, rcond=WORST_CONDITION, hermitian=True)
     covariances = np.zeros((2, UNKNOWNS, UNKNOWNS))

@@ -74,7 +74,7 @@ def make_tare(log: Path, platform_file: Path, out: Path, largest_offset: float, 
 
 
 @dataclass(frozen=True)
-class _Found:
+class _TareResult:
     theta: Array  # (10,) empty platform less platform file
     sigma: Array  # (10,)
     leg_mass: Array | None  # (3,), of LEG_KEYS
@@ -83,7 +83,7 @@ class _Found:
 
 def _find(
     native: ModuleType, platform, machine: Platform, samples: LegLog, largest_offset: float, names: tuple[str, str]
-) -> _Found:
+) -> _TareResult:
     """`names`: of the log, and of the log with its platform, in errors."""
     _refuse_without_velocity(names[0], samples)
     run = partial(_run, native, platform, names[1])
@@ -97,7 +97,7 @@ def _find(
     _refuse_changes(names[0], result)
     _refuse_doubt(names[0], result, scale)
     _refuse_load(names[0], theta, sigma, largest_offset * scale)
-    return _Found(theta, sigma, None if legs is None else legs.value, result["verdict"][-1])
+    return _TareResult(theta, sigma, None if legs is None else legs.value, result["verdict"][-1])
 
 
 def tare(
