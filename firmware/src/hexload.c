@@ -9,7 +9,9 @@
 #include "momentum/momentum_filter.h"
 #include "momentum/tolerances.h"
 #include "paper/paper_filter.h"
+#include "paper/paper_supervisor.h"
 #include "paper/paper_tolerances.h"
+#include "paper_tick.h"
 
 #include <stddef.h>
 #include <string.h>
@@ -273,8 +275,8 @@ static uint32_t write_effects(const hexload_momentum_effects_t* self, hexload_re
     return written;
 }
 
-/// The filter's, widened as its sigmas are: by the blocks' factors or by the residual test's, by what
-/// the rig leaves open, and by what no motion tells.
+/// The filter's, widened by the blocks' factors or by the residual test's, by what the rig leaves open, and
+/// by what no motion tells.
 static uint32_t write_load(const hexload_momentum_t* momentum, hexload_real_t dispersion,
                            hexload_real_t* covariance) {
     const hexload_real_t* factor = momentum->jackknife.factor;
@@ -297,32 +299,57 @@ static uint32_t write_load(const hexload_momentum_t* momentum, hexload_real_t di
 
 /// The filter's, widened as its sigmas are.
 static uint32_t write_paper(const hexload_paper_t* paper, hexload_real_t* covariance) {
-    const hexload_real_t factor = paper->supervisor.factor;
+    const hexload_real_t* kept = paper->supervisor.kept;
+    const hexload_real_t factor =
+        hexload_paper_supervisor_possible(&paper->supervisor, hexload_paper_mismatch(paper));
     const hexload_real_t weight_error = paper->known_mass.weight_error;
     uint32_t written = 0;
     for (int i = 0; i < HEXLOAD_PAPER_DIM; i++) {
         for (int j = 0; j <= i; j++) {
-            covariance[written] = factor * factor * paper->filter.param_cov[i][j] +
-                                  hexload_paper_tolerances_covariance(&paper->filter, weight_error, i, j);
+            const hexload_real_t open =
+                hexload_paper_tolerances_covariance(&paper->filter, weight_error, i, j);
+            covariance[written] =
+                factor * factor * hexload_fma(kept[i] * kept[j], paper->filter.param_cov[i][j], open);
             written++;
         }
     }
     return written;
 }
 
+/// What judges have widened since, one parameter more than the other, and sigma alone tells: rows and columns
+/// are scaled, so that the covariance remains one.
+static void match_sigmas(const hexload_real_t sigma[HEXLOAD_LOAD_DIM], uint32_t unknowns,
+                         hexload_real_t* covariance) {
+    enum { KNOWN = HEXLOAD_LOAD_DIM };
+    hexload_real_t scale[KNOWN];
+    for (uint32_t i = 0; i < (uint32_t)KNOWN; i++) {
+        const hexload_real_t variance = covariance[(i * (i + 1U) / 2U) + i];
+        const bool is_told = (sigma[i] > HEXLOAD_REAL(0.0)) && (variance > HEXLOAD_REAL(0.0));
+        scale[i] = is_told ? sigma[i] / hexload_sqrt(variance) : HEXLOAD_REAL(1.0); // no tick yet: none
+    }
+    for (uint32_t i = 0; i < unknowns; i++) {
+        for (uint32_t j = 0; (j <= i) && (j < (uint32_t)KNOWN); j++) {
+            covariance[(i * (i + 1U) / 2U) + j] *=
+                scale[j] * ((i < (uint32_t)KNOWN) ? scale[i] : HEXLOAD_REAL(1.0));
+        }
+    }
+}
+
 uint32_t hexload_covariance(const hexload_t* self, hexload_real_t covariance[HEXLOAD_COVARIANCES_MAX]) {
     const hexload_momentum_t* momentum = momentum_of(self);
+    if (momentum == NULL) {
+        return write_paper(&self->as.paper, covariance);
+    }
     const bool has_effects = self->kind == HEXLOAD_KIND_MOMENTUM_EFFECTS;
-    uint32_t written = 0;
-    if (momentum != NULL) {
-        const hexload_real_t dispersion =
-            has_effects ? self->as.momentum_effects.effects.filter.dispersion : HEXLOAD_REAL(1.0);
-        written = write_load(momentum, dispersion, covariance);
-    } else {
-        written = write_paper(&self->as.paper, covariance);
-    }
+    const hexload_momentum_effects_t* with_effects = &self->as.momentum_effects;
+    const hexload_real_t dispersion =
+        has_effects ? with_effects->effects.filter.dispersion : HEXLOAD_REAL(1.0);
+    uint32_t written = write_load(momentum, dispersion, covariance);
     if (has_effects) {
-        written += write_effects(&self->as.momentum_effects, &covariance[written]);
+        written += write_effects(with_effects, &covariance[written]);
     }
+    match_sigmas(momentum->sigma,
+                 has_effects ? (uint32_t)HEXLOAD_LOAD_DIM + (uint32_t)HEXLOAD_EFFECTS_DIM : HEXLOAD_LOAD_DIM,
+                 covariance);
     return written;
 }

@@ -41,6 +41,8 @@ static inline bool hexload_paper_has_torque(hexload_paper_t* self, hexload_prese
         self->held_ticks < HEXLOAD_PAPER_NEVER_TICKS ? self->held_ticks : HEXLOAD_PAPER_NEVER_TICKS;
     if (hexload_lost_channels_lack_force(&now->lost)) {
         self->held_ticks = has_begun ? held_ticks + now->gap_ticks : HEXLOAD_PAPER_NEVER_TICKS;
+        self->filter.nis =
+            (hexload_real_t)HEXLOAD_PAPER_MEASUREMENTS; // no innovation: the last one counts once
         return false;
     }
     now->gap_ticks += held_ticks;

@@ -355,6 +355,38 @@ static void test_the_covariance_has_the_sigmas_of_the_estimate_on_its_diagonal(v
     }
 }
 
+static void test_what_judges_widen_is_in_the_covariance_too(void) {
+    for (int n = 0; n < HEXLOAD_KINDS; n++) {
+        for (int constants = 0; constants < 2; constants++) {
+            // GIVEN an estimator, with and without an open constant, and forces that have jumped for a while
+            hexload_config_t config = config_of(kinds[n]);
+            static hexload_t estimator;
+            hexload_estimate_t estimate;
+            hexload_effects_estimate_t effects = {.fastest_leg_m_s = HEXLOAD_REAL(0.0)};
+            uint64_t seed = 3;
+            double largest = 0.0, worst = 0.0;
+            config.rig.direction_count = (uint8_t)constants;
+            config.rig.direction[0].force_gain[2] = HEXLOAD_REAL(0.002);
+            TEST_ASSERT_EQUAL_INT(HEXLOAD_OK, hexload_init(&estimator, &config));
+            for (uint32_t tick = 0; tick < 4000; tick++) {
+                hexload_leg_sample_t sample = sample_at(&config, tick, &seed);
+                sample.force_n[1] += tick > 1000 && tick < 2500 ? HEXLOAD_REAL(60.0) : HEXLOAD_REAL(0.0);
+                TEST_ASSERT_EQUAL_INT(HEXLOAD_OK, hexload_tick(&estimator, &config, &sample, &estimate));
+                // WHEN any tick is looked at THEN the diagonal is the sigmas' squares, to some roundings
+                if (tick % 100 == 99) {
+                    (void)hexload_read_effects(&estimator, &estimate, &effects);
+                    worst = fmax(worst, worst_diagonal(&estimator, &estimate, &effects));
+                    largest = fmax(largest, (double)(estimate.sigma[0] / estimate.own_sigma[0]));
+                }
+            }
+            printf("%d, %d constants: sigma up to %.1f of the filter's own, diagonal off by %.1g\n", n,
+                   constants, largest, worst);
+            TEST_ASSERT_TRUE(largest > 1.2);
+            TEST_ASSERT_TRUE(worst < ROUNDINGS(100, 1.0));
+        }
+    }
+}
+
 static void test_what_a_rig_has_shown_of_its_constants_is_in_the_covariance(void) {
     // GIVEN an estimator of actuator effects with two open constants that have moved its states
     hexload_config_t config = config_of(HEXLOAD_KIND_MOMENTUM_EFFECTS);
@@ -411,6 +443,7 @@ int main(void) {
     RUN_TEST(test_an_instance_that_is_of_no_kind_does_nothing);
     RUN_TEST(test_a_refused_sample_leaves_a_trace_as_it_was);
     RUN_TEST(test_the_covariance_has_the_sigmas_of_the_estimate_on_its_diagonal);
+    RUN_TEST(test_what_judges_widen_is_in_the_covariance_too);
     RUN_TEST(test_what_a_rig_has_shown_of_its_constants_is_in_the_covariance);
     return UNITY_END();
 }

@@ -60,11 +60,13 @@ HEXLOAD_MUST_USE hexload_status_t hexload_init(hexload_t* self, const hexload_co
 /// One sampling period. Without velocity sensors (config.h, half_window_ticks) the velocities of a sample
 /// mean nothing, the estimator is given the channels of half a window ago, and a sample is refused half a
 /// window later when its legs have no pose. Until a window is complete the estimate is the prior; after a gap
-/// of more than four samples it stays as it was for a window.
+/// of more than four samples it is left as it was for a window: give the same one at each tick.
 /// @param config the one of hexload_init(), or one that differs from it in numbers only.
-/// @return HEXLOAD_OK or the status of the stage that refused; then self changes in its health's `refused`
-///         only and estimate not at all. Reentrant for different self; not for an interrupt that shares one.
-///         Worst case: that of the kind, in firmware/README.md.
+/// @param[in,out] estimate that of the last tick, and of this one when its sample was accepted.
+/// @return HEXLOAD_OK or the status of the stage that refused; then estimate does not change, and self only
+///         in its health's `refused` and in what the front end remembers of the samples as they came.
+///         Reentrant for different self; not for an interrupt that shares one. Worst case: that of the kind,
+///         in firmware/README.md.
 HEXLOAD_MUST_USE hexload_status_t hexload_tick(hexload_t* self, const hexload_config_t* config,
                                                const hexload_leg_sample_t* sample,
                                                hexload_estimate_t* estimate);

@@ -23,11 +23,11 @@ typedef struct hexload_paper {
     hexload_plausibility_t plausibility;       ///< whether channels contradict each other
     hexload_known_mass_t known_mass;           ///< whether the legs carry the stated mass
     hexload_paper_filter_t filter;             ///< rates and four parameters
-    hexload_residual_test_t residual_test; ///< whether the filter's innovations are noise over half seconds
-    hexload_hum_test_t hum_test;           ///< whether they hum
-    hexload_paper_supervisor_t supervisor; ///< verdicts
-    uint32_t held_ticks;                   ///< for which the filter has waited for a force that is missing
-    hexload_health_t health;               ///< bits and counters
+    hexload_residual_test_t residual_test;   ///< whether the filter's innovations are noise over half seconds
+    hexload_hum_test_t hum_test;             ///< whether they hum
+    hexload_paper_supervisor_t supervisor;   ///< verdicts
+    uint32_t held_ticks;                     ///< for which the filter has waited for a force that is missing
+    hexload_health_t health;                 ///< bits and counters
 } hexload_paper_t;
 
 /// As hexload_momentum_init() (momentum.h).

@@ -26,6 +26,13 @@ void hexload_paper_supervisor_init(hexload_paper_supervisor_t* self) {
     }
 }
 
+static void set_factor(hexload_paper_supervisor_t* self, hexload_real_t mismatch) {
+    self->factor = mismatch;
+    if (self->nis_mean > MISFIT_NIS) {
+        self->factor = hexload_max(self->factor, hexload_sqrt(self->nis_mean / IDEAL_NIS));
+    }
+}
+
 /// How well the innovations of now and of the whole run fit the model.
 static void measure_fit(hexload_paper_supervisor_t* self, const hexload_config_t* config,
                         const hexload_paper_filter_t* filter, hexload_real_t mismatch) {
@@ -33,10 +40,7 @@ static void measure_fit(hexload_paper_supervisor_t* self, const hexload_config_t
     const hexload_real_t weight = config->tick_s / config->paper.nis_time_constant_s;
     const hexload_real_t most = HEXLOAD_REAL(0.5) * (MISFIT_NIS - IDEAL_NIS);
     self->nis_mean += hexload_min(weight * (filter->nis - self->nis_mean), most);
-    self->factor = mismatch;
-    if (self->nis_mean > MISFIT_NIS) {
-        self->factor = hexload_max(self->factor, hexload_sqrt(self->nis_mean / IDEAL_NIS));
-    }
+    set_factor(self, mismatch);
 }
 
 static bool is_or_was_misfit(const hexload_paper_supervisor_t* self) {
@@ -178,6 +182,13 @@ uint32_t hexload_paper_supervisor_judge(hexload_paper_supervisor_t* self, const 
         judge_misfit(self, estimate, &health);
     }
     return health;
+}
+
+hexload_real_t hexload_paper_supervisor_possible(const hexload_paper_supervisor_t* self,
+                                                 hexload_real_t mismatch) {
+    hexload_paper_supervisor_t before = *self;
+    set_factor(&before, mismatch);
+    return self->factor / before.factor;
 }
 
 const char* hexload_verdict_name(hexload_verdict_t verdict) {

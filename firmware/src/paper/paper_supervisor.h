@@ -17,4 +17,9 @@ uint32_t hexload_paper_supervisor_judge(hexload_paper_supervisor_t* self, const 
                                         const hexload_paper_filter_t* filter, hexload_real_t mismatch,
                                         hexload_real_t weight_error, hexload_estimate_t* estimate);
 
+/// Of the last tick: the factor that sigmas needed, beside `mismatch`, for some body to have the values; 1 or
+/// more. @param mismatch as of that tick.
+hexload_real_t hexload_paper_supervisor_possible(const hexload_paper_supervisor_t* self,
+                                                 hexload_real_t mismatch);
+
 #endif

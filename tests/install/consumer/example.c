@@ -13,7 +13,7 @@ int main(void) {
     }
     for (uint32_t tick = 0; tick < 1000; tick++) { // your 1 ms task; here at home and at rest
         const hexload_leg_sample_t sample = {.tick = tick, .force_n = {1074, 1074, 1074, 1074, 1074, 1074}};
-        hexload_estimate_t estimate;
+        static hexload_estimate_t estimate; // stays where a sample is refused, or none is complete yet
         if (hexload_tick(&estimator, &config, &sample, &estimate) == HEXLOAD_OK && tick == 999) {
             printf("mass %.2f +- %.2f kg, verdict %s\n", (double)estimate.value[HEXLOAD_LOAD_M],
                    (double)estimate.sigma[HEXLOAD_LOAD_M], hexload_verdict_name(estimate.verdict));
