@@ -1,5 +1,6 @@
 #include "hexload/momentum.h"
 
+#include "algebra/leg_blocks.h"
 #include "algebra/real.h"
 #include "configuration/config_fields.h"
 #include "configuration/momentum_prior.h"
@@ -9,6 +10,18 @@
 _Static_assert(sizeof(hexload_momentum_t) <= (size_t)20 * 1024 * sizeof(hexload_real_t) / sizeof(float) ||
                    HEXLOAD_LAG_TICKS_MAX > 82,
                "an estimator fits in 20 KiB");
+
+/// The noise of six speeds of legs, through J^-1.
+HEXLOAD_RARE static void set_rate_gain(const hexload_leg_blocks_t* jacobian,
+                                       hexload_smoother_constants_t* constants) {
+    hexload_real_t twist[HEXLOAD_LEGS][6];
+    hexload_leg_blocks_invert(jacobian, twist);
+    for (int k = 0; k < 3; k++) {
+        for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
+            constants->rate_gain[k] += twist[leg][3 + k] * twist[leg][3 + k];
+        }
+    }
+}
 
 HEXLOAD_RARE hexload_status_t hexload_momentum_init(hexload_momentum_t* self,
                                                     const hexload_config_t* config) {
@@ -30,6 +43,7 @@ HEXLOAD_RARE hexload_status_t hexload_momentum_init(hexload_momentum_t* self,
     hexload_plausibility_init(&self->plausibility);
     hexload_load_monitor_init(&self->monitor);
     hexload_smoother_init(&self->smoother, config);
+    set_rate_gain(&kinematics.jacobian, &self->smoother.constants);
     hexload_momentum_filter_init(&self->filter, config);
     hexload_consider_init(&self->consider);
     hexload_jackknife_init(&self->jackknife);

@@ -10,6 +10,9 @@ void tearDown(void) {}
 
 enum { DIM = HEXLOAD_LOAD_DIM, LEGS = HEXLOAD_LEGS };
 
+/// Angular velocities that have no noise.
+static const hexload_smoother_constants_t without_noise = {.rate_gain = {1, 1, 1}};
+
 /// The crooked machine in mid-motion, a filter with a load, three ways in which its constants may be off.
 typedef struct bench {
     scene_t scene;
@@ -50,6 +53,7 @@ static void begin(bench_t* bench, uint64_t* seed, uint32_t directions) {
     hexload_consider_init(&bench->self);
     bench->past.motion = bench->scene.motion;
     bench->past.sensors = &config->sensors;
+    bench->past.smoother = &without_noise;
     bench->past.smooth.sample = bench->scene.sample;
     bench->past.smooth.gap_ticks = 2;
     for (int leg = 0; leg < LEGS; leg++) {

@@ -22,6 +22,9 @@ typedef struct textbook {
     double nis;
 } textbook_t;
 
+/// Angular velocities that have no noise.
+static const hexload_smoother_constants_t without_noise = {.rate_gain = {1, 1, 1}};
+
 typedef struct step {
     scene_t before, now;
     hexload_sensors_t sensors;
@@ -239,6 +242,7 @@ static void make_step(step_t* step, uint64_t* seed, uint32_t gap_ticks, double l
     write_covariance(step);
     step->past.motion = step->now.motion;
     step->past.sensors = &step->sensors;
+    step->past.smoother = &without_noise;
     step->past.smooth.sample = step->now.sample;
     step->past.smooth.gap_ticks = gap_ticks;
     for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
@@ -324,6 +328,51 @@ static void test_momentum_begins_anew_without_a_last_sample(void) {
         // THEN the momentum is that of the smooth twist, with the parameters' errors and the speeds' noise
         assert_same(&step, &expected);
     }
+}
+
+static void test_an_angular_velocity_counts_beyond_its_noise(void) {
+    // GIVEN angular velocities from nothing to ten times their noise, and means of their squares likewise
+    uint64_t seed = 14;
+    hexload_smoother_constants_t constants = without_noise;
+    int none = 0;
+    for (int trial = 0; trial < 300; trial++) {
+        step_t step;
+        hexload_momentum_update_t update;
+        double speed_m_s[HEXLOAD_LEGS], twist[6], rate[3], expected[3] = {0};
+        make_step(&step, &seed, 1, 0.01);
+        for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
+            speed_m_s[leg] = (double)step.past.smooth.smooth_velocity_m_s[leg];
+        }
+        twist_of(&step.now.motion, speed_m_s, twist);
+        const double sigma_m = (double)step.sensors.displacement_sigma_m;
+        step.past.smoother = &constants;
+        for (int k = 0; k < 3; k++) {
+            rate[k] = 0.0;
+            for (int j = 0; j < 3; j++) {
+                rate[k] += (double)step.now.motion.R[j][k] * twist[3 + j];
+            }
+            const double noise = fabs(rate[k]) / (5.0 + 5.0 * uniform(&seed)) + 1e-9;
+            constants.slope_gain = HEXLOAD_REAL(3.0);
+            constants.rate_gain[k] = (hexload_real_t)(pow(noise / sigma_m, 2.0) / 3.0);
+            step.filter.rate_square[k] = (hexload_real_t)pow(noise * (3.0 + 3.0 * uniform(&seed)), 2.0);
+            // WHEN a sample is taken THEN four times the noise's square is off the mean of a second, or off a
+            // third of its own square
+            const double mean = 0.999 * (double)step.filter.rate_square[k] + 0.001 * rate[k] * rate[k];
+            const double share = fmax(0.0, 1.0 - 4.0 * noise * noise / fmax(mean, rate[k] * rate[k] / 3.0));
+            none += share == 0.0;
+            for (int j = 0; j < 3; j++) {
+                expected[j] += (double)step.now.motion.R[j][k] * share * rate[k];
+            }
+        }
+        hexload_momentum_filter_step(&step.filter, &step.now.config, &step.past, &update);
+        for (int j = 0; j < 3; j++) {
+            TEST_ASSERT_DOUBLE_WITHIN(ROUNDINGS(1000, 1.0), expected[j],
+                                      (double)step.filter.smooth_twist[3 + j]);
+            // AND what shifts it stays
+            TEST_ASSERT_DOUBLE_WITHIN(ROUNDINGS(1000, 1.0), twist[j], (double)step.filter.smooth_twist[j]);
+        }
+    }
+    TEST_ASSERT_TRUE(none > 50);
 }
 
 static void test_what_rounding_adds_to_a_parameter_is_made_up_for(void) {
@@ -424,6 +473,7 @@ int main(void) {
     UNITY_BEGIN();
     RUN_TEST(test_a_step_is_the_textbooks);
     RUN_TEST(test_momentum_begins_anew_without_a_last_sample);
+    RUN_TEST(test_an_angular_velocity_counts_beyond_its_noise);
     RUN_TEST(test_what_rounding_adds_to_a_parameter_is_made_up_for);
     RUN_TEST(test_a_filter_that_is_not_finite_is_known);
     RUN_TEST(test_a_new_load_has_the_priors_sigmas_and_keeps_the_estimate);

@@ -289,6 +289,8 @@ typedef struct hexload_smoother_constants {
     hexload_real_t slope[3];                   ///< from a sum in steps to c_m in m/s
     /// 1 / variance of c_m, in m^2/s^2, for a variance of 1 m^2 of displacements
     hexload_real_t inverse_gain[3];
+    hexload_real_t slope_gain;   ///< variance of c1 + c3 + c5 likewise
+    hexload_real_t rate_gain[3]; ///< of angular velocity about x, y, z at home, of 1 m^2/s^2 of leg speeds
 } hexload_smoother_constants_t;
 
 /// Mean square of a motion's speeds over the legs, in variances of their noise.
@@ -342,6 +344,7 @@ typedef struct hexload_momentum_filter {
     hexload_real_t momentum_cov[6][6];                           ///< of mu; the lower triangle counts
     hexload_momentum_input_t last_input;
     hexload_real_t smooth_twist[6]; ///< of the last sample, base axes, m/s, rad/s
+    hexload_real_t rate_square[3];  ///< mean of late of the smooth angular velocity, platform axes; rad^2/s^2
     hexload_real_t nis;             ///< of the last sample, 6 degrees of freedom; 6 when there was none
 } hexload_momentum_filter_t;
 

@@ -11,6 +11,12 @@
 
 enum { DIM = HEXLOAD_LOAD_DIM };
 
+/// For how long the square of an angular velocity is averaged, how many times the square of its noise that
+/// must be, and how many times more one of them, to count at once.
+#define RATE_S HEXLOAD_REAL(1.0)
+#define RATE_NOISE HEXLOAD_REAL(4.0)
+#define RATE_AT_ONCE HEXLOAD_REAL(3.0)
+
 /// 34 roundings in single precision.
 #define ROUNDING HEXLOAD_REAL(4e-6)
 
@@ -114,11 +120,43 @@ typedef struct residual {
     hexload_real_t smooth_twist[6];
     hexload_real_t twist[6];                   ///< measured minus smooth
     hexload_real_t velocity_m_s[HEXLOAD_LEGS]; ///< likewise
+    hexload_real_t left_out_m2_s2;             ///< of rotation, that may be a motion as well as noise
 } residual_t;
 
-static void find_residual(const hexload_delayed_tick_t* past, residual_t* residual) {
+/// Leaves out what of the smooth angular velocity is no more than its noise, by the platform's axes: a
+/// platform that does not turn tells nothing of inertias, and that noise would in time count as if it did.
+/// Directions of legs (motion_directions.h) do not show it, as they turn with the pose.
+/// @return mean square over the axes of what is left out, as speeds of legs.
+static hexload_real_t leave_out_noise(hexload_momentum_filter_t* self, const hexload_config_t* config,
+                                      const hexload_delayed_tick_t* past, hexload_real_t rate_rad_s[3]) {
+    const hexload_motion_t* motion = &past->motion;
+    const hexload_smoother_constants_t* constants = past->smoother;
+    const hexload_real_t sigma_m = past->sensors->displacement_sigma_m;
+    const hexload_real_t variance = RATE_NOISE * sigma_m * sigma_m * constants->slope_gain;
+    const hexload_real_t share = config->tick_s / RATE_S;
+    hexload_real_t square_m2_s2 = HEXLOAD_REAL(0.0);
+    hexload_real_t rate[3];
+    hexload_to_platform(motion, rate_rad_s, rate);
+    for (int k = 0; k < 3; k++) {
+        const hexload_real_t square = self->rate_square[k];
+        self->rate_square[k] = hexload_fma(share, (rate[k] * rate[k]) - square, square);
+        const hexload_real_t known = hexload_max(self->rate_square[k], rate[k] * rate[k] / RATE_AT_ONCE);
+        const hexload_real_t out =
+            hexload_min(variance * constants->rate_gain[k] / known, HEXLOAD_REAL(1.0)) * rate[k];
+        square_m2_s2 += out * out / (HEXLOAD_REAL(3.0) * constants->rate_gain[k]);
+        rate[k] -= out;
+    }
+    for (int k = 0; k < 3; k++) {
+        rate_rad_s[k] = hexload_dot3(motion->R[k], rate);
+    }
+    return square_m2_s2;
+}
+
+static void find_residual(hexload_momentum_filter_t* self, const hexload_config_t* config,
+                          const hexload_delayed_tick_t* past, residual_t* residual) {
     const hexload_smooth_sample_t* smooth = &past->smooth;
     hexload_leg_blocks_solve(past->motion.jacobian, smooth->smooth_velocity_m_s, residual->smooth_twist);
+    residual->left_out_m2_s2 = leave_out_noise(self, config, past, &residual->smooth_twist[3]);
     for (int k = 0; k < 6; k++) {
         residual->twist[k] = past->motion.twist[k] - residual->smooth_twist[k];
         residual->velocity_m_s[k] = smooth->sample.velocity_m_s[k] - smooth->smooth_velocity_m_s[k];
@@ -159,23 +197,24 @@ HEXLOAD_RARE static void seed_momentum(hexload_momentum_filter_t* self, const he
 }
 
 /// How many ticks a residual beyond the noise stays the same: what parabolas through the ticks around leave
-/// of a shock is smeared over as many as lie on one side.
-static hexload_real_t correlated_ticks(const hexload_delayed_tick_t* past, const residual_t* residual) {
-    hexload_real_t q = HEXLOAD_REAL(0.0);
-    for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
-        const hexload_real_t in_sigmas = residual->velocity_m_s[leg] / past->sensors->velocity_sigma_m_s;
-        q += in_sigmas * in_sigmas;
-    }
-    return HEXLOAD_REAL(1.0) + (hexload_real_t)HEXLOAD_TRANSIENT_TICKS * hexload_beyond_noise(q);
+/// of a shock is smeared over as many as lie on one side; what is left out of a rotation may last.
+static hexload_real_t correlated_ticks(const hexload_config_t* config, const hexload_delayed_tick_t* past,
+                                       const residual_t* residual) {
+    const hexload_real_t variance = past->sensors->velocity_sigma_m_s * past->sensors->velocity_sigma_m_s;
+    const hexload_real_t q = dot6(residual->velocity_m_s, residual->velocity_m_s) / variance;
+    const hexload_real_t of_shock = (hexload_real_t)HEXLOAD_TRANSIENT_TICKS * hexload_beyond_noise(q);
+    const hexload_real_t of_rotation = (RATE_S / config->tick_s) * (residual->left_out_m2_s2 / variance);
+    return HEXLOAD_REAL(1.0) + of_shock + of_rotation;
 }
 
 /// Noise of e: that of the leg speeds by the cautious body, the parameters' errors on the part of the twist
 /// that the smoother leaves out, and what rounding leaves in H P H^T, which where mu has just begun is the
 /// small difference of terms as large as P_mm.
-static void measurement_noise(const hexload_momentum_filter_t* self, const hexload_delayed_tick_t* past,
-                              const residual_t* residual, hexload_real_t R[6][6]) {
+static void measurement_noise(const hexload_momentum_filter_t* self, const hexload_config_t* config,
+                              const hexload_delayed_tick_t* past, const residual_t* residual,
+                              hexload_real_t R[6][6]) {
     const hexload_real_t sigma_m_s = past->sensors->velocity_sigma_m_s;
-    const hexload_real_t noise_ticks = correlated_ticks(past, residual);
+    const hexload_real_t noise_ticks = correlated_ticks(config, past, residual);
     // Speeds from displacements are noisier than white where they are faster than the smoother.
     const hexload_real_t speed_ticks = past->sensors->half_window_ticks > 0 ? noise_ticks : HEXLOAD_REAL(1.0);
     const hexload_real_t variance = speed_ticks * sigma_m_s * sigma_m_s;
@@ -297,7 +336,7 @@ void hexload_momentum_filter_step(hexload_momentum_filter_t* self, const hexload
                                   const hexload_delayed_tick_t* past, hexload_momentum_update_t* update) {
     residual_t residual;
     hexload_momentum_input_t input;
-    find_residual(past, &residual);
+    find_residual(self, config, past, &residual);
     hexload_momentum_read_input(&past->motion, past->smooth.sample.force_n, &input);
     if (hexload_rig_has_leg_mass(config)) {
         hexload_momentum_take_off(&past->motion, past->smooth.leg_wrench, &input);
@@ -308,7 +347,7 @@ void hexload_momentum_filter_step(hexload_momentum_filter_t* self, const hexload
     } else {
         predict(self, config, past, &input);
         measure(self, &past->motion, &residual, update);
-        measurement_noise(self, past, &residual, update->L);
+        measurement_noise(self, config, past, &residual, update->L);
         correct(self, update);
     }
     self->last_input = input;

@@ -103,6 +103,7 @@ HEXLOAD_RARE static void make_polynomials(hexload_smoother_constants_t* constant
         const hexload_real_t slope_1_s = slope[m] / config->tick_s;
         constants->slope[m] = slope[m] / (config->tick_s * both_sides * STEPS_PER_M);
         constants->inverse_gain[m] = both_sides / (slope_1_s * slope_1_s);
+        constants->slope_gain += slope_1_s * slope_1_s / both_sides;
     }
 }
 
