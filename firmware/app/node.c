@@ -464,6 +464,12 @@ static void elapse_authentication(hexload_node_t* self, uint32_t periods) {
     }
 }
 
+/// Rounded up; a silence of one count may be none.
+static uint32_t lost_after_ms(const hexload_node_t* self) {
+    const uint32_t silence_ms = ((uint32_t)(HEXLOAD_NODE_TICK_LOST * period_us(self)) + 999U) / 1000U;
+    return silence_ms > 2U ? silence_ms : 2U;
+}
+
 void hexload_node_period(hexload_node_t* self, uint32_t periods) {
     if (periods == 0) {
         return;
@@ -477,8 +483,7 @@ void hexload_node_period(hexload_node_t* self, uint32_t periods) {
     if (hexload_authentication_is_on(&self->authentication)) {
         elapse_authentication(self, periods);
     }
-    if (self->app.pacing == HEXLOAD_PACING_REAL_TIME &&
-        self->leg_silence_ms >= (uint32_t)(HEXLOAD_NODE_TICK_LOST * period_us(self) / 1000)) {
+    if (self->app.pacing == HEXLOAD_PACING_REAL_TIME && self->leg_silence_ms >= lost_after_ms(self)) {
         hexload_sample_assembly_lose_tick(&self->assembly);
     }
     if (self->status_wait_ms >= HEXLOAD_NODE_STATUS_PERIOD_MS && hexload_node_is_active(self)) {

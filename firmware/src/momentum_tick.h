@@ -77,8 +77,10 @@ static inline hexload_status_t read_present(hexload_momentum_t* self, const hexl
 }
 
 /// A known mass that is wrong is no fault of the machine: until a first change it may be that.
-static inline hexload_fit_t fit_of(const hexload_momentum_t* self, const hexload_config_t* config) {
-    const hexload_fit_t fit = hexload_momentum_supervisor_fit(&self->supervisor, config);
+static inline hexload_fit_t fit_of(const hexload_momentum_t* self, const hexload_config_t* config,
+                                   const hexload_real_t velocity_m_s[HEXLOAD_LEGS]) {
+    const bool is_moving = hexload_is_moving(velocity_m_s);
+    const hexload_fit_t fit = hexload_momentum_supervisor_fit(&self->supervisor, config, is_moving);
     return fit != HEXLOAD_FIT_FRICTION && self->is_mass_known && !self->is_changing ? HEXLOAD_FIT_NOISE : fit;
 }
 
@@ -100,7 +102,7 @@ static inline void watch_load(hexload_momentum_t* self, const hexload_config_t* 
                                        &without_effects.sensors);
         seen = &without_effects;
     }
-    const hexload_fit_t fit = fit_of(self, config);
+    const hexload_fit_t fit = fit_of(self, config, now->sample->velocity_m_s);
     const hexload_real_t scale = hexload_jackknife_variance_scale(&self->jackknife);
     const bool is_alarm = hexload_load_monitor_step(&self->monitor, config, &self->filter, scale, fit, seen);
     // a change that is known already is not held against the legs again, nor one where a pose takes longer
@@ -258,6 +260,9 @@ static inline void compare_blocks(hexload_momentum_t* self, const hexload_config
 static inline void restart(hexload_momentum_t* self, const hexload_config_t* config,
                            hexload_effects_stage_t* effects, uint32_t* health) {
     hexload_momentum_filter_init(&self->filter, config);
+    if (!self->is_mass_known) { // that of another load may not come back
+        hexload_momentum_filter_forget(&self->filter, config);
+    }
     hexload_consider_init(&self->consider);
     hexload_jackknife_init(&self->jackknife);
     hexload_load_monitor_init(&self->monitor);
@@ -340,6 +345,7 @@ static inline hexload_status_t hexload_momentum_run(hexload_momentum_t* self, co
     }
     hexload_momentum_supervisor_hold_back(&self->supervisor, &self->jackknife, estimate);
     hexload_plausibility_judge(&self->plausibility, HEXLOAD_LOAD_DIM, estimate, &self->health.input, &health);
+    memcpy(self->sigma, estimate->sigma, sizeof self->sigma);
     estimate->tick = sample->tick;
     hexload_health_count(&self->health, health);
     return HEXLOAD_OK;

@@ -115,6 +115,38 @@ static void test_a_sensor_that_goes_on_again_counts_until_its_jump_is_forgotten(
     TEST_ASSERT_FALSE(show_again(FORCE, 2, 0.0, 1));
 }
 
+static void test_steps_of_a_displacement_stand_still_at_rest(void) {
+    // GIVEN legs at rest, displacements in steps that are larger than their noise, and a velocity whose zero
+    // is off by a tenth of its noise, so that in 3 s it goes by more than 7 sigma
+    const hexload_config_t config = paper_machine();
+    hexload_frozen_channels_t frozen = {.missed_m = {HEXLOAD_REAL(0.0)}};
+    uint64_t seed = 6;
+    for (uint32_t tick = 0; tick < 3000; tick++) {
+        hexload_leg_sample_t sample = {.tick = tick};
+        for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
+            sample.displacement_m[leg] = (hexload_real_t)(1e-3 * round(leg + 0.02 * normal(&seed)));
+            sample.velocity_m_s[leg] = (hexload_real_t)(1e-4 + 1e-3 * normal(&seed));
+            sample.force_n[leg] = (hexload_real_t)(5.0 * normal(&seed));
+        }
+        // WHEN they stand THEN none has stopped, but for the first sample, before which all were zero
+        hexload_frozen_channels_step(&frozen, &config, &sample);
+        TEST_ASSERT_FALSE(tick > 200 && hexload_frozen_channels_are_there(&frozen));
+    }
+    // AND a displacement that is missing once and then stops while all move is found as any
+    for (uint32_t tick = 3000; tick < 3010; tick++) {
+        hexload_leg_sample_t sample = {.tick = tick};
+        for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
+            sample.displacement_m[leg] = (hexload_real_t)(1e-3 * leg + 1e-4 * (tick - 2999));
+            sample.velocity_m_s[leg] = HEXLOAD_REAL(0.1);
+            sample.force_n[leg] = (hexload_real_t)(5.0 * normal(&seed));
+        }
+        sample.displacement_m[4] = tick == 3002 ? (hexload_real_t)NAN : HEXLOAD_REAL(4e-3);
+        hexload_frozen_channels_step(&frozen, &config, &sample);
+    }
+    TEST_ASSERT_TRUE(hexload_frozen_channels_are_there(&frozen));
+    TEST_ASSERT_FALSE(isnan(frozen.missed_m[4]));
+}
+
 static void test_a_displacement_that_jumps_has_stopped(void) {
     // GIVEN legs at rest, with three times the stated noise WHEN one jumps by 2 mm, 100 sigma of 20 um
     const hexload_config_t config = paper_machine();
@@ -242,12 +274,13 @@ static void test_a_jump_is_seven_sigma_of_a_channel_that_has_stood_still_for_nin
 }
 
 static void test_seven_sigma_of_a_missed_way_count_in_either_direction(void) {
-    // GIVEN a leg whose displacement has missed a way WHEN that is more than 7 sigma THEN it counts for 0.2 s
+    // GIVEN a leg whose displacement has missed a way while three others go on WHEN that is more than 7 sigma
+    // THEN it counts for 0.2 s
     const hexload_config_t config = paper_machine();
     static const double sigmas[4] = {6.9, 7.1, -6.9, -7.1};
     for (int n = 0; n < 4; n++) {
         hexload_frozen_channels_t frozen = {.left_s = HEXLOAD_REAL(0.0)};
-        const hexload_leg_sample_t sample = {.tick = 1};
+        const hexload_leg_sample_t sample = {.tick = 1, .displacement_m = {1e-9F, 1e-9F, 1e-9F}};
         frozen.missed_m[5] = (hexload_real_t)sigmas[n] * config.sensors.displacement_sigma_m;
         hexload_frozen_channels_step(&frozen, &config, &sample);
         TEST_ASSERT_EQUAL_INT(n % 2 == 1, hexload_frozen_channels_are_there(&frozen));
@@ -286,6 +319,7 @@ int main(void) {
     RUN_TEST(test_sensors_in_order_have_not_stopped);
     RUN_TEST(test_sensors_that_stand_still_together_say_that_the_machine_does);
     RUN_TEST(test_a_sensor_that_goes_on_again_counts_until_its_jump_is_forgotten);
+    RUN_TEST(test_steps_of_a_displacement_stand_still_at_rest);
     RUN_TEST(test_a_displacement_that_jumps_has_stopped);
     RUN_TEST(test_a_way_that_is_missed_is_summed_and_of_one_that_is_gone_an_eighth_counts);
     RUN_TEST(test_a_jump_is_seven_sigma_of_a_channel_that_has_stood_still_for_nine_ticks);

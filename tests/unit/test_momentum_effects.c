@@ -217,6 +217,10 @@ static void begin_step(step_t* step) {
     step->config.actuator_effects.prior_tilt_sigma_m_s2 = TILT_SIGMA_M_S2;
     TEST_ASSERT_EQUAL_INT(HEXLOAD_OK, hexload_kinematics_init(&step->kinematics, &step->config));
     hexload_smoother_init(&step->smoother, &step->config);
+    step->smoother.constants.slope_gain = HEXLOAD_REAL(0.0); // angular velocities that have no noise
+    for (int k = 0; k < 3; k++) {
+        step->smoother.constants.rate_gain[k] = HEXLOAD_REAL(1.0);
+    }
     hexload_momentum_filter_init(&step->load, &step->config);
     hexload_actuator_effects_init(&step->effects, &step->config);
 }
@@ -1219,6 +1223,8 @@ static void test_a_platform_that_rests_teaches_nothing_after_two_seconds(void) {
                              sizeof before.load_cov);
     TEST_ASSERT_EQUAL_UINT32(rest_ticks, bench.estimator.effects.filter.rest_ticks);
     TEST_ASSERT_EQUAL_UINT32(2000, rest_ticks);
+    // AND no innovation counts twice, nor any of those that it does not look at
+    TEST_ASSERT_EQUAL_DOUBLE(6.0, round(1e6 * (double)bench.estimator.momentum.filter.nis) / 1e6);
     // AND WHEN it moves THEN the filter learns again, after as many ticks as a transient is seen by
     bench.motion = motion_from_rest(8);
     bench.tick = 60;
@@ -1228,6 +1234,24 @@ static void test_a_platform_that_rests_teaches_nothing_after_two_seconds(void) {
     TEST_ASSERT_EQUAL_UINT32(0, bench.alarms);
     TEST_ASSERT_TRUE(bench.estimator.effects.filter.rest_ticks < 2000);
     TEST_ASSERT_TRUE(bench.estimator.momentum.filter.load_cov[0][0] < before.load_cov[0][0]);
+}
+
+static void test_a_load_put_on_a_platform_that_has_rested_for_long_is_weighed(void) {
+    // GIVEN a platform that stands with a load, so long that the filter sleeps WHEN another one takes its
+    // place
+    const effects_t effects = random_effects(79);
+    static bench_t bench;
+    begin(&bench, paper_machine(), random_motion(46, 0.03, 0.06), &effects, 3);
+    run(&bench, &eccentric, 4000);
+    bench.motion = at_rest();
+    bench.tick += 1000; // from anywhere in the motion
+    run(&bench, &eccentric, 3000);
+    run(&bench, &heavier, 2000);
+    // THEN it is reported, and weighed at rest as far as biases and friction at rest, which are open, tell
+    TEST_ASSERT_EQUAL_UINT32(1, bench.alarms);
+    TEST_ASSERT_TRUE((double)bench.estimate.sigma[0] < 0.1 * heavier.mass_kg);
+    TEST_ASSERT_DOUBLE_WITHIN(5.0 * (double)bench.estimate.sigma[0], heavier.mass_kg,
+                              (double)bench.estimate.value[0]);
 }
 
 static void test_an_effect_that_is_no_number_begins_anew(void) {
@@ -1451,6 +1475,7 @@ int main(void) {
     RUN_TEST(test_refused_sample_changes_nothing_but_the_counter);
     RUN_TEST(test_broken_covariance_begins_anew);
     RUN_TEST(test_a_platform_that_rests_teaches_nothing_after_two_seconds);
+    RUN_TEST(test_a_load_put_on_a_platform_that_has_rested_for_long_is_weighed);
     RUN_TEST(test_an_effect_that_is_no_number_begins_anew);
     RUN_TEST(test_what_legs_do_faster_than_the_smoother_is_a_mean_of_two_seconds);
     RUN_TEST(test_errors_are_as_large_as_the_filter_says);

@@ -453,12 +453,12 @@ static void test_a_machine_known_to_a_tolerance_is_not_judged_by_noise_alone(voi
     hexload_config_t config = paper_machine();
     hexload_momentum_supervisor_t supervisor;
     hexload_momentum_supervisor_init(&supervisor);
-    TEST_ASSERT_EQUAL_INT(HEXLOAD_FIT_NONE, hexload_momentum_supervisor_fit(&supervisor, &config));
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_FIT_NONE, hexload_momentum_supervisor_fit(&supervisor, &config, true));
     supervisor.moved_s = HEXLOAD_REAL(2.5); // of motion, in which they have shown it
-    TEST_ASSERT_EQUAL_INT(HEXLOAD_FIT_NOISE, hexload_momentum_supervisor_fit(&supervisor, &config));
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_FIT_NOISE, hexload_momentum_supervisor_fit(&supervisor, &config, true));
     // WHEN constants of it are still open THEN a change of its load must stand out of its own past
     config.rig.direction_count = 1;
-    TEST_ASSERT_EQUAL_INT(HEXLOAD_FIT_FRICTION, hexload_momentum_supervisor_fit(&supervisor, &config));
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_FIT_FRICTION, hexload_momentum_supervisor_fit(&supervisor, &config, true));
 }
 
 /// A machine at work whose sensors show friction.

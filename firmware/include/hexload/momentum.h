@@ -34,6 +34,7 @@ typedef struct hexload_momentum {
     hexload_oscillation_test_t oscillation;    ///< whether they swing
     hexload_momentum_supervisor_t supervisor;  ///< verdicts
     hexload_health_t health;                   ///< bits and counters
+    hexload_real_t sigma[HEXLOAD_LOAD_DIM];    ///< of the last estimate
     uint32_t change_tick;                      ///< first tick after the last load change
     uint8_t newton_steps;                      ///< of the last tick's two poses
     bool is_changing;                          ///< the filter has not reached change_tick yet
@@ -48,12 +49,14 @@ HEXLOAD_MUST_USE hexload_status_t hexload_momentum_init(hexload_momentum_t* self
                                                         const hexload_config_t* config);
 
 /// One sampling period: pose -> load monitor -> smooth motion of lag_ticks ago -> filter -> verdict. The
-/// estimate is one for the present, as the load does not move. In the first lag_ticks +
-/// HEXLOAD_TRANSIENT_TICKS, and after a restart of the filter, no load change is detected.
+/// estimate is one for the present, as the load does not move. No load change is detected in the first
+/// two lags and a quarter, after a change or a restart of the filter, nor while a load moves for its first
+/// half second.
 /// @param config the one of hexload_momentum_init().
 /// @return HEXLOAD_OK or the status of the stage that refused: HEXLOAD_ERR_SAMPLE, HEXLOAD_ERR_TICK,
-///         HEXLOAD_ERR_POSE, HEXLOAD_ERR_SINGULAR; then self changes in health.refused only and estimate not
-///         at all. Reentrant for different self; not for an interrupt that shares one.
+///         HEXLOAD_ERR_POSE, HEXLOAD_ERR_SINGULAR; then estimate does not change, and self in
+///         health.refused and in what it remembers of missing channels only. Reentrant for different self;
+///         not for an interrupt that shares one.
 HEXLOAD_MUST_USE HEXLOAD_NONNULL hexload_status_t hexload_momentum_tick(hexload_momentum_t* self,
                                                                         const hexload_config_t* config,
                                                                         const hexload_leg_sample_t* sample,

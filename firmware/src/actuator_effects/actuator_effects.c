@@ -22,8 +22,8 @@ enum {
 #define RESIDUAL_S HEXLOAD_REAL(2.0)
 
 /// From the first sample of a load on, as long as it takes until another one that comes after it is detected:
-/// the load monitor looks at a new load's samples from SETTLED_TICKS on, as far from the filter's ticks.
-enum { UNCERTAIN_TICKS = 2 * HEXLOAD_LAG_TICKS_MAX };
+/// the load monitor looks at a new load's samples when it has settled, as far from the filter's ticks.
+enum { UNCERTAIN_LAGS = 2 };
 
 /// A platform at rest gives no more information after that.
 #define LONGEST_REST_S HEXLOAD_REAL(2.0)
@@ -536,6 +536,7 @@ bool hexload_actuator_effects_step(hexload_actuator_effects_t* self, hexload_mom
     tilted_pull_t tilted;
     find_rub(load, config, past, &now);
     if (has_rested(self, config, now.is_at_rest)) {
+        load->nis = CHI_SQUARE_6_MEAN; // no innovation: the last one is not to count again and again
         return false;
     }
     watch_residual(self, config, past);
@@ -569,10 +570,12 @@ bool hexload_actuator_effects_step(hexload_actuator_effects_t* self, hexload_mom
 }
 
 void hexload_actuator_effects_hold(hexload_actuator_effects_t* self, const hexload_config_t* config) {
-    self->held_ticks = config->momentum.lag_ticks + config->sensors.half_window_ticks + UNCERTAIN_TICKS;
+    const uint32_t lags = 1U + UNCERTAIN_LAGS;
+    self->held_ticks = (lags * config->momentum.lag_ticks) + config->sensors.half_window_ticks;
 }
 
 void hexload_actuator_effects_forget(hexload_actuator_effects_t* self) {
+    self->rest_ticks = 0; // the next load is weighed at rest too
     for (int i = 0; i < DIM; i++) {
         memset(&self->covariance[EFFECT_ROW(i)], 0, KNOWN * sizeof self->covariance[0]);
     }

@@ -3,7 +3,16 @@
 #ifndef HEXLOAD_PRESENT_TICK_H
 #define HEXLOAD_PRESENT_TICK_H
 
+#include "algebra/linalg.h"
 #include "front_end/kinematics.h"
+
+/// From which speed on the machine shows its friction and its inertia, of one leg or, by squares, of all.
+#define HEXLOAD_MOVING_M_S HEXLOAD_REAL(0.01)
+
+/// Whether they are faster.
+static inline bool hexload_is_moving(const hexload_real_t velocity_m_s[HEXLOAD_LEGS]) {
+    return dot6(velocity_m_s, velocity_m_s) > (HEXLOAD_MOVING_M_S * HEXLOAD_MOVING_M_S);
+}
 
 /// Lives as long as what it points to: for one tick.
 typedef struct hexload_present_tick {

@@ -1,6 +1,7 @@
 #include "momentum/frozen_channels.h"
 
 #include "algebra/linalg.h"
+#include "front_end/present_tick.h"
 
 #include <string.h>
 
@@ -12,7 +13,8 @@ enum {
     HELD = 128,
 };
 
-/// Of a way in one tick: more noise than stated and the steps of a converter are no jumps.
+/// Share of a mismatch in one tick that counts: more noise than stated and the steps of a converter are no
+/// jumps.
 #define JUMP_SHARE HEXLOAD_REAL(0.125)
 
 /// A sensor that goes on again jumps, and that is in the load monitor's mean for four of its time constants.
@@ -60,14 +62,32 @@ static bool is_any_off(const hexload_frozen_channels_t* self, const hexload_conf
     return is_off;
 }
 
+/// Whether the machine moves: at rest all displacements stand still that come in steps.
+static HEXLOAD_RARE bool is_going(const hexload_frozen_channels_t* self, const hexload_leg_sample_t* sample) {
+    int fresh = 0;
+    for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
+        fresh += sample->displacement_m[leg] != self->last.displacement_m[leg] ? 1 : 0;
+    }
+    return (fresh >= FRESH_LEGS) || hexload_is_moving(sample->velocity_m_s);
+}
+
+/// By how much a displacement is behind its velocity: since it stands still, or a share of a jump. Of one
+/// that is missing nothing is known.
+static hexload_real_t missed(const hexload_frozen_channels_t* self, const hexload_leg_sample_t* sample,
+                             int leg, hexload_real_t way_m) {
+    const hexload_real_t nothing_m = HEXLOAD_REAL(0.0);
+    const hexload_real_t moved_m = sample->displacement_m[leg] - self->last.displacement_m[leg];
+    if (moved_m == nothing_m) {
+        return is_going(self, sample) ? self->missed_m[leg] + way_m : nothing_m;
+    }
+    return isnan(moved_m) ? nothing_m : JUMP_SHARE * (way_m - moved_m);
+}
+
 void hexload_frozen_channels_step(hexload_frozen_channels_t* self, const hexload_config_t* config,
                                   const hexload_leg_sample_t* sample) {
     const hexload_real_t elapsed_s = config->tick_s * (hexload_real_t)(sample->tick - self->last.tick);
     for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
-        const hexload_real_t moved_m = sample->displacement_m[leg] - self->last.displacement_m[leg];
-        const hexload_real_t way_m = elapsed_s * sample->velocity_m_s[leg];
-        self->missed_m[leg] =
-            moved_m == HEXLOAD_REAL(0.0) ? self->missed_m[leg] + way_m : JUMP_SHARE * (way_m - moved_m);
+        self->missed_m[leg] = missed(self, sample, leg, elapsed_s * sample->velocity_m_s[leg]);
     }
     const bool had_stopped =
         self->still_ticks >= MANY_TICKS; // not the machine, whose channels stand still together

@@ -46,8 +46,9 @@
 /// Rate of the leaky mean of whitened innovations, in which a wrong wrench adds up and noise does not: a
 /// ramp of innovations is found nearly as soon as by its matched filter. Scaled, its square is chi-square
 /// with 6 degrees of freedom, of which 5e-11 is beyond the alarm: a 5 ms mean is a new one 7e7 times in
-/// 100 h.
+/// 100 h. At ticks beyond 1 ms it is over five of them: of fewer no mean is nine times a square.
 #define DRIFT_1_S HEXLOAD_REAL(200.0)
+#define DRIFT_SHARE HEXLOAD_REAL(0.2)
 #define ALARM_DRIFT HEXLOAD_REAL(60.0)
 
 /// Of the innovations' squares of late, what their mean's must have: of noise, however large, it is once, of
@@ -63,10 +64,6 @@
 /// Time constant of the twist that an acceleration is taken from, and by which that is late: at 1 ms the
 /// noise of it is sqrt(10) / 3 sigma / 5 ms.
 #define LATE_S HEXLOAD_REAL(0.005)
-
-/// What is seen before counts for nothing: the first estimates of a load move mu with the noise of the twist,
-/// and the shock that came with it stays in the smoother's window for a lag.
-enum { SETTLED_TICKS = HEXLOAD_LAG_TICKS_MAX * 5 / 4 };
 
 enum { DIM = HEXLOAD_LOAD_DIM };
 
@@ -121,6 +118,7 @@ typedef struct push {
     hexload_real_t variance_n2[HEXLOAD_LEGS]; ///< of what is not known of them
     hexload_real_t momentum[6];               ///< mu of the measured twist
     hexload_real_t momentum_of_change[6];     ///< what of it the parameters' change since the last tick is
+    hexload_real_t impulse[6];                ///< of forces and weight since the last tick
     hexload_real_t variance_scale;            ///< by which the filter's variances are too small
 } push_t;
 
@@ -142,14 +140,23 @@ static void find_push(hexload_load_monitor_t* self, const hexload_config_t* conf
     }
 }
 
+static void find_impulse(const hexload_load_monitor_t* self, const hexload_config_t* config,
+                         const hexload_real_t body[DIM], push_t* push) {
+    const hexload_real_t dt_s = config->tick_s;
+    hexload_real_t G[PULLED][LIFTED];
+    memset(push->impulse, 0, sizeof push->impulse);
+    hexload_momentum_pull(&self->last_input, &push->input, dt_s * config->gravity_m_s2, G);
+    hexload_momentum_move(push->impulse, &self->last_input, &push->input, dt_s, G, body);
+}
+
 static void predict(hexload_load_monitor_t* self, const hexload_config_t* config,
-                    const hexload_real_t body[DIM], const hexload_present_tick_t* now, const push_t* push) {
+                    const hexload_present_tick_t* now, const push_t* push) {
     const hexload_real_t dt_s = config->tick_s;
     hexload_real_t variance[HEXLOAD_LEGS];
     hexload_real_t columns[HEXLOAD_LEGS][6];
-    hexload_real_t G[PULLED][LIFTED];
-    hexload_momentum_pull(&self->last_input, &push->input, dt_s * config->gravity_m_s2, G);
-    hexload_momentum_move(self->momentum, &self->last_input, &push->input, dt_s, G, body);
+    for (int k = 0; k < 6; k++) {
+        self->momentum[k] += push->impulse[k];
+    }
     for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
         hexload_momentum_of_push(now->motion, leg, columns[leg]);
         variance[leg] =
@@ -163,8 +170,9 @@ static void predict(hexload_load_monitor_t* self, const hexload_config_t* config
 /// From the twist, not from the forces, which of another load give another one.
 static void follow_acceleration(hexload_load_monitor_t* self, const hexload_config_t* config,
                                 const hexload_real_t twist[6]) {
+    const hexload_real_t rate_1_s = HEXLOAD_REAL(1.0) / LATE_S;
     for (int k = 0; k < 6; k++) {
-        self->acceleration[k] = (twist[k] - self->late_twist[k]) / LATE_S;
+        self->acceleration[k] = rate_1_s * (twist[k] - self->late_twist[k]);
         self->late_twist[k] += config->tick_s * self->acceleration[k];
     }
     self->acceleration[2] += config->gravity_m_s2;
@@ -199,9 +207,9 @@ static void follow_drift(hexload_load_monitor_t* self, const hexload_real_t inno
 }
 
 /// The momentum of the measured twist. Returns the normalised innovation squared, bounded.
-static hexload_real_t correct(hexload_load_monitor_t* self, const hexload_real_t body[DIM],
-                              const hexload_present_tick_t* now, const hexload_real_t measured[6],
-                              hexload_real_t share) {
+static hexload_real_t correct(hexload_load_monitor_t* self, const hexload_config_t* config,
+                              const hexload_real_t body[DIM], const hexload_present_tick_t* now,
+                              const hexload_real_t measured[6], hexload_real_t share) {
     const hexload_motion_t* motion = now->motion;
     const hexload_real_t sigma_m_s = now->sensors.velocity_sigma_m_s;
     hexload_real_t columns[HEXLOAD_LEGS][6];
@@ -223,7 +231,7 @@ static hexload_real_t correct(hexload_load_monitor_t* self, const hexload_real_t
     hexload_whiten6(S, innovation, 1);
     const hexload_real_t square = dot6(innovation, innovation);
     const hexload_real_t nis = hexload_min(square, LARGEST_NIS);
-    const bool is_spike = (nis == LARGEST_NIS) && (self->ticks == SETTLED_TICKS);
+    const bool is_spike = (nis == LARGEST_NIS) && (self->ticks == hexload_settling_ticks(config));
     follow_drift(self, innovation, nis, is_spike ? hexload_sqrt(nis / square) : HEXLOAD_REAL(1.0), share);
     if (is_spike) {
         return nis;
@@ -247,25 +255,37 @@ static hexload_real_t kept_by_mean(const hexload_config_t* config, hexload_real_
                                                     : (share / (HEXLOAD_REAL(2.0) - share));
 }
 
-/// Large innovations are another load's where they last: those of noise that has grown point anywhere. With
-/// speeds from displacements, which err alike over a window, the two are not told apart.
-static bool is_other_load(const hexload_load_monitor_t* self, const hexload_config_t* config,
-                          hexload_fit_t fit, hexload_real_t share) {
+/// Innovations of late. Another load's last; those of noise that has grown point anywhere. With speeds from
+/// displacements, which err alike over a window, the two are not told apart.
+typedef struct recent {
+    bool is_large;        ///< twice the ideal, and more
+    bool is_lasting;      ///< their mean is larger than chance makes that of noise
+    hexload_real_t drift; ///< |mean|^2, scaled to chi-square
+} recent_t;
+
+static recent_t look_back(const hexload_load_monitor_t* self, const hexload_config_t* config,
+                          hexload_real_t share) {
     const bool has_window = config->sensors.half_window_ticks > 0U;
-    const hexload_real_t least_nis = has_window ? LASTING_NIS : ALARM_NIS;
     const hexload_real_t drift = dot6(self->drift, self->drift) / kept_by_mean(config, share);
-    const bool is_lasting = has_window || (drift >= (LASTING_DRIFT * self->drift_nis));
-    const bool is_large = (fit == HEXLOAD_FIT_UNPROVEN)
-                              ? (self->nis_mean > UNPROVEN_NIS)
-                              : ((self->nis_mean > least_nis) || (drift > ALARM_DRIFT));
-    return is_large && is_lasting;
+    return (recent_t){.is_large = self->drift_nis > ALARM_NIS,
+                      .is_lasting = has_window || (drift >= (LASTING_DRIFT * self->drift_nis)),
+                      .drift = drift};
 }
 
-static void remember(hexload_load_monitor_t* self, const push_t* push) {
+static bool is_other_load(const hexload_load_monitor_t* self, const hexload_config_t* config,
+                          hexload_fit_t fit, const recent_t* recent) {
+    const hexload_real_t least_nis = (config->sensors.half_window_ticks > 0U) ? LASTING_NIS : ALARM_NIS;
+    const bool is_large = (fit == HEXLOAD_FIT_UNPROVEN)
+                              ? (self->nis_mean > UNPROVEN_NIS)
+                              : ((self->nis_mean > least_nis) || (recent->drift > ALARM_DRIFT));
+    return is_large && recent->is_lasting;
+}
+
+static void remember(hexload_load_monitor_t* self, const hexload_config_t* config, const push_t* push) {
     self->last_input = push->input;
     memcpy(self->last_force_n[1], self->last_force_n[0], sizeof self->last_force_n[1]);
     memcpy(self->last_force_n[0], push->force_n, sizeof self->last_force_n[0]);
-    if (self->ticks < SETTLED_TICKS) {
+    if (self->ticks < hexload_settling_ticks(config)) {
         self->ticks++;
         self->nis_mean = CHI_SQUARE_6_MEAN;
         self->drift_nis = CHI_SQUARE_6_MEAN;
@@ -296,11 +316,11 @@ static bool is_wrong_wrench(hexload_load_monitor_t* self, const hexload_config_t
     const hexload_push_t seen = {.motion = now->motion,
                                  .momentum = push->momentum,
                                  .momentum_of_change = push->momentum_of_change,
-                                 .last = &self->last_input,
-                                 .input = &push->input,
+                                 .impulse = push->impulse,
                                  .variance_n2 = push->variance_n2,
                                  .unknown = self->unknown,
-                                 .unknown_scale = push->variance_scale};
+                                 .unknown_scale = push->variance_scale,
+                                 .is_moving = hexload_is_moving(now->sample->velocity_m_s)};
     if (now->gap_ticks != 1) {
         hexload_wrench_monitor_restart(&self->wrench);
     }
@@ -361,22 +381,25 @@ bool hexload_load_monitor_step(hexload_load_monitor_t* self, const hexload_confi
     find_push(self, config, now, &push);
     push.variance_scale = variance_scale;
     follow_filter(self, filter, now->motion, body, &push);
-    const hexload_real_t drift_share = DRIFT_1_S * config->tick_s;
+    find_impulse(self, config, body, &push);
+    const hexload_real_t drift_share = hexload_min(DRIFT_1_S * config->tick_s, DRIFT_SHARE);
     if (self->ticks == 0 || now->gap_ticks != 1) {
         memcpy(self->momentum, push.momentum, sizeof self->momentum);
         seed(self, body, now);
         memcpy(self->late_twist, now->motion->twist, sizeof self->late_twist);
         self->nis = CHI_SQUARE_6_MEAN;
     } else {
-        predict(self, config, body, now, &push);
+        predict(self, config, now, &push);
         add_unknown(self, filter, now->motion, config->tick_s);
-        self->nis = correct(self, body, now, push.momentum, drift_share);
+        self->nis = correct(self, config, body, now, push.momentum, drift_share);
         self->nis_mean += config->tick_s / HEXLOAD_LOAD_MONITOR_MEMORY_S * (self->nis - self->nis_mean);
     }
-    const bool is_wrong = is_wrong_wrench(self, config, filter, fit, now, &push);
+    bool is_wrong = is_wrong_wrench(self, config, filter, fit, now, &push);
     follow_acceleration(self, config, now->motion->twist);
-    remember(self, &push);
-    const bool is_alarm = is_other_load(self, config, fit, drift_share);
+    remember(self, config, &push);
+    const recent_t recent = look_back(self, config, drift_share);
+    const bool is_alarm = is_other_load(self, config, fit, &recent);
+    is_wrong = is_wrong && (!recent.is_large || recent.is_lasting); // else noise makes y
     if (is_alarm && fit > HEXLOAD_FIT_NOISE && !is_wrong) {
         self->ticks = 0; // mu begins anew, as errors of the model have moved it
     }

@@ -28,9 +28,9 @@ enum { DIM = HEXLOAD_LOAD_DIM };
 /// Two alarms within that time are rather the machine's than the load's.
 #define STORM_S HEXLOAD_REAL(5.0)
 
-/// For so long after an alarm a large NIS is rather another change's, of which the filter takes the samples
-/// for the first one's: the load monitor looks again a lag and SETTLED_TICKS after it, and says so.
-#define ANOTHER_S HEXLOAD_REAL(0.25)
+/// For so many lags after an alarm a large NIS is rather another change's, of which the filter takes the
+/// samples for the first one's: the load monitor looks again when it has settled, a lag later, and says so.
+#define ANOTHER_LAGS HEXLOAD_REAL(3.0)
 
 /// Variance of the estimate from block to block over the one that it should have, beyond which the machine
 /// has more than noise; and beyond which it has when something else says so too. Ideal runs of work motion
@@ -39,12 +39,10 @@ enum { DIM = HEXLOAD_LOAD_DIM };
 #define DOUBTFUL_VARIANCE HEXLOAD_REAL(4.0)
 
 /// Motion of a load before which the machine has not shown that with it it is its model; before which nothing
-/// is known of either; for which a machine that has shown it is still believed with another load; and slower
-/// speeds.
+/// is known of either; for which a machine that has shown it is still believed with another load.
 #define PROVING_S HEXLOAD_REAL(2.5)
 #define BEGINNING_S HEXLOAD_REAL(0.5)
 #define GRACE_S HEXLOAD_REAL(0.5)
-#define MOVING_M_S HEXLOAD_REAL(0.01)
 
 /// A theta that no body has within three sigmas has sigmas that are too small: the factor that they need
 /// grows that fast, and fades. Beyond the largest one sigma is no word for what theta is.
@@ -88,13 +86,13 @@ static bool is_proven(const hexload_momentum_supervisor_t* self) {
 }
 
 hexload_fit_t hexload_momentum_supervisor_fit(const hexload_momentum_supervisor_t* self,
-                                              const hexload_config_t* config) {
+                                              const hexload_config_t* config, bool is_moving) {
     hexload_real_t rubbing_n = HEXLOAD_REAL(0.0);
     for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
         rubbing_n += config->rig.coulomb_n[leg];
     }
     const bool is_open = rubbing_n > HEXLOAD_REAL(0.0) || config->rig.direction_count > 0;
-    const bool is_new = self->moved_s >= HEXLOAD_REAL(0.0) && self->moved_s < BEGINNING_S;
+    const bool is_new = is_moving && (self->moved_s >= HEXLOAD_REAL(0.0)) && (self->moved_s < BEGINNING_S);
     if (self->unfit_s > HEXLOAD_REAL(0.0) || (is_new && !is_open)) {
         return HEXLOAD_FIT_NONE;
     }
@@ -218,8 +216,9 @@ static bool is_beyond(const hexload_jackknife_t* jackknife, const hexload_config
 }
 
 /// Its innovations are too large, and no change of the load makes them so.
-static bool is_misfit_of_filter(const hexload_momentum_supervisor_t* self) {
-    return (self->fit_nis > FIT_NIS) && (self->calm_s > ANOTHER_S);
+static bool is_misfit_of_filter(const hexload_momentum_supervisor_t* self, const hexload_config_t* config) {
+    const hexload_real_t lag_s = config->tick_s * (hexload_real_t)config->momentum.lag_ticks;
+    return (self->fit_nis > FIT_NIS) && (self->calm_s > (ANOTHER_LAGS * lag_s));
 }
 
 /// A mean over all ticks at first, as if FEWEST_TICKS ideal ones had gone before.
@@ -230,7 +229,7 @@ static void measure_fit(hexload_momentum_supervisor_t* self, const hexload_confi
         config->tick_s / FIT_S, HEXLOAD_REAL(1.0) / (hexload_real_t)(FEWEST_TICKS + self->fit_ticks));
     self->fit_ticks += self->fit_ticks < UINT32_MAX / 2 ? 1 : 0;
     self->fit_nis += share * (hexload_min(filter->nis, LARGEST_NIS) - self->fit_nis);
-    if (is_misfit_of_filter(self) || residual_test->factor > HEXLOAD_REAL(1.0) ||
+    if (is_misfit_of_filter(self, config) || residual_test->factor > HEXLOAD_REAL(1.0) ||
         is_beyond(jackknife, config, UNFIT_VARIANCE)) {
         self->unfit_s = UNFIT_S;
     }
@@ -241,23 +240,21 @@ static void measure_fit(hexload_momentum_supervisor_t* self, const hexload_confi
 
 static void measure_motion(hexload_momentum_supervisor_t* self, const hexload_config_t* config,
                            const hexload_smooth_sample_t* smooth) {
-    hexload_real_t fastest_m_s = HEXLOAD_REAL(0.0);
-    for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
-        fastest_m_s = hexload_max(fastest_m_s, hexload_abs(smooth->smooth_velocity_m_s[leg]));
-    }
-    if (fastest_m_s > MOVING_M_S) {
+    if (hexload_is_moving(smooth->smooth_velocity_m_s)) {
         self->moved_s = hexload_min(PROVING_S, self->moved_s + config->tick_s);
     }
 }
 
 /// While innovations are larger than they should be, sigma is too small by as much, and afterwards by what
 /// that has left. One parameter in each tick. The next load's prior knows so little that nothing stays.
-static void watch_misfit(hexload_momentum_supervisor_t* self, const hexload_momentum_filter_t* filter) {
+static void watch_misfit(hexload_momentum_supervisor_t* self, const hexload_config_t* config,
+                         const hexload_momentum_filter_t* filter) {
     hexload_real_t* kept = &self->kept[self->next];
     hexload_real_t* last = &self->last_variance[self->next];
     const hexload_real_t variance = filter->load_cov[self->next][self->next];
-    const hexload_real_t factor =
-        is_misfit_of_filter(self) ? hexload_sqrt(self->fit_nis / CHI_SQUARE_6_MEAN) : HEXLOAD_REAL(1.0);
+    const hexload_real_t factor = is_misfit_of_filter(self, config)
+                                      ? hexload_sqrt(self->fit_nis / CHI_SQUARE_6_MEAN)
+                                      : HEXLOAD_REAL(1.0);
     if (hexload_max(factor, *kept) > HEXLOAD_REAL(1.0)) {
         *kept = hexload_residual_kept(*kept, variance / *last, factor);
     }
@@ -290,7 +287,7 @@ void hexload_momentum_supervisor_watch(hexload_momentum_supervisor_t* self, cons
                                                                      momentum->excitation_time_constant_s);
     self->information[self->next] +=
         weight * (information_of_tick(past, wrench) - self->information[self->next]);
-    watch_misfit(self, filter);
+    watch_misfit(self, config, filter);
     self->next = (self->next + 1) % DIM;
 }
 

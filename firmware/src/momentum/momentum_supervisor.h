@@ -18,13 +18,15 @@ void hexload_momentum_supervisor_hear(hexload_momentum_supervisor_t* self, const
 /// fit its model, so that one that does not is no storm of alarms.
 void hexload_momentum_supervisor_alarm(hexload_momentum_supervisor_t* self);
 
-/// What looked like another load is a fault of the machine's.
+/// Takes the last alarm for an error of the machine, not for another load.
 void hexload_momentum_supervisor_doubt(hexload_momentum_supervisor_t* self);
 
 /// How well the machine has fitted its model of late: by fit_nis, and by config->rig, whose friction has
 /// errors that are not noise.
+/// @param is_moving now: before a load has moved for half a second nothing is known of what its motion shows,
+/// at rest its weight.
 hexload_fit_t hexload_momentum_supervisor_fit(const hexload_momentum_supervisor_t* self,
-                                              const hexload_config_t* config);
+                                              const hexload_config_t* config, bool is_moving);
 
 /// The filter has begun anew: innovations of before say nothing any more. What is known of the motion stays.
 void hexload_momentum_supervisor_forget(hexload_momentum_supervisor_t* self);

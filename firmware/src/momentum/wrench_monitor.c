@@ -27,14 +27,8 @@
 /// to more than 4 6 / (1 / 2) = 48 of chi-square, below the alarm.
 #define FRICTION_SHARE HEXLOAD_REAL(0.5)
 
-/// A platform that is slower does not show its friction.
-#define MOVING_M_S HEXLOAD_REAL(0.01)
-
 /// On a machine that does not fit its model estimates take longer than their sigmas say.
 #define DOUBTFUL_S HEXLOAD_REAL(2.0)
-
-/// The first estimates of a load may be those of the ticks in which it came.
-enum { SETTLED_TICKS = HEXLOAD_LAG_TICKS_MAX * 5 / 4 };
 
 enum { DIM = HEXLOAD_LOAD_DIM, PARTS = HEXLOAD_WRENCH_PARTS, SQUARES = HEXLOAD_WRENCH_SQUARES };
 
@@ -58,23 +52,22 @@ enum { FIRST = 2 };
 
 /// Moves r on by a tick.
 static void observe(hexload_wrench_monitor_t* self, const hexload_config_t* config,
-                    const hexload_real_t body[DIM], const hexload_push_t* push) {
+                    const hexload_push_t* push) {
     const hexload_real_t rate_1_s = HEXLOAD_REAL(1.0) / config->tick_s;
-    hexload_real_t due[6];
-    hexload_real_t G[PULLED][LIFTED];
+    hexload_real_t rate[6]; // of mu, without the known wrench
     hexload_real_t missing[6];
-    hexload_momentum_pull(push->last, push->input, config->tick_s * config->gravity_m_s2, G);
-    memcpy(due, self->last_momentum, sizeof due);
-    hexload_momentum_move(due, push->last, push->input, config->tick_s, G, body);
     for (int a = 0; a < 6; a++) {
-        due[a] = rate_1_s * (push->momentum[a] - push->momentum_of_change[a] - due[a]);
+        const hexload_real_t change =
+            push->momentum[a] - push->momentum_of_change[a] - self->last_momentum[a];
+        rate[a] = rate_1_s * (change - push->impulse[a]);
         self->last_momentum[a] = push->momentum[a];
     }
-    hexload_momentum_move_point(push->motion, due, missing);
+    hexload_momentum_move_point(push->motion, rate, missing);
+    const hexload_real_t share = config->tick_s / HEXLOAD_WRENCH_MEMORY_S;
+    const hexload_real_t lasting_share = config->tick_s / HEXLOAD_WRENCH_LASTING_S;
     for (int i = 0; i < 6; i++) {
-        self->residual[i] += config->tick_s / HEXLOAD_WRENCH_MEMORY_S * (missing[i] - self->residual[i]);
-        self->lasting[i] +=
-            config->tick_s / HEXLOAD_WRENCH_LASTING_S * (self->residual[i] - self->lasting[i]);
+        self->residual[i] += share * (missing[i] - self->residual[i]);
+        self->lasting[i] += lasting_share * (self->residual[i] - self->lasting[i]);
     }
 }
 
@@ -147,15 +140,6 @@ static void find_spread(const hexload_wrench_monitor_t* self, const hexload_conf
     }
 }
 
-static bool is_moving(const hexload_motion_t* motion) {
-    hexload_real_t square = HEXLOAD_REAL(0.0);
-    for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
-        const hexload_real_t v = dot6(motion->J[leg], motion->twist);
-        square = hexload_max(square, v * v);
-    }
-    return square > MOVING_M_S * MOVING_M_S;
-}
-
 /// A bin goes to C when as many as there are have followed it: a change that is being detected shall not
 /// excuse itself.
 static void learn(hexload_wrench_monitor_t* self, const hexload_config_t* config,
@@ -204,34 +188,36 @@ static hexload_real_t distance(const hexload_wrench_monitor_t* self, const hexlo
 
 /// Whether y is beyond what the machine has shown. The peaks were measured by the least share: by a larger
 /// one they are as much smaller.
+/// @param is_known what the machine's errors can be, of one that is commissioned, or that has not moved yet
+/// and rests, whose errors are constant.
 /// @param square of this tick or the last one, whichever is smaller: a speed that is wrong once moves r for
 /// one tick, a load for as long as it is there.
 static bool is_beyond_past(const hexload_wrench_monitor_t* self, const hexload_config_t* config,
-                           const hexload_real_t body[DIM], hexload_real_t square) {
+                           const hexload_real_t body[DIM], bool is_known, hexload_real_t square) {
     if (self->motion_s >= ARMED_S) {
         return square > hexload_max(ALARM, HEXLOAD_REAL(2.0) * self->peak);
     }
     const hexload_real_t share =
         hexload_fma((LEAST_SHARE - EARLY_SHARE) / ARMED_S, self->motion_s, EARLY_SHARE);
     const hexload_real_t scale = LEAST_SHARE * LEAST_SHARE / (share * share);
-    return (config->rig.direction_count > 0U) && (square > ALARM) &&
+    return is_known && (square > ALARM) &&
            (distance(self, config, body, share) > hexload_max(ALARM, HEXLOAD_REAL(2.0) * scale * self->peak));
 }
 
 bool hexload_wrench_monitor_step(hexload_wrench_monitor_t* self, const hexload_config_t* config,
                                  const hexload_momentum_filter_t* filter, hexload_fit_t fit,
                                  const hexload_push_t* push) {
-    const hexload_motion_t* motion = push->motion;
     hexload_real_t body[DIM];
     if (self->ticks++ == 0) {
         memcpy(self->last_momentum, push->momentum, sizeof self->last_momentum);
         return false;
     }
     hexload_momentum_filter_body(filter, body);
-    observe(self, config, body, push);
+    observe(self, config, push);
     observe_open(self, config, push);
     const hexload_real_t since_s = config->tick_s * (hexload_real_t)self->ticks;
-    const bool is_settled = self->ticks > SETTLED_TICKS && (fit != HEXLOAD_FIT_NONE || since_s > DOUBTFUL_S);
+    const bool is_settled =
+        self->ticks > hexload_settling_ticks(config) && (fit != HEXLOAD_FIT_NONE || since_s > DOUBTFUL_S);
     const bool is_asked = is_settled && fit > HEXLOAD_FIT_NOISE;
     self->ticks = (uint16_t)(self->ticks - ((self->ticks == UINT16_MAX) ? 1 : 0));
     bool is_wrong = false;
@@ -240,10 +226,12 @@ bool hexload_wrench_monitor_step(hexload_wrench_monitor_t* self, const hexload_c
         now = distance(self, config, body, LEAST_SHARE);
         const hexload_real_t square = hexload_min(now, self->last_square);
         self->filling_peak = hexload_max(self->filling_peak, square);
-        is_wrong = is_beyond_past(self, config, body, square);
+        const bool has_not_moved = !push->is_moving && (self->motion_s <= HEXLOAD_REAL(0.0));
+        const bool is_known = (config->rig.direction_count > 0U) || has_not_moved;
+        is_wrong = is_beyond_past(self, config, body, is_known, square);
     }
     self->last_square = now;
-    if (is_moving(motion)) {
+    if (push->is_moving) {
         learn(self, config, &self->residual[FIRST]);
     }
     return is_wrong;

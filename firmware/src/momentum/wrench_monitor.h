@@ -27,17 +27,23 @@ typedef enum hexload_fit {
     HEXLOAD_FIT_NONE,     ///< not
 } hexload_fit_t;
 
+/// For how many ticks what monitors see of a new load counts for nothing: its first estimates move mu with
+/// the noise of the twist, and the shock that came with it stays in the smoother's window for a lag.
+static inline uint16_t hexload_settling_ticks(const hexload_config_t* config) {
+    return (uint16_t)(config->momentum.lag_ticks * 5U / 4U);
+}
+
 /// What moves the platform at the present tick.
 typedef struct hexload_push {
     const hexload_motion_t* motion;
     const hexload_real_t* momentum;           ///< mu of the measured twist; N s, N m s
     const hexload_real_t* momentum_of_change; ///< what of it the change of theta since the last tick is
-    const hexload_momentum_input_t* last;     ///< what moved mu at the tick before
-    const hexload_momentum_input_t* input;    ///< what moves it now
-    const hexload_real_t* variance_n2;        ///< of each leg's friction, as of hexload_rig_compensate()
+    const hexload_real_t* impulse;     ///< by which forces and weight have moved mu since the last tick
+    const hexload_real_t* variance_n2; ///< of each leg's friction, as of hexload_rig_compensate()
     /// covariance of the wrench that theta's errors make, of late; the lower triangle counts; N^2 and so on
     hexload_real_t (*unknown)[6];
     hexload_real_t unknown_scale; ///< by which that is too small; 1 or more
+    bool is_moving;               ///< as of hexload_is_moving()
 } hexload_push_t;
 
 /// Starts from nothing.
@@ -49,7 +55,8 @@ void hexload_wrench_monitor_restart(hexload_wrench_monitor_t* self);
 /// One sample of the present.
 /// @param fit of noise, or unproven: nothing is reported, only learnt; of none: the estimates of another load
 /// are given two seconds, as their sigmas mean little.
-/// @return true when y does not fit, and C is of 4 s of motion at least or the machine is commissioned.
+/// @return true when y does not fit, and C is of 4 s of motion at least, or the machine is commissioned or
+/// has not moved yet.
 /// Reentrant, constant time.
 HEXLOAD_MUST_USE bool hexload_wrench_monitor_step(hexload_wrench_monitor_t* self,
                                                   const hexload_config_t* config,
