@@ -12,9 +12,12 @@ from scipy.fft import dct
 from scipy.signal import butter, sosfilt
 
 import hexload
-from hexload.diagnosis import spectral, wiring
+from hexload.diagnosis import causes, spectral, wiring
+from hexload.diagnosis.bank import Bank
 from hexload.diagnosis.diagnose import diagnose
+from hexload.diagnosis.dynamics import dynamics_of
 from hexload.diagnosis.machine import machine_of
+from hexload.diagnosis.record import record_of
 from hexload.estimation.rig_model import motion_of_legs
 from hexload.faults.kinds import KINDS
 from hexload.faults.naming import causes_of
@@ -330,8 +333,8 @@ def test_steps_through_zero_are_no_loose_plug():
     log = recorded()
     log = replace(log, velocity_m_s=5e-3 * np.round(log.velocity_m_s / 5e-3))
     # WHEN the log is looked at THEN the steps are named, and no plug
-    causes = [finding.cause for finding in diagnose(log, machine(), []).findings]
-    assert "velocity steps" in causes and "velocity loose" not in causes
+    named = [finding.cause for finding in diagnose(log, machine(), []).findings]
+    assert "velocity steps" in named and "velocity loose" not in named
     # AND WHEN leg 4 shows zero for 5 rows at a time while it moves THEN its plug is
     held = log.velocity_m_s.copy()
     for start in np.flatnonzero(np.abs(held[:, 3]) > 0.1)[::500]:
@@ -346,11 +349,11 @@ def test_coarse_steps_of_an_encoder_are_no_end_of_its_range_and_nothing_else(nam
     # GIVEN displacements in steps that are larger than the noise WHEN the log is diagnosed
     log = recorded(name)
     coarse = replace(log, displacement_m=step_m * np.round(log.displacement_m / step_m))
-    causes = [finding.cause for finding in diagnose(coarse, machine(CLEAN[name])).findings]
+    named = [finding.cause for finding in diagnose(coarse, machine(CLEAN[name])).findings]
     # THEN the steps are named first, and no cause that ends a replay
-    print(causes)
-    assert causes[0] == "displacement steps"
-    assert not any(cause.startswith("displacement") for cause in causes[1:])
+    print(named)
+    assert named[0] == "displacement steps"
+    assert not any(cause.startswith("displacement") for cause in named[1:])
 
 
 def test_a_hum_of_displacements_is_no_error_of_a_screw():
@@ -365,10 +368,10 @@ def test_a_hum_of_displacements_is_no_error_of_a_screw():
         velocity_m_s=speed + random.normal(0.0, 1e-3, way.shape),
     )
     # WHEN it is diagnosed THEN the hum is named and no pitch
-    causes = [finding.cause for finding in diagnose(even, machine()).findings]
-    print(causes)
-    assert "displacement hum" in causes
-    assert "displacement periodic" not in causes
+    named = [finding.cause for finding in diagnose(even, machine()).findings]
+    print(named)
+    assert "displacement hum" in named
+    assert "displacement periodic" not in named
 
 
 @pytest.mark.parametrize("name", CLEAN)
@@ -381,3 +384,88 @@ def test_sensors_without_noise_have_no_other_fault(name):
     # THEN it is said that there is less noise than stated, and nothing else
     found = diagnose(quiet, machine(CLEAN[name])).findings
     assert [finding.cause for finding in found] == ["displacement noise", "velocity noise", "force noise"]
+
+
+def two_legs(log: LegLog, channel: str, change, other) -> LegLog:
+    return with_leg(with_leg(log, channel, 2, change), channel, 5, other)
+
+
+TWO_LEGS = {
+    "displacement gain": lambda log: two_legs(log, "displacement_m", lambda d: 1.01 * d, lambda d: 0.99 * d),
+    "displacement late": lambda log: two_legs(log, "displacement_m", lambda d: late(d, 2), lambda d: late(d, 3)),
+    "displacement sign": lambda log: two_legs(log, "displacement_m", np.negative, np.negative),
+}
+
+
+@pytest.mark.parametrize("cause", TWO_LEGS)
+def test_two_legs_with_the_same_fault_are_each_named_once_and_put_right(cause):
+    # GIVEN displacements of two legs with a fault each WHEN the log is diagnosed
+    found = diagnose(TWO_LEGS[cause](recorded()), machine())
+    # THEN these two are named, nothing else, and what is left of the forces is their noise
+    print([finding.sentence for finding in found.findings], found.misfit)
+    assert [(finding.cause, finding.legs) for finding in found.findings] == [(cause, (1,)), (cause, (4,))]
+    assert found.misfit < 1.5
+
+
+def test_noise_is_no_family_of_causes():
+    # GIVEN white noise in the place of the leg forces, whatever a load explains of it
+    d = dynamics_of(record_of(recorded()), machine())
+    random = np.random.default_rng(5)
+    largest = {}
+    families = list(causes.quick(d, Bank(d, [np.ones(len(d.smooth.t_s))]).theta()))
+    for family in families:
+        bank = Bank(d, [np.ones(len(d.smooth.t_s))])
+        bank.residual = bank._without(random.normal(size=(len(bank.forces), 1)))[:, 0]
+        bank.forces = bank.residual
+        # WHEN a family of causes is fitted to it THEN it is as significant as one normal number: of some thirty, 3.5 is one in 70
+        largest[family.cause] = max(largest.get(family.cause, 0.0), bank.choose(family).sigmas)
+    print(len(families), largest)
+    assert len(largest) > 10
+    assert max(largest.values()) < 4.0
+
+
+@pytest.mark.parametrize(("rows", "every"), [(1000, 1), (1000, 10), (ROWS, 5), (ROWS, 20)])
+def test_a_short_or_a_slow_log_has_no_jitter(rows, every):
+    # GIVEN stretches of a clean log, and rows of it that are 5 to 20 ms apart WHEN they are diagnosed
+    log = recorded(rows=None)
+    for start in range(0, len(log.t_s) - rows, 2 * rows):
+        inside = slice(start, start + rows, every)
+        part = LegLog(log.t_s[inside], log.displacement_m[inside], log.velocity_m_s[inside], log.force_n[inside])
+        # THEN none of them has been read at other times than it tells
+        assert all(finding.cause != "jitter" for finding in diagnose(part, machine()).findings)
+
+
+def test_a_machine_at_rest_does_not_freeze_its_samples():
+    # GIVEN a machine that rests for a second, with steps that are coarser than the noise
+    log = recorded()
+    steps = {"displacement_m": 1e-3, "velocity_m_s": 2e-2, "force_n": 100.0}
+    rests = {}
+    for channel, step in steps.items():
+        values = getattr(log, channel).copy()
+        values[4000:5000] = 0.0 if channel == "velocity_m_s" else values[4000]
+        values[5000:] = values[5000:] if channel == "velocity_m_s" else values[4000:-1000]
+        rests[channel] = step * np.round(values / step)
+    # WHEN it is diagnosed THEN its samples have not stopped; where it is somewhere else after them, they have
+    causes_at_rest = [finding.cause for finding in diagnose(replace(log, **rests), machine()).findings]
+    print(causes_at_rest)
+    assert "samples frozen" not in causes_at_rest
+    frozen = {channel: getattr(log, channel).copy() for channel in steps}
+    for values in frozen.values():
+        values[4000:4500] = values[4000]
+    assert diagnose(replace(log, **frozen), machine()).findings[0].cause == "samples frozen"
+
+
+@pytest.mark.parametrize("missing", [slice(None), slice(None, None, 2), np.arange(ROWS) % 10 != 0])
+@pytest.mark.parametrize("channel", ["displacement_m", "force_n"])
+def test_a_channel_that_is_missing_is_said_to_be_missing_and_nothing_else(channel, missing):
+    # GIVEN a channel of leg 3 of which all, every second or nine of ten values are missing
+    def lose(values: np.ndarray) -> np.ndarray:
+        values = values.copy()
+        values[missing] = np.nan
+        return values
+
+    # WHEN the log is diagnosed
+    found = diagnose(with_leg(recorded(), channel, 3, lose), machine())
+    # THEN that is what is named, of that leg, and nothing that the missing values would make of the others
+    print([finding.sentence for finding in found.findings])
+    assert [(finding.cause, finding.legs) for finding in found.findings] == [(f"{channel.split('_')[0]} missing", (2,))]

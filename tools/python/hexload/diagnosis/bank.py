@@ -4,9 +4,13 @@ The load's ten parameters are fitted with every cause, so that what the load can
 k columns that takes the sum of squares of m whitened rows from S0 to S1 the score is m ln(S0 / S1) - k ln m (Schwarz,
 Annals of Statistics 6(2), 1978): the noise level is the residual's own, and more columns must be worth it. Its
 significance is a Wald test whose covariance is that of the scores of the terms (White, Econometrica 48(4), 1980), summed
-over the legs: terms of a stationary residual are uncorrelated whatever its spectrum, so that autocorrelation counts.
+over the legs: terms of a stationary residual are uncorrelated whatever its spectrum, so that autocorrelation counts. Columns
+that live in few terms fit these, and leave too little of them: the covariance of a residual that is alike in all terms is
+added, which can but double it where terms are many.
 """
 
+import functools
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -16,10 +20,13 @@ from numpy.typing import NDArray
 from hexload.diagnosis.causes import Family
 from hexload.diagnosis.dynamics import TEN, Dynamics
 from hexload.diagnosis.record import LEGS
+from hexload.theory import chi_square
 
 Array = NDArray[np.float64]
 
 INDEPENDENT = 1e-4  # of a column's length that must be left beside the others
+DEPENDENT = 1e-6  # of the largest eigenvalue of columns beside each other
+SIGMAS = 6.0  # of a normal number that is no chance
 
 
 @dataclass(frozen=True)
@@ -34,8 +41,7 @@ class Selected:
     family: Family
     score: float
     size: Array  # (k,)
-    sigma: Array  # (k,)
-    wald: float  # chi-square of k degrees of freedom
+    sigmas: float  # of all its columns together; SIGMAS is as rare as of one
     rms_n: float  # of what it adds to the leg forces, beyond what the load does
     shift: Array  # (10,), by which the load's parameters change without it
     share: float  # of the residual's sum of squares
@@ -107,7 +113,7 @@ class Bank:
             return Candidate(family, -np.inf, self.left)
         beside = beside[:, kept] / np.linalg.norm(beside[:, kept], axis=0)
         values, vectors = np.linalg.eigh(beside.T @ beside)
-        good = values > 1e-6 * values[-1]
+        good = values > DEPENDENT * values[-1]
         parts = (vectors[:, good].T @ (beside.T @ self.residual)) / np.sqrt(values[good])
         left = self.left - float(parts @ parts)
         return Candidate(family, self.score_of(left, int(good.sum())), left)
@@ -128,13 +134,11 @@ class Bank:
         self.basis = np.concatenate([self.basis, new], axis=1)
         self.residual = self.residual - new @ (new.T @ self.residual)
         size = self.coefficients()[1][-columns.shape[1] :]
-        sigma, wald = self._wald(columns, size)
         return Selected(
             family,
             candidate.score,
             size,
-            sigma,
-            wald,
+            self._significance(columns, size),
             self._rms(family, size),
             before - self._load(),
             1.0 - self.left / left,
@@ -144,17 +148,19 @@ class Bank:
         """The last one, (10,)."""
         return self.coefficients()[0].reshape(-1, TEN)[-1]
 
-    def _wald(self, columns: Array, size: Array) -> tuple[Array, float]:
+    def _significance(self, columns: Array, size: Array) -> float:
         others = self.basis[:, : self.basis.shape[1] - columns.shape[1]]
         beside = columns - others @ (others.T @ columns)
         scale = np.linalg.norm(beside, axis=0) + 1e-300
         beside = beside / scale
-        inverse = np.linalg.pinv(beside.T @ beside, rcond=1e-6, hermitian=True)
+        gram = beside.T @ beside
+        inverse = np.linalg.pinv(gram, rcond=DEPENDENT, hermitian=True)
         scores = (beside * self.residual[:, None]).reshape(-1, LEGS, len(size)).sum(axis=1)
-        covariance = inverse @ (scores.T @ scores) @ inverse
+        covariance = inverse @ (scores.T @ scores) @ inverse + np.mean(self.residual**2) * inverse
         scaled = size * scale
-        wald = scaled @ np.linalg.pinv(covariance, rcond=1e-9, hermitian=True) @ scaled
-        return np.sqrt(np.maximum(np.diag(covariance), 0.0)) / scale, float(wald)
+        wald = float(scaled @ np.linalg.pinv(covariance, rcond=1e-9, hermitian=True) @ scaled)
+        values = np.linalg.eigvalsh(gram)
+        return SIGMAS * float(np.sqrt(max(wald, 0.0) / _beyond_chance(int((values > DEPENDENT * values[-1]).sum()))))
 
     def _rms(self, family: Family, size: Array) -> float:
         fade = self.dynamics.smooth.fade[:, None, None]
@@ -164,6 +170,12 @@ class Bank:
         beside = part - loads @ (np.linalg.lstsq(loads / scale, part, rcond=1e-9)[0] / scale)
         legs = sorted(set(family.legs)) or list(range(LEGS))
         return float(np.sqrt(np.mean(beside.reshape(-1, LEGS)[:, legs] ** 2)))
+
+
+@functools.cache
+def _beyond_chance(degrees: int) -> float:
+    """The chi-square that is as rare as a normal number of SIGMAS."""
+    return chi_square.quantile(1.0 - math.erfc(SIGMAS / math.sqrt(2.0)), degrees)
 
 
 def _scaled(columns: Array) -> Array:

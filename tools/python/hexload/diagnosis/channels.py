@@ -36,7 +36,8 @@ BURSTS, BURST_SHARE = 3, 0.25  # how often at least, and in which share of the w
 LEAST_NOISE = 0.4
 KEYS = {"displacement": "displacement_m", "velocity": "velocity_m_s", "force": "force_n"}
 NOISE_RATIO = (0.6, 1.6)
-JITTER_RATIO = 1.15
+JITTER_RATIO, JITTER_SIGMAS = 1.15, 6.0
+ALIKE_SQUARES = 2.31  # 1 + 2 sum of rho^2 of third differences of white noise: rho = -15/20, 6/20, -1/20
 HUM_HZ = 25.0
 HUM_POWER = 60.0  # of a line over the noise beside it
 HUM_SIGMAS = 0.5  # of a sample: less does no harm
@@ -62,7 +63,7 @@ def look_at(record: Record, machine: Machine) -> Iterator[Finding]:
     noise: dict[str, float] = {}
     for name in CHANNELS:
         values = _values(log, name)
-        if not np.isfinite(values).any() or (name == "velocity" and record.velocity_m_s is None):
+        if not np.isfinite(values).any(axis=0).all():  # a leg without any is missing
             continue
         stated = sigma_of(machine, name)
         clean = np.stack(
@@ -76,7 +77,8 @@ def look_at(record: Record, machine: Machine) -> Iterator[Finding]:
             of_channels += [*(list(_bursts(name, clean, stated)) or _spikes(name, clean, stated))]
             of_channels += _hum(name, clean, stated, record.dt_s)
             noise[name] = float(np.median(noise_of(clean))) / stated
-    if not any(each.is_input for each in of_channels):  # whose values are not of their times either
+    is_in_order = not any(each.is_input for each in of_channels)  # else values are not of their times either
+    if record.dt_s < SLOW_S and is_in_order:
         yield from _jitter(record, machine)
     yield from _made_of_displacements(record, machine)
     yield from of_channels
@@ -93,6 +95,8 @@ def sigma_of(machine: Machine, channel: str) -> float:
 
 def with_own_noise(record: Record, machine: Machine) -> Machine:
     """Sigmas as the samples show them; a filter or coarse steps may hide them, so not much less than is stated."""
+    if record.dt_s >= SLOW_S:  # the motion would be taken for noise
+        return machine
     own = {}
     for channel, key in zip(CHANNELS, ("displacement_sigma_m", "velocity_sigma_m_s", "force_sigma_n"), strict=True):
         values, stated = getattr(record, KEYS[channel]), sigma_of(machine, channel)
@@ -186,7 +190,7 @@ def _repeats(log: LegLog) -> Iterator[Finding]:
     longest, at = _longest_run(every)
     if every.mean() > HELD_SHARE and longest * dt_s < FROZEN_S:
         yield _held("samples", every)
-    elif longest * dt_s > FROZEN_S:
+    elif longest * dt_s > FROZEN_S and _has_moved_on(log.displacement_m, at + longest):
         yield Finding(
             "samples frozen",
             f"from {log.t_s[at]:.3f} s on all channels stand still for {longest * dt_s:.3f} s",
@@ -306,6 +310,11 @@ def _next_to_limits(values: Array) -> int:
 
 def _limits(values: Array) -> tuple[float, float]:
     return float(values.min()), float(values.max())
+
+
+def _has_moved_on(displacement_m: Array, last: int) -> bool:
+    """Whether the machine has moved while its samples stood still: coarse steps stand still at rest as well."""
+    return any(_jumps_off(leg, last) for leg in displacement_m.T)
 
 
 def _jumps_off(values: Array, last: int) -> bool:
@@ -496,7 +505,8 @@ def _jitter(record: Record, machine: Machine) -> Iterator[Finding]:
     across = (all_of_it - along**2).mean() / (LEGS - 1)
     across = max(float(across), (LEAST_NOISE * THIRD * machine.displacement_sigma_m) ** 2)
     ratio = float((along**2).mean() / across)
-    if ratio > JITTER_RATIO:
+    by_chance = JITTER_SIGMAS * np.sqrt(2.0 * ALIKE_SQUARES * (1.0 + 1.0 / (LEGS - 1)) / moving.sum())
+    if ratio > max(JITTER_RATIO, 1.0 + by_chance):
         jitter_s = np.sqrt(((along**2).mean() - across) / (20.0 * (size[moving] ** 2).mean()))
         yield Finding(
             "jitter",

@@ -28,11 +28,12 @@ EDGE_S = 0.3  # of the record: there the filter still feels its ends
 FADE_S = 0.15  # beside what is faded out
 TEN = 10
 LEAST_ROWS = 60
+LEAST_KNOWN = 0.1  # share of the rows of which nothing is missing
 WHITENINGS = 3  # the load's inertia makes noise of forces of that of displacements
 
 
 class TooShort(ValueError):
-    """A record of too few rows to be held against the machine."""
+    """A record of too few rows, or too few of which nothing is missing, to be held against the machine."""
 
 
 @dataclass(frozen=True)
@@ -90,7 +91,7 @@ class Dynamics:
 def dynamics_of(record: Record, machine: Machine) -> Dynamics:
     """Raises ValueError when the displacements are those of no pose, TooShort of a short record."""
     smooth = smooth_record(record)
-    if len(smooth.t_s) < LEAST_ROWS:
+    if len(smooth.t_s) < LEAST_ROWS or record.is_known.mean() < LEAST_KNOWN:
         raise TooShort
     motion = rig_model.motion_of_legs(machine.geometry, smooth.displacement, smooth.speed, smooth.acceleration)
     of_body = rig_model.body_forces(motion, machine.gravity_m_s2)

@@ -84,9 +84,10 @@ def _step(record: Record, r: Array, jump: _Events) -> tuple[list[Finding], Recor
     t, place_m = np.linspace(-1.0, 1.0, len(r)), record.displacement_m[:, leg]
     lasting = [np.ones_like(t), t, t**2, place_m, record.velocity_m_s[:, leg]]
     shapes = (since, since * place_m)
-    zero_left, gain_left = (_left(np.stack([*lasting, shape], axis=1), r[:, leg]) for shape in shapes)
+    (_, zero_left), (share, gain_left) = (_last(np.stack([*lasting, shape], axis=1), r[:, leg]) for shape in shapes)
     is_gain = gain_left < zero_left
-    size = float(jump.sizes[0] / (place_m[row] if is_gain else 1.0))
+    zero_m = float(jump.sizes[0])  # what the integral of the velocity drifts by is not in it
+    size = share / (1.0 - share) if is_gain else zero_m  # the share is of what is shown, the gain of what is true
     what, by = ("gain", f"{plain(100.0 * abs(size))} %") if is_gain else ("zero", f"{plain(1e3 * abs(size))} mm")
     finding = Finding(
         f"displacement {what} step",
@@ -97,13 +98,14 @@ def _step(record: Record, r: Array, jump: _Events) -> tuple[list[Finding], Recor
         "" if is_gain else "m",
         jump.sigmas,
     )
-    off = size * shapes[is_gain][:, None] * (np.arange(LEGS) == leg)
+    off = ((share if is_gain else zero_m) * shapes[is_gain])[:, None] * (np.arange(LEGS) == leg)
     return [finding], replace(record, displacement_m=record.displacement_m - off)
 
 
-def _left(matrix: Array, values: Array) -> float:
-    """Sum of squares."""
-    return float(np.sum((values - matrix @ np.linalg.lstsq(matrix, values, rcond=None)[0]) ** 2))
+def _last(matrix: Array, values: Array) -> tuple[float, float]:
+    """The last column's coefficient, and the sum of squares that all leave."""
+    found = np.linalg.lstsq(matrix, values, rcond=None)[0]
+    return float(found[-1]), float(np.sum((values - matrix @ found) ** 2))
 
 
 def _found(record: Record, pair: _Events, channel: str, unit: str) -> Finding:

@@ -21,7 +21,6 @@ NEGATED, DEAD = -0.5, 0.3  # gains of a force sensor: below the first its sign i
 
 def finding_of(selected: Selected, alternatives: tuple[str, ...], force_sigma_n: float) -> Finding:
     cause, words, mend, size, unit, legs = _worded(selected)
-    z = float(np.sqrt(max(selected.wald, 0.0)))
     is_harmless = selected.rms_n < HARMLESS * force_sigma_n
     return Finding(
         cause,
@@ -30,7 +29,7 @@ def finding_of(selected: Selected, alternatives: tuple[str, ...], force_sigma_n:
         legs,
         size,
         unit,
-        z,
+        selected.sigmas,
         selected.rms_n,
         float(selected.shift[0]),
         selected.share,
@@ -306,6 +305,9 @@ _OF_LEGS = {
 }
 
 
+OPPOSITE = {"late": "early", "early": "late"}
+
+
 def _of_legs(s: Selected, sizes: np.ndarray, legs: tuple[int, ...], worst: float):
     shows, what, factor, unit, mend = _OF_LEGS[s.family.cause]
     cause = s.family.cause
@@ -313,8 +315,8 @@ def _of_legs(s: Selected, sizes: np.ndarray, legs: tuple[int, ...], worst: float
     named = factor * np.abs(sizes[list(legs)] if legs else sizes[:1])
     low, high = float(named.min()), float(named.max())
     size = plain(high) if high < 1.15 * low or len(named) == 1 else f"{plain(low)} to {plain(high)}"
-    if cause == "force late" and worst < 0.0:
-        what = what.replace("late", "early")
+    if worst < 0.0:
+        what = " ".join(OPPOSITE.get(word, word) for word in what.split(" "))
     if len(legs) != 1:
         for one, more in (("follows", "follow"), ("is ", "are "), ("grows", "grow"), ("lags", "lag")):
             shows = shows.replace(one, more)

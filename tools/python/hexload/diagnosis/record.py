@@ -36,13 +36,13 @@ def record_of(log: LegLog) -> Record:
     if count > MOST_ROWS * len(log.t_s):
         raise ValueError("rows far from an even grid")
     t_s = log.t_s[0] + dt_s * np.arange(count)
-    after = np.clip(np.searchsorted(log.t_s, t_s - 0.5 * dt_s), 1, len(log.t_s) - 1)
-    is_known = log.t_s[after] - log.t_s[after - 1] < LONG_GAP * dt_s
+    is_known = _is_near(log.t_s, t_s, dt_s)
     parts = []
     for values in (log.displacement_m, log.velocity_m_s, log.force_n):
         parts.append(np.stack([_filled(log.t_s, leg, t_s) for leg in values.T], axis=1))
     for values in (log.displacement_m, log.force_n):
-        is_known &= np.isfinite(values[after]).all(axis=1) & np.isfinite(values[after - 1]).all(axis=1)
+        for leg in values.T:
+            is_known &= _is_near(log.t_s[np.isfinite(leg)], t_s, dt_s)
     velocity = parts[1] if np.isfinite(log.velocity_m_s).any(axis=0).all() else None
     return Record(t_s, dt_s, parts[0], velocity, parts[2], is_known, log)
 
@@ -50,6 +50,14 @@ def record_of(log: LegLog) -> Record:
 def _last(log: LegLog) -> LegLog:
     start = int(np.searchsorted(log.t_s, log.t_s[-1] - LONGEST_S))
     return LegLog(*(part[start:] for part in (log.t_s, log.displacement_m, log.velocity_m_s, log.force_n)))
+
+
+def _is_near(there_s: Array, at_s: Array, dt_s: float) -> NDArray[np.bool_]:
+    """Whether there are values beside each moment, so near that it lies on a line between them."""
+    if len(there_s) < 2:
+        return np.zeros(len(at_s), bool)
+    after = np.clip(np.searchsorted(there_s, at_s - 0.5 * dt_s), 1, len(there_s) - 1)
+    return there_s[after] - there_s[after - 1] < LONG_GAP * dt_s
 
 
 def _filled(t_s: Array, values: Array, at_s: Array) -> Array:

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hexload.diagnosis import causes
-from hexload.diagnosis.bank import Bank, Candidate, Selected
+from hexload.diagnosis.bank import SIGMAS, Bank, Candidate, Selected
 from hexload.diagnosis.causes import Family
 from hexload.diagnosis.dynamics import TEN, Dynamics, fade_around
 
@@ -24,7 +24,6 @@ CLEAR = 0.3  # of the sum of squares: a load change that leaves no more is one
 ONE_OF_SOME = 0.9  # of it: what leaves more than that is no load change
 REFINE_S = 0.5
 RINGING_S = np.linspace(0.0, 0.2, 5)  # after a change: rows that feel its shock
-SIGMAS = 6.0
 CLOSE = 10.0  # of scores that do not tell two causes apart
 
 
@@ -111,7 +110,7 @@ def _select(bank: Bank) -> tuple[list[Selected], list[tuple[str, ...]]]:
         near = [each.family.cause for each in ranked[1:] if each.score > ranked[0].score - CLOSE]
         family = _refined(bank, ranked[0].family)
         choice = bank.choose(family)
-        if np.sqrt(choice.wald) < SIGMAS:
+        if choice.sigmas < SIGMAS:
             break
         if all(family.cause != other.family.cause for other in selected):  # else it is what is left of its shape
             selected.append(choice)

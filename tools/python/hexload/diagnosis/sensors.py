@@ -5,7 +5,6 @@ motion better, a velocity leaves them as they are, and a clock changes the accel
 to speeds.
 """
 
-import functools
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 
@@ -33,19 +32,22 @@ UNITS = {1e3: "a thousand", 1e2: "a hundred", 39.37: "39.37 (inches)", 60.0: "si
 INPUT_GAIN, INPUT_LAG_S = 0.02, 2e-3  # beyond, the input is not to be believed
 
 
-@dataclass(frozen=True)
-class Forces:
-    """How well the forces fit a motion."""
+class Motion:
+    """The record as far as it is put right, and how well the forces fit it."""
 
-    misfit: Callable[[Record], float]
-    record: Record  # as it is
+    def __init__(self, record: Record, misfit: Callable[[Record], float]):
+        self.record = record
+        self.misfit = misfit
+        self._own: float | None = None
 
-    @functools.cached_property
-    def now(self) -> float:
-        return self.misfit(self.record)
+    def is_worse_than(self, other: Record) -> bool:
+        if self._own is None:
+            self._own = self.misfit(self.record)
+        return self.misfit(other) < BETTER * self._own
 
-    def are_better(self, other: Record) -> bool:
-        return self.misfit(other) < BETTER * self.now
+    def put_right(self, record: Record) -> None:
+        if record is not self.record:
+            self.record, self._own = record, None
 
 
 @dataclass(frozen=True)
@@ -56,19 +58,21 @@ class Checked:
 
 def check(record: Record, found: Kinematics, machine: Machine, misfit: Callable[[Record], float]) -> Checked:
     findings: list[Finding] = []
+    motion = Motion(record, misfit)
     for step in (_swaps, _signs, _bends, _gains, _lags, _zeros):
-        for finding, mended in step(record, found, machine, Forces(misfit, record)):
+        for finding, mended in step(motion, found, machine):  # each begins with what the last one has put right
             findings.append(finding)
-            record = mended
+            motion.put_right(mended)
         if any(finding.cause.endswith((" swapped", " sign", " unit")) for finding in findings):
             break  # what else the numbers show is of that
-    return Checked(findings, record)
+    return Checked(findings, motion.record)
 
 
 Step = Iterator[tuple[Finding, Record]]
 
 
-def _swaps(record: Record, found: Kinematics, _: Machine, forces: Forces) -> Step:
+def _swaps(motion: Motion, found: Kinematics, _machine: Machine) -> Step:
+    record = motion.record
     legs = tuple(leg for leg in range(LEGS) if found.partner[leg] != leg)
     if not legs:
         return
@@ -76,22 +80,26 @@ def _swaps(record: Record, found: Kinematics, _: Machine, forces: Forces) -> Ste
     if len(set(order.tolist())) != LEGS:  # two velocities of one displacement
         order = np.arange(LEGS)
     mended = replace(record, displacement_m=record.displacement_m[:, order])
-    channel = "displacement" if (order != np.arange(LEGS)).any() and forces.are_better(mended) else "velocity"
+    channel = "displacement" if (order != np.arange(LEGS)).any() and motion.is_worse_than(mended) else "velocity"
     words = f"{channel} sensors of {legs_in_words(legs)} are swapped"
     finding = Finding(f"{channel} swapped", words, "exchange their plugs", legs, is_input=True)
     yield finding, mended if channel == "displacement" else record
 
 
-def _signs(record: Record, found: Kinematics, _: Machine, forces: Forces) -> Step:
-    for leg in np.flatnonzero(found.sign < 0.0):
+def _signs(motion: Motion, found: Kinematics, _machine: Machine) -> Step:
+    legs = np.flatnonzero(found.sign < 0.0)
+    flips = np.where(found.sign < 0.0, -1.0, 1.0)
+    flipped = replace(motion.record, displacement_m=motion.record.displacement_m * flips)
+    are_all = len(legs) > 0 and motion.is_worse_than(flipped)  # one of some that is put right may still be of no pose
+    for leg in legs:
         flip = np.where(np.arange(LEGS) == leg, -1.0, 1.0)
-        mended = replace(record, displacement_m=record.displacement_m * flip)
-        channel = "displacement" if forces.are_better(mended) else "velocity"
+        mended = replace(motion.record, displacement_m=motion.record.displacement_m * flip)
+        channel = "displacement" if are_all or motion.is_worse_than(mended) else "velocity"
         words = f"leg {leg + 1}: {channel} has the wrong sign"
         finding = Finding(
             f"{channel} sign", words, f"check the wiring of its {channel} sensor", (int(leg),), is_input=True
         )
-        yield finding, mended if channel == "displacement" else record
+        yield finding, mended if channel == "displacement" else motion.record
 
 
 def _common(value: Array, sigma: Array, least: float) -> float | None:
@@ -110,12 +118,12 @@ def _single(value: Array, sigma: Array, least: float) -> list[int]:
         return np.flatnonzero((np.abs(value) > least) & (np.abs(value) > SIGMAS * sigma)).tolist()
 
 
-def _bends(record: Record, found: Kinematics, _machine: Machine, _forces: Forces) -> Step:
+def _bends(motion: Motion, found: Kinematics, _machine: Machine) -> Step:
     """A scale that is a parabola: of a displacement the speed's gain follows the place, of a velocity the speed."""
-    place = np.abs(record.displacement_m).max(axis=0)
+    place = np.abs(motion.record.displacement_m).max(axis=0)
     for name, channel, largest in (
         ("bend", "displacement", -0.5 * place),  # the velocity is right
-        ("curve", "velocity", np.abs(record.velocity_m_s).max(axis=0)),
+        ("curve", "velocity", np.abs(motion.record.velocity_m_s).max(axis=0)),
     ):
         share, sigma = found.value[name] * largest, found.sigma[name] * np.abs(largest)
         for leg in _single(share, sigma, GAIN):
@@ -131,22 +139,23 @@ def _bends(record: Record, found: Kinematics, _machine: Machine, _forces: Forces
                 "",
                 float(abs(share[leg]) / sigma[leg]),
             )
-            straight = record.displacement_m.copy()
+            straight = motion.record.displacement_m.copy()
             straight[:, leg] -= float(share[leg]) * straight[:, leg] ** 2 / place[leg]
-            yield finding, replace(record, displacement_m=straight) if channel == "displacement" else record
+            mended = replace(motion.record, displacement_m=straight)
+            yield finding, mended if channel == "displacement" else motion.record
 
 
-def _gains(record: Record, found: Kinematics, machine: Machine, forces: Forces) -> Step:
+def _gains(motion: Motion, found: Kinematics, _machine: Machine) -> Step:
     value, sigma = found.value["gain"], found.sigma["gain"]
     common = _common(value, sigma, GAIN)
     if common is not None:
-        yield _common_gain(record, common, float(np.nanmin(np.abs(value) / sigma)), forces)
+        yield _common_gain(motion, common, float(np.nanmin(np.abs(value) / sigma)))
         return
     for leg in _single(value, sigma, GAIN):
         size = float(value[leg])
         factor = np.where(np.arange(LEGS) == leg, 1.0 + size, 1.0)
-        mended = replace(record, displacement_m=record.displacement_m * factor)
-        channel = "displacement" if forces.are_better(mended) else "velocity"
+        mended = replace(motion.record, displacement_m=motion.record.displacement_m * factor)
+        channel = "displacement" if motion.is_worse_than(mended) else "velocity"
         own = size if channel == "velocity" else 1.0 / (1.0 + size) - 1.0
         finding = Finding(
             f"{channel} gain",
@@ -158,14 +167,14 @@ def _gains(record: Record, found: Kinematics, machine: Machine, forces: Forces) 
             abs(size) / float(sigma[leg]),
             is_input=abs(own) > INPUT_GAIN,
         )
-        yield finding, mended if channel == "displacement" else record
+        yield finding, mended if channel == "displacement" else motion.record
 
 
-def _common_gain(record: Record, size: float, sigmas: float, forces: Forces) -> tuple[Finding, Record]:
-    factor = 1.0 + size
+def _common_gain(motion: Motion, size: float, sigmas: float) -> tuple[Finding, Record]:
+    record, factor = motion.record, 1.0 + size
     longer = replace(record, displacement_m=record.displacement_m * factor)
     if _unit_of(factor) is not None:
-        is_length = np.ptp(record.displacement_m, axis=0).max() > 2.0 or forces.are_better(longer)
+        is_length = np.ptp(record.displacement_m, axis=0).max() > 2.0 or motion.is_worse_than(longer)
         channel, ratio = ("displacement", 1.0 / factor) if is_length else ("velocity", factor)
         words = f"{channel} channels are {_unit_in_words(ratio)} their SI values: another unit"
         finding = Finding(
@@ -174,8 +183,8 @@ def _common_gain(record: Record, size: float, sigmas: float, forces: Forces) -> 
         return finding, longer if is_length else record
     faster = replace(record, dt_s=record.dt_s / factor, t_s=record.t_s[0] + (record.t_s - record.t_s[0]) / factor)
     options = [("displacement gain", longer, 1.0 / factor - 1.0), ("clock", faster, size)]
-    best = min(options, key=lambda option: forces.misfit(option[1]))
-    cause, mended, own = best if forces.are_better(best[1]) else ("velocity gain", record, size)
+    best = min(options, key=lambda option: motion.misfit(option[1]))
+    cause, mended, own = best if motion.is_worse_than(best[1]) else ("velocity gain", record, size)
     if cause == "clock":
         words = f"the log's clock is {_percent(own)} {'fast' if own > 0 else 'slow'}, against velocities and forces"
         mend = "check the sampling period"
@@ -200,13 +209,13 @@ def _unit_in_words(ratio: float) -> str:
     return f"{_unit_of(ratio)} times" if ratio > 1.0 else f"one in {_unit_of(ratio)} of"
 
 
-def _lags(record: Record, found: Kinematics, machine: Machine, forces: Forces) -> Step:
+def _lags(motion: Motion, found: Kinematics, _machine: Machine) -> Step:
     value, sigma = found.value["lag"], found.sigma["lag"]
     common = _common(value, sigma, LAG_S)
     legs = [tuple(range(LEGS))] if common is not None else [(leg,) for leg in _single(value, sigma, LAG_S)]
     for group in legs:
         size = common if common is not None else float(value[group[0]])
-        mended = replace(record, displacement_m=_shifted(record, -size, group))
+        mended = replace(motion.record, displacement_m=_shifted(motion.record, -size, group))
         # nothing is early: a velocity is late by itself or with the forces, or the displacement is
         channel = "displacement" if size < 0.0 else "velocity"
         own = size if channel == "velocity" else -size
@@ -224,7 +233,7 @@ def _lags(record: Record, found: Kinematics, machine: Machine, forces: Forces) -
             is_input=abs(own) > INPUT_LAG_S,
             is_harmless=abs(own) < HARMLESS_LAG_S,
         )
-        yield finding, mended if channel == "displacement" else record
+        yield finding, mended if channel == "displacement" else motion.record
 
 
 def _shifted(record: Record, late_s: float, legs: tuple[int, ...]) -> Array:
@@ -235,7 +244,7 @@ def _shifted(record: Record, late_s: float, legs: tuple[int, ...]) -> Array:
     return values
 
 
-def _zeros(record: Record, found: Kinematics, machine: Machine, forces: Forces) -> Step:
+def _zeros(motion: Motion, found: Kinematics, machine: Machine) -> Step:
     """A velocity's zero and its drift, or a displacement that drifts."""
     for name, unit, floor in (("zero", "m/s", ZERO), ("drift", "m/s²", DRIFT)):
         value, sigma = found.value[name], found.sigma[name]
@@ -243,10 +252,11 @@ def _zeros(record: Record, found: Kinematics, machine: Machine, forces: Forces) 
         common = _common(value, sigma, least)
         legs = [tuple(range(LEGS))] if common is not None else [(leg,) for leg in _single(value, sigma, least)]
         for group in legs:
+            record = motion.record
             size = common if common is not None else float(value[group[0]])
             ramp = size * (record.t_s - record.t_s[0])[:, None] * np.isin(np.arange(LEGS), group)
             mended = replace(record, displacement_m=record.displacement_m + ramp)
-            is_displacement = name == "zero" and forces.are_better(mended)
+            is_displacement = name == "zero" and motion.is_worse_than(mended)
             who = "all velocity zeros are" if len(group) == LEGS else f"leg {group[0] + 1}: the velocity's zero is"
             words = (
                 f"{who} {plain(1e3 * size)} mm/s off"
