@@ -15,12 +15,14 @@ import pytest
 
 from forked_command import hexload
 from hexload import project
+from hexload.campaign import cases
 from hexload.errors import InputError
 from hexload.faults import fault_report, load_faults, verb
 from hexload.faults.kinds import ESTIMATORS, GROUPS, KINDS
 from hexload.faults.one_fault import MOTIONS, FaultCase, clean_recording, is_possible, run_fault, score_of, truth_of
 from hexload.faults.score import OUTCOMES
 from hexload.faults.tally import tally
+from hexload.io.toml_document import read_toml
 
 SEED = 5
 FEW = "renumbered,force_dead,displacement_unit"
@@ -446,3 +448,17 @@ def test_causes_and_a_rig_are_one_or_the_other():
     # GIVEN both options WHEN they are read THEN they are refused
     with pytest.raises(InputError, match="--name-causes: found it with --rig"):
         verb.settings_of(FEW, None, None, None, SEED, quick=True, is_commissioned=True, names_causes=True)
+
+
+def test_every_machine_that_is_drawn_is_a_body():
+    # GIVEN five hundred machines WHEN their platforms are weighed
+    stated = read_toml(project.SCENARIOS / "platforms" / "paper.toml")
+    for seed in range(500):
+        body = cases.with_own_machine(stated, np.random.default_rng(seed))["platform"]
+        xx, yy, zz, xy, xz, yz = body["inertia_kg_m2"]
+        about_origin = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+        com_m = np.array(body["com_m"])
+        central = about_origin - body["mass_kg"] * (com_m @ com_m * np.eye(3) - np.outer(com_m, com_m))
+        moments = np.linalg.eigvalsh(central)
+        # THEN no principal moment is more than the two others, which no body has
+        assert moments[0] > 0.0 and moments[2] < moments[0] + moments[1]

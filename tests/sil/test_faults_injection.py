@@ -605,3 +605,14 @@ def test_changes_wait_for_the_load(tmp_path, random):
     after = load_faults.falling(run, 0.5, random)
     assert after.loads[-1].at_s >= picked_s + 1.0
     assert after.theta[0] == pytest.approx(0.5 * run.theta[0])
+
+
+def test_stated_noise_is_noise_alone(clean):
+    # GIVEN a platform that states its sensors' noise and its tick WHEN it states three times the noise
+    before = clean.platform["sensors"]
+    after = sensor_faults.stated_noise(clean, 3.0, np.random.default_rng(1)).platform["sensors"]
+    # THEN its tick is what it was
+    assert {key: after[key] / before[key] for key in before} == {
+        key: pytest.approx(3.0 if "_sigma_" in key else 1.0) for key in before
+    }
+    assert "tick_s" in before

@@ -276,3 +276,14 @@ def _watcher(folder: Path) -> Path:
     command = ["cc", "-shared", "-fPIC", "-o", folder / "watcher.so", folder / "watcher.c", "-ldl"]
     subprocess.run(command, check=True)
     return folder / "watcher.so"
+
+
+@pytest.mark.parametrize("duration", ["nan", "-nan", "inf", "0", "1e9"])
+def test_a_duration_that_no_run_has_leaves_the_run_that_is_there(work, duration):
+    # GIVEN a run directory WHEN another one of no duration is to replace it THEN that is refused before anything is touched
+    assert simulate("run", work).returncode == 0
+    before = contents(work)
+    refused = simulate("run", work, "--force", "--duration", duration)
+    assert refused.returncode == 2
+    assert "--duration" in refused.stderr or duration in refused.stderr
+    assert contents(work) == before

@@ -216,6 +216,9 @@ def test_a_row_of_legs_that_fit_no_pose_is_left_as_it_is(rig, monkeypatch):
     heavy = without_leg_mass(log, machine, [-0.3, -0.5, -0.3])
     with_row = find_leg_mass(replace(heavy, displacement_m=displacement_m), machine, 4.0)
     np.testing.assert_allclose(with_row.value, find_leg_mass(heavy, machine, 4.0).value, rtol=0.01)
+    # AND where the clock jumps by a day there is nothing to look at, nor a row for each tick of that day
+    jumped = log.t_s + 86_400.0 * (np.arange(len(log.t_s)) > 6000)
+    assert find_leg_mass(replace(heavy, t_s=jumped), machine, 4.0) is None
 
 
 def test_noise_of_what_is_taken_off_does_not_depend_on_the_tick(rig, record_property):

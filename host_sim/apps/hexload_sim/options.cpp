@@ -4,14 +4,23 @@
 
 #include <CLI/CLI.hpp>
 
+#include <cmath>
+#include <cstdlib>
 #include <initializer_list>
 #include <limits>
 #include <map>
+#include <string>
 
 namespace {
 
 namespace platform = hexload::platform;
 namespace sim = hexload::sim;
+
+/// CLI::Range lets NaN pass, which is not outside of anything.
+std::string is_number(const std::string& text) {
+    return std::isnan(std::strtod(text.c_str(), nullptr)) ? "found " + text + ", expected a number"
+                                                          : std::string();
+}
 
 constexpr const char* footer = "Exit status: 0 done, 2 bad option or file, 3 the controller is silent, 4 it "
                                "speaks another profile, 5 a second\n"
@@ -41,7 +50,8 @@ void declare_experiment(CLI::App& app, Options& options) {
     app.add_option("--seed", options.seed, "seed of motion and noise")
         ->check(CLI::Range(std::int64_t{0}, std::numeric_limits<std::int64_t>::max()));
     app.add_option("--duration", options.duration_s, "length of the run in s")
-        ->check(CLI::Range(sim::duration_min_s, sim::duration_max_s));
+        ->check(CLI::Range(sim::duration_min_s, sim::duration_max_s))
+        ->check(is_number);
     app.add_option("--substeps", options.substeps, "RK4 steps per millisecond, at least one per tick")
         ->check(CLI::Range(std::int64_t{1}, sim::substeps_max));
     app.add_option("--estimator", options.estimator,
@@ -85,7 +95,8 @@ void declare_bus(CLI::App& app, Options& options) {
                    "silence of the controller, in s, that ends a run in lockstep (default 2) or is reported "
                    "in real time "
                    "(default 0.1)")
-        ->check(CLI::Range(0.001, 3600.0));
+        ->check(CLI::Range(0.001, 3600.0))
+        ->check(is_number);
 }
 
 } // namespace

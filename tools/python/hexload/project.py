@@ -1,5 +1,7 @@
 """Where things lie: the work tree, the build that the verbs use, scenarios and runs."""
 
+import functools
+import hashlib
 import importlib
 import importlib.metadata
 import importlib.util
@@ -51,6 +53,17 @@ def simulator() -> Path:
 
 def controller() -> Path:
     return build_directory() / "firmware" / "ports" / "linux" / "hexload_ecu"
+
+
+@functools.cache
+def code_version() -> str:
+    """Digest of what decides the numbers of a campaign: modules, programs, scenarios and platforms."""
+    modules = Path(__file__).parent.rglob("*.py")
+    inputs = SCENARIOS.rglob("*.toml")
+    digest = hashlib.sha256()
+    for path in (*sorted(modules), *sorted(inputs), Path(native_module().__file__), simulator()):
+        digest.update(path.read_bytes())
+    return digest.hexdigest()[:16]
 
 
 def _take_as_built(*targets: str) -> None:

@@ -330,8 +330,8 @@ key: who forges frames on purpose and knows this page is not kept out by it.
 
 ## Authentication of commands
 
-In the manner of AUTOSAR's "Specification of Secure Onboard Communication": a controller with a key of 128 bits carries out the
-commands of who has the key too, and no others. Challenge and response:
+In the manner of AUTOSAR's "Specification of Secure Onboard Communication": a controller with a key of 128 bits accepts
+commands only from holders of the same key. Challenge and response:
 
 1. The command *challenge*, which needs no key, is answered by Challenge with a number that is used once.
 2. A command is two frames: Command, and CommandMac with 64 bits of its AES-CMAC (RFC 4493, NIST SP 800-38B) over 20 bytes: the

@@ -22,7 +22,7 @@ from hexload.campaign.progress import complete
 from hexload.campaign.statistics import ALARM_DUE_S
 from hexload.campaign.store import Store, plain
 from hexload.errors import ToolFailed
-from hexload.faults import one_fault, recording, score, slices
+from hexload.faults import recording, score, slices
 from hexload.faults.kinds import KINDS
 from hexload.faults.recording import TICK_S, Recording
 from hexload.faults.score import Reported, Truth
@@ -93,7 +93,7 @@ def run_soak(settings: SoakSettings, out: Path, restart: bool) -> dict:
 
 
 def code_version() -> str:
-    digest = hashlib.sha256(one_fault.code_version().encode())
+    digest = hashlib.sha256(project.code_version().encode())
     for path in (_program(), Path(__file__), Path(slices.__file__)):
         digest.update(path.read_bytes())
     return digest.hexdigest()[:16]

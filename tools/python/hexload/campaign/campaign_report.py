@@ -7,9 +7,9 @@ from numpy.typing import NDArray
 from rich import box
 from rich.table import Table
 
+from hexload import project
 from hexload.campaign import campaign_figures
 from hexload.campaign.cases import CLASSES, TARED
-from hexload.campaign.one_case import code_version
 from hexload.campaign.statistics import ALARM_DUE_S, FAILURE_NEES, Alarms, ClassStatistics, FailedCase, Times
 from hexload.campaign.store import Settings
 from hexload.campaign.worst_runs import worst_run
@@ -58,7 +58,7 @@ def render(
     environment.filters |= {"alarms": alarm_text, "three": three_digits, "largest": largest}
     return environment.get_template(TEMPLATE).render(
         settings=settings,
-        code=code_version(),
+        code=project.code_version(),
         classes=CLASSES,
         methods=METHODS,
         names=THETA_NAMES,

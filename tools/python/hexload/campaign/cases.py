@@ -295,11 +295,16 @@ def _paper_after_rest(duration_s: float) -> Array:
     return rows
 
 
+def with_noise(sensors: Table, scale: float) -> Table:
+    """[sensors] of a platform file that states `scale` times the noise."""
+    return {name: scale * value if "_sigma_" in name else value for name, value in sensors.items()}
+
+
 def _draw_platform(random: np.random.Generator, kind: CaseClass) -> Table:
     platform = read_toml(Path(project.SCENARIOS / "platforms" / "paper.toml"))
     del platform["load"], platform["estimator"]
     platform["tolerances"] = EXACT | {"friction_shape": kind.friction_shape}
-    platform["sensors"] = {name: kind.stated_sigma * sigma for name, sigma in platform["sensors"].items()}
+    platform["sensors"] = with_noise(platform["sensors"], kind.stated_sigma)
     return with_own_machine(platform, random) if kind.own_machine else platform
 
 
@@ -308,7 +313,8 @@ def with_own_machine(platform: Table, random: np.random.Generator) -> Table:
     hinges = _draw_hinges(random)
     mass = random.uniform(60.0, 200.0)
     com_m = random.uniform(-0.04, 0.04, 3)
-    inertia = random.uniform([0.2, 0.2, 0.35], [0.3, 0.3, 0.45]) * mass
+    second_moments = random.uniform([0.15, 0.15, 0.04], [0.22, 0.22, 0.08]) * mass
+    inertia = second_moments.sum() - second_moments
     about_origin = mass * (com_m @ com_m - com_m**2)
     products = -mass * com_m[[0, 0, 1]] * com_m[[1, 2, 2]]
     body = {

@@ -3,8 +3,6 @@
 Runs in the processes of the scheduler, on this machine or another.
 """
 
-import functools
-import hashlib
 import json
 import shutil
 import subprocess
@@ -17,27 +15,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hexload import project
-from hexload.campaign import baselines, cases, rigs
+from hexload.campaign import baselines, cases
 from hexload.campaign.baselines import Answer
 from hexload.campaign.cases import MOTION_FILE, TARED, Case, Setup
 from hexload.errors import InputError, ToolFailed
 from hexload.estimation import (
     commission,
-    commissioning_run,
-    common_gain,
-    leg_mass,
     rig_file,
-    rig_hinges,
-    rig_model,
-    rig_record,
-    rig_regression,
     tare,
 )
 from hexload.estimation.load_summary import load_changes_s
-from hexload.io import log_file
 from hexload.io.log_file import LegLog, read_log
 from hexload.io.toml_document import to_toml
-from hexload.theory import bound, leg_regression
+from hexload.theory import bound
 from hexload.theory.bound import scale_of
 
 Array = NDArray[np.float64]
@@ -49,20 +39,6 @@ COMMISSIONING_RUN = "commissioning_run"
 FAILURE = "failure"  # key of a result that has no numbers
 LARGEST_TARE = 0.45  # of the platform's own parameters
 TEN = len(bound.THETA_NAMES)
-
-
-@functools.cache
-def code_version() -> str:
-    """Digest of what decides the numbers of a case: programs, modules, the platform and the friction of the cases."""
-    own = (cases, rigs, leg_regression, baselines, bound, log_file, tare, leg_mass)
-    of_rigs = (commission, commissioning_run, common_gain, rig_file, rig_hinges, rig_model, rig_record, rig_regression)
-    modules = [Path(module.__file__) for module in (*own, *of_rigs)]
-    native = Path(project.native_module().__file__)
-    platform = project.SCENARIOS / "platforms" / "paper.toml"
-    digest = hashlib.sha256()
-    for path in (Path(__file__), *modules, native, project.simulator(), platform, cases.FRICTION):
-        digest.update(path.read_bytes())
-    return digest.hexdigest()[:16]
 
 
 def run_case(case: Case, keep: Path | None) -> dict:
@@ -81,7 +57,7 @@ def run_case(case: Case, keep: Path | None) -> dict:
             result = evaluate(setup, folder, directory)
         except InputError as refusal:
             result = {FAILURE: str(refusal).replace(f"{folder}/", "")}  # the same in whatever folder
-    return {"code": code_version(), "case": asdict(case), **result}
+    return {"code": project.code_version(), "case": asdict(case), **result}
 
 
 def simulate(case: Case, folder: Path) -> Path:

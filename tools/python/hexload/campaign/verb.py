@@ -7,7 +7,7 @@ from pathlib import Path
 from hexload import project
 from hexload.campaign import campaign_report, terminal
 from hexload.campaign.cases import CLASSES, DEFAULT_CLASSES, Case
-from hexload.campaign.one_case import FAILURE, code_version, run_case
+from hexload.campaign.one_case import FAILURE, run_case
 from hexload.campaign.progress import complete
 from hexload.campaign.schedule import Cluster
 from hexload.campaign.statistics import failed_cases, summarise
@@ -55,7 +55,7 @@ def run_campaign(settings: Settings, out: Path, cluster: Cluster | None, keep: b
         low, high = TICK_S
         raise InputError(f"--tick: found {settings.tick_s:g} s, expected {low:g} to {high:g} s")
     project.ensure_built("hexload_sim_app", "hexload_native")
-    code = code_version()
+    code = project.code_version()
     store = Store(out)
     remarks = store.open(settings, code, restart)
     done = complete(settings.cases(), run_case, code, store, remarks, cluster, _kept(out) if keep else None)

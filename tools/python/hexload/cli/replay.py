@@ -93,8 +93,8 @@ def print_summary(
         print(f"trace:     {trace}")
     if report is not None:
         print(f"page:      {report}")
-    if mend:  # the last line: it matters more than all above
-        print(f"mend:      {mend}")
+    if mend:  # the last line: it matters more than all above, unless the estimate stands as it is
+        print(f"{'beside it:' if is_believed(result) else 'mend:     '} {mend}")
 
 
 def _if_harmless(finding: Finding) -> str:

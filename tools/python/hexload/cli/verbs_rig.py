@@ -142,5 +142,5 @@ def export(
         keep((rig, platform), (out,))
         name = write_header(rig, platform, out, tick, force)
         print(f"header:    {out}")
-        print(f'use:       #include "{out.name}", then hexload_init(&estimator, &{name})')
+        print(f'use:       #include <hexload/hexload.h> and "{out.name}", then hexload_init(&estimator, &{name})')
         figures.update(file=out, constant=name)

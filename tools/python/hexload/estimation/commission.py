@@ -130,10 +130,21 @@ def commission(wish: Wish) -> dict:
             rig_file.document(rig, sigma, source, _directions(run, found, machine, wish.loaded), platform),
             encoding="utf-8",
         )
-        rig_file.platform_with_rig(temporary, native, platform)  # what the firmware takes
+        _refuse_unusable(native, rig_file.platform_with_rig(temporary, native, platform), run)
         if page is not None:
             _write_page(page, run, found, machine, words, source, platform)
     return {"rig": rig, "sigma": sigma, "words": words, **source}
+
+
+def _refuse_unusable(native, machine, run: Run) -> None:
+    """What the firmware would refuse: what holds an empty platform back as a damper does looks like forces that are late."""
+    try:
+        native.config_bytes(machine, machine.tick_s)
+    except ValueError as error:
+        raise InputError(
+            f"{run.name}: found a rig that no controller takes: {error}; does something else than the legs hold the platform, "
+            "a damper, a rope or a hose?"
+        ) from None
 
 
 def _write_page(

@@ -24,7 +24,7 @@ SHORTEST_S = 4.0
 LONGEST_GAP_S = 0.02
 LARGEST_END_SHARE = 0.02  # of rows at the largest or smallest force
 STUCK_S, STUCK_WAY_M = 0.25, 1e-3
-LEAST_SPEED_M_S = 0.01
+LEAST_SPEED_M_S = 5e-3  # below VELOCITY_HZ, where 20 um of noise are 0.8 mm/s at 1 ms
 VELOCITY_HZ = 40.0
 LARGEST_GAIN = 0.01  # of a velocity over the displacement's change
 LARGEST_LAG_S = 0.5e-3  # of a leg behind the others
@@ -93,7 +93,7 @@ def _refuse_stuck(path: Path, log: LegLog) -> None:
 
 def refuse_still(run: Run) -> None:
     """Raises InputError of a run in which a leg hardly moves."""
-    speeds = np.gradient(run.log.displacement_m, run.log.t_s, axis=0)
+    speeds = slow_speeds(run)[0]  # the noise of displacements is faster
     slowest = int(np.argmin(speeds.std(axis=0)))
     if speeds[:, slowest].std() < LEAST_SPEED_M_S:
         raise InputError(
@@ -183,7 +183,8 @@ def _refuse_late_leg(run: Run, channel: str, lag_s: Array, sigma_s: Array) -> No
     leg = int(np.argmax(excess))
     if excess[leg] > 0.0:
         raise InputError(
-            f"{run.name}: found {channel} of leg {leg + 1} {1e3 * late_s[leg]:.2g} ms later than other legs', expected "
+            f"{run.name}: found {channel} of leg {leg + 1} {1e3 * abs(late_s[leg]):.2g} ms "
+            f"{'later' if late_s[leg] > 0.0 else 'earlier'} than other legs', expected "
             f"{1e3 * LARGEST_LAG_S:g} ms at most: check how its sensors are sampled (--unchecked: go on as it is)"
         )
 

@@ -60,7 +60,7 @@ def find_leg_mass(log: LegLog, platform: Platform, largest_kg: float) -> LegMass
     geometry = _geometry(platform)
     log = _take(log, slice(MOST_ROWS))
     log = _take(log, _has_pose(geometry, log.displacement_m))
-    if len(log.t_s) < 2 or log.t_s[-1] - log.t_s[0] < SHORTEST_S:
+    if len(log.t_s) < 2 or log.t_s[-1] - log.t_s[0] < SHORTEST_S or _is_full_of_gaps(log.t_s):
         return None
     log = _without_gaps(log)
     smooth, rows = smoothed(log, "zero_phase"), inner(log.t_s)
@@ -155,6 +155,11 @@ def _has_pose(geometry: Geometry, displacement_m: Array) -> NDArray[np.bool_]:
     """(n,)"""
     is_leg = (np.abs(displacement_m) < LARGEST_STROKE * geometry.home_leg_length_m).all(axis=1)
     return is_leg & rig_model.has_pose(geometry, np.where(is_leg[:, None], displacement_m, 0.0))
+
+
+def _is_full_of_gaps(t_s: Array) -> bool:
+    """Half of the rows and more are missing, or the clock has jumped."""
+    return float(t_s[-1] - t_s[0]) > 2.0 * len(t_s) * float(np.median(np.diff(t_s)))
 
 
 def _without_gaps(log: LegLog) -> LegLog:

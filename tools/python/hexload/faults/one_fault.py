@@ -1,7 +1,6 @@
 """One case: a clean run, one fault in it, one estimator's answer, its score. Runs in the processes of the scheduler."""
 
 import functools
-import hashlib
 import json
 import os
 import tempfile
@@ -14,30 +13,19 @@ from typing import Any
 import numpy as np
 
 from hexload import project
-from hexload.campaign import cases, one_case, statistics
+from hexload.campaign import cases, one_case
 from hexload.campaign.store import plain
 from hexload.diagnosis import wiring
 from hexload.errors import InputError
 from hexload.estimation import (
     commission,
-    commissioning_run,
-    common_gain,
     firmware_run,
     rig_file,
-    rig_hinges,
-    rig_model,
-    rig_record,
-    rig_regression,
 )
 from hexload.faults import (
-    kinds,
-    load_faults,
-    machine_faults,
     naming,
     recording,
     score,
-    sensor_faults,
-    timing_faults,
     words,
 )
 from hexload.faults.kinds import KINDS, NONE
@@ -80,22 +68,6 @@ def is_possible(case: FaultCase) -> bool:
     )
 
 
-@functools.cache
-def code_version() -> str:
-    """Digest of what decides the score of a case: programs, modules, the platform of the cases."""
-    own = (kinds, naming, load_faults, machine_faults, recording, score, sensor_faults, timing_faults, words)
-    of_rigs = (commission, commissioning_run, common_gain, rig_file, rig_hinges, rig_model, rig_record, rig_regression)
-    others = (cases, one_case, statistics, firmware_run, bound, *of_rigs)
-    modules = [Path(module.__file__) for module in (*own, *others)]
-    native = Path(project.native_module().__file__)
-    machine = project.SCENARIOS / "platforms" / "paper.toml"
-    digest = hashlib.sha256()
-    diagnosis = sorted(Path(naming.diagnose.__code__.co_filename).parent.glob("*.py"))
-    for path in (Path(__file__), *modules, *diagnosis, native, project.simulator(), machine):
-        digest.update(path.read_bytes())
-    return digest.hexdigest()[:16]
-
-
 def run_fault(case: FaultCase, logs: Path) -> dict:
     """What is stored of a case. `logs`: the folder of clean runs, which are made when they are missing. Raises ToolFailed."""
     base, faulty, rig = _of_case(case, logs)
@@ -104,7 +76,7 @@ def run_fault(case: FaultCase, logs: Path) -> dict:
     if case.names_cause:
         named = asdict(naming.name_cause(faulty, base, case.kind))
         told = asdict(words.told_by_replay(faulty, case.estimator))
-    return {"code": code_version(), "case": asdict(case), **scored, "named": named, "told": told}
+    return {"code": project.code_version(), "case": asdict(case), **scored, "named": named, "told": told}
 
 
 def score_of(faulty: Recording, estimator: str, rig: Callable[[], Path] | None = None) -> Score:
@@ -220,7 +192,8 @@ def _kept_recording(
     setup = _drawn(case, replace(cases.CLASSES[case.class_name], on_axis=on_axis), has_own_machine)
     load = "on_axis" if on_axis else "any_load"
     return _simulated(
-        setup, Path(logs) / f"{case.name}-{load}{_machine_tag(has_own_machine)}-{duration_s:g}-{code_version()}.npz"
+        setup,
+        Path(logs) / f"{case.name}-{load}{_machine_tag(has_own_machine)}-{duration_s:g}-{project.code_version()}.npz",
     )
 
 
@@ -229,7 +202,7 @@ def _empty_recording(seed: int, logs: str, has_own_machine: bool) -> Recording:
     """The run by which a machine is commissioned."""
     setup = _drawn(cases.Case("multisine", seed, cases.COMMISSIONING_S), None, has_own_machine)
     scenario = cases.empty_run(np.random.default_rng(seed), setup.scenario, cases.COMMISSIONING_S)
-    path = Path(logs) / f"empty-{seed}{_machine_tag(has_own_machine)}-{code_version()}.npz"
+    path = Path(logs) / f"empty-{seed}{_machine_tag(has_own_machine)}-{project.code_version()}.npz"
     base = _simulated(replace(setup, scenario=scenario), path)
     return replace(base, platform=_stated(base, {}))
 
@@ -262,7 +235,7 @@ def _rig_file(case: FaultCase, logs: Path) -> Path:
     and estimators share it. Raises InputError."""
     fault = case if KINDS[case.kind].is_of_machine else replace(case, kind=NONE, size=0.0)
     machine = f"{fault.seed}{_machine_tag(case.has_own_machine)}"
-    path = logs / f"{fault.kind}-{fault.size:g}-{machine}-{code_version()}.rig.toml"
+    path = logs / f"{fault.kind}-{fault.size:g}-{machine}-{project.code_version()}.rig.toml"
     if not path.is_file():
         clean = _empty_recording(case.seed, str(logs), case.has_own_machine)
         empty = KINDS[fault.kind].apply(clean, fault.size, _random(fault))

@@ -9,8 +9,8 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from hexload.campaign.cases import with_noise
 from hexload.faults.recording import (
-    CHANNELS,
     LEGS,
     TICK_S,
     Recording,
@@ -252,8 +252,9 @@ def not_numbers(recording: Recording, size: float, random: Random, channel: str)
 
 def stated_noise(recording: Recording, size: float, _: Random) -> Recording:
     """The platform file states `size` times the noise that the sensors have."""
-    stated = {name: size * value for name, value in recording.platform["sensors"].items()}
-    return replace(recording, platform=recording.platform | {"sensors": stated})
+    return replace(
+        recording, platform=recording.platform | {"sensors": with_noise(recording.platform["sensors"], size)}
+    )
 
 
 def sign(random: Random) -> float:
@@ -265,6 +266,3 @@ def event_rows(recording: Recording, duration_s: float, random: Random) -> slice
     rows = len(recording.t_s)
     start = int(random.uniform(0.35, 0.6) * rows)
     return slice(start, min(rows, start + max(1, round(duration_s / TICK_S))))
-
-
-ALL_CHANNELS = tuple(CHANNELS)

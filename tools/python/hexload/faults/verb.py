@@ -16,7 +16,7 @@ from hexload.campaign.store import PART, Store, delete, own_files, plain
 from hexload.errors import InputError
 from hexload.faults import fault_report
 from hexload.faults.kinds import ESTIMATORS, GROUPS, KINDS, NONE
-from hexload.faults.one_fault import MOTIONS, FaultCase, code_version, is_possible, run_fault
+from hexload.faults.one_fault import MOTIONS, FaultCase, is_possible, run_fault
 from hexload.faults.tally import tally
 from hexload.faults.worst_runs import worst_runs
 from hexload.io.atomic_file import replaced_when_done
@@ -26,7 +26,7 @@ TABLE_WIDTH = 190  # where there is no terminal to ask
 DURATION_S = 16.0
 RUNS = 3
 LOGS = "logs"
-LOG = re.compile(r".+-[0-9a-f]{16}\.(npz|rig\.toml)")  # ends with one_fault.code_version()
+LOG = re.compile(r".+-[0-9a-f]{16}\.(npz|rig\.toml)")  # ends with project.code_version()
 
 
 @dataclass(frozen=True)
@@ -138,7 +138,7 @@ def _is_log(path: Path) -> bool:
 def run_faults(settings: FaultSettings, out: Path, restart: bool) -> Path:
     """Returns the page. Prints the tables; progress and remarks go to stderr."""
     project.ensure_built("hexload_sim_app", "hexload_native")
-    code = code_version()
+    code = project.code_version()
     store = Store(out)
     logs = out / LOGS
     old_logs = own_files(logs, _is_log) if restart else []
