@@ -136,18 +136,17 @@ static hexload_real_t leave_out_noise(hexload_momentum_filter_t* self, const hex
     const hexload_real_t share = config->tick_s / RATE_S;
     hexload_real_t square_m2_s2 = HEXLOAD_REAL(0.0);
     hexload_real_t rate[3];
+    hexload_real_t out[3];
     hexload_to_platform(motion, rate_rad_s, rate);
     for (int k = 0; k < 3; k++) {
         const hexload_real_t square = self->rate_square[k];
         self->rate_square[k] = hexload_fma(share, (rate[k] * rate[k]) - square, square);
         const hexload_real_t known = hexload_max(self->rate_square[k], rate[k] * rate[k] / RATE_AT_ONCE);
-        const hexload_real_t out =
-            hexload_min(variance * constants->rate_gain[k] / known, HEXLOAD_REAL(1.0)) * rate[k];
-        square_m2_s2 += out * out / (HEXLOAD_REAL(3.0) * constants->rate_gain[k]);
-        rate[k] -= out;
+        out[k] = hexload_min(variance * constants->rate_gain[k] / known, HEXLOAD_REAL(1.0)) * rate[k];
+        square_m2_s2 += out[k] * out[k] / (HEXLOAD_REAL(3.0) * constants->rate_gain[k]);
     }
-    for (int k = 0; k < 3; k++) {
-        rate_rad_s[k] = hexload_dot3(motion->R[k], rate);
+    for (int k = 0; k < 3; k++) { // what remains is not turned there and back
+        rate_rad_s[k] -= hexload_dot3(motion->R[k], out);
     }
     return square_m2_s2;
 }
