@@ -464,10 +464,10 @@ static void elapse_authentication(hexload_node_t* self, uint32_t periods) {
     }
 }
 
-/// Rounded up; a silence of one count may be none.
+/// Rounded up, and two at least, as a silence of one count may be none.
 static uint32_t lost_after_ms(const hexload_node_t* self) {
-    const uint32_t silence_ms = ((uint32_t)(HEXLOAD_NODE_TICK_LOST * period_us(self)) + 999U) / 1000U;
-    return silence_ms > 2U ? silence_ms : 2U;
+    const int32_t silence_us = (int32_t)HEXLOAD_NODE_TICK_LOST * period_us(self);
+    return (uint32_t)(2 + ((silence_us - 1001) / 1000));
 }
 
 void hexload_node_period(hexload_node_t* self, uint32_t periods) {

@@ -324,7 +324,7 @@ static void match_sigmas(const hexload_real_t sigma[HEXLOAD_LOAD_DIM], uint32_t 
     hexload_real_t scale[KNOWN];
     for (uint32_t i = 0; i < (uint32_t)KNOWN; i++) {
         const hexload_real_t variance = covariance[(i * (i + 1U) / 2U) + i];
-        const bool is_told = (sigma[i] > HEXLOAD_REAL(0.0)) && (variance > HEXLOAD_REAL(0.0));
+        const bool is_told = sigma[i] > HEXLOAD_REAL(0.0);
         scale[i] = is_told ? sigma[i] / hexload_sqrt(variance) : HEXLOAD_REAL(1.0); // no tick yet: none
     }
     for (uint32_t i = 0; i < unknowns; i++) {
