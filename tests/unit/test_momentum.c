@@ -339,6 +339,11 @@ static void test_samples_that_come_again_do_not_bring_back_a_known_mass(void) {
     bench_t bench;
     begin(&bench, config, random_motion(43, 0.03, 0.05), 8);
     run(&bench, &eccentric, 1000);
+    // (one that is still there is known after a new beginning too)
+    bench.estimator.filter.theta[3] = (hexload_real_t)NAN;
+    run(&bench, &eccentric, 300);
+    TEST_ASSERT_EQUAL_UINT32(1, bench.estimator.health.count[HEXLOAD_HEALTH_FILTER_RESTARTED]);
+    TEST_ASSERT_TRUE((double)bench.estimator.filter.load_cov[0][0] < 0.011);
     run(&bench, &heavier, 2000);
     // WHEN the filter begins anew
     bench.estimator.filter.theta[3] = (hexload_real_t)NAN;
