@@ -12,8 +12,9 @@ from scipy.fft import dct
 from scipy.signal import butter, sosfilt
 
 import hexload
-from hexload.diagnosis import causes, spectral, wiring
-from hexload.diagnosis.bank import Bank
+from hexload.diagnosis import causes, phrases, spectral, wiring
+from hexload.diagnosis.bank import Bank, Selected
+from hexload.diagnosis.causes import Family
 from hexload.diagnosis.diagnose import diagnose
 from hexload.diagnosis.dynamics import dynamics_of
 from hexload.diagnosis.machine import machine_of
@@ -469,3 +470,19 @@ def test_a_channel_that_is_missing_is_said_to_be_missing_and_nothing_else(channe
     # THEN that is what is named, of that leg, and nothing that the missing values would make of the others
     print([finding.sentence for finding in found.findings])
     assert [(finding.cause, finding.legs) for finding in found.findings] == [(f"{channel.split('_')[0]} missing", (2,))]
+
+
+@pytest.mark.parametrize(
+    ("cause", "late_by_s", "words"),
+    [
+        ("force late", 2e-3, "force late by about 2 ms"),
+        ("force late", -2e-3, "force early by about 2 ms"),
+        ("displacement late", 2e-3, "displacement late by about 2 ms, or force early"),
+        ("displacement late", -2e-3, "displacement early by about 2 ms, or force late"),
+    ],
+)
+def test_what_is_late_or_early_is_said_to_be_that(cause, late_by_s, words):
+    # GIVEN leg 3 late or early by 2 ms, as the search has selected it WHEN it is worded THEN the direction is the one of the size
+    family = Family(cause, np.zeros((1, 6, 1)), (2,))
+    selected = Selected(family, 100.0, np.array([late_by_s]), 20.0, 30.0, np.zeros(10), 0.5)
+    assert words in phrases.finding_of(selected, (), 5.0).words

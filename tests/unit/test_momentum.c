@@ -331,13 +331,18 @@ static void test_a_load_put_on_before_the_platform_has_moved_is_reported(void) {
     }
 }
 
-static void test_samples_that_come_again_do_not_bring_back_a_known_mass(void) {
-    // GIVEN a mass that was known, and another load, which has taken its place
+/// The mass of the eccentric load, to 0.1 kg.
+static void begin_with_known_mass(bench_t* bench) {
     hexload_config_t config = paper_machine();
     config.momentum.prior_mass_kg = HEXLOAD_REAL(312.0);
     config.momentum.prior_mass_sigma_kg = HEXLOAD_REAL(0.1);
+    begin(bench, config, random_motion(43, 0.03, 0.05), 8);
+}
+
+static void test_samples_that_come_again_do_not_bring_back_a_known_mass(void) {
+    // GIVEN a mass that was known, and another load, which has taken its place
     bench_t bench;
-    begin(&bench, config, random_motion(43, 0.03, 0.05), 8);
+    begin_with_known_mass(&bench);
     run(&bench, &eccentric, 1000);
     // (one that is still there is known after a new beginning too)
     bench.estimator.filter.theta[3] = (hexload_real_t)NAN;
@@ -661,11 +666,8 @@ static void test_long_gap_restarts_the_momentum_and_keeps_the_load(void) {
 
 static void test_known_mass_stays(void) {
     // GIVEN a mass that is known to 0.1 kg WHEN the platform moves THEN the filter does not forget it
-    hexload_config_t config = paper_machine();
-    config.momentum.prior_mass_kg = HEXLOAD_REAL(312.0);
-    config.momentum.prior_mass_sigma_kg = HEXLOAD_REAL(0.1);
     bench_t bench;
-    begin(&bench, config, random_motion(43, 0.03, 0.05), 8);
+    begin_with_known_mass(&bench);
     run(&bench, &eccentric, 1000);
     TEST_ASSERT_DOUBLE_WITHIN(0.4, 312.0, (double)bench.estimate.value[0]);
     TEST_ASSERT_TRUE((double)bench.estimate.sigma[0] < 0.1);

@@ -91,7 +91,8 @@ bool hexload_read_effects(const hexload_t* self, const hexload_estimate_t* estim
 const hexload_health_t* hexload_health(const hexload_t* self);
 
 /// Covariance of all unknowns in the descriptor's order, lower triangle by rows, products of their units; its
-/// diagonal are the squares of hexload_estimate_t::sigma. Not for the tick: up to 7,000 instructions.
+/// diagonal are the squares of hexload_estimate_t::sigma. Not for the tick: some 7,000 instructions, 36,000
+/// with actuator effects.
 /// @return numbers written: n (n + 1) / 2 of n unknowns.
 uint32_t hexload_covariance(const hexload_t* self, hexload_real_t covariance[HEXLOAD_COVARIANCES_MAX]);
 

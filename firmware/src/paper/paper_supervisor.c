@@ -26,11 +26,13 @@ void hexload_paper_supervisor_init(hexload_paper_supervisor_t* self) {
     }
 }
 
-static void set_factor(hexload_paper_supervisor_t* self, hexload_real_t mismatch) {
-    self->factor = mismatch;
+/// By what lasts in innovations, or by their mean.
+static hexload_real_t factor_of(const hexload_paper_supervisor_t* self, hexload_real_t mismatch) {
+    hexload_real_t factor = mismatch;
     if (self->nis_mean > MISFIT_NIS) {
-        self->factor = hexload_max(self->factor, hexload_sqrt(self->nis_mean / IDEAL_NIS));
+        factor = hexload_max(factor, hexload_sqrt(self->nis_mean / IDEAL_NIS));
     }
+    return factor;
 }
 
 /// How well the innovations of now and of the whole run fit the model.
@@ -40,7 +42,7 @@ static void measure_fit(hexload_paper_supervisor_t* self, const hexload_config_t
     const hexload_real_t weight = config->tick_s / config->paper.nis_time_constant_s;
     const hexload_real_t most = HEXLOAD_REAL(0.5) * (MISFIT_NIS - IDEAL_NIS);
     self->nis_mean += hexload_min(weight * (filter->nis - self->nis_mean), most);
-    set_factor(self, mismatch);
+    self->factor = factor_of(self, mismatch);
 }
 
 static bool is_or_was_misfit(const hexload_paper_supervisor_t* self) {
@@ -186,9 +188,7 @@ uint32_t hexload_paper_supervisor_judge(hexload_paper_supervisor_t* self, const 
 
 hexload_real_t hexload_paper_supervisor_possible(const hexload_paper_supervisor_t* self,
                                                  hexload_real_t mismatch) {
-    hexload_paper_supervisor_t before = *self;
-    set_factor(&before, mismatch);
-    return self->factor / before.factor;
+    return self->factor / factor_of(self, mismatch);
 }
 
 const char* hexload_verdict_name(hexload_verdict_t verdict) {

@@ -6,7 +6,7 @@ Annals of Statistics 6(2), 1978): the noise level is the residual's own, and mor
 significance is a Wald test whose covariance is that of the scores of the terms (White, Econometrica 48(4), 1980), summed
 over the legs: terms of a stationary residual are uncorrelated whatever its spectrum, so that autocorrelation counts. Columns
 that live in few terms fit these, and leave too little of them: the covariance of a residual that is alike in all terms is
-added, which can but double it where terms are many.
+added, which at most doubles it where terms are many.
 """
 
 import functools
@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 
 from hexload.diagnosis.causes import Family
 from hexload.diagnosis.dynamics import TEN, Dynamics
+from hexload.diagnosis.finding import SIGMAS
 from hexload.diagnosis.record import LEGS
 from hexload.theory import chi_square
 
@@ -26,7 +27,6 @@ Array = NDArray[np.float64]
 
 INDEPENDENT = 1e-4  # of a column's length that must be left beside the others
 DEPENDENT = 1e-6  # of the largest eigenvalue of columns beside each other
-SIGMAS = 6.0  # of a normal number that is no chance
 
 
 @dataclass(frozen=True)

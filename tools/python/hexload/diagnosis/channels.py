@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hexload.diagnosis.dynamics import Machine
-from hexload.diagnosis.finding import CHANNELS, Finding, legs_in_words, plain
+from hexload.diagnosis.finding import CHANNELS, SIGMAS, Finding, legs_in_words, plain
 from hexload.diagnosis.record import LEGS, LONG_GAP, Record
 from hexload.io.log_file import LegLog
 
@@ -36,7 +36,7 @@ BURSTS, BURST_SHARE = 3, 0.25  # how often at least, and in which share of the w
 LEAST_NOISE = 0.4
 KEYS = {"displacement": "displacement_m", "velocity": "velocity_m_s", "force": "force_n"}
 NOISE_RATIO = (0.6, 1.6)
-JITTER_RATIO, JITTER_SIGMAS = 1.15, 6.0
+JITTER_RATIO = 1.15
 ALIKE_SQUARES = 2.31  # 1 + 2 sum of rho^2 of third differences of white noise: rho = -15/20, 6/20, -1/20
 HUM_HZ = 25.0
 HUM_POWER = 60.0  # of a line over the noise beside it
@@ -505,7 +505,7 @@ def _jitter(record: Record, machine: Machine) -> Iterator[Finding]:
     across = (all_of_it - along**2).mean() / (LEGS - 1)
     across = max(float(across), (LEAST_NOISE * THIRD * machine.displacement_sigma_m) ** 2)
     ratio = float((along**2).mean() / across)
-    by_chance = JITTER_SIGMAS * np.sqrt(2.0 * ALIKE_SQUARES * (1.0 + 1.0 / (LEGS - 1)) / moving.sum())
+    by_chance = SIGMAS * np.sqrt(2.0 * ALIKE_SQUARES * (1.0 + 1.0 / (LEGS - 1)) / moving.sum())
     if ratio > max(JITTER_RATIO, 1.0 + by_chance):
         jitter_s = np.sqrt(((along**2).mean() - across) / (20.0 * (size[moving] ** 2).mean()))
         yield Finding(

@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 LEGS = 6
 CHANNELS = ("displacement", "velocity", "force")
+SIGMAS = 6.0  # of a normal number that is no chance
 
 
 @dataclass(frozen=True)

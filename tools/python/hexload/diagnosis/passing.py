@@ -14,14 +14,13 @@ from numpy.typing import NDArray
 from hexload.diagnosis.channels import MAD
 from hexload.diagnosis.difference import difference_of, running_means
 from hexload.diagnosis.dynamics import Machine
-from hexload.diagnosis.finding import Finding, plain
+from hexload.diagnosis.finding import SIGMAS, Finding, plain
 from hexload.diagnosis.record import LEGS, Record
 
 Array = NDArray[np.float64]
 
 MEAN_S = 0.02  # of each side of a jump
 KINK_S = 0.25  # of each side of a kink
-SIGMAS = 6.0
 ALIKE = 0.6  # of the smaller of two sizes to the larger one
 OTHERS = 0.5  # of the leg's own, that the others have at most: what all have is a motion that is not followed
 

@@ -7,9 +7,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hexload.diagnosis import causes
-from hexload.diagnosis.bank import SIGMAS, Bank, Candidate, Selected
+from hexload.diagnosis.bank import Bank, Candidate, Selected
 from hexload.diagnosis.causes import Family
 from hexload.diagnosis.dynamics import TEN, Dynamics, fade_around
+from hexload.diagnosis.finding import SIGMAS
 
 Array = NDArray[np.float64]
 

@@ -12,13 +12,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hexload.diagnosis.dynamics import Machine
-from hexload.diagnosis.finding import Finding, legs_in_words, plain
+from hexload.diagnosis.finding import SIGMAS, Finding, legs_in_words, plain
 from hexload.diagnosis.kinematics import Kinematics
 from hexload.diagnosis.record import LEGS, Record
 
 Array = NDArray[np.float64]
 
-SIGMAS = 6.0
 GAIN, LAG_S, ZERO, DRIFT = (
     1e-3,
     5e-5,

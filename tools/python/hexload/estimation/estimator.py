@@ -72,9 +72,8 @@ class Estimator:
     ):
         chosen = Platform.of(platform).with_estimator(kind, prior)
         self._tare = tare
-        self._before: list[
-            tuple[float, Array, Array, Array]
-        ] = []  # samples that the firmware has taken, of which the legs' accelerations are made
+        # samples that the firmware has taken, of which the legs' accelerations are made
+        self._before: list[tuple[float, Array, Array, Array]] = []
         self._tick = 0
         machine = chosen.native()
         self._sampling_s = machine.tick_s if sampling_s is None else sampling_s
