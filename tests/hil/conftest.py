@@ -115,11 +115,14 @@ class Program:
     def tail(self) -> str:
         return "\n".join(self.output.splitlines()[-OUTPUT_TAIL_LINES:])
 
+    def has_ended(self) -> bool:
+        return self.process.poll() is not None
+
     def wait_for(self, pattern: str, patience_s: float = PATIENCE_S) -> re.Match:
         """Waits until the output matches `pattern` (a regular expression); fails when the program ends before."""
         until = time.monotonic() + patience_s
         while True:
-            ended = self.process.poll() is not None
+            ended = self.has_ended()
             match = re.search(pattern, self.output, re.MULTILINE)
             if match:
                 return match

@@ -90,7 +90,7 @@ def test_frames_of_a_second_controller_end_a_run_in_lockstep(loop, peer, foreign
     # WHEN a frame that only a controller sends comes from elsewhere, and goes on coming, as a controller's do
     signals = {"ControllerStatus": {"state": ESTIMATING}, "Acknowledge": {"profile": PROFILES.index(any_profile)}}
     for _ in range(ROUNDS):
-        if "fault" in controller.output:
+        if "fault" in controller.output and simulation.has_ended():
             break
         peer.send([encode(foreign, **signals.get(foreign, {}))] * STRANGERS)
         time.sleep(AGAIN_S)
