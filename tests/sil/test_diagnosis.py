@@ -485,4 +485,4 @@ def test_what_is_late_or_early_is_said_to_be_that(cause, late_by_s, words):
     # GIVEN leg 3 late or early by 2 ms, as the search has selected it WHEN it is worded THEN the direction is the one of the size
     family = Family(cause, np.zeros((1, 6, 1)), (2,))
     selected = Selected(family, 100.0, np.array([late_by_s]), 20.0, 30.0, np.zeros(10), 0.5)
-    assert words in phrases.finding_of(selected, (), 5.0).words
+    assert words in phrases.finding_of(selected, (), machine()).words

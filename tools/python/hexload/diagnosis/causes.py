@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from hexload.diagnosis.cause import Cause, Channel, Defect
 from hexload.diagnosis.dynamics import EDGE_S, LOW_PASS_HZ, Dynamics
 from hexload.diagnosis.record import LEGS
 from hexload.diagnosis.spectral import low_pass
@@ -39,7 +40,7 @@ LEAK_STARTS = 6
 class Family:
     """One possible cause with `k` unknown sizes."""
 
-    cause: str
+    cause: Cause
     columns: Array  # (n, 6, k), N per unit
     legs: tuple[int, ...] = ()  # of each column, where it is a leg's own
     detail: float = float("nan")  # frequency in Hz, or moment in s
@@ -51,32 +52,36 @@ def quick(d: Dynamics, theta: Array) -> Iterator[Family]:
     yield from _frictions(d, theta)
     n = len(d.smooth.t_s)
     unit = np.broadcast_to(np.eye(LEGS), (n, LEGS, LEGS))
-    yield from _of_legs("force zero", unit)
-    yield from _of_legs("force drift", unit * _ramp(d)[:, None, None])
-    yield from _of_legs("force late", -unit * d.smooth.force_rate[:, :, None])
+    yield from _of_legs(Cause(Defect.ZERO, Channel.FORCE), unit)
+    yield from _of_legs(Cause(Defect.DRIFT, Channel.FORCE), unit * _ramp(d)[:, None, None])
+    yield from _of_legs(Cause(Defect.LATE, Channel.FORCE), -unit * d.smooth.force_rate[:, :, None])
     rigid = of_load(d.of_body, theta)
     yield from _gains(unit * rigid[:, :, None])
-    yield from _of_legs("force curve", unit * (rigid**2 / np.abs(rigid).max())[:, :, None])
+    yield from _of_legs(Cause(Defect.CURVE, Channel.FORCE), unit * (rigid**2 / np.abs(rigid).max())[:, :, None])
     g = d.machine.gravity_m_s2
     strength = np.linalg.norm(g)
     tilts = [
         of_load(rig_model.body_forces(d.motion, g + strength * TILT_STEP_RAD * np.eye(3)[k]), theta) for k in range(3)
     ]
     slopes = np.stack([(tilted - rigid) / TILT_STEP_RAD for tilted in tilts], axis=2)
-    yield Family("tilt", slopes[:, :, :2])
-    yield Family("tilt", slopes)  # a larger one: weight along the axis is less
-    yield Family("gravity", -slopes[:, :, 2:])
-    yield Family("force crosstalk", np.stack([np.roll(rigid, way, axis=1) for way in (-1, 1)], axis=2))
+    yield Family(Cause(Defect.TILT), slopes[:, :, :2])
+    yield Family(Cause(Defect.TILT), slopes)  # a larger one: weight along the axis is less
+    yield Family(Cause(Defect.GRAVITY), -slopes[:, :, 2:])
+    yield Family(
+        Cause(Defect.CROSSTALK, Channel.FORCE), np.stack([np.roll(rigid, way, axis=1) for way in (-1, 1)], axis=2)
+    )
     for span_n in HYSTERESIS_N:
         law = rig_model.FrictionLaw(1.0, 1e-3 * span_n, span_n)
         behind = -rig_model.slides(np.gradient(rigid, d.smooth.dt_s, axis=0), law, d.smooth.dt_s)
-        yield from _of_legs("force hysteresis", unit * behind[:, :, None])
+        yield from _of_legs(Cause(Defect.HYSTERESIS, Channel.FORCE), unit * behind[:, :, None])
     turning = np.cross(d.motion.twist[:, None, 3:], np.eye(3)).swapaxes(1, 2)  # w x e, (n, 3, 3)
-    yield Family("spinning part", _leg_forces(d.motion, np.concatenate([np.zeros_like(turning), turning], axis=1)))
-    yield Family("leg mass", rig_model.leg_mass_forces(d.motion, d.machine.geometry, g))
+    yield Family(
+        Cause(Defect.SPINNING_PART), _leg_forces(d.motion, np.concatenate([np.zeros_like(turning), turning], axis=1))
+    )
+    yield Family(Cause(Defect.LEG_MASS), rig_model.leg_mass_forces(d.motion, d.machine.geometry, g))
     position = _positions(d)
-    yield Family("hoses", _base_force(d, -position[:, :, None] * np.eye(3)))
-    yield Family("external force", _external(d))
+    yield Family(Cause(Defect.HOSES), _base_force(d, -position[:, :, None] * np.eye(3)))
+    yield Family(Cause(Defect.EXTERNAL_FORCE), _external(d))
     yield from _leaks(d, theta)
 
 
@@ -95,7 +100,7 @@ def jumps(d: Dynamics, at_s: Array) -> Iterator[Family]:
     for moment in at_s:
         since = (d.smooth.t_s >= moment).astype(float)
         if 0.02 < since.mean() < 0.98:
-            yield Family("load change", d.of_body * since[:, None, None], detail=float(moment))
+            yield Family(Cause(Defect.LOAD_CHANGE), d.of_body * since[:, None, None], detail=float(moment))
 
 
 def of_load(forces: Array, theta: Array) -> Array:
@@ -103,7 +108,7 @@ def of_load(forces: Array, theta: Array) -> Array:
     return np.einsum("nlj,nj->nl", forces, theta)
 
 
-def _of_legs(cause: str, columns: Array) -> Iterator[Family]:
+def _of_legs(cause: Cause, columns: Array) -> Iterator[Family]:
     """All legs alike, each by itself, each its own."""
     yield Family(cause, columns.sum(axis=2, keepdims=True))
     for leg in range(LEGS):
@@ -113,7 +118,7 @@ def _of_legs(cause: str, columns: Array) -> Iterator[Family]:
 
 def _gains(columns: Array) -> Iterator[Family]:
     """A gain that all have in common is a load of another size."""
-    yield from list(_of_legs("force gain", columns))[1:]
+    yield from list(_of_legs(Cause(Defect.GAIN, Channel.FORCE), columns))[1:]
 
 
 def _ramp(d: Dynamics) -> Array:
@@ -123,7 +128,7 @@ def _ramp(d: Dynamics) -> Array:
 def _frictions(d: Dynamics, theta: Array) -> Iterator[Family]:
     n = len(d.smooth.t_s)
     unit = np.broadcast_to(np.eye(LEGS), (n, LEGS, LEGS))
-    yield from _of_legs("viscous friction", unit * d.smooth.speed[:, :, None])
+    yield from _of_legs(Cause(Defect.VISCOUS_FRICTION), unit * d.smooth.speed[:, :, None])
     record = d.record
     _, speed = low_pass(record.displacement_m, record.dt_s, min(SPEED_HZ, 0.3 / record.dt_s), 1)
     laws = [(v0, 0.0) for v0 in REVERSALS_M_S] + [(REVERSALS_M_S[0], PRESLIDING_M)]
@@ -133,11 +138,11 @@ def _frictions(d: Dynamics, theta: Array) -> Iterator[Family]:
         law = rig_model.FrictionLaw(STRIBECK_M_S, v0, presliding)
         shapes = _rows(d, rig_model.friction_shapes(speed, law, record.dt_s)[:, :, :2])
         dry, breakaway = (unit * shapes[:, :, k, None] for k in range(2))
-        yield from _of_legs("dry friction", dry)
-        yield Family("dry friction", np.concatenate([dry, breakaway], axis=2), 2 * tuple(range(LEGS)))
-        yield Family("dry friction", np.concatenate([dry, dry * ramp], axis=2), 2 * tuple(range(LEGS)))
-        yield Family("growing friction", dry * weight[:, :, None], tuple(range(LEGS)))
-    yield Family("hinge friction", _hinge_friction(d))
+        yield from _of_legs(Cause(Defect.DRY_FRICTION), dry)
+        yield Family(Cause(Defect.DRY_FRICTION), np.concatenate([dry, breakaway], axis=2), 2 * tuple(range(LEGS)))
+        yield Family(Cause(Defect.DRY_FRICTION), np.concatenate([dry, dry * ramp], axis=2), 2 * tuple(range(LEGS)))
+        yield Family(Cause(Defect.GROWING_FRICTION), dry * weight[:, :, None], tuple(range(LEGS)))
+    yield Family(Cause(Defect.HINGE_FRICTION), _hinge_friction(d))
 
 
 def _rows(d: Dynamics, values: Array) -> Array:
@@ -200,7 +205,7 @@ def _leaks(d: Dynamics, theta: Array) -> Iterator[Family]:
     ramp = _ramp(d)
     for start in np.linspace(0.0, 0.75, LEAK_STARTS) * ramp[-1]:
         column = forces * np.maximum(ramp - start, 0.0)[:, None]
-        yield Family("load ramp", column[:, :, None], detail=float(d.smooth.t_s[0] + start))
+        yield Family(Cause(Defect.LOAD_RAMP), column[:, :, None], detail=float(d.smooth.t_s[0] + start))
 
 
 def _geometries(d: Dynamics, theta: Array) -> Iterator[Family]:
@@ -209,10 +214,10 @@ def _geometries(d: Dynamics, theta: Array) -> Iterator[Family]:
     here = of_load(d.of_body, theta)
     zero, ramp = np.zeros_like(smooth.speed), _ramp(d)[:, None] + np.zeros_like(smooth.speed)
     moves = {
-        "displacement zero": (zero + 1.0, zero, zero),
-        "displacement gain": (smooth.displacement, smooth.speed, smooth.acceleration),
-        "displacement drift": (ramp, zero + 1.0, zero),
-        "displacement late": (-smooth.speed, -smooth.acceleration, -smooth.jerk),
+        Cause(Defect.ZERO, Channel.DISPLACEMENT): (zero + 1.0, zero, zero),
+        Cause(Defect.GAIN, Channel.DISPLACEMENT): (smooth.displacement, smooth.speed, smooth.acceleration),
+        Cause(Defect.DRIFT, Channel.DISPLACEMENT): (ramp, zero + 1.0, zero),
+        Cause(Defect.LATE, Channel.DISPLACEMENT): (-smooth.speed, -smooth.acceleration, -smooth.jerk),
     }
     for cause, parts in moves.items():
         columns = []
@@ -222,7 +227,7 @@ def _geometries(d: Dynamics, theta: Array) -> Iterator[Family]:
             # the sensor shows more than there is, so the truth is where it is taken off
             columns.append((_forces(d, geometry, theta, [-only * part for part in parts]) - here) / size)
         yield from _of_legs(cause, np.stack(columns, axis=2))
-    yield Family("elastic legs", _of_elastic_legs(d, theta, here)[:, :, None])
+    yield Family(Cause(Defect.ELASTIC_LEGS), _of_elastic_legs(d, theta, here)[:, :, None])
     yield from _hinge_families(d, theta, here)
 
 
@@ -246,11 +251,11 @@ def _hinge_families(d: Dynamics, theta: Array, here: Array) -> Iterator[Family]:
                 columns[:, :, side, leg, axis] = (forces - here) / STEP_M
     for side in range(2):
         for leg in range(LEGS):
-            yield Family("one hinge", columns[:, :, side, leg], (leg,), detail=float(side))
+            yield Family(Cause(Defect.ONE_HINGE), columns[:, :, side, leg], (leg,), detail=float(side))
     for side, hinges in enumerate((geometry.base_hinges_m, geometry.platform_hinges_m)):
         circle = np.tensordot(columns[:, :, side], hinges * [1.0, 1.0, 0.0], 2)
-        yield Family("hinge circle", circle[:, :, None], detail=float(side))
-    yield Family("hinges", columns.reshape(*here.shape, -1))
+        yield Family(Cause(Defect.HINGE_CIRCLE), circle[:, :, None], detail=float(side))
+    yield Family(Cause(Defect.HINGES), columns.reshape(*here.shape, -1))
 
 
 def _forces(d: Dynamics, geometry: Geometry, theta: Array, moves: list[Array]) -> Array:
@@ -290,7 +295,7 @@ def oscillator(d: Dynamics, theta: Array, hz: float, damping: float) -> Family:
         moment = np.zeros((len(w), 6))
         moment[:, 3:] = np.cross(offset[:, axis, None] * np.eye(3)[axis], gravity)
         wrenches.append(-moment)
-    return Family("not rigid", _leg_forces(motion, np.stack(wrenches, axis=2)), detail=hz)
+    return Family(Cause(Defect.NOT_RIGID), _leg_forces(motion, np.stack(wrenches, axis=2)), detail=hz)
 
 
 def _centre(d: Dynamics, theta: Array) -> Array:
@@ -333,7 +338,7 @@ def _lines(d: Dynamics, theta: Array, residual_n: Array) -> Iterator[Family]:
         best = int(power.argmax())
         phase = 2.0 * np.pi * hz[best] * d.smooth.t_s
         columns = [ways * wave[:, None, None] for wave in (np.sin(phase), np.cos(phase))]
-        yield Family("shaking base", np.concatenate(columns, axis=2), detail=float(hz[best]))
+        yield Family(Cause(Defect.SHAKING_BASE), np.concatenate(columns, axis=2), detail=float(hz[best]))
         power[max(0, best - 10) : best + 11] = 0.0
 
 
@@ -344,7 +349,9 @@ def _stops(d: Dynamics) -> Iterator[Family]:
         way = position @ direction
         start = way.min() + STOP_SHARE * (way.max() - way.min())
         depth = np.maximum(way - start, 0.0) / max(way.max() - start, 1e-9)
-        yield Family("end stop", _base_force(d, -depth[:, None, None] * direction[:, None]), detail=float(turn))
+        yield Family(
+            Cause(Defect.END_STOP), _base_force(d, -depth[:, None, None] * direction[:, None]), detail=float(turn)
+        )
 
 
 def _pushes(d: Dynamics) -> Iterator[Family]:
@@ -355,16 +362,19 @@ def _pushes(d: Dynamics) -> Iterator[Family]:
     for start in np.arange(t_s[0], t_s[-1] - PUSH_S, 0.5 * PUSH_S):
         inside = ((t_s >= start) & (t_s < start + PUSH_S)).astype(float)[:, None, None]
         when = {"detail": float(start), "end": float(start + PUSH_S)}
-        yield Family("push", columns * inside, **when)
+        yield Family(Cause(Defect.PUSH), columns * inside, **when)
         for leg in range(LEGS):
-            yield Family("force pulse", inside * unit[:, :, leg : leg + 1], (leg,), **when)
+            yield Family(Cause(Defect.PULSE, Channel.FORCE), inside * unit[:, :, leg : leg + 1], (leg,), **when)
 
 
 def _steps(d: Dynamics, theta: Array) -> Iterator[Family]:
     """A zero or a gain of a force that is another from some moment on."""
     t_s = d.smooth.t_s
     unit = np.broadcast_to(np.eye(LEGS), (len(t_s), LEGS, LEGS))
-    shapes = {"force zero step": unit, "force gain step": unit * of_load(d.of_body, theta)[:, :, None]}
+    shapes = {
+        Cause(Defect.ZERO_STEP, Channel.FORCE): unit,
+        Cause(Defect.GAIN_STEP, Channel.FORCE): unit * of_load(d.of_body, theta)[:, :, None],
+    }
     for moment in np.arange(t_s[0] + STEP_S, t_s[-1] - STEP_S, STEP_S):
         since = (t_s >= moment).astype(float)[:, None, None]
         for cause, shape in shapes.items():

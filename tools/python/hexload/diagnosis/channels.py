@@ -10,8 +10,9 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from hexload.diagnosis.cause import CHANNELS, Cause, Channel, Defect
 from hexload.diagnosis.dynamics import Machine
-from hexload.diagnosis.finding import CHANNELS, SIGMAS, Finding, legs_in_words, plain
+from hexload.diagnosis.finding import SIGMAS, Finding, legs_in_words, plain
 from hexload.diagnosis.record import LEGS, LONG_GAP, Record
 from hexload.io.log_file import LegLog
 
@@ -34,14 +35,14 @@ BURST_ROWS = 24
 BURST_RATIO = 3.0  # of the usual size
 BURSTS, BURST_SHARE = 3, 0.25  # how often at least, and in which share of the windows at most
 LEAST_NOISE = 0.4
-KEYS = {"displacement": "displacement_m", "velocity": "velocity_m_s", "force": "force_n"}
+KEYS = {Channel.DISPLACEMENT: "displacement_m", Channel.VELOCITY: "velocity_m_s", Channel.FORCE: "force_n"}
 NOISE_RATIO = (0.6, 1.6)
 JITTER_RATIO = 1.15
 ALIKE_SQUARES = 2.31  # 1 + 2 sum of rho^2 of third differences of white noise: rho = -15/20, 6/20, -1/20
 HUM_HZ = 25.0
 HUM_POWER = 60.0  # of a line over the noise beside it
 HUM_SIGMAS = 0.5  # of a sample: less does no harm
-DERIVED = "velocity derived"
+DERIVED = Cause(Defect.DERIVED, Channel.VELOCITY)
 NOISE_BAND = (0.1, 0.4)  # of the rate of the rows: a displacement's differences are noise there
 NOISE_ROWS, LEAST_SEGMENTS = 256, 4
 LEAST_COMMON = 0.8  # coherence of velocities that are made of displacements; sensors have 0.01
@@ -53,14 +54,14 @@ def look_at(record: Record, machine: Machine) -> Iterator[Finding]:
     log = record.raw
     yield from _rows(log)
     for name in CHANNELS:
-        if name != "velocity" or record.velocity_m_s is not None:
+        if name != Channel.VELOCITY or record.velocity_m_s is not None:
             yield from _missing(name, _values(log, name))
     frozen = list(_repeats(log))
     yield from frozen
     if frozen:
         return
     of_channels: list[Finding] = []
-    noise: dict[str, float] = {}
+    noise: dict[Channel, float] = {}
     for name in CHANNELS:
         values = _values(log, name)
         if not np.isfinite(values).any(axis=0).all():  # a leg without any is missing
@@ -85,11 +86,11 @@ def look_at(record: Record, machine: Machine) -> Iterator[Finding]:
     yield from _noise(noise)
 
 
-def sigma_of(machine: Machine, channel: str) -> float:
+def sigma_of(machine: Machine, channel: Channel) -> float:
     return {
-        "displacement": machine.displacement_sigma_m,
-        "velocity": machine.velocity_sigma_m_s,
-        "force": machine.force_sigma_n,
+        Channel.DISPLACEMENT: machine.displacement_sigma_m,
+        Channel.VELOCITY: machine.velocity_sigma_m_s,
+        Channel.FORCE: machine.force_sigma_n,
     }[channel]
 
 
@@ -110,17 +111,21 @@ def noise_of(values: Array) -> Array:
     return MAD * np.median(np.abs(np.diff(values, 3, axis=0)), axis=0) / THIRD
 
 
-def _values(log: LegLog, channel: str) -> Array:
+def _values(log: LegLog, channel: Channel) -> Array:
     return getattr(log, KEYS[channel])
 
 
-def _unit(channel: str) -> str:
-    return {"displacement": "m", "velocity": "m/s", "force": "N"}[channel]
+def _unit(channel: Channel) -> str:
+    return {Channel.DISPLACEMENT: "m", Channel.VELOCITY: "m/s", Channel.FORCE: "N"}[channel]
 
 
-def _in_words(size: float, channel: str) -> str:
+def _in_words(size: float, channel: Channel) -> str:
     """Two digits, in units of which there are neither millions nor millionths."""
-    factor, unit = {"displacement": (1e3, "mm"), "velocity": (1e3, "mm/s"), "force": (1.0, "N")}[channel]
+    factor, unit = {
+        Channel.DISPLACEMENT: (1e3, "mm"),
+        Channel.VELOCITY: (1e3, "mm/s"),
+        Channel.FORCE: (1.0, "N"),
+    }[channel]
     return f"{plain(factor * size)} {unit}"
 
 
@@ -134,7 +139,7 @@ def _rows(log: LegLog) -> Iterator[Finding]:
     elif lost > MISSING_SHARE * len(log.t_s):
         longest = float(periods.max())
         yield Finding(
-            "samples missing",
+            Cause(Defect.MISSING, Channel.SAMPLES),
             f"{lost} samples are missing, {longest:.3f} s at most in a row",
             "look at the link",
             size=lost / len(log.t_s),
@@ -142,7 +147,7 @@ def _rows(log: LegLog) -> Iterator[Finding]:
     if dt_s > SLOW_S:
         words = f"rows come every {plain(1e3 * dt_s, 3)} ms only"
         mend = "log at the controller's period: shocks and changes of the load are over before they are seen"
-        yield Finding("sampling", words, mend, size=dt_s, unit="s", is_harmless=dt_s < HARMFUL_S)
+        yield Finding(Cause(Defect.SAMPLING), words, mend, size=dt_s, unit="s", is_harmless=dt_s < HARMFUL_S)
 
 
 def _clock_jump(log: LegLog, row: int, dt_s: float) -> Finding | None:
@@ -155,7 +160,7 @@ def _clock_jump(log: LegLog, row: int, dt_s: float) -> Finding | None:
     if size < 1e-4 or np.sqrt(np.mean(way**2)) > CLOCK_SHARE * size:
         return None
     return Finding(
-        "clock jumped",
+        Cause(Defect.CLOCK_JUMPED),
         f"at {log.t_s[row]:.3f} s the time goes on by {gap_s:.3f} s and the legs do not: the clock has jumped",
         "look at the source of the times",
         size=gap_s,
@@ -167,12 +172,12 @@ def _around(values: Array, row: int) -> tuple[Array, Array]:
     return values[max(0, row - 10) : row + 1], values[row + 1 : row + 12]
 
 
-def _missing(name: str, values: Array) -> Iterator[Finding]:
+def _missing(name: Channel, values: Array) -> Iterator[Finding]:
     share = np.isnan(values).mean(axis=0)
     legs = tuple(np.flatnonzero(share > MISSING_SHARE).tolist())
     if legs:
         yield Finding(
-            f"{name} missing",
+            Cause(Defect.MISSING, name),
             f"{legs_in_words(legs)}: {plain(100.0 * share.max())} % of the {name} values are missing",
             "look at the sensor and its cable",
             legs,
@@ -184,15 +189,15 @@ def _repeats(log: LegLog) -> Iterator[Finding]:
     """Rows that are those before; of all channels, or of one."""
     same = {name: (np.diff(_values(log, name), axis=0) == 0.0).all(axis=1) for name in CHANNELS}
     if not np.isfinite(log.velocity_m_s).any():
-        del same["velocity"]
+        del same[Channel.VELOCITY]
     every = np.logical_and.reduce(list(same.values()))
     dt_s = float(np.median(np.diff(log.t_s)))
     longest, at = _longest_run(every)
     if every.mean() > HELD_SHARE and longest * dt_s < FROZEN_S:
-        yield _held("samples", every)
+        yield _held(Channel.SAMPLES, every)
     elif longest * dt_s > FROZEN_S and _has_moved_on(log.displacement_m, at + longest):
         yield Finding(
-            "samples frozen",
+            Cause(Defect.FROZEN, Channel.SAMPLES),
             f"from {log.t_s[at]:.3f} s on all channels stand still for {longest * dt_s:.3f} s",
             "look at the source of the samples",
             size=longest * dt_s,
@@ -200,7 +205,7 @@ def _repeats(log: LegLog) -> Iterator[Finding]:
         )
     elif every.mean() > REPEATED_SHARE:
         yield Finding(
-            "samples repeated",
+            Cause(Defect.REPEATED, Channel.SAMPLES),
             f"{plain(100.0 * every.mean())} % of the samples repeat the one before under a new time",
             "look at the source: it holds its rows, or is slower than the sampling period",
             size=float(every.mean()),
@@ -211,11 +216,11 @@ def _repeats(log: LegLog) -> Iterator[Finding]:
                 yield _held(name, rows)
 
 
-def _held(name: str, rows: NDArray[np.bool_]) -> Finding:
+def _held(name: Channel, rows: NDArray[np.bool_]) -> Finding:
     ticks = 1.0 / max(1.0 - rows.mean(), 1e-3)
-    what = "samples" if name == "samples" else f"{name} channels"
+    what = "samples" if name == Channel.SAMPLES else f"{name} channels"
     return Finding(
-        f"{name} held",
+        Cause(Defect.HELD, name),
         f"{what} are held: new values every {plain(ticks)} rows only",
         "send them at the sampling period, or log them with their true times",
         size=float(ticks),
@@ -237,7 +242,7 @@ def _longest_run(marks: NDArray[np.bool_]) -> tuple[int, int]:
     return int(ends[longest] - starts[longest]), int(starts[longest])
 
 
-def _stops(name: str, t_s: Array, values: Array, step: float) -> Iterator[Finding]:
+def _stops(name: Channel, t_s: Array, values: Array, step: float) -> Iterator[Finding]:
     """One leg's values stand still, at a limit or elsewhere, while those of others change. `step`: in which they come, in
     sigmas of the noise: coarse ones stand as long, and at the ends of the way more often."""
     dt_s = float(np.median(np.diff(t_s)))
@@ -257,7 +262,7 @@ def _stops(name: str, t_s: Array, values: Array, step: float) -> Iterator[Findin
         if is_limit and stands != 0.0 and not is_stop:
             limit = values[:, leg].max() if high >= low else values[:, leg].min()
             yield Finding(
-                f"{name} saturated",
+                Cause(Defect.SATURATED, name),
                 f"leg {leg + 1}: {name} is cut off at {limit:.4g} {_unit(name)}",
                 f"look at the range of its {name} sensor",
                 (leg,),
@@ -269,7 +274,7 @@ def _stops(name: str, t_s: Array, values: Array, step: float) -> Iterator[Findin
             dead = stands == 0.0
             what = "shows nothing but zero" if dead else f"stands still at {stands:.4g} {_unit(name)}"
             yield Finding(
-                f"{name} dead" if dead else f"{name} stuck",
+                Cause(Defect.DEAD if dead else Defect.STUCK, name),
                 f"leg {leg + 1}: {name} {what} for {longest * dt_s:.3f} s from {t_s[at]:.3f} s on",
                 f"look at its {name} sensor and the cable",
                 (leg,),
@@ -279,7 +284,7 @@ def _stops(name: str, t_s: Array, values: Array, step: float) -> Iterator[Findin
             )
 
 
-def _loose(name: str, values: Array) -> Iterator[Finding]:
+def _loose(name: Channel, values: Array) -> Iterator[Finding]:
     """One leg shows zero now and then, from one row to the next and for a few, and comes back as suddenly."""
     for leg in range(LEGS):
         is_zero = np.concatenate([[False], values[:, leg] == 0.0, [False]])
@@ -293,7 +298,7 @@ def _loose(name: str, values: Array) -> Iterator[Finding]:
         if is_long.sum() >= LOOSE and not (values == 0.0).all(axis=1)[starts[is_long]].any():
             lasting = int(np.median((ends - starts)[is_long]))
             yield Finding(
-                f"{name} loose",
+                Cause(Defect.LOOSE, name),
                 f"leg {leg + 1}: {name} shows zero {int(is_long.sum())} times, for {lasting} rows in the middle",
                 f"look at the plug and the cable of its {name} sensor",
                 (leg,),
@@ -325,7 +330,7 @@ def _jumps_off(values: Array, last: int) -> bool:
     return bool(abs(values[last + 1] - values[last]) > 3.0 * usual)
 
 
-def _steps(name: str, values: Array, stated: float) -> Iterator[Finding]:
+def _steps(name: Channel, values: Array, stated: float) -> Iterator[Finding]:
     """The same grid on all legs, coarser than the noise."""
     grids = []
     for leg in values.T:
@@ -339,7 +344,7 @@ def _steps(name: str, values: Array, stated: float) -> Iterator[Finding]:
     if min(grids) > 0.0:
         step = float(np.median(grids))
         yield Finding(
-            f"{name} steps",
+            Cause(Defect.STEPS, name),
             f"{name} channels come in steps of {_in_words(step, name)}, {plain(step / stated)} of the stated sigmas",
             f"log more digits, or state a {name} sigma of {plain(step / np.sqrt(12.0))} {_unit(name)}",
             size=step,
@@ -347,7 +352,7 @@ def _steps(name: str, values: Array, stated: float) -> Iterator[Finding]:
         )
 
 
-def _spikes(name: str, values: Array, stated: float) -> Iterator[Finding]:
+def _spikes(name: Channel, values: Array, stated: float) -> Iterator[Finding]:
     """Single values far off both neighbours, which agree, beside the slope of the next ones."""
     change = np.diff(values, axis=0)
     sigma = np.maximum(noise_of(values), stated / 2.0)
@@ -363,7 +368,7 @@ def _spikes(name: str, values: Array, stated: float) -> Iterator[Finding]:
         size = max(float(np.median(np.abs(up[is_spike[:, leg], leg]))) for leg in legs)
         share = float(counts.max()) / len(values)
         yield Finding(
-            f"{name} spikes",
+            Cause(Defect.SPIKES, name),
             f"{legs_in_words(legs)}: {name} has spikes of about {_in_words(size, name)} in {plain(100.0 * share)} % of the samples",
             f"look at cable and shielding of its {name} sensor",
             legs,
@@ -372,7 +377,7 @@ def _spikes(name: str, values: Array, stated: float) -> Iterator[Finding]:
         )
 
 
-def _bursts(name: str, values: Array, stated: float) -> Iterator[Finding]:
+def _bursts(name: Channel, values: Array, stated: float) -> Iterator[Finding]:
     """Noise that is several times as large for a while, and again. The median of a window's third differences is what single
     values and steps hardly change."""
     windows = np.lib.stride_tricks.sliding_window_view(np.abs(np.diff(values, 3, axis=0)), BURST_ROWS, axis=0)
@@ -386,7 +391,7 @@ def _bursts(name: str, values: Array, stated: float) -> Iterator[Finding]:
         who = f"{name} channels have" if len(legs) == LEGS else f"{legs_in_words(legs)}: {name} has"
         count = int(starts.sum(axis=0)[list(legs)].max())
         yield Finding(
-            f"{name} bursts",
+            Cause(Defect.BURSTS, name),
             f"{who} {count} bursts of noise, of about {plain(ratio)} times the rest",
             "look at cables and shielding, and at what is switched near by",
             () if len(legs) == LEGS else legs,
@@ -394,7 +399,7 @@ def _bursts(name: str, values: Array, stated: float) -> Iterator[Finding]:
         )
 
 
-def _hum(name: str, values: Array, stated: float, dt_s: float) -> Iterator[Finding]:
+def _hum(name: Channel, values: Array, stated: float, dt_s: float) -> Iterator[Finding]:
     rows = len(values)
     frequency = np.fft.rfftfreq(rows, dt_s)
     window = np.hanning(rows)[:, None]
@@ -415,7 +420,7 @@ def _hum(name: str, values: Array, stated: float, dt_s: float) -> Iterator[Findi
         return  # a shock that rings, or a machine
     size = float(np.mean(sizes))
     yield Finding(
-        f"{name} hum",
+        Cause(Defect.HUM, name),
         f"{name} channels hum at {hz:.2f} Hz with {_in_words(size, name)}",
         "look at grounding and shielding",
         size=hz,
@@ -430,13 +435,13 @@ def _line(values: Array, hz: float, dt_s: float) -> float:
     return float(np.median(2.0 * np.abs(((values - values.mean(axis=0)) * window * wave).sum(axis=0)) / window.sum()))
 
 
-def _noise(ratios: dict[str, float]) -> Iterator[Finding]:
+def _noise(ratios: dict[Channel, float]) -> Iterator[Finding]:
     """Noise that is not the stated one; alike on all channels it is the statement."""
     off = {name: ratio for name, ratio in ratios.items() if not NOISE_RATIO[0] < ratio < NOISE_RATIO[1]}
     if len(off) == len(ratios) > 1 and max(off.values()) < 1.3 * min(off.values()):
         ratio = float(np.mean(list(off.values())))
         yield Finding(
-            "stated noise",
+            Cause(Defect.STATED_NOISE),
             f"all channels have {plain(ratio)} times the noise that the platform file states",
             "correct its [sensors]",
             size=ratio,
@@ -445,7 +450,7 @@ def _noise(ratios: dict[str, float]) -> Iterator[Finding]:
         return
     for name, ratio in off.items():
         yield Finding(
-            f"{name} noise",
+            Cause(Defect.NOISE, name),
             f"{name} channels have {plain(ratio)} times the noise that the platform file states",
             "correct its [sensors]" if ratio < 1.0 else "correct its [sensors], or look at the sensors",
             size=ratio,
@@ -509,7 +514,7 @@ def _jitter(record: Record, machine: Machine) -> Iterator[Finding]:
     if ratio > max(JITTER_RATIO, 1.0 + by_chance):
         jitter_s = np.sqrt(((along**2).mean() - across) / (20.0 * (size[moving] ** 2).mean()))
         yield Finding(
-            "jitter",
+            Cause(Defect.JITTER),
             f"samples are read {plain(1e3 * jitter_s)} ms off the times that they tell",
             "look at the sampling: all channels at the same instant, once per period",
             size=float(jitter_s),

@@ -8,8 +8,9 @@ from numpy.typing import NDArray
 
 from hexload.diagnosis import channels, kinematics, one_force, passing, phrases, repeating, sensors, wiring
 from hexload.diagnosis.bank import Bank
+from hexload.diagnosis.cause import Cause, Channel, Defect
 from hexload.diagnosis.dynamics import Dynamics, Machine, TooShort, dynamics_of
-from hexload.diagnosis.finding import Finding, legs_in_words, plain
+from hexload.diagnosis.finding import Finding, plain
 from hexload.diagnosis.record import Record, record_of
 from hexload.diagnosis.search import explain
 from hexload.io.log_file import LegLog
@@ -20,8 +21,11 @@ PARTS = 3  # of the record, that are looked at by themselves
 REWIRED = 0.2  # of the misfit, that another wiring, or other forces of one leg, leave at most
 BETTER = 0.5  # of what is left with every other cause: the forces are to blame where with theirs no more is
 LIGHT = 0.9  # of the empty platform's mass: less is no load
-MINOR = ("sampling", " noise", " hum", " missing", " repeated")
-HOPELESS = ("samples frozen", "samples shuffled")  # no motion to compare forces with
+MINOR = (Defect.SAMPLING, Defect.NOISE, Defect.STATED_NOISE, Defect.HUM, Defect.MISSING, Defect.REPEATED)
+UNEVEN = (
+    Cause(Defect.STEPS, Channel.DISPLACEMENT),
+    Cause(Defect.HUM, Channel.DISPLACEMENT),
+)  # look like errors that repeat
 REPORTED_S = 0.2  # between a change here and an estimator's
 
 Array = NDArray[np.float64]
@@ -39,10 +43,6 @@ class Diagnosis:
     def cause(self) -> Finding | None:
         """The most likely one that does harm."""
         return next((finding for finding in self.findings if not finding.is_harmless), None)
-
-    def of_commissioned(self) -> "Diagnosis":
-        """The same of a machine that has a rig file."""
-        return replace(self, findings=tuple(phrases.of_commissioned(each) for each in self.findings))
 
     def beside(self, sigma: Array, is_fit: bool) -> "Diagnosis":
         """The same with what is small judged by what it does to the load, beside the published sigmas; where the estimator finds no
@@ -68,25 +68,25 @@ def diagnose(
         return Diagnosis((), (), np.nan, np.nan, indistinguishable)
     of_channels = list(channels.look_at(record, machine))
     stated, machine = machine, channels.with_own_noise(record, machine)
-    minor = [each for each in of_channels if each.cause.endswith(MINOR) and not _is_much(each)]
+    minor = [each for each in of_channels if each.cause.defect in MINOR and not _is_much(each)]
     major = [each for each in of_channels if each not in minor]
-    if any(each.is_input or each.cause in HOPELESS for each in major):
+    if any(each.is_input or each.cause.defect == Defect.FROZEN for each in major):  # no motion to compare forces with
         return Diagnosis((*major, *minor), (), np.nan, np.nan, indistinguishable)
-    is_even = all(each.cause not in ("displacement steps", "displacement hum") for each in of_channels)
+    is_even = all(each.cause not in UNEVEN for each in of_channels)
     of_sensors, record = _sensors(record, stated, is_even)
     major, of_sensors = _of_one_source(major, of_sensors)
     found = _forces(record, machine, reported_changes_s)
     if record.velocity_m_s is not None:
         found = replace(found, findings=tuple(phrases.with_velocities(each) for each in found.findings))
-    scaled = [each.cause.split()[0] for each in of_sensors if each.cause.endswith(" unit")]
-    minor = [each for each in minor if each.cause.split()[0] not in scaled]
+    scaled = [each.cause.channel for each in of_sensors if each.cause.defect == Defect.UNIT]
+    minor = [each for each in minor if each.cause.channel not in scaled]
     findings = sorted((*major, *of_sensors, *found.findings, *minor), key=lambda each: not each.is_input)
     return replace(found, findings=tuple(findings), indistinguishable=indistinguishable)
 
 
 def _of_one_source(major: list[Finding], of_sensors: list[Finding]) -> tuple[list[Finding], list[Finding]]:
     """Velocities that are made of displacements are late by the filter that makes them, which is one cause."""
-    late = [each for each in of_sensors if each.cause == "velocity late"]
+    late = [each for each in of_sensors if each.cause == Cause(Defect.LATE, Channel.VELOCITY)]
     if not late or all(each.cause != channels.DERIVED for each in major):
         return major, of_sensors
     is_input = any(each.is_input for each in late)
@@ -110,7 +110,7 @@ def _beside(finding: Finding, sigma: Array, is_fit: bool) -> Finding:
 
 
 def _is_much(finding: Finding) -> bool:
-    return finding.cause.endswith("missing") and finding.size > 0.1
+    return finding.cause.defect == Defect.MISSING and finding.size > 0.1
 
 
 def _sensors(record: Record, machine: Machine, is_even: bool) -> tuple[list[Finding], Record]:
@@ -141,7 +141,7 @@ def _forces(record: Record, machine: Machine, reported_s: Sequence[float]) -> Di
     wirings = [found for part in parts if (found := _best_wiring(part, machine)) is not None]
     for best in wirings:
         if best.left < CLEARLY * best.own:
-            return Diagnosis((_rewired(best),), (), misfit, best.left, 0)
+            return Diagnosis((phrases.rewired(best),), (), misfit, best.left, 0)
     if bank.theta()[0, 0] < LIGHT * machine.own_theta[0]:
         return Diagnosis((_light(d, bank),), (), misfit, np.nan, 0)
     found = explain(d, reported_s)
@@ -152,9 +152,9 @@ def _forces(record: Record, machine: Machine, reported_s: Sequence[float]) -> Di
             if (other := _one_force(part, machine)) is not None:
                 return other
             if (legs := _legs_rewired(part, machine, found.left)) is not None:
-                return Diagnosis((_rewired(legs),), (), misfit, legs.left, 0)
+                return Diagnosis((phrases.rewired(legs),), (), misfit, legs.left, 0)
     pairs = zip(found.selected, found.alternatives, strict=True)
-    causes = [phrases.finding_of(*pair, machine.force_sigma_n) for pair in pairs]
+    causes = [phrases.finding_of(*pair, machine) for pair in pairs]
     changes = [
         phrases.change_in_words(change, any(abs(change.at_s - reported) < REPORTED_S for reported in reported_s))
         for change in found.changes
@@ -168,7 +168,7 @@ def _light(d: Dynamics, bank: Bank) -> Finding:
     if one.left < REWIRED * bank.left / bank.rows:
         return one.finding
     words = f"the legs carry {plain(bank.theta()[0, 0], 3)} kg, less than the empty platform"
-    return Finding("force unit", words, "check the forces' unit (N) and sign", is_input=True)
+    return Finding(Cause(Defect.UNIT, Channel.FORCE), words, "check the forces' unit (N) and sign", is_input=True)
 
 
 def _other_forces(
@@ -180,7 +180,7 @@ def _other_forces(
     for best in wirings:
         if best.left < REWIRED * best.own:
             force_n = d.record.force_n[:, np.argsort(best.order)] * np.take(best.signs, np.argsort(best.order))
-            candidates.append((_rewired(best), replace(d.record, force_n=force_n)))
+            candidates.append((phrases.rewired(best), replace(d.record, force_n=force_n)))
     one = one_force.corrected(d)
     if one.left < REWIRED * misfit:
         candidates.append((one.finding, one.record))
@@ -226,32 +226,19 @@ def _legs_rewired(record: Record, machine: Machine, left: float) -> wiring.Rewir
     return best if best is not None and best.left < REWIRED * min(best.own, left) else None
 
 
-def _rewired(best: wiring.Rewired) -> Finding:
-    who = legs_in_words(best.legs)
-    order = ", ".join(str(leg + 1) for leg in best.order)
-    words = {
-        "force swapped": f"the force sensors of {who} are swapped"
-        if len(best.legs) == 2
-        else f"the forces are those of legs {order}",
-        "force sign": f"{who}: force has the wrong sign",
-        "legs exchanged": f"{who} are exchanged in all channels",
-        "displacement swapped": f"the displacement sensors of {who} are swapped",
-        "legs renumbered": f"the legs are counted from another one: the channels are those of legs {order}",
-        "legs mirrored": f"the legs are counted the other way round: the channels are those of legs {order}",
-    }[best.cause]
-    return Finding(best.cause, words, "check the wiring against the platform file", best.legs, is_input=True)
-
-
 def _no_pose(record: Record, machine: Machine) -> Finding:
     reach = float(np.ptp(record.displacement_m, axis=0).max())
     if reach > 1.5 * float(machine.geometry.home_leg_length_m.mean()):
         words = f"displacements reach over {plain(reach, 3)} m, more than a leg is long"
-        return Finding("displacement unit", words, "check their unit (m)", is_input=True)
+        return Finding(Cause(Defect.UNIT, Channel.DISPLACEMENT), words, "check their unit (m)", is_input=True)
     if (finding := _pose_sign(record, machine)) is not None:
         return finding
     words = "displacements are those of no pose of this machine"
     return Finding(
-        "no pose", words, "check their order, signs and zeros, and [geometry] of the platform file", is_input=True
+        Cause(Defect.NO_POSE),
+        words,
+        "check their order, signs and zeros, and [geometry] of the platform file",
+        is_input=True,
     )
 
 
@@ -261,6 +248,10 @@ def _pose_sign(record: Record, machine: Machine) -> Finding | None:
         if wiring.misfit(replace(record, displacement_m=record.displacement_m * flip), machine) < np.inf:
             words = f"leg {leg + 1}: displacement has the wrong sign"
             return Finding(
-                "displacement sign", words, "check the wiring of its displacement sensor", (leg,), is_input=True
+                Cause(Defect.SIGN, Channel.DISPLACEMENT),
+                words,
+                "check the wiring of its displacement sensor",
+                (leg,),
+                is_input=True,
             )
     return None

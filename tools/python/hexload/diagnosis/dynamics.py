@@ -46,6 +46,7 @@ class Machine:
     displacement_sigma_m: float
     velocity_sigma_m_s: float
     force_sigma_n: float
+    is_commissioned: bool = False  # it is what a rig file says
 
 
 @dataclass(frozen=True)

@@ -2,14 +2,15 @@
 
 from dataclasses import dataclass
 
+from hexload.diagnosis.cause import Cause
+
 LEGS = 6
-CHANNELS = ("displacement", "velocity", "force")
 SIGMAS = 6.0  # of a normal number that is no chance
 
 
 @dataclass(frozen=True)
 class Finding:
-    cause: str  # a key: "dry friction", "velocity swapped", ...
+    cause: Cause  # equals its key: "dry friction", "velocity swapped", ...
     words: str  # the sentence
     mend: str  # what to do
     legs: tuple[int, ...] = ()  # from 0; empty: all, or none in particular
@@ -19,16 +20,17 @@ class Finding:
     rms_n: float = float("nan")  # what it does to the leg forces, beyond what the load can explain
     mass_kg: float = float("nan")  # by which the load's mass goes off when it is left out
     share: float = float("nan")  # of the residual's sum of squares
-    alternatives: tuple[str, ...] = ()  # causes that explain as much
+    alternatives: tuple[Cause, ...] = ()  # causes that explain as much
     is_harmless: bool = False  # as far as the log tells: nothing to do
     shift: tuple[float, ...] = ()  # by which all ten of the load's parameters go off when it is left out
+    is_reported: bool = False  # a change of the load, by the estimator too
     until_s: float = float("nan")  # of what passes; it begins at `size`
     is_input: bool = False  # channels are not what they are taken for: no estimate of this log is to be believed
 
     @property
     def is_of_channels(self) -> bool:
         """Of sensors, their wiring, their times: not of the machine or its load."""
-        return self.cause.split()[0] in (*CHANNELS, "clock", "samples")
+        return self.cause.is_of_channels
 
     @property
     def sentence(self) -> str:

@@ -47,7 +47,8 @@ def with_rig(rig_file: Path, machine: Machine, log: LegLog) -> tuple[Machine, Le
     hinges = (number["base_hinges_m"], number["platform_hinges_m"])
     geometry = Geometry(*hinges, machine.geometry.home_leg_length_m)
     theta = np.concatenate([number["mass_kg"][None], number["mass_kg"] * number["com_m"], number["inertia_kg_m2"]])
-    known = replace(machine, geometry=geometry, gravity_m_s2=number["gravity_m_s2"], own_theta=theta)
+    gravity = number["gravity_m_s2"]
+    known = replace(machine, geometry=geometry, gravity_m_s2=gravity, own_theta=theta, is_commissioned=True)
     return known, replace(
         log,
         force_n=_platform_forces(known, log, number),

@@ -59,4 +59,4 @@ def _as_found(d: Dynamics, leg: int, should_n: Array) -> tuple[Finding, Record]:
         force_n[:, leg] /= gain
     else:
         force_n[:, leg] = np.interp(record.t_s, d.smooth.t_s, should_n)
-    return phrases.of_one_force(leg, gain, has_gain), replace(record, force_n=force_n)
+    return phrases.of_one_force(leg, gain, has_gain, d.machine), replace(record, force_n=force_n)

@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from hexload.diagnosis.cause import Cause, Channel, Defect
 from hexload.diagnosis.channels import MAD
 from hexload.diagnosis.difference import difference_of, running_means
 from hexload.diagnosis.dynamics import Machine
@@ -42,12 +43,12 @@ def take_out(record: Record, machine: Machine) -> tuple[list[Finding], Record]:
         if not jumps.are_opposite:
             return [], record
         mended = replace(record, displacement_m=record.displacement_m - _box(record, jumps))
-        return [_found(record, jumps, "displacement", "mm")], mended
+        return [_found(record, jumps, Channel.DISPLACEMENT, "mm")], mended
     kinks = _events(_kinks(r, mean_rows, kink_rows) / KINK_S, kink_rows, np.hypot(of_speed, of_way / KINK_S))
     if kinks is None or not kinks.are_opposite:
         return [], record
     mended = replace(record, velocity_m_s=record.velocity_m_s + _box(record, kinks))
-    return [_found(record, kinks, "velocity", "mm/s")], mended
+    return [_found(record, kinks, Channel.VELOCITY, "mm/s")], mended
 
 
 @dataclass(frozen=True)
@@ -89,7 +90,7 @@ def _step(record: Record, r: Array, jump: _Events) -> tuple[list[Finding], Recor
     size = share / (1.0 - share) if is_gain else zero_m  # the share is of what is shown, the gain of what is true
     what, by = ("gain", f"{plain(100.0 * abs(size))} %") if is_gain else ("zero", f"{plain(1e3 * abs(size))} mm")
     finding = Finding(
-        f"displacement {what} step",
+        Cause(Defect.GAIN_STEP if is_gain else Defect.ZERO_STEP, Channel.DISPLACEMENT),
         f"leg {leg + 1}: {what} of its displacement jumps by {by} at {record.t_s[row]:.2f} s",
         "look at its displacement sensor and the cable",
         (leg,),
@@ -107,11 +108,11 @@ def _last(matrix: Array, values: Array) -> tuple[float, float]:
     return float(found[-1]), float(np.sum((values - matrix @ found) ** 2))
 
 
-def _found(record: Record, pair: _Events, channel: str, unit: str) -> Finding:
+def _found(record: Record, pair: _Events, channel: Channel, unit: str) -> Finding:
     start_s, end_s = (float(record.t_s[row]) for row in pair.rows)
     size = plain(1e3 * float(np.abs(pair.sizes).mean()))
     return Finding(
-        f"{channel} pulse",
+        Cause(Defect.PULSE, channel),
         f"leg {pair.leg + 1}: zero of its {channel} is {size} {unit} off from {start_s:.2f} to {end_s:.2f} s",
         f"look at its {channel} sensor and the cable",
         (pair.leg,),

@@ -1,16 +1,18 @@
-"""Sentences of the causes that the bank has chosen."""
+"""Sentences of the causes that the bank has chosen, and of the wiring."""
 
-from dataclasses import replace
+from collections.abc import Callable
+from dataclasses import asdict, dataclass, replace
 
 import numpy as np
 
 from hexload.diagnosis.bank import Selected
+from hexload.diagnosis.cause import Cause, Channel, Defect
+from hexload.diagnosis.causes import ELASTIC_M_N
+from hexload.diagnosis.dynamics import Machine
 from hexload.diagnosis.finding import LEGS, Finding, legs_in_words, plain
 from hexload.diagnosis.search import Change
+from hexload.diagnosis.wiring import Rewired
 
-COMMISSION = "commission the machine (hexload commission), then replay with --rig"
-COMMISSION_AGAIN = "commission the machine again: it is not as its rig file says"
-CALIBRATE = "calibrate the sensor, or commission the machine"
 ALL = tuple(range(LEGS))
 HARMLESS = 0.5  # of a force sensor's sigma, rms
 BELOW_NOISE = "small beside the force sensors' noise"
@@ -19,204 +21,373 @@ LARGE = 0.25  # of the largest leg's size, from which a leg is named
 NEGATED, DEAD = -0.5, 0.3  # gains of a force sensor: below the first its sign is wrong, below the second it is dead
 
 
-def finding_of(selected: Selected, alternatives: tuple[str, ...], force_sigma_n: float) -> Finding:
-    cause, words, mend, size, unit, legs = _worded(selected)
-    is_harmless = selected.rms_n < HARMLESS * force_sigma_n
-    return Finding(
-        cause,
-        words,
-        BELOW_NOISE if is_harmless else mend,
-        legs,
-        size,
-        unit,
-        selected.sigmas,
-        selected.rms_n,
-        float(selected.shift[0]),
-        selected.share,
-        alternatives,
+@dataclass(frozen=True)
+class _Source:
+    """What the machine is known from: the words of a sentence that depend on it."""
+
+    file: str
+    commission: str
+    or_commission: str
+
+
+_PLATFORM_FILE = _Source(
+    "platform file",
+    "commission the machine (hexload commission), then replay with --rig",
+    "or commission the machine",
+)
+_RIG_FILE = _Source(
+    "rig file", "commission the machine again: it is not as its rig file says", "or commission it again"
+)
+CALIBRATE, COMMISSION = "calibrate the sensor, {or_commission}", "{commission}"
+MEASURE, LOOK_AT_FILTER = "measure it, {or_commission}", "commission the delay, or look at its filter"
+
+
+def _by_source(machine: Machine) -> dict[str, str]:
+    return asdict(_RIG_FILE if machine.is_commissioned else _PLATFORM_FILE)
+
+
+def finding_of(selected: Selected, alternatives: tuple[Cause, ...], machine: Machine) -> Finding:
+    is_of_legs = selected.family.cause in _OF_LEGS
+    named = _of_legs(selected) if is_of_legs else _of_all(selected, _by_source(machine))
+    is_harmless = selected.rms_n < HARMLESS * machine.force_sigma_n
+    return replace(
+        named,
+        mend=BELOW_NOISE if is_harmless else named.mend.format(**_by_source(machine)),
+        sigmas=selected.sigmas,
+        rms_n=selected.rms_n,
+        mass_kg=float(selected.shift[0]),
+        share=selected.share,
+        alternatives=alternatives,
         shift=tuple(map(float, selected.shift)),
         until_s=selected.family.end,
         is_harmless=is_harmless,
     )
 
 
-def of_one_force(leg: int, gain: float, has_gain: bool) -> Finding:
+def of_one_force(leg: int, gain: float, has_gain: bool, machine: Machine) -> Finding:
     """Of the sensor of one leg (from 0) beside what the other five need: its gain, and whether it follows that at all."""
     who, five = legs_in_words((leg,)), "what the other five legs need"
     wiring = "check the wiring of its force sensor"
+
+    def found(defect: Defect, words: str, mend: str, is_input: bool = True) -> Finding:
+        size = float("nan") if defect == Defect.WRONG else gain - 1.0
+        return Finding(Cause(defect, Channel.FORCE), words, mend, (leg,), size, is_input=is_input)
+
     if has_gain and gain < NEGATED:
-        return Finding("force sign", f"{who}: force has the wrong sign", wiring, (leg,), gain - 1.0, is_input=True)
+        return found(Defect.SIGN, f"{who}: force has the wrong sign", wiring)
     if has_gain and abs(1e3 * gain - 1.0) < 0.1:
-        words = f"{who}: force is a thousandth of {five}, as in kN"
-        return Finding("force unit", words, "check its unit (N)", (leg,), gain - 1.0, is_input=True)
+        return found(Defect.UNIT, f"{who}: force is a thousandth of {five}, as in kN", "check its unit (N)")
     if abs(gain) < DEAD:
-        words = f"{who}: force is next to nothing beside {five}"
-        return Finding("force dead", words, wiring, (leg,), gain - 1.0, is_input=True)
+        return found(Defect.DEAD, f"{who}: force is next to nothing beside {five}", wiring)
     if has_gain:
         percent = plain(100.0 * abs(gain - 1.0))
         words = f"residual of {who} follows its force: gain of its force sensor off by about {percent} %"
-        return Finding("force gain", words, CALIBRATE, (leg,), gain - 1.0)
-    return Finding("force wrong", f"{who}: force is not {five}", wiring, (leg,), is_input=True)
-
-
-def of_commissioned(finding: Finding) -> Finding:
-    """Of a machine that has a rig file, whose hinges, gravity and friction count."""
-    mend = finding.mend.replace(COMMISSION, COMMISSION_AGAIN).replace(
-        "or commission the machine", "or commission it again"
-    )
-    if finding.is_input:
-        return replace(finding, mend=mend)
-    return replace(finding, words=finding.words.replace("the platform file", "the rig file"), mend=mend)
+        return found(Defect.GAIN, words, CALIBRATE.format(**_by_source(machine)), is_input=False)
+    return found(Defect.WRONG, f"{who}: force is not {five}", wiring)
 
 
 def with_velocities(finding: Finding) -> Finding:
     """Velocities agree with displacements in time, so what is late or early beside them are the forces."""
-    if finding.cause != "displacement late" or finding.legs not in ((), ALL):
+    if finding.cause != Cause(Defect.LATE, Channel.DISPLACEMENT) or finding.legs not in ((), ALL):
         return finding
     words = f"all force channels are {plain(1e3 * abs(finding.size))} ms {'late' if finding.size < 0 else 'early'}"
-    return replace(finding, cause="force late", words=words, size=-finding.size)
+    return replace(finding, cause=Cause(Defect.LATE, Channel.FORCE), words=words, size=-finding.size)
 
 
 def change_in_words(change: Change, is_reported: bool) -> Finding:
     mass = float(change.theta[0])
     words = f"another load from {change.at_s:.2f} s on, {plain(abs(mass), 3)} kg {'more' if mass > 0 else 'less'}"
     return Finding(
-        "load change",
+        Cause(Defect.LOAD_CHANGE),
         words if is_reported else f"{words}, which the estimator has not reported",
         "" if is_reported else "replay what follows by itself",
         size=mass,
         unit="kg",
         sigmas=float(np.sqrt(change.score)),
+        is_reported=is_reported,
     )
 
 
-def _worded(s: Selected) -> tuple[str, str, str, float, str, tuple[int, ...]]:
-    sizes, legs, worst = _by_leg(s)
-    if s.family.cause in _OF_LEGS:
-        return _of_legs(s, sizes, legs, worst)
-    at = s.family.detail
-    first = float(s.size[0])
-    tilt_rad = float(np.hypot(*s.size[:2])) if len(s.size) > 1 else 0.0
-    percent = 100.0 * first
-    table = {
-        "hinge friction": (
-            f"the residual follows the turning of the hinges: friction of about {plain(first)} N m in each",
-            COMMISSION,
-            first,
-            "N m",
-        ),
-        "tilt": (
-            f"the residual follows the platform's attitude: the base is {plain(np.degrees(tilt_rad))} degrees off level",
-            f"level it, or {COMMISSION}",
-            tilt_rad,
-            "rad",
-        ),
-        "gravity": (
-            f"weight and inertia do not agree by {plain(abs(percent))} %: gravity of the platform file, or the clock, is off",
-            "check gravity_m_s2 and the sampling period",
-            first,
-            "",
-        ),
-        "force crosstalk": (
-            f"forces follow those of the neighbouring legs: each shows about {plain(100.0 * np.max(np.abs(s.size)))} % of the next one's",
-            "look at cables and amplifiers, or at bending in the mounts of the sensors",
-            float(np.max(np.abs(s.size))),
-            "",
-        ),
-        "spinning part": (
-            f"the residual follows the platform's turning across it: something in the load spins, with about {plain(np.linalg.norm(s.size))} N m s",
-            "stop it, or let no load change count while it runs",
-            float(np.linalg.norm(s.size)),
-            "N m s",
-        ),
-        "elastic legs": (
-            f"the residual follows the second derivative of the legs' forces: legs give, by about {plain(1e8 / max(abs(first), 1e-9))} N/m each",
-            "look at their mounts and hinges",
-            1e8 / max(abs(first), 1e-9),
-            "N/m",
-        ),
-        "force pulse": (
-            f"{legs_in_words(s.family.legs)}: zero of its force sensor off by about {plain(abs(first))} N from about {at:.2f} to {s.family.end:.2f} s",
-            "look at the sensor and its cable",
-            at,
-            "s",
-        ),
-        "force zero step": (
-            f"{legs_in_words(s.family.legs)}: zero of its force sensor jumps by about {plain(abs(first))} N at about {at:.1f} s",
-            CALIBRATE,
-            first,
-            "N",
-        ),
-        "force gain step": (
-            f"{legs_in_words(s.family.legs)}: gain of its force sensor jumps by about {plain(abs(percent))} % at about {at:.1f} s",
-            CALIBRATE,
-            first,
-            "",
-        ),
-        "leg mass": (
-            "the residual follows the swing of the legs: they have a mass that counts",
-            COMMISSION,
-            first,
-            "kg m²",
-        ),
-        "hoses": (
-            f"the residual follows the platform's position: something pulls it back with about {plain(np.max(np.abs(s.size)))} N/m, as hoses do",
-            "take them off, or lead them along",
-            float(np.max(np.abs(s.size))),
-            "N/m",
-        ),
-        "external force": (
-            "a constant force from outside acts on the platform",
-            "look for what touches or pulls it",
-            s.rms_n,
-            "N",
-        ),
-        "load ramp": (
-            f"the load changes steadily from about {at:.1f} s on",
-            "look for a leak; estimates hold for one load",
-            first,
-            "1/s",
-        ),
-        "not rigid": (
-            f"a part of the load swings by itself at {plain(at)} Hz: it is not rigid (sloshing, pendulum, soft mount)",
-            "fasten it; until then only its mass and its centre at rest hold",
-            at,
-            "Hz",
-        ),
-        "shaking base": (f"the base shakes at {at:.2f} Hz", "look at the floor and at machines near by", at, "Hz"),
-        "end stop": (
-            f"at the end of the way towards {np.degrees(at):.0f} degrees something pushes back",
-            "look for what is in the way",
-            at,
-            "rad",
-        ),
-        "push": (
-            f"something pushes from about {at:.2f} to {s.family.end:.2f} s: a contact, or another passing event",
-            "look for what touches it",
-            at,
-            "s",
-        ),
-        "one hinge": (
-            f"the {'platform' if at else 'base'} hinge of {legs_in_words(s.family.legs)} is about {plain(1e3 * np.linalg.norm(s.size))} mm off its place in the platform file",
-            "measure it, or commission the machine",
-            float(np.linalg.norm(s.size)),
-            "m",
-        ),
-        "hinge circle": (
-            f"the circle of the {'platform' if at else 'base'} hinges is {plain(abs(percent))} % {'larger' if first > 0 else 'smaller'} than in the platform file",
-            "measure it, or commission the machine",
-            first,
-            "",
-        ),
-        "hinges": (
-            "the hinges are not where the platform file has them",
-            "measure them, or commission the machine",
-            float("nan"),
-            "",
-        ),
+_REWIRED = {
+    Cause(Defect.SWAPPED, Channel.FORCE): "the force sensors of {who} are swapped",
+    Cause(Defect.SIGN, Channel.FORCE): "{who}: force has the wrong sign",
+    Cause(Defect.LEGS_EXCHANGED): "{who} are exchanged in all channels",
+    Cause(Defect.SWAPPED, Channel.DISPLACEMENT): "the displacement sensors of {who} are swapped",
+    Cause(Defect.LEGS_RENUMBERED): "the legs are counted from another one: the channels are those of legs {order}",
+    Cause(Defect.LEGS_MIRRORED): "the legs are counted the other way round: the channels are those of legs {order}",
+}
+_FORCES_ROUND = "the forces are those of legs {order}"
+
+
+def rewired(best: Rewired) -> Finding:
+    is_round = best.cause == Cause(Defect.SWAPPED, Channel.FORCE) and len(best.legs) != 2
+    order = ", ".join(str(leg + 1) for leg in best.order)
+    words = (_FORCES_ROUND if is_round else _REWIRED[best.cause]).format(who=legs_in_words(best.legs), order=order)
+    return Finding(best.cause, words, "check the wiring against the platform file", best.legs, is_input=True)
+
+
+@dataclass(frozen=True)
+class _Phrase:
+    """Of a cause that all legs share, or of one that is at a place or a time."""
+
+    words: str  # with fields of _numbers_in_words() and _Source
+    mend: str
+    size: Callable[[Selected], float]
+    unit: str
+
+
+def _first(s: Selected) -> float:
+    return float(s.size[0])
+
+
+def _largest(s: Selected) -> float:
+    return float(np.max(np.abs(s.size)))
+
+
+def _length(s: Selected) -> float:
+    return float(np.linalg.norm(s.size))
+
+
+def _slope_rad(s: Selected) -> float:
+    return float(np.hypot(*s.size[:2])) if len(s.size) > 1 else 0.0
+
+
+def _stiffness_n_m(s: Selected) -> float:
+    return 1.0 / ELASTIC_M_N / max(abs(_first(s)), 1e-9)
+
+
+def _at(s: Selected) -> float:
+    return s.family.detail
+
+
+def _of_all(s: Selected, source: dict[str, str]) -> Finding:
+    phrase = _OF_ALL[s.family.cause]
+    words = phrase.words.format(**_numbers_in_words(s), **source)
+    return Finding(s.family.cause, words, phrase.mend, s.family.legs, phrase.size(s), phrase.unit)
+
+
+def _numbers_in_words(s: Selected) -> dict[str, str]:
+    """All that a phrase may want to say of what has been found."""
+    first, at, end = _first(s), s.family.detail, s.family.end
+    return {
+        "first": plain(first),
+        "absolute": plain(abs(first)),
+        "percent": plain(abs(100.0 * first)),
+        "largest": plain(_largest(s)),
+        "largest_percent": plain(100.0 * _largest(s)),
+        "length": plain(_length(s)),
+        "length_mm": plain(1e3 * _length(s)),
+        "slope_deg": plain(np.degrees(_slope_rad(s))),
+        "stiffness": plain(_stiffness_n_m(s)),
+        "hz": plain(at),
+        "fine_hz": f"{at:.2f}",
+        "way_deg": f"{np.degrees(at):.0f}",
+        "since_s": f"{at:.1f}",
+        "from_s": f"{at:.2f}",
+        "until_s": f"{end:.2f}",
+        "who": legs_in_words(s.family.legs),
+        "side": "platform" if at else "base",
+        "larger": "larger" if first > 0 else "smaller",
     }
-    words, mend, size, unit = table[s.family.cause]
-    return s.family.cause, words, mend, size, unit, s.family.legs
+
+
+_OF_ALL = {
+    Cause(Defect.HINGE_FRICTION): _Phrase(
+        "the residual follows the turning of the hinges: friction of about {first} N m in each",
+        COMMISSION,
+        _first,
+        "N m",
+    ),
+    Cause(Defect.TILT): _Phrase(
+        "the residual follows the platform's attitude: the base is {slope_deg} degrees off level",
+        "level it, or {commission}",
+        _slope_rad,
+        "rad",
+    ),
+    Cause(Defect.GRAVITY): _Phrase(
+        "weight and inertia do not agree by {percent} %: gravity of the {file}, or the clock, is off",
+        "check gravity_m_s2 and the sampling period",
+        _first,
+        "",
+    ),
+    Cause(Defect.CROSSTALK, Channel.FORCE): _Phrase(
+        "forces follow those of the neighbouring legs: each shows about {largest_percent} % of the next one's",
+        "look at cables and amplifiers, or at bending in the mounts of the sensors",
+        _largest,
+        "",
+    ),
+    Cause(Defect.SPINNING_PART): _Phrase(
+        "the residual follows the platform's turning across it: something in the load spins, with about {length} N m s",
+        "stop it, or let no load change count while it runs",
+        _length,
+        "N m s",
+    ),
+    Cause(Defect.ELASTIC_LEGS): _Phrase(
+        "the residual follows the second derivative of the legs' forces: legs give, by about {stiffness} N/m each",
+        "look at their mounts and hinges",
+        _stiffness_n_m,
+        "N/m",
+    ),
+    Cause(Defect.PULSE, Channel.FORCE): _Phrase(
+        "{who}: zero of its force sensor off by about {absolute} N from about {from_s} to {until_s} s",
+        "look at the sensor and its cable",
+        _at,
+        "s",
+    ),
+    Cause(Defect.ZERO_STEP, Channel.FORCE): _Phrase(
+        "{who}: zero of its force sensor jumps by about {absolute} N at about {since_s} s", CALIBRATE, _first, "N"
+    ),
+    Cause(Defect.GAIN_STEP, Channel.FORCE): _Phrase(
+        "{who}: gain of its force sensor jumps by about {percent} % at about {since_s} s", CALIBRATE, _first, ""
+    ),
+    Cause(Defect.LEG_MASS): _Phrase(
+        "the residual follows the swing of the legs: they have a mass that counts", COMMISSION, _first, "kg m²"
+    ),
+    Cause(Defect.HOSES): _Phrase(
+        "the residual follows the platform's position: something pulls it back with about {largest} N/m, as hoses do",
+        "take them off, or lead them along",
+        _largest,
+        "N/m",
+    ),
+    Cause(Defect.EXTERNAL_FORCE): _Phrase(
+        "a constant force from outside acts on the platform",
+        "look for what touches or pulls it",
+        lambda s: s.rms_n,
+        "N",
+    ),
+    Cause(Defect.LOAD_RAMP): _Phrase(
+        "the load changes steadily from about {since_s} s on",
+        "look for a leak; estimates hold for one load",
+        _first,
+        "1/s",
+    ),
+    Cause(Defect.NOT_RIGID): _Phrase(
+        "a part of the load swings by itself at {hz} Hz: it is not rigid (sloshing, pendulum, soft mount)",
+        "fasten it; until then only its mass and its centre at rest hold",
+        _at,
+        "Hz",
+    ),
+    Cause(Defect.SHAKING_BASE): _Phrase(
+        "the base shakes at {fine_hz} Hz", "look at the floor and at machines near by", _at, "Hz"
+    ),
+    Cause(Defect.END_STOP): _Phrase(
+        "at the end of the way towards {way_deg} degrees something pushes back",
+        "look for what is in the way",
+        _at,
+        "rad",
+    ),
+    Cause(Defect.PUSH): _Phrase(
+        "something pushes from about {from_s} to {until_s} s: a contact, or another passing event",
+        "look for what touches it",
+        _at,
+        "s",
+    ),
+    Cause(Defect.ONE_HINGE): _Phrase(
+        "the {side} hinge of {who} is about {length_mm} mm off its place in the {file}", MEASURE, _length, "m"
+    ),
+    Cause(Defect.HINGE_CIRCLE): _Phrase(
+        "the circle of the {side} hinges is {percent} % {larger} than in the {file}", MEASURE, _first, ""
+    ),
+    Cause(Defect.HINGES): _Phrase(
+        "the hinges are not where the {file} has them", "measure them, {or_commission}", lambda _: float("nan"), ""
+    ),
+}
+
+
+@dataclass(frozen=True)
+class _LegPhrase:
+    """Of a cause that each leg has a size of."""
+
+    shows: str  # what its residual shows, with fields of _ONE or _SOME
+    what: str  # what that is, with these, those of _LATE or _EARLY, and {size}
+    factor: float  # of the size, in words
+    unit: str  # of the size
+    mend: str
+
+
+_ONE = {
+    "follows": "follows", "is_": "is", "grows": "grows", "lags": "lags", "its": "its",
+    "speed": "speed", "force": "force", "sensor": "sensor", "zero": "zero", "length": "length",
+}  # fmt: skip
+_SOME = {
+    "follows": "follow", "is_": "are", "grows": "grow", "lags": "lag", "its": "their",
+    "speed": "speeds", "force": "forces", "sensor": "sensors", "zero": "zeros", "length": "lengths",
+}  # fmt: skip
+_LATE, _EARLY = {"late": "late", "early": "early"}, {"late": "early", "early": "late"}
+_OF_LEGS = {
+    Cause(Defect.DRY_FRICTION): _LegPhrase(
+        "{follows} the sign of {its} {speed}", "friction of about {size} N", 1.0, "N", COMMISSION
+    ),
+    Cause(Defect.VISCOUS_FRICTION): _LegPhrase(
+        "{follows} {its} {speed}", "viscous friction of about {size} N s/m", 1.0, "N s/m", COMMISSION
+    ),
+    Cause(Defect.GROWING_FRICTION): _LegPhrase(
+        "{follows} the sign of {its} {speed} times {its} {force}",
+        "friction of about {size} % of the force",
+        100.0,
+        "",
+        COMMISSION,
+    ),
+    Cause(Defect.ZERO, Channel.FORCE): _LegPhrase(
+        "{is_} constant", "{zero} of {its} force {sensor} off by about {size} N", 1.0, "N", CALIBRATE
+    ),
+    Cause(Defect.DRIFT, Channel.FORCE): _LegPhrase(
+        "{grows} with time", "{zero} of {its} force {sensor} drifting by about {size} N/s", 1.0, "N/s", CALIBRATE
+    ),
+    Cause(Defect.GAIN, Channel.FORCE): _LegPhrase(
+        "{follows} {its} {force}", "gain of {its} force {sensor} off by about {size} %", 100.0, "", CALIBRATE
+    ),
+    Cause(Defect.CURVE, Channel.FORCE): _LegPhrase(
+        "{follows} the square of {its} {force}",
+        "{its} force {sensor} not straight, by about {size} % of the largest force",
+        100.0,
+        "",
+        "calibrate it over its whole range",
+    ),
+    Cause(Defect.HYSTERESIS, Channel.FORCE): _LegPhrase(
+        "{lags} behind {its} {force}",
+        "hysteresis of {its} force {sensor} of about {size} N",
+        1.0,
+        "N",
+        "commission the machine, or take a sensor with less",
+    ),
+    Cause(Defect.LATE, Channel.FORCE): _LegPhrase(
+        "{follows} the change of {its} {force}", "force {late} by about {size} ms", 1e3, "s", LOOK_AT_FILTER
+    ),
+    Cause(Defect.ZERO, Channel.DISPLACEMENT): _LegPhrase(
+        "{follows} a shift of {its} length",
+        "{length} at home, or {zero} of {its} displacement, off by about {size} mm",
+        1e3,
+        "m",
+        "calibrate it, {or_commission}",
+    ),
+    Cause(Defect.GAIN, Channel.DISPLACEMENT): _LegPhrase(
+        "{follows} a stretch of {its} length", "gain of {its} displacement off by about {size} %", 100.0, "", CALIBRATE
+    ),
+    Cause(Defect.DRIFT, Channel.DISPLACEMENT): _LegPhrase(
+        "{follows} a growing shift of {its} length", "displacement drifting by about {size} mm/s", 1e3, "m/s", CALIBRATE
+    ),
+    Cause(Defect.LATE, Channel.DISPLACEMENT): _LegPhrase(
+        "{follows} the change of {its} motion",
+        "displacement {late} by about {size} ms, or force {early}",
+        1e3,
+        "s",
+        LOOK_AT_FILTER,
+    ),
+}
+
+
+def _of_legs(s: Selected) -> Finding:
+    phrase = _OF_LEGS[s.family.cause]
+    sizes, legs, worst = _by_leg(s)
+    named = phrase.factor * np.abs(sizes[list(legs)] if legs else sizes[:1])
+    low, high = float(named.min()), float(named.max())
+    size = plain(high) if high < 1.15 * low or len(named) == 1 else f"{plain(low)} to {plain(high)}"
+    number = _ONE if len(legs) == 1 else _SOME
+    who = f"{'residual' if len(legs) == 1 else 'residuals'} of {legs_in_words(legs)}"
+    what = phrase.what.format(size=size, **number, **(_EARLY if worst < 0.0 else _LATE))
+    words = f"{who} {phrase.shows.format(**number)}: {what}"
+    return Finding(s.family.cause, words, phrase.mend, legs, worst, phrase.unit)
 
 
 def _by_leg(s: Selected) -> tuple[np.ndarray, tuple[int, ...], float]:
@@ -227,102 +398,7 @@ def _by_leg(s: Selected) -> tuple[np.ndarray, tuple[int, ...], float]:
         return sizes, (), float(s.size[0])
     for leg, size in zip(s.family.legs[:LEGS], s.size[:LEGS]):
         sizes[leg] = size
-    if s.family.cause == "force gain" and len(s.family.legs) == LEGS:
+    if s.family.cause == Cause(Defect.GAIN, Channel.FORCE) and len(s.family.legs) == LEGS:
         sizes -= np.median(sizes)  # what all have in common is a load of another size
     worst = float(sizes[np.abs(sizes).argmax()])
     return sizes, tuple(np.flatnonzero(np.abs(sizes) > LARGE * abs(worst)).tolist()), worst
-
-
-# Cause -> what the residual shows, what it is, factor and unit, what to do.
-_OF_LEGS = {
-    "dry friction": ("follows the sign of {its} speed", "friction of about {size} N", 1.0, "N", COMMISSION),
-    "viscous friction": ("follows {its} speed", "viscous friction of about {size} N s/m", 1.0, "N s/m", COMMISSION),
-    "growing friction": (
-        "follows the sign of {its} speed times {its} force",
-        "friction of about {size} % of the force",
-        100.0,
-        "",
-        COMMISSION,
-    ),
-    "force zero": ("is constant", "zero of {its} force sensor off by about {size} N", 1.0, "N", CALIBRATE),
-    "force drift": (
-        "grows with time",
-        "zero of {its} force sensor drifting by about {size} N/s",
-        1.0,
-        "N/s",
-        CALIBRATE,
-    ),
-    "force gain": ("follows {its} force", "gain of {its} force sensor off by about {size} %", 100.0, "", CALIBRATE),
-    "force curve": (
-        "follows the square of {its} force",
-        "{its} force sensor not straight, by about {size} % of the largest force",
-        100.0,
-        "",
-        "calibrate it over its whole range",
-    ),
-    "force hysteresis": (
-        "lags behind {its} force",
-        "hysteresis of {its} force sensor of about {size} N",
-        1.0,
-        "N",
-        "commission the machine, or take a sensor with less",
-    ),
-    "force late": (
-        "follows the change of {its} force",
-        "force late by about {size} ms",
-        1e3,
-        "s",
-        "commission the delay, or look at its filter",
-    ),
-    "displacement zero": (
-        "follows a shift of {its} length",
-        "length at home, or zero of {its} displacement, off by about {size} mm",
-        1e3,
-        "m",
-        "calibrate it, or commission the machine",
-    ),
-    "displacement gain": (
-        "follows a stretch of {its} length",
-        "gain of {its} displacement off by about {size} %",
-        100.0,
-        "",
-        CALIBRATE,
-    ),
-    "displacement drift": (
-        "follows a growing shift of {its} length",
-        "displacement drifting by about {size} mm/s",
-        1e3,
-        "m/s",
-        CALIBRATE,
-    ),
-    "displacement late": (
-        "follows the change of {its} motion",
-        "displacement late by about {size} ms, or force early",
-        1e3,
-        "s",
-        "commission the delay, or look at its filter",
-    ),
-}
-
-
-OPPOSITE = {"late": "early", "early": "late"}
-
-
-def _of_legs(s: Selected, sizes: np.ndarray, legs: tuple[int, ...], worst: float):
-    shows, what, factor, unit, mend = _OF_LEGS[s.family.cause]
-    cause = s.family.cause
-    their = "its" if len(legs) == 1 else "their"
-    named = factor * np.abs(sizes[list(legs)] if legs else sizes[:1])
-    low, high = float(named.min()), float(named.max())
-    size = plain(high) if high < 1.15 * low or len(named) == 1 else f"{plain(low)} to {plain(high)}"
-    if worst < 0.0:
-        what = " ".join(OPPOSITE.get(word, word) for word in what.split(" "))
-    if len(legs) != 1:
-        for one, more in (("follows", "follow"), ("is ", "are "), ("grows", "grow"), ("lags", "lag")):
-            shows = shows.replace(one, more)
-        what = what.replace("length at home, or zero of", "lengths at home, or zeros of").replace("sensor", "sensors")
-        what = what.replace("zero of", "zeros of") if what.startswith("zero") else what
-        shows = shows.replace("speed", "speeds").replace("{its} force", "{its} forces")
-    who = f"residual of {legs_in_words(legs)}" if len(legs) == 1 else f"residuals of {legs_in_words(legs)}"
-    words = f"{who} {shows.format(its=their)}: {what.format(its=their, size=size)}"
-    return cause, words, mend, worst, unit, legs

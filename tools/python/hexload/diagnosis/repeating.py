@@ -10,6 +10,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from hexload.diagnosis.cause import Cause, Channel, Defect
 from hexload.diagnosis.difference import difference_of, running_means
 from hexload.diagnosis.dynamics import Machine
 from hexload.diagnosis.finding import LEGS, Finding, legs_in_words, plain
@@ -49,7 +50,7 @@ def take_out(record: Record, machine: Machine) -> tuple[list[Finding], Record]:
     size_m = float(np.sqrt(2.0 * np.mean(wave[:, list(legs) or slice(None)] ** 2)))
     who = "displacements" if len(legs) in (0, LEGS) else f"displacements of {legs_in_words(legs)}"
     finding = Finding(
-        "displacement periodic",
+        Cause(Defect.PERIODIC, Channel.DISPLACEMENT),
         f"{who} are off by {plain(1e3 * size_m)} mm with every {plain(1e3 / per_m[best], 3)} mm of way, as by a screw, a gear or "
         "a scale",
         "look at the encoder and what drives it, or calibrate it over one turn",

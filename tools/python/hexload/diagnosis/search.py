@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from hexload.diagnosis import causes
 from hexload.diagnosis.bank import Bank, Candidate, Selected
+from hexload.diagnosis.cause import Cause, Defect
 from hexload.diagnosis.causes import Family
 from hexload.diagnosis.dynamics import TEN, Dynamics, fade_around
 from hexload.diagnosis.finding import SIGMAS
@@ -38,7 +39,7 @@ class Change:
 @dataclass(frozen=True)
 class Explained:
     selected: tuple[Selected, ...]  # the first explains most
-    alternatives: tuple[tuple[str, ...], ...]  # causes that explain as much as each
+    alternatives: tuple[tuple[Cause, ...], ...]  # causes that explain as much as each
     changes: tuple[Change, ...]
     misfit: float  # mean square of the whitened residual with none of them: 1 is the noise of the sensors
     left: float  # the same with all of them
@@ -51,7 +52,7 @@ def explain(d: Dynamics, reported_changes_s: Sequence[float] = ()) -> Explained:
     while True:
         bank = _bank(d, at_s)
         best = _offered(bank, reported_changes_s, at_s)
-        is_change = best.family.cause == "load change" and best.left < ONE_OF_SOME * bank.left
+        is_change = best.family.cause.defect == Defect.LOAD_CHANGE and best.left < ONE_OF_SOME * bank.left
         if best.score < ENOUGH or not is_change or len(at_s) == MOST_CHANGES:
             break
         at_s.append(_refined_change(bank, best.family.detail))
@@ -83,7 +84,7 @@ def _offered(bank: Bank, reported_s: Sequence[float], at_s: Sequence[float]) -> 
     free = [moment for moment in moments if all(abs(moment - other) > 0.1 for other in at_s)]
     bank.offer(list(causes.jumps(d, np.array(free))))
     best = bank.ranked()[0]
-    if best.family.cause == "load change" and best.left < CLEAR * bank.left:
+    if best.family.cause.defect == Defect.LOAD_CHANGE and best.left < CLEAR * bank.left:
         return best
     if best.score > ENOUGH or bank.left > EXCESS * bank.rows:
         residual = d.smooth.force - causes.of_load(d.of_body, theta)
@@ -98,12 +99,12 @@ def _refined_change(bank: Bank, about_s: float) -> float:
     return max(causes.jumps(bank.dynamics, near), key=lambda family: bank.score(family)).detail
 
 
-def _select(bank: Bank) -> tuple[list[Selected], list[tuple[str, ...]]]:
+def _select(bank: Bank) -> tuple[list[Selected], list[tuple[Cause, ...]]]:
     selected: list[Selected] = []
-    alternatives: list[tuple[str, ...]] = []
+    alternatives: list[tuple[Cause, ...]] = []
     first = bank.left
     while len(bank.chosen) < MOST_CAUSES and not (selected and bank.left < EXPLAINED * bank.rows):
-        ranked = [each for each in bank.ranked() if each.family.cause != "load change"]
+        ranked = [each for each in bank.ranked() if each.family.cause.defect != Defect.LOAD_CHANGE]
         if not ranked or ranked[0].score < ENOUGH:
             break
         if selected and bank.left - ranked[0].left < LATER_SHARE * first:
@@ -121,7 +122,7 @@ def _select(bank: Bank) -> tuple[list[Selected], list[tuple[str, ...]]]:
 
 def _refined(bank: Bank, family: Family) -> Family:
     """The frequency and damping of an oscillation between those of the grid."""
-    if family.cause != "not rigid":
+    if family.cause.defect != Defect.NOT_RIGID:
         return family
     theta, span = bank.theta(), 0.08
     for damping in (0.005, 0.01, 0.02, 0.05):

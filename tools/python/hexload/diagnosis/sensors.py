@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from hexload.diagnosis.cause import Cause, Channel, Defect
 from hexload.diagnosis.dynamics import Machine
 from hexload.diagnosis.finding import SIGMAS, Finding, legs_in_words, plain
 from hexload.diagnosis.kinematics import Kinematics
@@ -28,6 +29,7 @@ ALIKE = 0.2  # of six numbers' mean, within which they are one
 BETTER = 0.8  # of the forces' misfit, below which the displacement was wrong
 HARMLESS_LAG_S = 2e-4  # a tenth of what the controller lets pass, and less than half a tick
 UNITS = {1e3: "a thousand", 1e2: "a hundred", 39.37: "39.37 (inches)", 60.0: "sixty", 3.6: "3.6"}
+MISTAKEN = (Defect.SWAPPED, Defect.SIGN, Defect.UNIT)  # after which the other numbers of a channel mean nothing
 INPUT_GAIN, INPUT_LAG_S = 0.02, 2e-3  # beyond, the input is not to be believed
 
 
@@ -62,7 +64,7 @@ def check(record: Record, found: Kinematics, machine: Machine, misfit: Callable[
         for finding, mended in step(motion, found, machine):  # each begins with what the last one has put right
             findings.append(finding)
             motion.put_right(mended)
-        if any(finding.cause.endswith((" swapped", " sign", " unit")) for finding in findings):
+        if any(finding.cause.defect in MISTAKEN for finding in findings):
             break  # what else the numbers show is of that
     return Checked(findings, motion.record)
 
@@ -79,10 +81,12 @@ def _swaps(motion: Motion, found: Kinematics, _machine: Machine) -> Step:
     if len(set(order.tolist())) != LEGS:  # two velocities of one displacement
         order = np.arange(LEGS)
     mended = replace(record, displacement_m=record.displacement_m[:, order])
-    channel = "displacement" if (order != np.arange(LEGS)).any() and motion.is_worse_than(mended) else "velocity"
+    channel = (
+        Channel.DISPLACEMENT if (order != np.arange(LEGS)).any() and motion.is_worse_than(mended) else Channel.VELOCITY
+    )
     words = f"{channel} sensors of {legs_in_words(legs)} are swapped"
-    finding = Finding(f"{channel} swapped", words, "exchange their plugs", legs, is_input=True)
-    yield finding, mended if channel == "displacement" else record
+    finding = Finding(Cause(Defect.SWAPPED, channel), words, "exchange their plugs", legs, is_input=True)
+    yield finding, mended if channel == Channel.DISPLACEMENT else record
 
 
 def _signs(motion: Motion, found: Kinematics, _machine: Machine) -> Step:
@@ -93,12 +97,12 @@ def _signs(motion: Motion, found: Kinematics, _machine: Machine) -> Step:
     for leg in legs:
         flip = np.where(np.arange(LEGS) == leg, -1.0, 1.0)
         mended = replace(motion.record, displacement_m=motion.record.displacement_m * flip)
-        channel = "displacement" if are_all or motion.is_worse_than(mended) else "velocity"
+        channel = Channel.DISPLACEMENT if are_all or motion.is_worse_than(mended) else Channel.VELOCITY
         words = f"leg {leg + 1}: {channel} has the wrong sign"
         finding = Finding(
-            f"{channel} sign", words, f"check the wiring of its {channel} sensor", (int(leg),), is_input=True
+            Cause(Defect.SIGN, channel), words, f"check the wiring of its {channel} sensor", (int(leg),), is_input=True
         )
-        yield finding, mended if channel == "displacement" else motion.record
+        yield finding, mended if channel == Channel.DISPLACEMENT else motion.record
 
 
 def _common(value: Array, sigma: Array, least: float) -> float | None:
@@ -121,8 +125,8 @@ def _bends(motion: Motion, found: Kinematics, _machine: Machine) -> Step:
     """A scale that is a parabola: of a displacement the speed's gain follows the place, of a velocity the speed."""
     place = np.abs(motion.record.displacement_m).max(axis=0)
     for name, channel, largest in (
-        ("bend", "displacement", -0.5 * place),  # the velocity is right
-        ("curve", "velocity", np.abs(motion.record.velocity_m_s).max(axis=0)),
+        ("bend", Channel.DISPLACEMENT, -0.5 * place),  # the velocity is right
+        ("curve", Channel.VELOCITY, np.abs(motion.record.velocity_m_s).max(axis=0)),
     ):
         share, sigma = found.value[name] * largest, found.sigma[name] * np.abs(largest)
         for leg in _single(share, sigma, GAIN):
@@ -130,7 +134,7 @@ def _bends(motion: Motion, found: Kinematics, _machine: Machine) -> Step:
                 f"leg {leg + 1}: the scale of its {channel} is bent, by {_percent(float(share[leg]))} at its largest"
             )
             finding = Finding(
-                f"{channel} curve",
+                Cause(Defect.CURVE, channel),
                 words,
                 f"calibrate its {channel} sensor over its whole range",
                 (leg,),
@@ -141,7 +145,7 @@ def _bends(motion: Motion, found: Kinematics, _machine: Machine) -> Step:
             straight = motion.record.displacement_m.copy()
             straight[:, leg] -= float(share[leg]) * straight[:, leg] ** 2 / place[leg]
             mended = replace(motion.record, displacement_m=straight)
-            yield finding, mended if channel == "displacement" else motion.record
+            yield finding, mended if channel == Channel.DISPLACEMENT else motion.record
 
 
 def _gains(motion: Motion, found: Kinematics, _machine: Machine) -> Step:
@@ -154,10 +158,10 @@ def _gains(motion: Motion, found: Kinematics, _machine: Machine) -> Step:
         size = float(value[leg])
         factor = np.where(np.arange(LEGS) == leg, 1.0 + size, 1.0)
         mended = replace(motion.record, displacement_m=motion.record.displacement_m * factor)
-        channel = "displacement" if motion.is_worse_than(mended) else "velocity"
-        own = size if channel == "velocity" else 1.0 / (1.0 + size) - 1.0
+        channel = Channel.DISPLACEMENT if motion.is_worse_than(mended) else Channel.VELOCITY
+        own = size if channel == Channel.VELOCITY else 1.0 / (1.0 + size) - 1.0
         finding = Finding(
-            f"{channel} gain",
+            Cause(Defect.GAIN, channel),
             f"leg {leg + 1}: {channel} is {_percent(own)} too {'large' if own > 0 else 'small'}",
             f"calibrate its {channel} sensor",
             (leg,),
@@ -166,7 +170,7 @@ def _gains(motion: Motion, found: Kinematics, _machine: Machine) -> Step:
             abs(size) / float(sigma[leg]),
             is_input=abs(own) > INPUT_GAIN,
         )
-        yield finding, mended if channel == "displacement" else motion.record
+        yield finding, mended if channel == Channel.DISPLACEMENT else motion.record
 
 
 def _common_gain(motion: Motion, size: float, sigmas: float) -> tuple[Finding, Record]:
@@ -174,23 +178,26 @@ def _common_gain(motion: Motion, size: float, sigmas: float) -> tuple[Finding, R
     longer = replace(record, displacement_m=record.displacement_m * factor)
     if _unit_of(factor) is not None:
         is_length = np.ptp(record.displacement_m, axis=0).max() > 2.0 or motion.is_worse_than(longer)
-        channel, ratio = ("displacement", 1.0 / factor) if is_length else ("velocity", factor)
+        channel, ratio = (Channel.DISPLACEMENT, 1.0 / factor) if is_length else (Channel.VELOCITY, factor)
         words = f"{channel} channels are {_unit_in_words(ratio)} their SI values: another unit"
         finding = Finding(
-            f"{channel} unit", words, "check their units, m and m/s", size=ratio, sigmas=sigmas, is_input=True
+            Cause(Defect.UNIT, channel), words, "check their units, m and m/s", size=ratio, sigmas=sigmas, is_input=True
         )
         return finding, longer if is_length else record
     faster = replace(record, dt_s=record.dt_s / factor, t_s=record.t_s[0] + (record.t_s - record.t_s[0]) / factor)
-    options = [("displacement gain", longer, 1.0 / factor - 1.0), ("clock", faster, size)]
+    options = [
+        (Cause(Defect.GAIN, Channel.DISPLACEMENT), longer, 1.0 / factor - 1.0),
+        (Cause(Defect.CLOCK), faster, size),
+    ]
     best = min(options, key=lambda option: motion.misfit(option[1]))
-    cause, mended, own = best if motion.is_worse_than(best[1]) else ("velocity gain", record, size)
-    if cause == "clock":
+    of_velocity = (Cause(Defect.GAIN, Channel.VELOCITY), record, size)
+    cause, mended, own = best if motion.is_worse_than(best[1]) else of_velocity
+    if cause.defect == Defect.CLOCK:
         words = f"the log's clock is {_percent(own)} {'fast' if own > 0 else 'slow'}, against velocities and forces"
         mend = "check the sampling period"
     else:
-        name = cause.split()[0]
-        words = f"all {name} channels are {_percent(own)} too {'large' if own > 0 else 'small'}"
-        mend = f"check the scale of the {name} sensors"
+        words = f"all {cause.channel} channels are {_percent(own)} too {'large' if own > 0 else 'small'}"
+        mend = f"check the scale of the {cause.channel} sensors"
     return Finding(cause, words, mend, (), own, "", sigmas, is_input=abs(own) > INPUT_GAIN), mended
 
 
@@ -216,13 +223,13 @@ def _lags(motion: Motion, found: Kinematics, _machine: Machine) -> Step:
         size = common if common is not None else float(value[group[0]])
         mended = replace(motion.record, displacement_m=_shifted(motion.record, -size, group))
         # nothing is early: a velocity is late by itself or with the forces, or the displacement is
-        channel = "displacement" if size < 0.0 else "velocity"
-        own = size if channel == "velocity" else -size
+        channel = Channel.DISPLACEMENT if size < 0.0 else Channel.VELOCITY
+        own = size if channel == Channel.VELOCITY else -size
         who = "all" if len(group) == LEGS else f"leg {group[0] + 1}:"
         when = "late" if own > 0.0 else "early"
         words = f"{who} {channel}{' channels are' if len(group) == LEGS else ' is'} {plain(1e3 * abs(own))} ms {when}"
         finding = Finding(
-            f"{channel} late",
+            Cause(Defect.LATE, channel),
             words,
             "look at filters and sampling of the channel, or commission the delay",
             () if len(group) == LEGS else group,
@@ -232,7 +239,7 @@ def _lags(motion: Motion, found: Kinematics, _machine: Machine) -> Step:
             is_input=abs(own) > INPUT_LAG_S,
             is_harmless=abs(own) < HARMLESS_LAG_S,
         )
-        yield finding, mended if channel == "displacement" else motion.record
+        yield finding, mended if channel == Channel.DISPLACEMENT else motion.record
 
 
 def _shifted(record: Record, late_s: float, legs: tuple[int, ...]) -> Array:
@@ -245,7 +252,7 @@ def _shifted(record: Record, late_s: float, legs: tuple[int, ...]) -> Array:
 
 def _zeros(motion: Motion, found: Kinematics, machine: Machine) -> Step:
     """A velocity's zero and its drift, or a displacement that drifts."""
-    for name, unit, floor in (("zero", "m/s", ZERO), ("drift", "m/s²", DRIFT)):
+    for name, defect, unit, floor in (("zero", Defect.ZERO, "m/s", ZERO), ("drift", Defect.DRIFT, "m/s²", DRIFT)):
         value, sigma = found.value[name], found.sigma[name]
         least = floor * machine.velocity_sigma_m_s
         common = _common(value, sigma, least)
@@ -266,7 +273,7 @@ def _zeros(motion: Motion, found: Kinematics, machine: Machine) -> Step:
                 words = f"{legs_in_words(group)}: displacement drifts by {plain(-1e3 * size)} mm/s"
             yield (
                 Finding(
-                    "displacement drift" if is_displacement else f"velocity {name}",
+                    Cause(Defect.DRIFT, Channel.DISPLACEMENT) if is_displacement else Cause(defect, Channel.VELOCITY),
                     words,
                     "calibrate the sensor",
                     () if len(group) == LEGS else group,

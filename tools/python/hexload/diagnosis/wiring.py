@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hexload.diagnosis.bank import Bank
+from hexload.diagnosis.cause import Cause, Channel, Defect
 from hexload.diagnosis.dynamics import Machine, dynamics_of
 from hexload.diagnosis.record import LEGS, Record
 from hexload.estimation.rig_model import Geometry
@@ -24,11 +25,12 @@ Order = tuple[int, ...]
 
 SAME = tuple(range(LEGS))
 CONGRUENT_M = 1e-3
+DISPLACEMENT_SWAPPED = Cause(Defect.SWAPPED, Channel.DISPLACEMENT)
 
 
 @dataclass(frozen=True)
 class Rewired:
-    cause: str  # "force swapped", "force sign", "legs exchanged", "legs renumbered", "legs mirrored", "displacement swapped"
+    cause: Cause  # one that phrases.rewired() has words for
     legs: Order
     order: Order  # of each channel, the leg that it is of
     signs: tuple[int, ...]
@@ -60,7 +62,7 @@ def best_forces(bank: Bank) -> Rewired | None:
     if not moved and not turned:
         return None
     return Rewired(
-        "force swapped" if moved else "force sign",
+        Cause(Defect.SWAPPED if moved else Defect.SIGN, Channel.FORCE),
         moved or turned,
         order,
         tuple(sign.tolist()),
@@ -89,25 +91,25 @@ def misfit(record: Record, machine: Machine) -> float:
     return bank.left / bank.rows
 
 
-def _slips(geometry: Geometry) -> Iterator[tuple[str, Order]]:
+def _slips(geometry: Geometry) -> Iterator[tuple[Cause, Order]]:
     """Not those that the machine cannot tell."""
     blind = set(indistinguishable(geometry))
     for one, other in itertools.combinations(range(LEGS), 2):
         order = list(SAME)
         order[one], order[other] = other, one
-        yield "legs exchanged", tuple(order)
-        yield "displacement swapped", tuple(order)
+        yield Cause(Defect.LEGS_EXCHANGED), tuple(order)
+        yield DISPLACEMENT_SWAPPED, tuple(order)
     for shift in range(LEGS):
         for step in (1, -1):
             order = tuple((shift + step * leg) % LEGS for leg in range(LEGS))
             if order not in blind and order != SAME:
-                yield ("legs renumbered" if step == 1 else "legs mirrored"), order
+                yield Cause(Defect.LEGS_RENUMBERED if step == 1 else Defect.LEGS_MIRRORED), order
 
 
-def _ordered(record: Record, order: Order, cause: str) -> Record:
+def _ordered(record: Record, order: Order, cause: Cause) -> Record:
     places = list(order)
     moved = replace(record, displacement_m=record.displacement_m[:, places])
-    return moved if cause == "displacement swapped" else replace(moved, force_n=record.force_n[:, places])
+    return moved if cause == DISPLACEMENT_SWAPPED else replace(moved, force_n=record.force_n[:, places])
 
 
 def indistinguishable(geometry: Geometry) -> list[Order]:

@@ -175,8 +175,8 @@ def _diagnosis(result: dict, legs: LegLog, platform, rig: Path | None) -> Diagno
     machine, legs = (machine, in_time(platform, legs)) if rig is None else with_rig(rig, machine, legs)
     found = diagnose(legs, machine, load_summary.load_changes_s(result), shown)
     if result["names"][0] == "m":
-        found = found.beside(result["sigma"][-1], result["verdict"][-1] not in ("misfit", "inconsistent"))
-    return found if rig is None else found.of_commissioned()
+        return found.beside(result["sigma"][-1], result["verdict"][-1] not in ("misfit", "inconsistent"))
+    return found
 
 
 def _geometry_in_words(platform_file: Path) -> str:

@@ -31,6 +31,8 @@ class Kind:
     unit: str
     words: str  # what a user should read
     apply: Callable[[Recording, float, np.random.Generator], Recording]
+    channel: str = ""  # that has it; empty: none alone
+    of_channel: str = ""  # its name without the channel's
 
     @property
     def is_fault(self) -> bool:
@@ -162,7 +164,7 @@ def _of_channel(channel: _Channel) -> list[Kind]:
         own = getattr(channel, sizes) if isinstance(sizes, str) else sizes
         unit, words = (text.format(name=channel.name, unit=channel.unit) for text in (unit, words))
         fault = partial(apply, channel=channel.name)
-        kinds.append(Kind(f"{channel.name}_{name}", group, says, own, unit, words, fault))
+        kinds.append(Kind(f"{channel.name}_{name}", group, says, own, unit, words, fault, channel.name, name))
     return kinds
 
 

@@ -4,75 +4,97 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from hexload.diagnosis.cause import Cause, Channel, Defect
 from hexload.diagnosis.diagnose import diagnose
 from hexload.diagnosis.machine import machine_of
 from hexload.errors import InputError
 from hexload.estimation.arrays import leg_log
 from hexload.faults.kinds import KINDS
-from hexload.faults.recording import CHANNELS, Recording, channels_of
+from hexload.faults.recording import Recording, channels_of
 from hexload.platform import Platform
 
 RIGHT, OTHER, NOTHING, INDISTINGUISHABLE, REFUSED = "right", "other", "nothing", "cannot be distinguished", "refused"
 
-# Kinds whose causes have other names than their own; of channels with the channel's name before.
+# Of each kind of fault the causes that name it; the same defects for each channel.
 _OF_CHANNEL = {
-    "negated": ("sign",),
-    "drifting": ("drift",),
-    "zero_step": ("zero", "drift", "zero step"),
-    "zero_pulse": ("pulse",),
-    "gain_step": ("gain", "gain step"),
-    "wander": ("drift", "zero"),
-    "bent": ("curve", "gain"),
-    "bias": ("zero",),
-    "bias_all": ("zero",),
-    "quantised": ("steps",),
-    "gain_all": ("gain",),
-    "late_leg": ("late",),
-    "low_pass": ("late",),
-    "held": ("held", "late"),
-    "nan": ("missing",),
+    "stuck": (Defect.STUCK,),
+    "dead": (Defect.DEAD,),
+    "loose": (Defect.LOOSE,),
+    "negated": (Defect.SIGN,),
+    "drifting": (Defect.DRIFT,),
+    "bias": (Defect.ZERO,),
+    "bias_all": (Defect.ZERO,),
+    "zero_step": (Defect.ZERO, Defect.DRIFT, Defect.ZERO_STEP),
+    "zero_pulse": (Defect.PULSE,),
+    "wander": (Defect.DRIFT, Defect.ZERO),
+    "spikes": (Defect.SPIKES,),
+    "noise": (Defect.NOISE,),
+    "bursts": (Defect.BURSTS,),
+    "hum": (Defect.HUM,),
+    "saturated": (Defect.SATURATED,),
+    "bent": (Defect.CURVE, Defect.GAIN),
+    "quantised": (Defect.STEPS,),
+    "swapped": (Defect.SWAPPED,),
+    "unit": (Defect.UNIT,),
+    "gain": (Defect.GAIN,),
+    "gain_step": (Defect.GAIN, Defect.GAIN_STEP),
+    "gain_all": (Defect.GAIN,),
+    "late": (Defect.LATE,),
+    "late_leg": (Defect.LATE,),
+    "low_pass": (Defect.LATE,),
+    "held": (Defect.HELD, Defect.LATE),
+    "nan": (Defect.MISSING,),
 }
 _OTHERS = {
-    "renumbered": ("legs renumbered", "legs mirrored"),
-    "mirrored": ("legs mirrored",),
-    "exchanged_legs": ("legs exchanged",),
-    "displacement_backlash": ("displacement late",),
-    "force_crosstalk": ("force crosstalk",),
-    "velocity_differentiated": ("velocity derived",),
-    "stated_noise": ("stated noise",),
-    "clock_jump": ("clock jumped", "samples missing"),
-    "held": ("samples held", "samples repeated"),
-    "slow_sampling": ("sampling",),
-    "lost": ("samples missing",),
-    "lost_stretch": ("samples missing",),
-    "lost_bursts": ("samples missing",),
-    "repeated": ("samples repeated",),
-    "shuffled_values": ("samples shuffled", "jitter"),
-    "frozen": ("samples frozen",),
-    "one_hinge": ("one hinge", "hinges"),
-    "hinge_circle": ("hinge circle", "hinges"),
-    "home_length": ("displacement zero", "hinges"),
-    "leg_mass": ("leg mass",),
-    "coulomb": ("dry friction",),
-    "viscous": ("viscous friction",),
-    "stribeck": ("dry friction",),
-    "lugre": ("dry friction",),
-    "friction_growing": ("growing friction", "dry friction"),
-    "friction_warming_up": ("dry friction",),
-    "hinge_friction": ("hinge friction", "dry friction"),
-    "pendulum": ("not rigid",),
-    "sloshing": ("not rigid",),
-    "soft_mount": ("not rigid",),
-    "shaking_base": ("shaking base",),
-    "external_force": ("external force",),
-    "contact": ("push",),
-    "end_stop": ("end stop", "push"),
-    "rotor": ("spinning part",),
-    "wind": ("external force", "push"),
-    "sliding": ("load ramp", "load change"),
-    "leaking": ("load ramp", "load change"),
-    "falling": ("load change",),
-    "two_changes": ("load change",),
+    "renumbered": (Cause(Defect.LEGS_RENUMBERED), Cause(Defect.LEGS_MIRRORED)),
+    "mirrored": (Cause(Defect.LEGS_MIRRORED),),
+    "exchanged_legs": (Cause(Defect.LEGS_EXCHANGED),),
+    "displacement_backlash": (Cause(Defect.LATE, Channel.DISPLACEMENT),),
+    "force_crosstalk": (Cause(Defect.CROSSTALK, Channel.FORCE),),
+    "velocity_differentiated": (Cause(Defect.DERIVED, Channel.VELOCITY),),
+    "stated_noise": (Cause(Defect.STATED_NOISE),),
+    "clock_jump": (Cause(Defect.CLOCK_JUMPED), Cause(Defect.MISSING, Channel.SAMPLES)),
+    "held": (Cause(Defect.HELD, Channel.SAMPLES), Cause(Defect.REPEATED, Channel.SAMPLES)),
+    "slow_sampling": (Cause(Defect.SAMPLING),),
+    "lost": (Cause(Defect.MISSING, Channel.SAMPLES),),
+    "lost_stretch": (Cause(Defect.MISSING, Channel.SAMPLES),),
+    "lost_bursts": (Cause(Defect.MISSING, Channel.SAMPLES),),
+    "repeated": (Cause(Defect.REPEATED, Channel.SAMPLES),),
+    "shuffled_values": (Cause(Defect.JITTER),),
+    "frozen": (Cause(Defect.FROZEN, Channel.SAMPLES),),
+    "one_hinge": (Cause(Defect.ONE_HINGE), Cause(Defect.HINGES)),
+    "hinge_circle": (Cause(Defect.HINGE_CIRCLE), Cause(Defect.HINGES)),
+    "home_length": (Cause(Defect.ZERO, Channel.DISPLACEMENT), Cause(Defect.HINGES)),
+    "leg_mass": (Cause(Defect.LEG_MASS),),
+    "coulomb": (Cause(Defect.DRY_FRICTION),),
+    "viscous": (Cause(Defect.VISCOUS_FRICTION),),
+    "stribeck": (Cause(Defect.DRY_FRICTION),),
+    "lugre": (Cause(Defect.DRY_FRICTION),),
+    "friction_growing": (Cause(Defect.GROWING_FRICTION), Cause(Defect.DRY_FRICTION)),
+    "friction_warming_up": (Cause(Defect.DRY_FRICTION),),
+    "hinge_friction": (Cause(Defect.HINGE_FRICTION), Cause(Defect.DRY_FRICTION)),
+    "pendulum": (Cause(Defect.NOT_RIGID),),
+    "sloshing": (Cause(Defect.NOT_RIGID),),
+    "soft_mount": (Cause(Defect.NOT_RIGID),),
+    "shaking_base": (Cause(Defect.SHAKING_BASE),),
+    "external_force": (Cause(Defect.EXTERNAL_FORCE),),
+    "contact": (Cause(Defect.PUSH),),
+    "end_stop": (Cause(Defect.END_STOP), Cause(Defect.PUSH)),
+    "rotor": (Cause(Defect.SPINNING_PART),),
+    "wind": (Cause(Defect.EXTERNAL_FORCE), Cause(Defect.PUSH)),
+    "sliding": (Cause(Defect.LOAD_RAMP), Cause(Defect.LOAD_CHANGE)),
+    "leaking": (Cause(Defect.LOAD_RAMP), Cause(Defect.LOAD_CHANGE)),
+    "falling": (Cause(Defect.LOAD_CHANGE),),
+    "two_changes": (Cause(Defect.LOAD_CHANGE),),
+    "displacement_periodic": (Cause(Defect.PERIODIC, Channel.DISPLACEMENT),),
+    "force_hysteresis": (Cause(Defect.HYSTERESIS, Channel.FORCE),),
+    "jitter": (Cause(Defect.JITTER),),
+    "clock": (Cause(Defect.CLOCK),),
+    "hinges": (Cause(Defect.HINGES),),
+    "gravity": (Cause(Defect.GRAVITY),),
+    "tilt": (Cause(Defect.TILT),),
+    "elastic_legs": (Cause(Defect.ELASTIC_LEGS),),
+    "hoses": (Cause(Defect.HOSES),),
 }
 # Every load explains them.
 _UNTOLD = ("force_gain_all", "platform_mass", "platform_centre", "platform_inertia", "known_mass")
@@ -86,14 +108,14 @@ class Named:
     outcome: str  # RIGHT, OTHER, NOTHING, INDISTINGUISHABLE, REFUSED
 
 
-def causes_of(kind: str) -> tuple[str, ...]:
-    """Keys of the findings that name a kind of fault; empty: none can."""
+def causes_of(kind: str) -> tuple[Cause, ...]:
+    """Those that name a kind of fault; empty: none can."""
     if kind in _UNTOLD or kind in _REFUSED:
         return ()
-    channel, _, name = kind.partition("_")
-    if kind not in _OTHERS and channel in CHANNELS:
-        return tuple(f"{channel} {word}" for word in _OF_CHANNEL.get(name, (name,)))
-    return _OTHERS.get(kind, (kind.replace("_", " "),))
+    fault = KINDS[kind]
+    if fault.channel:
+        return tuple(Cause(defect, Channel(fault.channel)) for defect in _OF_CHANNEL[fault.of_channel])
+    return _OTHERS.get(kind, ())
 
 
 def name_cause(faulty: Recording, base: Recording, kind: str) -> Named:
@@ -105,8 +127,8 @@ def name_cause(faulty: Recording, base: Recording, kind: str) -> Named:
     except InputError as refused:
         return Named("", str(refused), REFUSED)
     diagnosis = diagnose(log, machine, [load.at_s for load in base.loads[1:]])
-    reported = [each for each in diagnosis.load_changes if "has not reported" in each.words]
-    found = [*diagnosis.findings, *reported]
+    unreported = [each for each in diagnosis.load_changes if not each.is_reported]
+    found = [*diagnosis.findings, *unreported]
     if not found:
         return Named("", "", INDISTINGUISHABLE if _is_indistinguishable(kind, diagnosis.indistinguishable) else NOTHING)
     first = found[0]
