@@ -18,7 +18,9 @@ class Body:
 
 
 @dataclass(frozen=True)
-class Machine:
+class RigidMachine:
+    """Without friction, and with legs without mass."""
+
     base_hinges_m: np.ndarray  # (6, 3)
     platform_hinges_m: np.ndarray  # (6, 3)
     home_leg_length_m: np.ndarray  # (6,)
@@ -41,9 +43,9 @@ def hinge_circle(radius_m: float, half_angle_deg: float, first_deg: float) -> np
     return radius_m * np.column_stack([np.cos(angle), np.sin(angle), np.zeros(6)])
 
 
-def paper_machine() -> Machine:
+def paper_machine() -> RigidMachine:
     """Table 1 of the paper; base pairs at 0, 120, 240 degrees, platform pairs opposite, legs joining neighbours."""
-    return Machine(
+    return RigidMachine(
         base_hinges_m=np.roll(hinge_circle(0.6, 10.0, 0.0), -1, axis=0),
         platform_hinges_m=hinge_circle(0.4, 15.0, 60.0),
         home_leg_length_m=np.full(6, 0.8741),
@@ -52,10 +54,10 @@ def paper_machine() -> Machine:
     )
 
 
-def random_machine(rng: np.random.Generator) -> Machine:
+def random_machine(rng: np.random.Generator) -> RigidMachine:
     """Every hinge off its circle in all axes, six home lengths, platform centre of mass and inertia at will."""
     paper = paper_machine()
-    return Machine(
+    return RigidMachine(
         base_hinges_m=paper.base_hinges_m + rng.uniform(-0.08, 0.08, (6, 3)),
         platform_hinges_m=paper.platform_hinges_m + rng.uniform(-0.06, 0.06, (6, 3)),
         home_leg_length_m=rng.uniform(0.84, 0.91, 6),
@@ -95,7 +97,7 @@ def about_origin(body: Body) -> np.ndarray:
     return body.inertia_com_kg_m2 + body.mass_kg * (c @ c * np.eye(3) - np.outer(c, c))
 
 
-def write_platform(machine: Machine, path: Path) -> Path:
+def write_platform(machine: RigidMachine, path: Path) -> Path:
     """The machine as a platform file with every digit."""
     tensor = about_origin(machine.platform)
     inertia = [*np.diag(tensor), tensor[0, 1], tensor[0, 2], tensor[1, 2]]

@@ -8,11 +8,11 @@ axes and its angular velocity in BODY axes; this class speaks the project's lang
 import mujoco
 import numpy as np
 
-from machines import Body, Machine, State
+from machines import Body, RigidMachine, State
 
 
 class MujocoPlant:
-    def __init__(self, machine: Machine, load: Body, home_height_m: float, step_s: float = 1e-3):
+    def __init__(self, machine: RigidMachine, load: Body, home_height_m: float, step_s: float = 1e-3):
         self._home = np.array([0.0, 0.0, home_height_m])
         self._home_leg_length_m = machine.home_leg_length_m
         self.model = mujoco.MjModel.from_xml_string(_mjcf(machine, load, self._home, step_s))
@@ -70,7 +70,7 @@ class MujocoPlant:
         return np.concatenate([rows[:3], self.R @ rows[3:]])
 
 
-def _mjcf(machine: Machine, load: Body, home: np.ndarray, step_s: float) -> str:
+def _mjcf(machine: RigidMachine, load: Body, home: np.ndarray, step_s: float) -> str:
     sites = lambda name, points: "".join(  # noqa: E731
         f'<site name="{name}{leg}" pos="{_numbers(point)}"/>' for leg, point in enumerate(points)
     )

@@ -10,7 +10,7 @@ from scipy.spatial.transform import Rotation
 from hexload.io.log_file import read_log
 from hexload.theory.bound import (
     THETA_NAMES,
-    Machine,
+    LegFriction,
     Platform,
     Sigmas,
     Trajectory,
@@ -187,7 +187,7 @@ def test_bound_is_the_inverse_of_the_information_of_the_whole_record(platform, p
     np.testing.assert_allclose(sigma[-1], expected, rtol=1e-6)
 
 
-MACHINE = Machine(
+MACHINE = LegFriction(
     np.array([80.0, 40.0, 60.0, 20.0, 90.0, 70.0]), np.array([200.0, 100.0, 300.0, 150.0, 250.0, 50.0]), 0.02
 )
 MACHINE_PRIOR = np.repeat([100.0, 200.0, 1000.0], 6)
@@ -238,7 +238,7 @@ def test_bound_with_the_machines_effects_is_the_inverse_of_the_information_by_fi
 def test_bound_with_known_effects_is_that_without_them(platform):
     # GIVEN a machine without friction whose biases are known WHEN the bound is computed with and without it
     motion = smooth_motion(np.arange(500) * DT_S)
-    none = Machine(np.zeros(6), np.zeros(6), 5e-3)
+    none = LegFriction(np.zeros(6), np.zeros(6), 5e-3)
     known = crlb(platform, motion, ECCENTRIC_THETA, NOISE, np.append(RECORDED_PRIOR, np.zeros(18)), machine=none)
     # THEN both are the same to rounding, and what is not known of the machine makes it larger
     plain = crlb(platform, motion, ECCENTRIC_THETA, NOISE, RECORDED_PRIOR)

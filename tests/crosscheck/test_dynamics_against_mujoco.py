@@ -14,7 +14,7 @@ from hexload.theory.bound import read_platform
 from machines import (
     LARGEST_ROTATION_RAD,
     Body,
-    Machine,
+    RigidMachine,
     State,
     paper_machine,
     random_load,
@@ -33,7 +33,7 @@ PAPER_LOAD = Body(500.0, np.array([0.0, 0.0, 0.3]), 25.0 * np.eye(3))
 class Pair:
     """The same machine and load in both programs."""
 
-    def __init__(self, machine: Machine, load: Body, directory):
+    def __init__(self, machine: RigidMachine, load: Body, directory):
         path = write_platform(machine, directory / "platform.toml")
         self.platform = native.load_platform(path)
         self.load = native.Load(load.mass_kg, load.com_m, load.inertia_com_kg_m2)

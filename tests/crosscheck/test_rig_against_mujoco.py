@@ -18,7 +18,7 @@ from scipy.spatial.transform import Rotation
 from hexload import project
 from hexload.io.toml_document import read_toml, to_toml
 from hexload.theory.bound import read_platform
-from machines import Body, Machine, State
+from machines import Body, RigidMachine, State
 from mujoco_plant import MujocoPlant
 
 STEP_S = 1e-3
@@ -131,7 +131,7 @@ def needed_forces(truth: np.ndarray, meta: dict) -> np.ndarray:
     nominal = read_platform(project.SCENARIOS / "platforms" / "rig.toml")
     base, upper = np.array(rig["base_hinges_m"]), np.array(rig["platform_hinges_m"])
     home = np.array([0.0, 0.0, nominal.home_height_m])
-    machine = Machine(base, upper, np.full(LEGS, 0.8741), platform_of(np.array(rig["platform_theta"])), 0.0)
+    machine = RigidMachine(base, upper, np.full(LEGS, 0.8741), platform_of(np.array(rig["platform_theta"])), 0.0)
     plant = MujocoPlant(machine, load_of(meta), nominal.home_height_m)
     plant.model.opt.gravity[:] = rig["gravity_m_s2"]
     p = columns(truth, ["x", "y", "z"])

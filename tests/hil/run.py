@@ -69,7 +69,7 @@ def run_on_vcan(options: list[str], artefacts: Path, cpus: int) -> int:
     missing = vm.missing_pieces()
     if not missing:
         compile_python(options, files)
-        guest = vm.Machine(out=artefacts, memory_mib=2048, timeout_s=3000, cpus=cpus)
+        guest = vm.GuestOptions(out=artefacts, memory_mib=2048, timeout_s=3000, cpus=cpus)
         return vm.run_in_guest(pytest_command(options, Path("/out"), files), guest)
     print(
         f"no vcan0 on this kernel, and no virtual machine: found no {', no '.join(missing)}; see tools/hexload doctor"

@@ -185,7 +185,7 @@ def test_an_out_that_cannot_be_a_folder_is_refused(tmp_path):
     # GIVEN a file WHEN it is given as the folder of /out THEN it is named
     (tmp_path / "file").write_text("")
     with pytest.raises(InputError, match="--out .*file: found no folder that can be used"):
-        vm.run_in_guest(["true"], vm.Machine(out=tmp_path / "file"))
+        vm.run_in_guest(["true"], vm.GuestOptions(out=tmp_path / "file"))
 
 
 def test_the_initramfs_is_made_anew_only_when_a_part_of_it_has_changed(tmp_path, monkeypatch):

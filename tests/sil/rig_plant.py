@@ -18,7 +18,9 @@ STRIBECK_M_S, REVERSAL_M_S = 0.012, 0.001
 
 
 @dataclass(frozen=True)
-class Machine:
+class RubbingRig:
+    """What commissioning is to find."""
+
     base_hinges_m: np.ndarray
     platform_hinges_m: np.ndarray
     home_leg_length_m: float
@@ -52,7 +54,7 @@ def multisine(seed: int, duration_s: float, start_s: float = 1.0) -> tuple[np.nd
 
 
 def log_of(
-    machine: Machine,
+    machine: RubbingRig,
     motion: tuple,
     load: np.ndarray,
     seed: int,

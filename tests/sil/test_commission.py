@@ -26,7 +26,7 @@ from hexload.estimation.rig_regression import SLICES
 from hexload.io.log_file import COLUMNS
 from hexload.io.toml_document import GUESSED, to_toml
 from hexload.theory.tolerances import DEFAULTS, common_gain_of
-from rig_plant import ROD_KG, Machine, log_of, multisine
+from rig_plant import ROD_KG, RubbingRig, log_of, multisine
 
 NOMINAL = (project.SCENARIOS / "platforms" / "paper.toml").read_text()
 TOLERANCES = "\n[tolerances]\nforce_gain = 0.004\nforce_offset_n = 25.0\nhinge_m = 0.4e-3\ntilt_rad = 0.01\n"
@@ -46,11 +46,11 @@ def platform(tmp_path_factory) -> Path:
     return path
 
 
-def machine_of(platform: Path) -> Machine:
+def machine_of(platform: Path) -> RubbingRig:
     """Another machine than the file's, within its tolerances."""
     table = tomllib.loads(platform.read_text())
     random = np.random.default_rng(5)
-    return Machine(
+    return RubbingRig(
         np.array(table["geometry"]["base_hinges_m"]) + 0.3e-3 * random.normal(size=(6, 3)),
         np.array(table["geometry"]["platform_hinges_m"]) + 0.3e-3 * random.normal(size=(6, 3)),
         float(np.mean(table["geometry"]["home_leg_length_m"])),
@@ -66,7 +66,7 @@ def machine_of(platform: Path) -> Machine:
     )
 
 
-def hinged_kg(machine: Machine) -> float:
+def hinged_kg(machine: RubbingRig) -> float:
     """The rods' mass at the upper hinges is a part of the platform's."""
     return machine.platform_theta[0] + 6.0 * ROD_KG
 
@@ -84,7 +84,7 @@ def write_log(path: Path, log: tuple) -> Path:
 
 
 @pytest.fixture(scope="module")
-def found(platform) -> tuple[Machine, Path, dict]:
+def found(platform) -> tuple[RubbingRig, Path, dict]:
     machine = machine_of(platform)
     log = write_log(platform.parent / "empty.csv", log_of(machine, multisine(1, 12.0), EMPTY, 2))
     out = platform.parent / "rig.toml"

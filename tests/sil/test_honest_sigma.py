@@ -13,7 +13,7 @@ from hexload import project
 from hexload.estimation.firmware_run import run_firmware
 from hexload.estimation.load_summary import load_changes_s
 from hexload.io.log_file import LegLog
-from rig_plant import Machine, log_of, multisine
+from rig_plant import RubbingRig, log_of, multisine
 
 NOMINAL = (project.SCENARIOS / "platforms" / "paper.toml").read_text()
 LOAD = np.array([312.0, -28.0, 40.0, 84.0, 48.0, 50.0, 24.0, 5.0, 6.0, -9.0])
@@ -45,7 +45,7 @@ def platform(tmp_path_factory) -> Path:
 
 
 @pytest.fixture(scope="module")
-def as_stated(platform) -> Machine:
+def as_stated(platform) -> RubbingRig:
     """What the platform file says."""
     table = tomllib.loads(platform.read_text())
     geometry, own = table["geometry"], table["platform"]
@@ -54,12 +54,12 @@ def as_stated(platform) -> Machine:
     sigma = {"displacement": 20e-6, "velocity": 1e-3, "force": 5.0}
     gravity_m_s2 = np.array([0.0, 0.0, -9.81])
     length_m = float(np.mean(geometry["home_leg_length_m"]))
-    return Machine(
+    return RubbingRig(
         *hinges, length_m, theta, gravity_m_s2, ZERO, ZERO, ZERO, ZERO, ZERO, 0.0, 0.0, has_leg_mass=False, sigma=sigma
     )
 
 
-def run(machine: Machine, platform: Path, seed: int, load_from_s: float = 0.0) -> dict:
+def run(machine: RubbingRig, platform: Path, seed: int, load_from_s: float = 0.0) -> dict:
     """The firmware alone: a whole replay would look for the cause of each misfit too."""
     log = LegLog(*log_of(machine, multisine(seed, DURATION_S), LOAD, seed + 1, load_from_s))
     native = project.native_module()

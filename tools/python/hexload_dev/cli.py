@@ -224,8 +224,8 @@ def vm(
     """
     from hexload_dev import vm as verb
 
-    machine = verb.Machine(out or verb.DEFAULT_OUT, memory, cpus, timeout, kvm)
-    raise typer.Exit(verb.run_in_guest(command, machine))
+    options = verb.GuestOptions(out or verb.DEFAULT_OUT, memory, cpus, timeout, kvm)
+    raise typer.Exit(verb.run_in_guest(command, options))
 
 
 @app.command()

@@ -42,7 +42,7 @@ PASSED_PREFIXES = ("HEXLOAD_", "LC_", "LCM_")
 
 
 @dataclass(frozen=True)
-class Machine:
+class GuestOptions:
     """What the guest is given. `timeout_s` counts from the moment at which COMMAND starts."""
 
     out: Path = DEFAULT_OUT
@@ -56,7 +56,7 @@ class Machine:
         return self.out / "console.log"
 
 
-def run_in_guest(command: list[str], machine: Machine = Machine()) -> int:
+def run_in_guest(command: list[str], options: GuestOptions = GuestOptions()) -> int:
     """Builds what the verbs need, boots, runs `command`, and returns its exit status."""
     build.ensure_built(*project.PROGRAMS)
     missing = missing_pieces()
@@ -66,11 +66,11 @@ def run_in_guest(command: list[str], machine: Machine = Machine()) -> int:
         )
     _fill_standard_streams()
     initramfs = ensure_initramfs()
-    _make_out(machine.out)
+    _make_out(options.out)
     with tempfile.TemporaryDirectory(prefix="hexload-vm-") as job:
         _write_job(Path(job), command)
-        status = _Guest(command, machine, initramfs, Path(job)).run()
-    for directory in bring_home(machine.out / RUNS, project.RUNS):
+        status = _Guest(command, options, initramfs, Path(job)).run()
+    for directory in bring_home(options.out / RUNS, project.RUNS):
         print(f"[hexload] brought home: {directory}", file=sys.stderr, flush=True)
     return status
 
@@ -170,8 +170,8 @@ def _write_job(job: Path, command: list[str]) -> None:
 class _Guest:
     """One run of QEMU: the three ports are socket pairs, the console and QEMU's own words are files."""
 
-    def __init__(self, command: list[str], machine: Machine, initramfs: Path, job: Path):
-        self.command, self.machine = shlex.join(command), machine
+    def __init__(self, command: list[str], options: GuestOptions, initramfs: Path, job: Path):
+        self.command, self.options = shlex.join(command), options
         self.status: int | None = None
         self.left_bytes: list[int] | None = None  # of output and errors, when COMMAND has ended
         self.handed_on = [0, 0]  # likewise
@@ -181,7 +181,7 @@ class _Guest:
         pairs = [socket.socketpair() for _ in range(3)]
         self.ports = [ours for ours, _ in pairs]
         theirs = [socket_ for _, socket_ in pairs]
-        arguments = qemu_arguments(machine, initramfs, job, [socket_.fileno() for socket_ in theirs])
+        arguments = qemu_arguments(options, initramfs, job, [socket_.fileno() for socket_ in theirs])
         self.qemu_log = job / "qemu.log"
         with self.qemu_log.open("wb") as log:
             self.process = subprocess.Popen(
@@ -210,7 +210,7 @@ class _Guest:
         out_of_memory = self._console_line("Out of memory: ")
         if out_of_memory and self.status:
             advice = (
-                f"the guest's {self.machine.memory_mib} MiB were not enough, try --memory {2 * self.machine.memory_mib}"
+                f"the guest's {self.options.memory_mib} MiB were not enough, try --memory {2 * self.options.memory_mib}"
             )
             print(f"hexload: vm: {advice} ({out_of_memory})", file=sys.stderr)
         return self.status
@@ -254,16 +254,16 @@ class _Guest:
     def _seconds_left(self) -> float | None:
         """Until the limit that counts now; raises when it has passed."""
         now = time.monotonic()
-        console = f"  console log:  {self.machine.console_log}"
+        console = f"  console log:  {self.options.console_log}"
         if self.ready is None:
             if now > self.started + BOOT_LIMIT_S:
                 raise ToolFailed(f"vm: the guest was not up within {BOOT_LIMIT_S} s\n{console}", exit_code=DIED)
             return self.started + BOOT_LIMIT_S - now + 0.01
-        if self.machine.timeout_s is None:
+        if self.options.timeout_s is None:
             return None
-        left = self.ready + self.machine.timeout_s - now
+        left = self.ready + self.options.timeout_s - now
         if left < 0:
-            words = f"vm: stopped after --timeout {self.machine.timeout_s:g} s: {self.command}\n{console}"
+            words = f"vm: stopped after --timeout {self.options.timeout_s:g} s: {self.command}\n{console}"
             raise ToolFailed(words, exit_code=TIMED_OUT)
         return left + 0.01
 
@@ -271,12 +271,12 @@ class _Guest:
         during = f"before it ended: {self.command}" if self.ready else "before it was up"
         panic = self._console_line("Kernel panic") or self._console_line("hexload vm: ")
         cause = panic or self.qemu_log.read_text(errors="replace").strip() or "no reason on its console"
-        return f"vm: the guest died {during}\n  {cause}\n  console log:  {self.machine.console_log}"
+        return f"vm: the guest died {during}\n  {cause}\n  console log:  {self.options.console_log}"
 
     def _console_line(self, text: str) -> str | None:
-        if not self.machine.console_log.exists():
+        if not self.options.console_log.exists():
             return None
-        lines = self.machine.console_log.read_text(errors="replace").splitlines()
+        lines = self.options.console_log.read_text(errors="replace").splitlines()
         return next((re.sub(r"^\[ *[\d.]+\] ", "", line).strip() for line in lines if text in line), None)
 
 
@@ -299,19 +299,19 @@ def _hand_on(port: socket.socket, handler: Callable[[bytes], None]) -> bool:
     return bool(data)
 
 
-def qemu_arguments(machine: Machine, initramfs: Path, job: Path, ports: list[int]) -> list[str]:
+def qemu_arguments(options: GuestOptions, initramfs: Path, job: Path, ports: list[int]) -> list[str]:
     """`ports`: file descriptors of COMMAND's stdout, stderr, and the control channel."""
     kernel_words = "console=ttyS0 loglevel=4 panic=-1 mitigations=off tsc=reliable clocksource=tsc rdinit=/init"
     arguments = [QEMU, *QEMU_SANDBOX]
     arguments += ["-nodefaults", "-no-user-config", "-no-reboot", "-display", "none", "-nic", "none"]
-    arguments += ["-accel", "kvm", "-cpu", "host"] if machine.kvm else ["-accel", "tcg,thread=multi", "-cpu", "max"]
-    arguments += ["-m", str(machine.memory_mib), "-smp", str(machine.cpus)]
+    arguments += ["-accel", "kvm", "-cpu", "host"] if options.kvm else ["-accel", "tcg,thread=multi", "-cpu", "max"]
+    arguments += ["-m", str(options.memory_mib), "-smp", str(options.cpus)]
     arguments += ["-kernel", str(IMAGE / "vmlinux"), "-initrd", str(initramfs), "-append", kernel_words]
-    arguments += ["-serial", f"file:{machine.console_log}"]
+    arguments += ["-serial", f"file:{options.console_log}"]
     for tag, path, access in (
         ("root", "/", ",readonly=on"),
         ("job", job, ",readonly=on"),
-        ("out", machine.out.resolve(), ""),
+        ("out", options.out.resolve(), ""),
     ):
         share = f"local,path={path},mount_tag={tag},security_model=none,multidevs=remap{access}"
         arguments += ["-virtfs", share]

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from hexload import project
 from hexload.campaign.rigs import TOLERANCES, draw_rig, with_rig
 from hexload.io.toml_document import Table, read_toml
-from hexload.theory.bound import LEGS, Machine
+from hexload.theory.bound import LEGS, LegFriction
 
 Array = NDArray[np.float64]
 Motion = Literal["multisine", "paper", "paper_rest", "paper_run_in", "work", "work_after_stand", "standstill"]
@@ -158,7 +158,7 @@ class Effects:
     """What the machine adds to the forces that the controller sees."""
 
     bias_n: Array  # (6,)
-    machine: Machine
+    machine: LegFriction
 
     @property
     def values(self) -> Array:
@@ -346,7 +346,7 @@ def _add_effects(random: np.random.Generator, platform: Table, scenario: Table) 
     scenario["sensors"]["force_bias_n"] = bias_n.tolist()
     platform["estimator"] = {"friction_speed_m_s": FRICTION_SPEED_M_S}
     coulomb_n, viscous_n_s_m = friction["coulomb_friction_n"], friction["viscous_friction_n_s_m"]
-    return Effects(bias_n, Machine(np.full(LEGS, coulomb_n), np.full(LEGS, viscous_n_s_m), FRICTION_SPEED_M_S))
+    return Effects(bias_n, LegFriction(np.full(LEGS, coulomb_n), np.full(LEGS, viscous_n_s_m), FRICTION_SPEED_M_S))
 
 
 def _draw_hinges(random: np.random.Generator) -> Table:

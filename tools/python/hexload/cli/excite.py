@@ -15,7 +15,7 @@ from rich.progress import Progress
 from rich.table import Table
 
 from hexload.cli import excite_check
-from hexload.cli.excite_check import Machine, Use
+from hexload.cli.excite_check import MachineLimits, Use
 from hexload.errors import InputError
 from hexload.estimation.firmware_run import load_platform, native_firmware
 from hexload.io.atomic_file import replaced_when_done
@@ -103,7 +103,7 @@ class Design:
 
     columns: list[Column]  # the motion found first
     problem: Problem
-    machine: Machine
+    machine: MachineLimits
     planned: dict[str, float]  # of excite_check.QUANTITIES, what the motion asks for
     uses: list[Use]  # of the simulated runs
     scaled: float  # 1: as found
@@ -168,7 +168,7 @@ def _search(wish: Wish, problem: Problem) -> Array:
 
 
 def _made_safe(
-    write: Callable[[float], None], simulated: Callable[[], list[Use]], machine: Machine
+    write: Callable[[float], None], simulated: Callable[[], list[Use]], machine: MachineLimits
 ) -> tuple[float, list[Use]]:
     """The largest tried scale of the motion with which all simulated runs are safe, and these runs."""
     scale = 1.0
@@ -287,7 +287,7 @@ def heaviest_kg(wish: Wish, platform) -> float:
     return wish.mass_max_kg
 
 
-def problem_of(wish: Wish, platform, scenario) -> tuple[Problem, Machine]:
+def problem_of(wish: Wish, platform, scenario) -> tuple[Problem, MachineLimits]:
     """The optimisation's problem, with a margin to the machine's limits, and these."""
     radius_m = _hinge_radius_m(platform)
     theta = load_on_axis(wish, platform, platform.mass_kg if wish.empty else expected_kg(wish, platform))
@@ -323,7 +323,7 @@ def problem_of(wish: Wish, platform, scenario) -> tuple[Problem, Machine]:
 
 def _with_posture_limits(
     wish: Wish, problem: Problem, bounds: Limits, full_valve_error_m: float
-) -> tuple[Problem, Machine]:
+) -> tuple[Problem, MachineLimits]:
     """Condition and distance to singularity by those of the home pose, unless the user has stated them."""
     home = home_posture(problem)
     condition, distance = float(home.condition[0]), float(home.distance[0])
@@ -338,7 +338,7 @@ def _with_posture_limits(
         distance=distance - POSTURE_SHARE * (distance - bounds.distance),
     )
     stroke_m = bounds.stroke_max_m - bounds.stroke_min_m
-    return replace(problem, limits=limits), Machine(bounds, min(full_valve_error_m, FOLLOWED_SHARE * stroke_m))
+    return replace(problem, limits=limits), MachineLimits(bounds, min(full_valve_error_m, FOLLOWED_SHARE * stroke_m))
 
 
 def load_on_axis(wish: Wish, platform, mass_kg: float) -> Array:

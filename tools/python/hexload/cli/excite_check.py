@@ -47,7 +47,7 @@ WITHOUT_NUMBER = {
 
 
 @dataclass(frozen=True)
-class Machine:
+class MachineLimits:
     """What must not be exceeded; the limits of a motion keep a margin to it."""
 
     limits: Limits
@@ -87,7 +87,13 @@ class Use:
 
 
 def simulate(
-    native: ModuleType, scenario, platform, problem: Problem, machine: Machine, file: Path, loads: dict[str, Array]
+    native: ModuleType,
+    scenario,
+    platform,
+    problem: Problem,
+    machine: MachineLimits,
+    file: Path,
+    loads: dict[str, Array],
 ) -> list[Use]:
     """One run with each load. `loads`: theta, on the platform's axis; `file`: the trajectory. Raises InputError."""
     uses = []
@@ -110,7 +116,7 @@ def native_load(native: ModuleType, theta: Array):
     return native.Load(theta[0], com, about_origin - theta[0] * (com @ com * np.eye(3) - np.outer(com, com)))
 
 
-def _use_of(name: str, problem: Problem, machine: Machine, rows: Array) -> Use:
+def _use_of(name: str, problem: Problem, machine: MachineLimits, rows: Array) -> Use:
     if not np.isfinite(rows).all():
         nothing = dict.fromkeys(QUANTITIES, float("nan"))
         return Use(name, nothing, dict.fromkeys(QUANTITIES, float("inf")))
@@ -151,7 +157,7 @@ def joint_rad(problem: Problem, jacobian: Array, rotation: Array) -> Array:
     return np.arccos(np.clip(cosine, -1.0, 1.0))
 
 
-def planned_use(problem: Problem, machine: Machine, forces: Array, rows: Array) -> dict[str, float]:
+def planned_use(problem: Problem, machine: MachineLimits, forces: Array, rows: Array) -> dict[str, float]:
     """What the motion itself asks for. `rows`: q and twist at each tick; `forces`: shares of the planned force."""
     truth = Trajectory(rows[:, :3], rotation_from_rpy(rows[:, 3:6]), rows[:, 6:9], rows[:, 9:12])
     jacobian = leg_jacobian(problem.platform, truth)
@@ -170,7 +176,7 @@ def planned_use(problem: Problem, machine: Machine, forces: Array, rows: Array) 
     }
 
 
-def check_home(problem: Problem, machine: Machine) -> None:
+def check_home(problem: Problem, machine: MachineLimits) -> None:
     """Home itself must be far enough from a singularity. Raises InputError."""
     home = home_posture(problem)
     if not home.condition[0] < problem.limits.condition:
@@ -185,7 +191,7 @@ def check_home(problem: Problem, machine: Machine) -> None:
         )
 
 
-def refusal(use: Use, machine: Machine, tries: int) -> str:
+def refusal(use: Use, machine: MachineLimits, tries: int) -> str:
     key = use.worst
     found = use.extremes[key]
     what = f"{key} {found:.4g}"

@@ -100,8 +100,8 @@ class Guess:
 
 
 @dataclass
-class Machine:
-    """SI; base and platform axes."""
+class DataSheet:
+    """What is known of the machine; SI; base and platform axes."""
 
     base_m: Array  # (6, 3)
     platform_m: Array  # (6, 3)
@@ -127,14 +127,14 @@ def new(given: Mapping[str, str | None], out: Path, force: bool) -> tuple[list[s
     refuse_existing((out,), force)
     _refuse_both(given)
     texts = _completed(given, sys.stdin.isatty())
-    machine = machine_of(texts)
+    sheet = data_sheet_of(texts)
     with replaced_when_done(out) as temporary:
-        temporary.write_text(document(machine), encoding="utf-8")
+        temporary.write_text(document(sheet), encoding="utf-8")
         try:
             checked = check(temporary, str(out))
         except InputError as error:
             raise InputError(_by_option(str(error), str(out), texts)) from None
-    return [str(guess) for guess in machine.guesses], checked
+    return [str(guess) for guess in sheet.guesses], checked
 
 
 def _by_option(message: str, file: str, texts: Mapping[str, str]) -> str:
@@ -179,7 +179,7 @@ def _answer(name: str) -> str:
             typer.echo(str(error), err=True)
 
 
-def machine_of(texts: Mapping[str, str]) -> Machine:
+def data_sheet_of(texts: Mapping[str, str]) -> DataSheet:
     guesses = _bare(texts)
     lengths = _lengths(texts, guesses)
     base, platform = (_hinges(texts, side, lengths, guesses) for side in ("base", "platform"))
@@ -188,7 +188,7 @@ def machine_of(texts: Mapping[str, str]) -> Machine:
     com = _com(lengths, guesses)
     radius = float(np.linalg.norm(platform, axis=1).mean())
     inertia = _inertia(texts, (mass, np.array(com), radius), guesses)
-    return Machine(
+    return DataSheet(
         base_m=base,
         platform_m=platform,
         lengths_m=home,
@@ -393,54 +393,54 @@ def _one(texts: Mapping[str, str], name: str, kind: str, otherwise: float | None
     return parse(texts[name], kind, f"--{name}").si()[0] if name in texts else otherwise
 
 
-def document(machine: Machine) -> str:
+def document(sheet: DataSheet) -> str:
     """The platform file, with what each number means."""
-    low, high = machine.stroke_m
-    alike = np.ptp(machine.lengths_m) < 1e-9
-    length = _number(machine.lengths_m[0]) if alike else _row(machine.lengths_m)
+    low, high = sheet.stroke_m
+    alike = np.ptp(sheet.lengths_m) < 1e-9
+    length = _number(sheet.lengths_m[0]) if alike else _row(sheet.lengths_m)
     keys = {"leg-speed": "leg_speed_m_s", "leg-force": "leg_force_n", "speed-sum": "speed_sum_m_s"}
-    stated = {key: machine.actuators.get(name) for name, key in keys.items()}
+    stated = {key: sheet.actuators.get(name) for name, key in keys.items()}
     actuators = "\n".join(
         f"{key} = {_number(value)}" if value is not None else f"# {key} =" for key, value in stated.items()
     )
     tolerances = "\n".join(f"# {key} = {_number(each)}" for key, each in DEFAULTS.items() if each != OPEN)
-    velocity = machine.sigmas["velocity"]
+    velocity = sheet.sigmas["velocity"]
     text = f"""# A hexapod, by hexload platform new. SI units; hexload platform check says whether it is plausible.
 
 [geometry] # legs 1 to 6 in the order of their channels
 base_hinges_m = [ # in base axes: z up, origin anywhere in the middle of the base
-{_rows(machine.base_m)}
+{_rows(sheet.base_m)}
 ]
 platform_hinges_m = [ # in platform axes, which are parallel to the base's at home; their origin is what moves
-{_rows(machine.platform_m)}
+{_rows(sheet.platform_m)}
 ]
 home_leg_length_m = {length} # between hinge centres where the displacements are 0; one number, or six
 stroke_m = [{_number(low)}, {_number(high)}] # displacements at which a leg is at its end
 
 [platform] # empty, with what of the legs moves with the upper hinges
-mass_kg = {_number(machine.mass_kg)}
-com_m = {_row(machine.com_m)} # platform axes
-inertia_kg_m2 = {_row(machine.inertia_kg_m2)} # xx, yy, zz, xy, xz, yz about the platform's origin
+mass_kg = {_number(sheet.mass_kg)}
+com_m = {_row(sheet.com_m)} # platform axes
+inertia_kg_m2 = {_row(sheet.inertia_kg_m2)} # xx, yy, zz, xy, xz, yz about the platform's origin
 
 [environment]
-gravity_m_s2 = {_number(machine.gravity_m_s2)}
+gravity_m_s2 = {_number(sheet.gravity_m_s2)}
 
 [sensors] # white noise of one sample, one standard deviation
-displacement_sigma_m = {_number(machine.sigmas["displacement"])}
+displacement_sigma_m = {_number(sheet.sigmas["displacement"])}
 {"velocity = false # there are no such sensors" if velocity is None else f"velocity_sigma_m_s = {_number(velocity)}"}
-force_sigma_n = {_number(machine.sigmas["force"])}
+force_sigma_n = {_number(sheet.sigmas["force"])}
 # force_bandwidth_hz = 300.0 # of the force channel's second-order low-pass
 
 # [tolerances] # of the data sheets, one standard deviation; these are what is taken where nothing is stated
 {tolerances}
 
-{"[load]" if machine.load_kg is not None else "# [load] # when the load's mass is known"}
-{f"known_mass_kg = {_number(machine.load_kg)}" if machine.load_kg is not None else "# known_mass_kg ="}
+{"[load]" if sheet.load_kg is not None else "# [load] # when the load's mass is known"}
+{f"known_mass_kg = {_number(sheet.load_kg)}" if sheet.load_kg is not None else "# known_mass_kg ="}
 
 [actuators] # what they can do, for hexload excite: speed without load, force at standstill, six speeds together
 {actuators}
 """
-    return _marked(text, machine.guesses)
+    return _marked(text, sheet.guesses)
 
 
 def _marked(text: str, guesses: list[Guess]) -> str:

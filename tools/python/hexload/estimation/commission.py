@@ -76,7 +76,9 @@ class Wish:
 
 
 @dataclass(frozen=True)
-class Machine:
+class StatedMachine:
+    """What the platform file says, and within which tolerances."""
+
     platform_file: Path
     geometry: Geometry
     theta: Array
@@ -151,7 +153,7 @@ def _write_page(
     page: Path,
     run: Run,
     found: Found,
-    machine: Machine,
+    machine: StatedMachine,
     words: dict[str, str],
     source: dict[str, str | float],
     platform,
@@ -179,11 +181,11 @@ def _write_page(
     page.write_text(text, encoding="utf-8")
 
 
-def _machine(platform, path: Path) -> Machine:
+def _machine(platform, path: Path) -> StatedMachine:
     table = read_toml(path)
     declared = table.get("tolerances", {})
     tolerances = {group: declared.get(key, DEFAULTS[key]) for group, key in TOLERANCES.items()}
-    return Machine(
+    return StatedMachine(
         path,
         Geometry(
             np.array(platform.base_hinges_m), np.array(platform.platform_hinges_m), np.array(platform.home_leg_length_m)
@@ -198,7 +200,7 @@ def _machine(platform, path: Path) -> Machine:
     )
 
 
-def _start(machine: Machine) -> Start:
+def _start(machine: StatedMachine) -> Start:
     value, sigma = np.zeros(UNKNOWNS), np.full(UNKNOWNS, np.inf)
     for name, tolerance in machine.tolerances.items():
         sigma[SLICES[name]] = tolerance
@@ -206,7 +208,7 @@ def _start(machine: Machine) -> Start:
     return Start(value, sigma)
 
 
-def _fit(run: Run, machine: Machine, start: Start) -> tuple[Found, Found]:
+def _fit(run: Run, machine: StatedMachine, start: Start) -> tuple[Found, Found]:
     """With all groups; without those of a mechanism that does not stand out of the noise; then with those that are as
     declared held there. Their tolerances count on in the covariance. The other is the fit in which none is held."""
     whole = _regress(run, machine, start)
@@ -216,7 +218,7 @@ def _fit(run: Run, machine: Machine, start: Start) -> tuple[Found, Found]:
 
 
 def _fit_without_noise(
-    run: Run, machine: Machine, found: Found, start: Start, names: tuple[str, ...]
+    run: Run, machine: StatedMachine, found: Found, start: Start, names: tuple[str, ...]
 ) -> tuple[Found, Start]:
     none = {name for name in names if not _stands_out(found, name, start)}
     if "coulomb" in none:
@@ -229,7 +231,7 @@ def _fit_without_noise(
     return fewer, held
 
 
-def _fit_holding(run: Run, machine: Machine, found: Found, start: Start, none: set[str]) -> tuple[Found, Start]:
+def _fit_holding(run: Run, machine: StatedMachine, found: Found, start: Start, none: set[str]) -> tuple[Found, Start]:
     """The fit in which these groups are as the prior says."""
     if not none:
         return found, start
@@ -240,7 +242,7 @@ def _fit_holding(run: Run, machine: Machine, found: Found, start: Start, none: s
     return _regress(run, machine, fewer, found), fewer
 
 
-def _regress(run: Run, machine: Machine, start: Start, near: Found | None = None) -> Found:
+def _regress(run: Run, machine: StatedMachine, start: Start, near: Found | None = None) -> Found:
     return _naming_the_run(
         run,
         machine,
@@ -248,7 +250,7 @@ def _regress(run: Run, machine: Machine, start: Start, near: Found | None = None
     )
 
 
-def _naming_the_run(run: Run, machine: Machine, regression: Callable[[], Found]) -> Found:
+def _naming_the_run(run: Run, machine: StatedMachine, regression: Callable[[], Found]) -> Found:
     """Of a regression that finds a fault of its run: whose it is."""
     try:
         return regression()
@@ -272,7 +274,7 @@ def _stands_out(found: Found, name: str, start: Start) -> bool:
     return bool(square > chi2.ppf(1.0 - DOUBT, np.count_nonzero(told)))
 
 
-def _refuse(run: Run, machine: Machine, found: Found, wish: Wish) -> None:
+def _refuse(run: Run, machine: StatedMachine, found: Found, wish: Wish) -> None:
     sigma = np.sqrt(np.diag(found.covariance))
     _refuse_residual(run, found)
     theta = SLICES["theta"]
@@ -322,7 +324,7 @@ def _refuse_residual(run: Run, found: Found) -> None:
         )
 
 
-def _refuse_undeclared(run: Run, machine: Machine, found: Found) -> None:
+def _refuse_undeclared(run: Run, machine: StatedMachine, found: Found) -> None:
     """Where what the run tells of a group is beyond its tolerance, what it does not tell may be, too, and no sigma has
     that. Of normal errors of the declared size the estimate differs from what is stated by less than they do."""
     for name, (words, unit) in HELD_UP.items():
@@ -356,7 +358,7 @@ def _identifiability(found: Found, start: Start) -> dict[str, str]:
 
 
 def _with_common_gain(
-    native: ModuleType, platform, wish: Wish, machine: Machine, found: Found, whole: Found
+    native: ModuleType, platform, wish: Wish, machine: StatedMachine, found: Found, whole: Found
 ) -> tuple[Found, dict[str, str]]:
     """`found` with what is open of the gain that all force sensors have in common, or as the reference run tells it, and
     what is said of each group."""
@@ -378,7 +380,7 @@ def _with_common_gain(
     return found, words
 
 
-def _undeclared_factor(machine: Machine, found: Found) -> float | None:
+def _undeclared_factor(machine: StatedMachine, found: Found) -> float | None:
     """Of all masses: the platform's or the force sensors'."""
     theta = SLICES["theta"]
     factor = common_factor(machine.theta, found.value[theta], found.covariance[theta, theta])
@@ -386,7 +388,7 @@ def _undeclared_factor(machine: Machine, found: Found) -> float | None:
     return None if is_declared else factor
 
 
-def _with_reference(found: Found, machine: Machine, run: Run, mass_kg: float) -> Found:
+def _with_reference(found: Found, machine: StatedMachine, run: Run, mass_kg: float) -> Found:
     """What an empty run leaves to the declared tolerances: the common gain, as a known mass weighs 1 + g times itself, and
     friction's growth, as legs that carry more rub more. What the empty run says of g and all masses
     is a curve: the second fit takes its tangent at the g of the first."""
@@ -402,7 +404,7 @@ def _with_reference(found: Found, machine: Machine, run: Run, mass_kg: float) ->
     return _naming_the_run(run, machine, fit_twice)
 
 
-def _refuse_mass(found: Found, machine: Machine, run: Run, mass_kg: float) -> None:
+def _refuse_mass(found: Found, machine: StatedMachine, run: Run, mass_kg: float) -> None:
     """Another mass than that, or one that comes or goes."""
     sigma = np.zeros(UNKNOWNS)
     sigma[SLICES["theta"]] = np.inf
@@ -420,7 +422,7 @@ def _refuse_mass(found: Found, machine: Machine, run: Run, mass_kg: float) -> No
         )
 
 
-def _velocity_delay(run: Run, machine: Machine) -> float:
+def _velocity_delay(run: Run, machine: StatedMachine) -> float:
     """v shown = d' - delay d'' of the displacements, by least squares over all legs; what is not three sigmas off the
     platform file's stays."""
     if not run.log.has_velocity:
@@ -434,7 +436,7 @@ def _velocity_delay(run: Run, machine: Machine) -> float:
     return machine.velocity_delay_s if is_stated else max(0.0, delay_s)
 
 
-def _tables(found: Found, machine: Machine, velocity_delay_s: float, loaded: bool) -> tuple[dict, dict]:
+def _tables(found: Found, machine: StatedMachine, velocity_delay_s: float, loaded: bool) -> tuple[dict, dict]:
     """[rig] and [sigma]."""
     deviation = np.sqrt(np.diag(found.covariance))
 
@@ -474,7 +476,7 @@ def _tables(found: Found, machine: Machine, velocity_delay_s: float, loaded: boo
     return rig, {key: np.asarray(sigma).tolist() for key, (_, sigma) in pairs.items()}
 
 
-def _directions(run: Run, found: Found, machine: Machine, loaded: bool) -> list[dict]:
+def _directions(run: Run, found: Found, machine: StatedMachine, loaded: bool) -> list[dict]:
     """[[direction]]: for loads of half and three times the platform's mass, at its hinges' radius above and beside."""
     geometry = machine.geometry
     radius_m = np.linalg.norm(geometry.platform_hinges_m, axis=1).mean()
@@ -491,7 +493,7 @@ def _nominal_load(mass_kg: float, radius_m: float) -> Array:
     return np.concatenate([[mass_kg], mass_kg * com, tensor[TENSOR]])
 
 
-def _direction(way: Array, machine: Machine, loaded: bool) -> dict:
+def _direction(way: Array, machine: StatedMachine, loaded: bool) -> dict:
     hinges = way[SLICES["hinges"]].reshape(2, LEGS, 3)
     return {
         "force_offset_n": way[SLICES["offset"]].tolist(),

@@ -14,7 +14,7 @@ from hexload.errors import InputError
 from hexload.io.toml_document import guessed_in_words, read_toml
 from hexload.theory import workspace
 from hexload.theory.machine_findings import Finding, findings_of, has_velocity, order_findings
-from hexload.theory.workspace import Machine, Map, Reach
+from hexload.theory.workspace import Map, Mechanism, Reach
 
 Array = NDArray[np.float64]
 
@@ -27,7 +27,7 @@ MUCH_SHORTER = 0.9  # than asked for
 class Checked:
     name: str  # of the file
     tables: Mapping[str, Any]
-    machine: Machine
+    machine: Mechanism
     height_m: float
     home_m: Array  # (6,) displacements of the legs in the level pose at home
     condition: float

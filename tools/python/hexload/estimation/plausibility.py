@@ -42,7 +42,7 @@ class Doubt:
 
 
 @dataclass(frozen=True)
-class Machine:
+class MachineAtHome:
     """What the check knows of the platform."""
 
     stroke_m: tuple[float, float]
@@ -53,7 +53,7 @@ class Machine:
     expected_n: float | None  # with its load, when that is known
 
 
-def machine_of(platform, load_kg: float | None) -> Machine:
+def machine_of(platform, load_kg: float | None) -> MachineAtHome:
     """Of hexload_native.Platform. `load_kg`: what it carries; None: not known."""
     hinges = np.asarray(platform.platform_hinges_m)
     legs = hinges + [0.0, 0.0, platform.home_height_m] - np.asarray(platform.base_hinges_m)
@@ -65,7 +65,9 @@ def machine_of(platform, load_kg: float | None) -> Machine:
     low, high = np.asarray(platform.stroke_m, float).ravel()[:2]
     home_m = np.asarray(platform.home_leg_length_m, float)
     wrench_of_forces = (jacobian / np.repeat([1.0, radius_m], 3)).T
-    return Machine((float(low), float(high)), home_m, np.linalg.inv(jacobian), wrench_of_forces, weight_n, expected_n)
+    return MachineAtHome(
+        (float(low), float(high)), home_m, np.linalg.inv(jacobian), wrench_of_forces, weight_n, expected_n
+    )
 
 
 def mm(unit: str, channel: str = "dl") -> str:
@@ -79,7 +81,7 @@ def negated(channel: str) -> str:
 class Plausibility:
     """Of one log, part by part. Without a machine: what displacements, velocities and time alone say."""
 
-    def __init__(self, machine: Machine | None, sampling_s: float):
+    def __init__(self, machine: MachineAtHome | None, sampling_s: float):
         self._machine = machine
         self._sampling_s = sampling_s
         self._blocks = 0
@@ -175,7 +177,7 @@ class Plausibility:
             return Doubt(f"time is too dense: {apart}", ("--resample 0.001",))
         return Doubt(f"too few rows: {apart}; what lies between them no option makes: record faster", ())
 
-    def _of_stroke(self, machine: Machine) -> Doubt | None:
+    def _of_stroke(self, machine: MachineAtHome) -> Doubt | None:
         low, high = machine.stroke_m
         if self._fits(machine, 1.0, 0.0):
             return None
@@ -202,7 +204,7 @@ class Plausibility:
                     return Doubt(f"displacements look like {what}{in_unit}: {found}", (*moved, *options[1:]))
         return None
 
-    def _fits(self, machine: Machine, factor: float, offset: float | Array) -> bool:
+    def _fits(self, machine: MachineAtHome, factor: float, offset: float | Array) -> bool:
         low, high = machine.stroke_m
         slack = OUTSIDE * (high - low)
         lowest, highest = factor * self._lowest + offset, factor * self._highest + offset
@@ -272,7 +274,7 @@ class Plausibility:
         options = (mm(unit, channel),) if legs.size == 6 else tuple(mm(unit, f"{channel}{leg + 1}") for leg in legs)
         return Doubt(words, options)
 
-    def _of_weight(self, machine: Machine) -> Doubt | None:
+    def _of_weight(self, machine: MachineAtHome) -> Doubt | None:
         if self._rows < FEWEST_BLOCKS * BLOCK_ROWS:
             return None
         mean_n, weight_n = self._force_n / self._rows, machine.weight_n
@@ -296,7 +298,7 @@ class Plausibility:
             return Doubt(f"forces look like mN: {found}", (mm("mN", "f"),))
         return _of_known_weight(mean_n, machine.expected_n)
 
-    def _of_one_force(self, machine: Machine) -> Doubt | None:
+    def _of_one_force(self, machine: MachineAtHome) -> Doubt | None:
         """Of legs that carry next to nothing, and a thousand times as much fits: as others, and to a standing platform's balance
         across the weight. A dead sensor's noise does not: a load's force is much the same 32 rows later."""
         if self._force_blocks < FEWEST_BLOCKS:

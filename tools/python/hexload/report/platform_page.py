@@ -6,7 +6,7 @@ from numpy.typing import NDArray
 from hexload.estimation.machine_check import Checked, axis_title, map_words, shown
 from hexload.report.charts import LEG_COLOURS, REFERENCE, Cells, Chart, Panel, Series, to_html
 from hexload.report.page import templates
-from hexload.theory.workspace import Machine, Map
+from hexload.theory.workspace import Map, Mechanism
 
 Array = NDArray[np.float64]
 
@@ -35,7 +35,7 @@ def render(checked: Checked) -> str:
     )
 
 
-def pictures(machine: Machine) -> Chart:
+def pictures(machine: Mechanism) -> Chart:
     """The machine at home from three sides, with the numbers of the legs at the base."""
     base = 1e3 * machine.platform.base_hinges_m
     upper = 1e3 * (machine.platform.platform_hinges_m + [0.0, 0.0, machine.platform.home_height_m])

@@ -27,7 +27,7 @@ What l does to the pose is left out: it would add some l v / 0.9 m to the speeds
 sigma_v / sigma_d = 50 /s with which the measurements take l away, and 0.02 N of 1 kN to the forces, beside 5 N. That is
 half a percent of the bound.
 
-With the machine's own effects as more unknowns (Machine), a leg's force sensor shows more than the force on the
+With the machine's own effects as more unknowns (LegFriction), a leg's force sensor shows more than the force on the
 platform, which is f - b - c s(v) - d v: a bias b, Coulomb and viscous friction c and d, s(v) = v / sqrt(v^2 + v0^2). The
 leg speeds v = J M^-1 mu depend on the state, so with D = diag(c s'(v) + d) and B = Jw D J M^-1 the derivatives of
 d mu / dt are -B by mu, G + B Y by theta and -Jw [E, diag(s), diag(v)] by x = [b; c; d]. The trapezoidal rule has B at both ends
@@ -99,7 +99,7 @@ class Sigmas:
 
 
 @dataclass(frozen=True)
-class Machine:
+class LegFriction:
     """What the force sensors show beside the force on the platform; the bound does not depend on the biases."""
 
     coulomb_n: Array  # (6,)
@@ -219,7 +219,7 @@ def crlb(
     prior_sigma: ArrayLike,
     parameters: Parameters = "ten",
     dt_s: float = 1e-3,
-    machine: Machine | None = None,
+    machine: LegFriction | None = None,
 ) -> Array:
     """Bound on the standard deviation of each parameter after each tick.
 
@@ -267,7 +267,7 @@ def leg_speeds(jacobian: Array, trajectory: Trajectory) -> Array:
     return np.einsum("nij,nj->ni", jacobian, twist)
 
 
-def _rub(wrench_map: Array, speed_m_s: Array, machine: Machine) -> tuple[Array, Array]:
+def _rub(wrench_map: Array, speed_m_s: Array, machine: LegFriction) -> tuple[Array, Array]:
     """Derivatives of d mu / dt by the effects, (n, 6, 18), and by minus the leg speeds, (n, 6, 6)."""
     root = np.sqrt(speed_m_s**2 + machine.friction_speed_m_s**2)
     sign, sign_slope = speed_m_s / root, machine.friction_speed_m_s**2 / root**3

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hexload.theory import workspace
-from hexload.theory.workspace import Machine
+from hexload.theory.workspace import Mechanism
 
 Array = NDArray[np.float64]
 
@@ -46,7 +46,7 @@ class Finding:
         return f"{self.key}: found {self.found}, expected {self.expected}"
 
 
-def findings_of(tables: Mapping[str, Any], machine: Machine) -> list[Finding]:
+def findings_of(tables: Mapping[str, Any], machine: Mechanism) -> list[Finding]:
     order = list(order_findings(machine.platform.base_hinges_m, machine.platform.platform_hinges_m))
     parts = (_axes(machine), _home(machine), _stroke(machine), _body(tables["platform"], machine), _environment(tables))
     return [
@@ -104,7 +104,7 @@ def _twist(base: Array, platform: Array) -> tuple[float, float]:
     return float(np.degrees(mean)), float(np.degrees(np.abs(np.angle(turn * np.exp(-1j * mean))).max()))
 
 
-def _axes(machine: Machine) -> Iterator[Finding]:
+def _axes(machine: Mechanism) -> Iterator[Finding]:
     hinges = machine.platform.platform_hinges_m
     radius, height = float(np.hypot(*hinges[:, :2].T).mean()), float(hinges[:, 2].mean())
     if abs(height) > HIGHEST_HINGES * radius:
@@ -115,7 +115,7 @@ def _axes(machine: Machine) -> Iterator[Finding]:
         )
 
 
-def _home(machine: Machine) -> Iterator[Finding]:
+def _home(machine: Mechanism) -> Iterator[Finding]:
     condition = float(workspace.conditions(machine, np.zeros((1, 6)))[0])
     if condition > CONDITION:
         yield Finding(
@@ -134,7 +134,7 @@ def _home(machine: Machine) -> Iterator[Finding]:
         )
 
 
-def _stroke(machine: Machine) -> Iterator[Finding]:
+def _stroke(machine: Mechanism) -> Iterator[Finding]:
     low, high = machine.stroke_m
     stroke = high - low
     shortest = float(machine.home_leg_length_m.min()) + low
@@ -162,7 +162,7 @@ def _stroke(machine: Machine) -> Iterator[Finding]:
             )
 
 
-def _body(body: Mapping[str, Any], machine: Machine) -> Iterator[Finding]:
+def _body(body: Mapping[str, Any], machine: Mechanism) -> Iterator[Finding]:
     radius, mass = machine.radius_m, float(body["mass_kg"])
     low, high = (limit * radius**3 for limit in DENSITY)
     if not low <= mass <= high:
@@ -186,7 +186,7 @@ def _environment(tables: Mapping[str, Any]) -> Iterator[Finding]:
         yield Finding("environment.gravity_m_s2", f"{gravity:g} m/s^2", f"{EARTH_M_S2[0]} to {EARTH_M_S2[1]} on Earth")
 
 
-def _sensors(tables: Mapping[str, Any], machine: Machine) -> Iterator[Finding]:
+def _sensors(tables: Mapping[str, Any], machine: Mechanism) -> Iterator[Finding]:
     sensors = tables["sensors"]
     stroke = machine.stroke_m[1] - machine.stroke_m[0]
     low, high = (share * stroke for share in DISPLACEMENT_NOISE)
@@ -214,7 +214,7 @@ def _sensors(tables: Mapping[str, Any], machine: Machine) -> Iterator[Finding]:
         )
 
 
-def _actuators(tables: Mapping[str, Any], machine: Machine) -> Iterator[Finding]:
+def _actuators(tables: Mapping[str, Any], machine: Mechanism) -> Iterator[Finding]:
     actuators, load_kg = tables.get("actuators", {}), tables.get("load", {}).get("known_mass_kg")
     mass = float(tables["platform"]["mass_kg"])
     if load_kg is not None and not LOAD[0] <= load_kg / mass <= LOAD[1]:

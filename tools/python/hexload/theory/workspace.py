@@ -24,7 +24,9 @@ GRID = 41  # points of a map in x and in y
 
 
 @dataclass(frozen=True)
-class Machine:
+class Mechanism:
+    """Hinges, legs and their ways: a machine without its sensors and drives."""
+
     platform: Platform
     home_leg_length_m: Array  # (6,), at zero displacement
     stroke_m: tuple[float, float]
@@ -54,22 +56,22 @@ class Map:
     condition: Array  # (y, x); NaN where some direction of this tilt is out of reach
 
 
-def machine_of(tables: dict) -> Machine:
+def machine_of(tables: dict) -> Mechanism:
     """Of a platform file's tables, which its reader has accepted."""
     from hexload.theory.bound import platform_of
 
     geometry = tables["geometry"]
     lengths = np.broadcast_to(np.asarray(geometry["home_leg_length_m"], float), (6,))
     low, high = geometry["stroke_m"]
-    return Machine(platform_of(tables), lengths, (float(low), float(high)))
+    return Mechanism(platform_of(tables), lengths, (float(low), float(high)))
 
 
-def displacements(machine: Machine, poses: Array) -> Array:
+def displacements(machine: Mechanism, poses: Array) -> Array:
     """(n, 6) of the legs."""
     return np.linalg.norm(vectors_of_legs(machine.platform, _at_rest(poses)), axis=2) - machine.home_leg_length_m
 
 
-def jacobians(machine: Machine, poses: Array) -> Array:
+def jacobians(machine: Mechanism, poses: Array) -> Array:
     """(n, 6, 6), moments divided by the hinges' radius."""
     jacobian = leg_jacobian(machine.platform, _at_rest(poses))
     jacobian[:, :, 3:] /= machine.radius_m
@@ -81,7 +83,7 @@ def _at_rest(poses: Array) -> Trajectory:
     return Trajectory(poses[:, :3], rotation_from_rpy(poses[:, 3:]), still, still)
 
 
-def conditions(machine: Machine, poses: Array) -> Array:
+def conditions(machine: Mechanism, poses: Array) -> Array:
     """(n,); infinite where a pose is singular or beyond a singular one, seen from home."""
     jacobian = jacobians(machine, poses)
     home_side = np.sign(np.linalg.det(jacobians(machine, np.zeros((1, 6))))[0])
@@ -91,7 +93,7 @@ def conditions(machine: Machine, poses: Array) -> Array:
     return condition
 
 
-def holding_forces(machine: Machine, theta: Array) -> Array:
+def holding_forces(machine: Mechanism, theta: Array) -> Array:
     """(6,): of the legs at home, which carry this body and nothing else."""
     weight = np.array([0.0, 0.0, theta[0], theta[2], -theta[1], 0.0]) * machine.platform.gravity_m_s2
     jacobian = jacobians(machine, np.zeros((1, 6)))[0]
@@ -99,7 +101,7 @@ def holding_forces(machine: Machine, theta: Array) -> Array:
     return np.linalg.solve(jacobian.T, weight)
 
 
-def reaches(machine: Machine) -> list[Reach]:
+def reaches(machine: Mechanism) -> list[Reach]:
     """Both ways along each axis, to where the first leg is at its end or the pose is not to be used."""
     largest_m = float(machine.home_leg_length_m.max()) + machine.stroke_m[1]
     found = []
@@ -111,7 +113,7 @@ def reaches(machine: Machine) -> list[Reach]:
     return found
 
 
-def _reach(machine: Machine, axis: str, k: int, poses: Array) -> Reach:
+def _reach(machine: Mechanism, axis: str, k: int, poses: Array) -> Reach:
     low, high = machine.stroke_m
     displacement = displacements(machine, poses)
     condition = conditions(machine, poses)
@@ -129,7 +131,7 @@ def _reach(machine: Machine, axis: str, k: int, poses: Array) -> Reach:
     return Reach(axis, float(poses[max(first - 1, 0), k]), limit)
 
 
-def condition_map(machine: Machine, tilt_rad: float, reach_m: float) -> Map:
+def condition_map(machine: Mechanism, tilt_rad: float, reach_m: float) -> Map:
     """Over x and y of -reach_m to reach_m, without yaw."""
     axis = np.linspace(-reach_m, reach_m, GRID)
     x, y = np.meshgrid(axis, axis)
