@@ -10,8 +10,6 @@ from hexload import project
 from hexload.errors import ToolFailed
 from hexload_dev import build, doctor
 
-DEFAULT_URL = "udpm://239.255.76.67:7667?ttl=0"
-
 
 def run_spy(url: str) -> None:
     """Becomes lcm-spy: does not return. Raises ToolFailed when there is no display, Java or route for multicast."""

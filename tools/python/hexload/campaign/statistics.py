@@ -15,10 +15,10 @@ from scipy.stats import chi2
 from hexload.campaign.cases import Case
 from hexload.campaign.one_case import FAILURE, scale_of
 from hexload.theory.bound import EFFECTS, LEGS, THETA_NAMES
+from hexload.theory.nis import BAND
 
 Array = NDArray[np.float64]
 
-BAND = (0.025, 0.975)  # 95 %, two-sided
 PARAMETERS = len(THETA_NAMES)
 FAILURE_NEES = 100.0
 DOUBTS = {"inconsistent", "input implausible"}  # health that sensors in order never have

@@ -20,8 +20,8 @@ from numpy.typing import NDArray
 from hexload.diagnosis.causes import Family
 from hexload.diagnosis.dynamics import TEN, Dynamics
 from hexload.diagnosis.finding import SIGMAS
-from hexload.diagnosis.record import LEGS
 from hexload.theory import chi_square
+from hexload.theory.kinematics import LEGS
 
 Array = NDArray[np.float64]
 

@@ -8,10 +8,10 @@ from numpy.typing import NDArray
 
 from hexload.diagnosis.cause import Cause, Channel, Defect
 from hexload.diagnosis.dynamics import EDGE_S, LOW_PASS_HZ, Dynamics
-from hexload.diagnosis.record import LEGS
 from hexload.diagnosis.spectral import low_pass
 from hexload.estimation import rig_model
 from hexload.estimation.rig_model import Geometry, LegMotion
+from hexload.theory.kinematics import LEGS
 
 Array = NDArray[np.float64]
 

@@ -13,8 +13,9 @@ from numpy.typing import NDArray
 from hexload.diagnosis.cause import CHANNELS, Cause, Channel, Defect
 from hexload.diagnosis.dynamics import Machine
 from hexload.diagnosis.finding import SIGMAS, Finding, legs_in_words, plain
-from hexload.diagnosis.record import LEGS, LONG_GAP, Record
+from hexload.diagnosis.record import LONG_GAP, Record
 from hexload.io.log_file import LegLog
+from hexload.theory.kinematics import LEGS
 
 Array = NDArray[np.float64]
 
@@ -26,7 +27,8 @@ CLOCK_SHARE = 0.25  # of a gap's way that the legs have moved, below which it is
 STUCK_S, FROZEN_S = 0.05, 0.03
 LOOSE, LOOSE_TICKS = 3, 3  # how often a loose plug has shown zero, and for how long at least
 LOOSE_STEPS, LOOSE_USUAL = 3.0, 0.99  # from how far: of the change from row to row that the channel's own seldom exceed
-HELD_SHARE, REPEATED_SHARE = 0.4, 0.003
+HELD_SHARE = 0.4  # of rows in which all legs repeat a channel's last value
+REPEATED_SHARE = 0.003
 STEPS_IN_SIGMAS = 0.9
 SPIKE_SIGMAS, SPIKES = 9.0, 3
 LIMIT_HITS = 12

@@ -3,7 +3,8 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from hexload.diagnosis.record import LEGS, Record
+from hexload.diagnosis.record import Record
+from hexload.theory.kinematics import LEGS
 
 Array = NDArray[np.float64]
 

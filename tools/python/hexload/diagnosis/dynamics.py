@@ -14,10 +14,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from hexload.diagnosis.record import LEGS, Record
+from hexload.diagnosis.record import Record
 from hexload.diagnosis.spectral import cosine_hz, cosines, low_pass
 from hexload.estimation import rig_model
 from hexload.estimation.rig_model import Geometry, LegMotion
+from hexload.theory.kinematics import LEGS
 
 Array = NDArray[np.float64]
 

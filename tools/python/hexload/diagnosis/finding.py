@@ -3,8 +3,8 @@
 from dataclasses import dataclass
 
 from hexload.diagnosis.cause import Cause
+from hexload.theory.kinematics import LEGS
 
-LEGS = 6
 SIGMAS = 6.0  # of a normal number that is no chance
 
 

@@ -13,8 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hexload.diagnosis.dynamics import BAND_HZ, EDGE_S, LEAST_ROWS, LOW_PASS_HZ, Machine, Smooth, smooth_record
-from hexload.diagnosis.record import LEGS, Record
+from hexload.diagnosis.record import Record
 from hexload.diagnosis.spectral import cosine_hz, cosines, low_pass
+from hexload.theory.kinematics import LEGS
 
 Array = NDArray[np.float64]
 

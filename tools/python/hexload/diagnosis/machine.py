@@ -11,9 +11,9 @@ from hexload.estimation import rig_model
 from hexload.estimation.rig_model import FrictionLaw, Geometry
 from hexload.io.log_file import LegLog
 from hexload.io.toml_document import read_toml
+from hexload.theory.bound import TENSOR
 
 SPEED_ROWS = 12  # over which the speeds of friction are taken
-TENSOR = ((0, 1, 2, 0, 0, 1), (0, 1, 2, 1, 2, 2))
 
 
 def machine_of(platform: Any) -> Machine:

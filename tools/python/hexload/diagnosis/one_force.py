@@ -11,9 +11,10 @@ from numpy.typing import NDArray
 
 from hexload.diagnosis import phrases
 from hexload.diagnosis.dynamics import Dynamics
-from hexload.diagnosis.finding import LEGS, Finding
+from hexload.diagnosis.finding import Finding
 from hexload.diagnosis.record import Record
 from hexload.diagnosis.spectral import cosines
+from hexload.theory.kinematics import LEGS
 
 Array = NDArray[np.float64]
 

@@ -16,7 +16,8 @@ from hexload.diagnosis.channels import MAD
 from hexload.diagnosis.difference import difference_of, running_means
 from hexload.diagnosis.dynamics import Machine
 from hexload.diagnosis.finding import SIGMAS, Finding, plain
-from hexload.diagnosis.record import LEGS, Record
+from hexload.diagnosis.record import Record
+from hexload.theory.kinematics import LEGS
 
 Array = NDArray[np.float64]
 

@@ -9,9 +9,10 @@ from hexload.diagnosis.bank import Selected
 from hexload.diagnosis.cause import Cause, Channel, Defect
 from hexload.diagnosis.causes import ELASTIC_M_N
 from hexload.diagnosis.dynamics import Machine
-from hexload.diagnosis.finding import LEGS, Finding, legs_in_words, plain
+from hexload.diagnosis.finding import Finding, legs_in_words, plain
 from hexload.diagnosis.search import Change
 from hexload.diagnosis.wiring import Rewired
+from hexload.theory.kinematics import LEGS
 
 ALL = tuple(range(LEGS))
 HARMLESS = 0.5  # of a force sensor's sigma, rms

@@ -9,7 +9,6 @@ from hexload.io.log_file import LegLog
 
 Array = NDArray[np.float64]
 
-LEGS = 6
 LONGEST_S = 60.0  # of a longer log the last minute
 LONG_GAP = 2.5  # periods between two rows, from which what is between is not known
 MOST_ROWS = 4  # of the grid for each of the log: more is no even sampling

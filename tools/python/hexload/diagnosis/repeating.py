@@ -13,8 +13,9 @@ from numpy.typing import NDArray
 from hexload.diagnosis.cause import Cause, Channel, Defect
 from hexload.diagnosis.difference import difference_of, running_means
 from hexload.diagnosis.dynamics import Machine
-from hexload.diagnosis.finding import LEGS, Finding, legs_in_words, plain
+from hexload.diagnosis.finding import Finding, legs_in_words, plain
 from hexload.diagnosis.record import Record
+from hexload.theory.kinematics import LEGS
 
 Array = NDArray[np.float64]
 

@@ -15,7 +15,8 @@ from hexload.diagnosis.cause import Cause, Channel, Defect
 from hexload.diagnosis.dynamics import Machine
 from hexload.diagnosis.finding import SIGMAS, Finding, legs_in_words, plain
 from hexload.diagnosis.kinematics import Kinematics
-from hexload.diagnosis.record import LEGS, Record
+from hexload.diagnosis.record import Record
+from hexload.theory.kinematics import LEGS
 
 Array = NDArray[np.float64]
 

@@ -17,8 +17,9 @@ from numpy.typing import NDArray
 from hexload.diagnosis.bank import Bank
 from hexload.diagnosis.cause import Cause, Channel, Defect
 from hexload.diagnosis.dynamics import Machine, dynamics_of
-from hexload.diagnosis.record import LEGS, Record
+from hexload.diagnosis.record import Record
 from hexload.estimation.rig_model import Geometry
+from hexload.theory.kinematics import LEGS
 
 Array = NDArray[np.float64]
 Order = tuple[int, ...]

@@ -5,8 +5,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from hexload.errors import InputError
 from hexload.io.log_file import LegLog
-
-LEGS = 6
+from hexload.theory.kinematics import LEGS
 
 
 def leg_log(t: ArrayLike, dl: ArrayLike, vl: ArrayLike | None, f: ArrayLike) -> LegLog:

@@ -17,9 +17,9 @@ from numpy.typing import NDArray
 from hexload.errors import InputError
 from hexload.io.log_file import LegLog
 from hexload.theory.bound import rotation_from_rpy
+from hexload.theory.kinematics import LEGS
 
 Array = NDArray[np.float64]
-LEGS = 6
 COLUMNS = ("t", "x", "y", "z", "roll", "pitch", "yaw")
 STEP_S = 0.02  # over which speeds are taken: displacements of 20 um leave 1.4 mm/s of noise
 LEAST = 0.7  # correlation of six speeds with their commands, below which the log shows another motion

@@ -16,7 +16,6 @@ from hexload.errors import InputError
 from hexload.estimation import rig_file, rig_model, rig_regression
 from hexload.estimation.commissioning_run import (
     DOUBT,
-    GRANTED_SIGMAS,
     VELOCITY_HZ,
     Run,
     refuse_derived,
@@ -35,7 +34,7 @@ from hexload.estimation.rig_regression import SLICES, UNKNOWNS, Found, Start
 from hexload.io.atomic_file import replaced_or_none, replaced_when_done
 from hexload.io.toml_document import guessed_in_words, read_toml
 from hexload.theory.bound import TENSOR, THETA_NAMES, unit_of
-from hexload.theory.tolerances import DEFAULTS, common_gain_of
+from hexload.theory.tolerances import DEFAULTS, GRANTED_SIGMAS, common_gain_of
 
 Array = NDArray[np.float64]
 

@@ -11,12 +11,13 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import butter, sosfiltfilt
 
-from hexload.diagnosis.channels import LEAST_COMMON, common_noise
+from hexload.diagnosis.channels import HELD_SHARE, LEAST_COMMON, common_noise
 from hexload.errors import InputError
 from hexload.estimation.rig_model import LEGS
 from hexload.estimation.rig_record import ROW_HZ, Seen
 from hexload.estimation.rig_regression import Found
 from hexload.io.log_file import LegLog
+from hexload.theory.tolerances import GRANTED_SIGMAS
 
 Array = NDArray[np.float64]
 
@@ -28,9 +29,7 @@ LEAST_SPEED_M_S = 5e-3  # below VELOCITY_HZ, where 20 um of noise are 0.8 mm/s a
 VELOCITY_HZ = 40.0
 LARGEST_GAIN = 0.01  # of a velocity over the displacement's change
 LARGEST_LAG_S = 0.5e-3  # of a leg behind the others
-GRANTED_SIGMAS = 3.0
 DOUBT = 1e-3  # that what is as it should be is taken not to be
-HELD_SHARE = 0.4  # of rows in which all legs repeat a channel's last value
 ROUNDING = 1e-6  # of the largest step: rows have been brought to even times
 MIXED_SHARE = 0.05  # of rows in which some legs do: steps of a converter make many such
 

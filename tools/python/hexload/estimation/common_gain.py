@@ -13,9 +13,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import chi2
 
-from hexload.estimation.commissioning_run import DOUBT, GRANTED_SIGMAS
+from hexload.estimation.commissioning_run import DOUBT
 from hexload.estimation.rig_model import LEGS
 from hexload.estimation.rig_regression import SLICES, UNKNOWNS, Found
+from hexload.theory.tolerances import GRANTED_SIGMAS
 
 Array = NDArray[np.float64]
 

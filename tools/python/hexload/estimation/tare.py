@@ -35,12 +35,12 @@ from hexload.io.log_file import LegLog
 from hexload.io.toml_document import Table, guessed_in_words, read_toml, to_toml
 from hexload.platform import Platform as MachineDescription
 from hexload.theory.bound import LEGS, THETA_NAMES, Platform, read_platform, unit_of
+from hexload.theory.tolerances import GRANTED_SIGMAS
 
 Array = NDArray[np.float64]
 
 OWN_LOAD_SHARE = 0.5
 CONVERGED_SHARE = 0.05  # of the scale: the estimator's limit for its verdict "converged"
-GRANTED_SIGMAS = 3.0
 SAME = {"rtol": 1e-9, "atol": 1e-12}  # numbers of a file that was written and read again
 KEYS = ("theta", "sigma", "duration_s", "verdict")
 LEG_KEYS = ("inertia_kg_m2", "slide_kg_m", "tilt_kg_m")  # B, C and D of leg_mass.py

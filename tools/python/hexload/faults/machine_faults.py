@@ -10,8 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hexload.estimation.rig_model import FrictionLaw, Geometry, friction_shapes, gravity_vector, leg_mass_forces
-from hexload.faults.recording import LEGS, TICK_S, Recording, with_leg_forces, with_wrench
+from hexload.faults.recording import TICK_S, Recording, with_leg_forces, with_wrench
 from hexload.faults.sensor_faults import sign
+from hexload.theory.kinematics import LEGS
 
 Array = NDArray[np.float64]
 Random = np.random.Generator

@@ -39,7 +39,6 @@ from hexload.theory import bound
 
 CLASS_OF = {"multisine": "multisine", "paper": "paper", "work": "work", "pick_up": "multisine_pick_up"}
 MOTIONS = tuple(CLASS_OF)
-FRICTION_SPEED_M_S = 5e-3  # what the filter with friction is given
 
 
 @dataclass(frozen=True)
@@ -173,7 +172,7 @@ def clean_recording(
     """With the platform as it is stated to the estimator: no tolerances, so that the default ones count. The paper's filter
     has the paper's kind of load."""
     base = _kept_recording(motion, seed, duration_s, estimator == "paper", logs, has_own_machine)
-    more: Table = {"estimator": {"friction_speed_m_s": FRICTION_SPEED_M_S}}
+    more: Table = {"estimator": {"friction_speed_m_s": cases.FRICTION_SPEED_M_S}}
     if estimator == "paper":
         more = {"load": {"known_mass_kg": float(base.theta[0])}}
     return replace(base, platform=_stated(base, more))

@@ -16,10 +16,10 @@ from hexload.estimation.rig_model import LegMotion
 from hexload.io.log_file import COLUMNS, LegLog
 from hexload.io.toml_document import Table, to_toml
 from hexload.theory import bound
+from hexload.theory.kinematics import LEGS
 
 Array = NDArray[np.float64]
 
-LEGS = 6
 TICK_S = 1e-3
 CHANNELS = {"displacement": "displacement_m", "velocity": "velocity_m_s", "force": "force_n"}
 

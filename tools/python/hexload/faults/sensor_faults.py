@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 
 from hexload.campaign.cases import with_noise
 from hexload.faults.recording import (
-    LEGS,
     TICK_S,
     Recording,
     in_channel,
@@ -19,6 +18,7 @@ from hexload.faults.recording import (
     with_channel,
     with_order,
 )
+from hexload.theory.kinematics import LEGS
 
 Array = NDArray[np.float64]
 Random = np.random.Generator

@@ -11,7 +11,6 @@ from scipy.signal import butter, sosfilt, sosfilt_zi
 
 from hexload.faults.recording import (
     CHANNELS,
-    LEGS,
     TICK_S,
     Recording,
     channels_of,
@@ -21,6 +20,7 @@ from hexload.faults.recording import (
     with_log,
 )
 from hexload.faults.sensor_faults import event_rows, sign
+from hexload.theory.kinematics import LEGS
 
 Array = NDArray[np.float64]
 Random = np.random.Generator

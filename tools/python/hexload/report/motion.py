@@ -11,7 +11,8 @@ from hexload import project
 from hexload.estimation.load_summary import SYMBOLS, unit_of_parameter
 from hexload.report.charts import encode
 from hexload.view import colours
-from hexload.view.body import Body, body_of_estimate, body_of_theta
+from hexload.view.body import ROUGHEST, Body, body_of_estimate, body_of_theta
+from hexload.view.frame import SIGMAS
 from hexload.view.recorded import Recording
 
 Array = NDArray[np.float64]
@@ -20,8 +21,6 @@ FRAMES = 300
 FRAMES_OF_MANY = 200  # of a page with many runs
 FRAME_S = 0.04
 LONGEST_S = 20.0  # that the whole run is shown in
-ROUGHEST = 2.0  # radii of the platform: a box that is larger tells nothing
-SIGMAS = 3.0
 
 
 def to_html(platform: Any, recording: Recording, identifier: str, frames: int = FRAMES) -> str:

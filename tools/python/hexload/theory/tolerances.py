@@ -2,6 +2,7 @@
 
 import math
 
+GRANTED_SIGMAS = 3.0  # of what is found, by which it may be beyond a tolerance before it is refused
 OPEN = math.inf  # nothing is known beforehand
 DEFAULTS = {
     "force_gain": 0.01,  # of each load cell

@@ -10,6 +10,7 @@ from hexload.io.run_directory import PAPER_PARAMETERS
 from hexload.theory.bound import THETA_NAMES
 
 Array = NDArray[np.float64]
+ROUGHEST = 2.0  # radii of the platform: a centre or a box that is farther or larger tells nothing
 SAME_MOMENT = 0.02  # of the sum of the three: closer ones count as the same
 
 

@@ -6,10 +6,9 @@ from numpy.typing import NDArray
 
 from hexload.estimation.load_summary import SYMBOLS, unit_of_parameter
 from hexload.view import colours
-from hexload.view.frame import Curves
+from hexload.view.frame import SIGMAS, Curves
 
 Array = NDArray[np.float64]
-SIGMAS = 3.0
 HEIGHT_PX = 140
 LEAST_PX = 18  # between numbers at the left: at the plot's own 30 some charts have one alone
 FONT = "11px sans-serif"

@@ -9,6 +9,8 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 CURVE_POINTS = 400  # of one curve: more than its pixels
+EVENTS = 200  # that are kept
+SIGMAS = 3.0  # that are drawn and told
 
 
 @dataclass(frozen=True)

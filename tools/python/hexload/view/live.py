@@ -14,10 +14,9 @@ from typing import Protocol
 import numpy as np
 
 from hexload.theory.bound import THETA_NAMES
-from hexload.view.frame import Curves, Estimate, Event, Frame, Health, History, Truth
+from hexload.view.frame import EVENTS, Curves, Estimate, Event, Frame, Health, History, Truth
 
 Triple = tuple[float, float, float]
-EVENTS = 200
 RATE_S = 1.0  # over which samples per second are counted
 NOTE_S = 0.05  # between the points of a curve
 COMMAND_NUMBERS = 256

@@ -11,10 +11,9 @@ from hexload.io.log_file import LegLog
 from hexload.io.run_directory import PAPER_PARAMETERS, Run, read_run, theta_at
 from hexload.platform import Platform
 from hexload.theory.bound import THETA_NAMES
-from hexload.view.frame import CURVE_POINTS, Curves, Estimate, Event, Frame, Health, Truth
+from hexload.view.frame import CURVE_POINTS, EVENTS, Curves, Estimate, Event, Frame, Health, Truth
 
 Array = NDArray[np.float64]
-EVENTS = 200
 
 
 @dataclass(frozen=True)

@@ -8,13 +8,11 @@ import viser
 from numpy.typing import NDArray
 
 from hexload.view import colours
-from hexload.view.body import Body, body_of_estimate, body_of_theta
-from hexload.view.frame import Frame
+from hexload.view.body import ROUGHEST, Body, body_of_estimate, body_of_theta
+from hexload.view.frame import SIGMAS, Frame
 
 Array = NDArray[np.float64]
 LegColour = Literal["force", "stroke margin"]
-SIGMAS = 3.0  # of the ellipsoid around the centre of mass
-ROUGHEST = 2.0  # radii of the platform: an ellipsoid that is larger, or a box, tells nothing
 GRID_M = 0.2
 CORNERS = np.array([(x, y, z) for x in (-0.5, 0.5) for y in (-0.5, 0.5) for z in (-0.5, 0.5)])
 BOX_EDGES = np.array([(a, b) for a in CORNERS for b in CORNERS if (b - a > 0).sum() == 1 and (b - a < 0).sum() == 0])

@@ -21,14 +21,13 @@ from hexload import project
 from hexload.errors import ToolFailed
 from hexload.estimation.load_summary import SYMBOLS, digits_of, unit_of_parameter
 from hexload.view.body import body_of_estimate
-from hexload.view.frame import Frame
+from hexload.view.frame import SIGMAS, Frame
 from hexload.view.listening import listened_to
 from hexload.view.live import RATE_S, Live
 from hexload.view.words import VERDICTS
 
 PERIOD_S = 0.25
 LATEST = 6  # events that are shown
-SIGMAS = 3.0
 DIGITS = 4  # after the point, at most
 COLOURS = {"converged": "bold cyan", "converging": "bold", "not_excited": "bold yellow"}  # others: magenta
 

@@ -6,9 +6,8 @@ import numpy as np
 
 from hexload.estimation.load_summary import DIGITS, SYMBOLS, digits_of, each_once, in_words, unit_of_parameter
 from hexload.view import colours
-from hexload.view.frame import Event, Frame, Health
+from hexload.view.frame import SIGMAS, Event, Frame, Health
 
-SIGMAS = 3.0
 LATEST = 8  # events that are shown
 VERDICTS = {
     "converged": "converged: every parameter is known to its sigma",
