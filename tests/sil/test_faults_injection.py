@@ -10,8 +10,8 @@ from hexload.campaign import cases, one_case
 from hexload.estimation.rig_model import body_forces
 from hexload.faults import load_faults, machine_faults, recording, sensor_faults, timing_faults
 from hexload.faults.kinds import KINDS
-from hexload.faults.recording import CHANNELS, channels_of, in_channel
-from hexload.io.log_file import read_log
+from hexload.faults.recording import channels_of, in_channel
+from hexload.io.log_file import CHANNEL_KEYS, read_log
 
 SEED, DURATION_S = 3, 4.0
 SIGMAS = {"displacement": 20e-6, "velocity": 1e-3, "force": 5.0}
@@ -51,7 +51,7 @@ def rms(values):
 
 def touched(before, after):
     """(channel, leg) whose readings differ."""
-    pairs = zip(CHANNELS, channels_of(before.log), channels_of(after.log))
+    pairs = zip(CHANNEL_KEYS, channels_of(before.log), channels_of(after.log))
     return {
         (channel, leg)
         for channel, old, new in pairs
@@ -99,7 +99,7 @@ def test_every_fault_changes_something_and_is_the_same_for_the_same_seed(clean, 
     assert name.endswith("_nan") or all(np.isfinite(part).all() for part in channels_of(first.log))
 
 
-@pytest.mark.parametrize("channel", CHANNELS)
+@pytest.mark.parametrize("channel", CHANNEL_KEYS)
 def test_a_stuck_leg_repeats_its_value_for_as_long_as_it_is_stuck(clean, random, channel):
     after = sensor_faults.stuck(clean, 0.5, random, channel)
     leg = only_leg(clean, after, channel)
@@ -108,7 +108,7 @@ def test_a_stuck_leg_repeats_its_value_for_as_long_as_it_is_stuck(clean, random,
     assert rows[-1] - rows[0] == 498  # 500 rows, of which the first has its own value
 
 
-@pytest.mark.parametrize("channel", CHANNELS)
+@pytest.mark.parametrize("channel", CHANNEL_KEYS)
 def test_a_dead_leg_shows_zero(clean, random, channel):
     after = sensor_faults.dead(clean, sensor_faults.REST_S, random, channel)
     leg = only_leg(clean, after, channel)
@@ -116,7 +116,7 @@ def test_a_dead_leg_shows_zero(clean, random, channel):
     assert 0.35 <= rows[0] / 4000 <= 0.6 and np.array_equal(rows, np.arange(rows[0], len(clean.t_s)))
 
 
-@pytest.mark.parametrize("channel", CHANNELS)
+@pytest.mark.parametrize("channel", CHANNEL_KEYS)
 def test_errors_of_one_leg(clean, channel):
     # GIVEN faults of a leg's scale and zero WHEN each is put in THEN its readings are off by just that
     def after(fault, size):
@@ -161,7 +161,7 @@ def test_errors_of_one_leg(clean, channel):
     assert np.isnan(new).mean() == pytest.approx(0.05, abs=0.015) and not np.isnan(new[0])
 
 
-@pytest.mark.parametrize("channel", CHANNELS)
+@pytest.mark.parametrize("channel", CHANNEL_KEYS)
 def test_zeros_that_wander_go_by_the_root_of_time(clean, random, channel):
     # GIVEN zeros that are off by 3 after a second WHEN their ways are taken apart THEN steps of 1 ms have 3 sqrt(1e-3)
     after = sensor_faults.wander(clean, 3.0, random, channel)
@@ -202,7 +202,7 @@ def test_velocities_that_are_differences_are_the_displacements_and_late(clean, r
     assert {channel for channel, _ in touched(clean, after)} == {"velocity"}
 
 
-@pytest.mark.parametrize("channel", CHANNELS)
+@pytest.mark.parametrize("channel", CHANNEL_KEYS)
 def test_errors_of_all_legs(clean, random, channel):
     def readings(fault, size):
         after = fault(clean, size, random, channel)
@@ -230,7 +230,7 @@ def test_exchanged_plugs_are_one_channels_exchanged_legs_all(clean):
     assert legs[1] - legs[0] == 3 and {channel for channel, _ in touched(clean, after)} == {"force"}
     assert np.array_equal(in_channel(after, "force")[:, legs], in_channel(clean, "force")[:, legs[::-1]])
     both = sensor_faults.exchanged_legs(clean, 3.0, np.random.default_rng(1))
-    assert touched(clean, both) == {(channel, leg) for channel in CHANNELS for leg in legs}
+    assert touched(clean, both) == {(channel, leg) for channel in CHANNEL_KEYS for leg in legs}
 
 
 def test_renumbered_and_mirrored_legs_are_so_in_all_channels(clean, random):
@@ -245,12 +245,12 @@ def test_renumbered_and_mirrored_legs_are_so_in_all_channels(clean, random):
     assert not touched(clean, sensor_faults.mirrored(after, 1.0, random))
 
 
-@pytest.mark.parametrize("channel", CHANNELS)
+@pytest.mark.parametrize("channel", CHANNEL_KEYS)
 def test_late_channels_show_what_was(clean, random, channel):
     # GIVEN a channel late by three ticks THEN without its noise it is the clean one, three rows on
     after = timing_faults.late(clean, 3e-3, random, channel)
     shown = in_channel(after, channel) - recording.noise_of(clean, channel)
-    true = getattr(clean.clean, CHANNELS[channel])
+    true = getattr(clean.clean, CHANNEL_KEYS[channel])
     assert shown[3:] == pytest.approx(true[:-3], rel=1e-6, abs=1e-9)
     # AND one leg may be late alone
     one = timing_faults.late_leg(clean, 3e-3, np.random.default_rng(1), channel)

@@ -14,7 +14,7 @@ from hexload.diagnosis.cause import CHANNELS, Cause, Channel, Defect
 from hexload.diagnosis.dynamics import Machine
 from hexload.diagnosis.finding import SIGMAS, Finding, legs_in_words, plain
 from hexload.diagnosis.record import LONG_GAP, Record
-from hexload.io.log_file import LegLog
+from hexload.io.log_file import CHANNEL_KEYS, LegLog
 from hexload.theory.kinematics import LEGS
 
 Array = NDArray[np.float64]
@@ -37,7 +37,6 @@ BURST_ROWS = 24
 BURST_RATIO = 3.0  # of the usual size
 BURSTS, BURST_SHARE = 3, 0.25  # how often at least, and in which share of the windows at most
 LEAST_NOISE = 0.4
-KEYS = {Channel.DISPLACEMENT: "displacement_m", Channel.VELOCITY: "velocity_m_s", Channel.FORCE: "force_n"}
 NOISE_RATIO = (0.6, 1.6)
 JITTER_RATIO = 1.15
 ALIKE_SQUARES = 2.31  # 1 + 2 sum of rho^2 of third differences of white noise: rho = -15/20, 6/20, -1/20
@@ -102,7 +101,7 @@ def with_own_noise(record: Record, machine: Machine) -> Machine:
         return machine
     own = {}
     for channel, key in zip(CHANNELS, ("displacement_sigma_m", "velocity_sigma_m_s", "force_sigma_n"), strict=True):
-        values, stated = getattr(record, KEYS[channel]), sigma_of(machine, channel)
+        values, stated = getattr(record, CHANNEL_KEYS[channel]), sigma_of(machine, channel)
         if values is not None:
             own[key] = max(float(np.median(noise_of(values))), LEAST_NOISE * stated)
     return replace(machine, **own)
@@ -114,7 +113,7 @@ def noise_of(values: Array) -> Array:
 
 
 def _values(log: LegLog, channel: Channel) -> Array:
-    return getattr(log, KEYS[channel])
+    return getattr(log, CHANNEL_KEYS[channel])
 
 
 def _unit(channel: Channel) -> str:

@@ -10,13 +10,14 @@ from hexload.faults import load_faults as load
 from hexload.faults import machine_faults as machine
 from hexload.faults import sensor_faults as sensor
 from hexload.faults import timing_faults as timing
-from hexload.faults.recording import CHANNELS, Recording
+from hexload.faults.recording import Recording
+from hexload.io.log_file import CHANNEL_KEYS
 
 ESTIMATORS = ("momentum", "momentum_effects", "paper")
 NONE = "none"
 PASSING = (
-    *(f"{channel}_{word}" for channel in CHANNELS for word in ("stuck", "dead", "loose", "saturated")),
-    *(f"{channel}_{word}" for channel in CHANNELS for word in ("zero_step", "zero_pulse", "gain_step", "wander")),
+    *(f"{channel}_{word}" for channel in CHANNEL_KEYS for word in ("stuck", "dead", "loose", "saturated")),
+    *(f"{channel}_{word}" for channel in CHANNEL_KEYS for word in ("zero_step", "zero_pulse", "gain_step", "wander")),
     *("clock_jump", "known_mass", "contact", "wind"),
 )
 REST_S = sensor.REST_S
@@ -158,7 +159,7 @@ _OF_CHANNELS = (
 
 
 def _of_channel(channel: _Channel) -> list[Kind]:
-    assert channel.name in CHANNELS
+    assert channel.name in CHANNEL_KEYS
     kinds = []
     for name, group, says, sizes, unit, words, apply in _OF_CHANNELS:
         own = getattr(channel, sizes) if isinstance(sizes, str) else sizes

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hexload.estimation.rig_model import LegMotion
-from hexload.io.log_file import COLUMNS, LegLog
+from hexload.io.log_file import CHANNEL_KEYS, COLUMNS, LegLog
 from hexload.io.toml_document import Table, to_toml
 from hexload.theory import bound
 from hexload.theory.kinematics import LEGS
@@ -21,7 +21,6 @@ from hexload.theory.kinematics import LEGS
 Array = NDArray[np.float64]
 
 TICK_S = 1e-3
-CHANNELS = {"displacement": "displacement_m", "velocity": "velocity_m_s", "force": "force_n"}
 
 
 @dataclass(frozen=True)
@@ -72,11 +71,11 @@ def write_files(recording: Recording, folder: Path, name: str = "log.csv") -> tu
 
 def in_channel(recording: Recording, channel: str) -> Array:
     """A copy of what the sensors of a channel show, (n, 6)."""
-    return getattr(recording.log, CHANNELS[channel]).copy()
+    return getattr(recording.log, CHANNEL_KEYS[channel]).copy()
 
 
 def with_channel(recording: Recording, channel: str, values: Array) -> Recording:
-    return replace(recording, log=replace(recording.log, **{CHANNELS[channel]: values}))
+    return replace(recording, log=replace(recording.log, **{CHANNEL_KEYS[channel]: values}))
 
 
 def with_log(recording: Recording, t_s: Array, channels: Sequence[Array]) -> Recording:
@@ -96,7 +95,7 @@ def channels_of(log: LegLog) -> tuple[Array, Array, Array]:
 
 
 def noise_of(recording: Recording, channel: str) -> Array:
-    return in_channel(recording, channel) - getattr(recording.clean, CHANNELS[channel])
+    return in_channel(recording, channel) - getattr(recording.clean, CHANNEL_KEYS[channel])
 
 
 def with_leg_forces(recording: Recording, force_n: Array) -> Recording:

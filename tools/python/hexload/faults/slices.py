@@ -6,8 +6,8 @@ import numpy as np
 
 from hexload.estimation.rig_model import LegMotion
 from hexload.faults.kinds import KINDS, Kind
-from hexload.faults.recording import CHANNELS, LoadStep, Recording
-from hexload.io.log_file import LegLog
+from hexload.faults.recording import LoadStep, Recording
+from hexload.io.log_file import CHANNEL_KEYS, LegLog
 
 OF_LOADS = (KINDS["pendulum"].group, KINDS["leaking"].group)
 
@@ -25,7 +25,7 @@ def with_passing_fault(
     if not same_rows or faulty.platform != stretch.platform or faulty.changes_s != stretch.changes_s:
         return None
     parts = {}
-    for name in CHANNELS.values():
+    for name in CHANNEL_KEYS.values():
         parts[name] = getattr(recording.log, name).copy()
         parts[name][rows] = getattr(faulty.log, name)
     return replace(recording, log=replace(recording.log, **parts))

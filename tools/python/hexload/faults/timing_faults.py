@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 from scipy.signal import butter, sosfilt, sosfilt_zi
 
 from hexload.faults.recording import (
-    CHANNELS,
     TICK_S,
     Recording,
     channels_of,
@@ -20,6 +19,7 @@ from hexload.faults.recording import (
     with_log,
 )
 from hexload.faults.sensor_faults import event_rows, sign
+from hexload.io.log_file import CHANNEL_KEYS
 from hexload.theory.kinematics import LEGS
 
 Array = NDArray[np.float64]
@@ -139,13 +139,13 @@ def frozen(recording: Recording, size: float, random: Random) -> Recording:
 
 
 def _read_at(recording: Recording, channel: str, read_s: Array) -> Array:
-    clean = getattr(recording.clean, CHANNELS[channel])
+    clean = getattr(recording.clean, CHANNEL_KEYS[channel])
     values = np.stack([np.interp(read_s, recording.t_s, clean[:, leg]) for leg in range(LEGS)], axis=1)
     return values + noise_of(recording, channel)
 
 
 def _with_all_read_at(recording: Recording, read_s: Array) -> Recording:
-    return with_log(recording, recording.t_s, [_read_at(recording, channel, read_s) for channel in CHANNELS])
+    return with_log(recording, recording.t_s, [_read_at(recording, channel, read_s) for channel in CHANNEL_KEYS])
 
 
 def _told(recording: Recording, t_s: Array) -> Recording:

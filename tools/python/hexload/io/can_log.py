@@ -22,12 +22,12 @@ import numpy as np
 from hexload import project
 from hexload.errors import InputError
 from hexload.io.end_to_end import checksum, found_checksum
-from hexload.io.log_file import LEGS, LegLog
+from hexload.io.log_file import CHANNEL_KEYS, LEGS, LegLog
 
 TICK_S = 1e-3  # until log_formats knows the machine's
 TICKS_OF_FOUR_BITS = 16
 FARTHEST_AHEAD = 8  # ticks that a leg frame may be ahead of the last; the rest of the four bits is behind it
-CHANNELS = ("displacement", "velocity", "force")
+CHANNELS = tuple(CHANNEL_KEYS)
 PARSE_ERRORS = (
     ValueError,
     LookupError,

@@ -38,6 +38,7 @@ NO_TEXT = re.compile(rb"[^\t\n\f\r\x1b -\xff]")
 SPACED_COMMA = re.compile(" *, *")
 Array = NDArray[np.float64]
 Progress = Callable[[int], None]  # told the bytes read
+CHANNEL_KEYS = {"displacement": "displacement_m", "velocity": "velocity_m_s", "force": "force_n"}  # of LegLog
 
 
 @dataclass(frozen=True)
