@@ -155,23 +155,22 @@ def _kernel_command(found: Found) -> str:
 
 
 def _can_rows(found: Found) -> list[Row]:
-    interface = _vcan0(found)
-    usable = _vcan0_usable(found)
-    if interface is None:
-        state = "no such interface"
-        mend = _as_root(
-            found, f"ip link add {vcan.INTERFACE} type vcan", f"ip link set {vcan.INTERFACE} mtu {vcan.FD_MTU} up"
-        )
-    else:
-        state = f"{'up' if interface.up else 'down'}, mtu {interface.mtu}"
-        down = (f"ip link set {vcan.INTERFACE} down",) if interface.up else ()  # the mtu of a running vcan is fixed
-        mend = _as_root(found, *down, f"ip link set {vcan.INTERFACE} mtu {vcan.FD_MTU} up")
-    kernel = _kernel_command(found)
-    short = [i for i in found.interfaces if i.queue_length < QUEUE_LENGTH]
-    lengthen = _as_root(found, *(f"ip link set {i.name} txqueuelen 1000" for i in short))
-    queues = ", ".join(f"{i.name}: {i.queue_length}" for i in found.interfaces) or "no CAN interface"
-    admin = found.can(CAP_NET_ADMIN)
-    may_need_admin = found.af_can and not usable
+    return [
+        *_kernel_rows(found),
+        *_interface_rows(found),
+        _row(
+            "can-utils",
+            found.has("candump", "canplayer", "ip"),
+            _which(found, "candump", "canplayer", "ip"),
+            "recording and playing bus logs",
+            _as_root(found, "apt-get install can-utils iproute2"),
+            tests=True,
+        ),
+    ]
+
+
+def _kernel_rows(found: Found) -> list[Row]:
+    interface, kernel = _vcan0(found), _kernel_command(found)
     return [
         _row(
             "AF_CAN socket",
@@ -187,12 +186,20 @@ def _can_rows(found: Found) -> list[Row]:
             "makes vcan0",
             kernel,
         ),
+    ]
+
+
+def _interface_rows(found: Found) -> list[Row]:
+    state, mend = _vcan0_state(found)
+    usable, admin = _vcan0_usable(found), found.can(CAP_NET_ADMIN)
+    short = [i for i in found.interfaces if i.queue_length < QUEUE_LENGTH]
+    return [
         _row(
             "vcan0",
             usable,
             state,
             "the bus of simulator, controller and tests; mtu 72 lets FD frames through",
-            mend if found.af_can else kernel,
+            mend if found.af_can else _kernel_command(found),
         ),
         _row(
             "right to make interfaces",
@@ -200,25 +207,26 @@ def _can_rows(found: Found) -> list[Row]:
             "CAP_NET_ADMIN" if admin else "no CAP_NET_ADMIN",
             "adding vcan0, setting bit rates",
             "sudo -v  (then the commands of the other rows)",
-            needed=may_need_admin,
+            needed=found.af_can and not usable,
         ),
         _row(
             "txqueuelen",
             bool(found.interfaces) and not short,
-            queues,
+            ", ".join(f"{i.name}: {i.queue_length}" for i in found.interfaces) or "no CAN interface",
             "a full queue refuses frames (ENOBUFS)",
-            lengthen,
+            _as_root(found, *(f"ip link set {i.name} txqueuelen 1000" for i in short)),
             needed=bool(short),
         ),
-        _row(
-            "can-utils",
-            found.has("candump", "canplayer", "ip"),
-            _which(found, "candump", "canplayer", "ip"),
-            "recording and playing bus logs",
-            _as_root(found, "apt-get install can-utils iproute2"),
-            tests=True,
-        ),
     ]
+
+
+def _vcan0_state(found: Found) -> tuple[str, str]:
+    """In words, and the commands that make it usable."""
+    interface, up = _vcan0(found), f"ip link set {vcan.INTERFACE} mtu {vcan.FD_MTU} up"
+    if interface is None:
+        return "no such interface", _as_root(found, f"ip link add {vcan.INTERFACE} type vcan", up)
+    down = (f"ip link set {vcan.INTERFACE} down",) if interface.up else ()  # the mtu of a running vcan is fixed
+    return f"{'up' if interface.up else 'down'}, mtu {interface.mtu}", _as_root(found, *down, up)
 
 
 def _which(found: Found, *programs: str) -> str:

@@ -76,53 +76,52 @@ def render(
     )
 
 
+HEADINGS = (
+    "class", "runs", "/ bound", "worst", "NEES", "in 95 %", "NIS", "failed", "5 %", "p95", "1 %", "max %", "detected",
+    "latest ms", "false", "doubted",
+)  # fmt: skip
+
+
 def terminal_table(statistics: Sequence[ClassStatistics], failed: dict[str, tuple[FailedCase, ...]]) -> Table:
     title = (
         "controller's filter: RMSE / bound, mean of ten and worst; NEES (ideal 10), NIS (6); "
         "s to 5 %, to 1 % of scale; largest error in %; alarms; runs called inconsistent or implausible"
     )
     table = Table(title=title, title_justify="left", box=box.SIMPLE_HEAD, padding=(0, 1, 0, 0))
-    errors = ("/ bound", "worst", "NEES", "in 95 %", "NIS", "failed")
-    for heading in (
-        "class",
-        "runs",
-        *errors,
-        "5 %",
-        "p95",
-        "1 %",
-        "max %",
-        "detected",
-        "latest ms",
-        "false",
-        "doubted",
-    ):
+    for heading in HEADINGS:
         table.add_column(heading, justify="left" if heading == "class" else "right", no_wrap=True)
     for entry in statistics:
-        one, alarms = entry.own, entry.alarms
-        within_5, within_1 = one.times.get("within_5"), one.times.get("within_1")
-        table.add_row(
-            entry.name,
-            str(entry.runs),
-            fixed(one.ratio_mean, 2),
-            f"{one.ratio_worst:.2f} {one.worst_name}",
-            fixed(one.nees_mean, 1),
-            percent(one.nees_in_band),
-            fixed(one.nis_mean, 2),
-            str((one.failures or 0) + len(entry.failed)),
-            time(within_5, "median"),
-            time(within_5, "p95"),
-            time(within_1, "median"),
-            largest(one.largest_percent),
-            f"{len(alarms.delays_s)}/{alarms.changes}",
-            fixed(1e3 * alarms.delays_s.max(), 0) if len(alarms.delays_s) else DASH,
-            str(alarms.false),
-            str(entry.doubted),
-        )
+        table.add_row(*_cells(entry))
     judged = {entry.name for entry in statistics}
     for name, cases in failed.items():
         if name not in judged:
-            table.add_row(name, "0", *(len(errors) - 1) * [DASH], str(len(cases)), *8 * [DASH])
+            of_failed = {"class": name, "runs": "0", "failed": str(len(cases))}
+            table.add_row(*(of_failed.get(heading, DASH) for heading in HEADINGS))
     return table
+
+
+def _cells(entry: ClassStatistics) -> tuple[str, ...]:
+    """In the order of HEADINGS."""
+    one, alarms = entry.own, entry.alarms
+    within_5, within_1 = one.times.get("within_5"), one.times.get("within_1")
+    return (
+        entry.name,
+        str(entry.runs),
+        fixed(one.ratio_mean, 2),
+        f"{one.ratio_worst:.2f} {one.worst_name}",
+        fixed(one.nees_mean, 1),
+        percent(one.nees_in_band),
+        fixed(one.nis_mean, 2),
+        str((one.failures or 0) + len(entry.failed)),
+        time(within_5, "median"),
+        time(within_5, "p95"),
+        time(within_1, "median"),
+        largest(one.largest_percent),
+        f"{len(alarms.delays_s)}/{alarms.changes}",
+        fixed(1e3 * alarms.delays_s.max(), 0) if len(alarms.delays_s) else DASH,
+        str(alarms.false),
+        str(entry.doubted),
+    )
 
 
 def rig_table(statistics: Sequence[ClassStatistics]) -> Table | None:

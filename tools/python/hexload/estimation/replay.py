@@ -74,21 +74,27 @@ def replay_log(
             result = run.whole((temporary, estimator, prior), body_file, trace_file)
         except ValueError as error:
             raise InputError(f"{files}: {error}{_mend(str(error))}") from None
-        result["has_rig"] = rig is not None
-        result["diagnosis"] = _diagnosis(result, joined(run.recent), platform, rig)
-        result["input_words"] = result["input_words"] or result["diagnosis"].input_words
-        if result["verdict"][-1] in ("misfit", "inconsistent"):
-            result["input_words"] = result["input_words"] or _geometry_in_words(platform_file)
-        result["guessed"] = guessed_in_words(platform_file, MACHINE_KEYS["platform"]) if rig is None else ""
+        _judge(result, joined(run.recent), platform, platform_file, rig)
         if commanded is not None:
             followed = result["followed"] = follow(result["log"], platform, commanded)
             result["input_words"] = followed.contradiction or result["input_words"]
         if page is not None:
-            tared = "" if tare is None else f" and the tare {tare.name}"
-            tared += "" if rig is None else f" and the rig {rig.name}"
-            description = f"Replayed with {platform_file.name}{tared}."
+            beside = "".join(
+                f" and the {what} {file.name}" for what, file in (("tare", tare), ("rig", rig)) if file is not None
+            )
+            description = f"Replayed with {platform_file.name}{beside}."
             page.write_text(render_replay(result, platform, log.name, description), encoding="utf-8")
     return result
+
+
+def _judge(result: dict, recent: LegLog, platform, platform_file: Path, rig: Path | None) -> None:
+    """Adds to the estimates what is wrong with the log, the machine or its file."""
+    result["has_rig"] = rig is not None
+    result["diagnosis"] = _diagnosis(result, recent, platform, rig)
+    result["input_words"] = result["input_words"] or result["diagnosis"].input_words
+    if result["verdict"][-1] in ("misfit", "inconsistent"):
+        result["input_words"] = result["input_words"] or _geometry_in_words(platform_file)
+    result["guessed"] = guessed_in_words(platform_file, MACHINE_KEYS["platform"]) if rig is None else ""
 
 
 class _Run:
