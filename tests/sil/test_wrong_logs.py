@@ -17,9 +17,11 @@ import pytest
 
 from hexload.cli.replay import is_believed, print_summary
 from hexload.errors import InputError
+from hexload.estimation import stray
 from hexload.estimation.input_check import WayIn
 from hexload.estimation.replay import replay_log
-from hexload.io.log_file import COLUMNS, read_log
+from hexload.estimation.tare import make_tare
+from hexload.io.log_file import COLUMNS, LegLog, read_log
 
 SOURCE = Path(os.environ["HEXLOAD_SOURCE_DIR"])
 DATA = SOURCE / "tests" / "data"
@@ -300,6 +302,72 @@ def test_what_is_wrong_with_a_log_is_said_and_mended(wrong, clean, tmp_path, cap
     status, last, result = replayed(capsys, path, wrong.platform, **found)
     assert status == 0, last
     assert largest_error(result, wrong.log) < MOST_SIGMAS
+
+
+@pytest.mark.parametrize(
+    "channel, value, others, is_taken",
+    [
+        ("dl", 5.0, "displacement", False),
+        ("dl", 1e6, "displacement", False),
+        ("vl", -1e6, "velocity", False),
+        ("f", 1e9, "force", False),
+        ("f", -1e9, "force", False),
+        ("f", 2e4, "force", True),  # no range of a sensor excludes it
+    ],
+)
+def test_one_absurd_value_is_called_what_it_is(channel, value, others, is_taken, clean, tmp_path, capsys):
+    # GIVEN a log in which one value of one leg is absurd, on a row that ends a block of 32
+    legs, row = clean["multisine_eccentric"][0], 4000
+    values = legs[channel].copy()
+    values[row, 2] = value
+    path = tmp_path / "log.csv"
+    path.write_text(text_of(legs | {channel: values}))
+    # WHEN it is replayed
+    status, last, result = replayed(capsys, path, "unknown_load")
+    # THEN the value is told with channel, leg and time, and neither units nor wiring of the channel
+    told = [words for words in result["remarks"] if words.startswith("one value is far from all others")]
+    assert len(told) == 1 and f"{others} of leg 3 at {legs['t'][row]:.9g} s: found {value:.4g}" in told[0]
+    assert result["diagnosis"].cause is None
+    # AND the load is known as without it; where the estimator has taken the value, that is what is to be mended
+    if is_taken:
+        assert (status, last) == (3, f"mend:      {told[0]}")
+    else:
+        assert status == 0, last
+        assert largest_error(result, "multisine_eccentric") < MOST_SIGMAS
+    # AND what needs every value refuses the log by the same words, with the row
+    with pytest.raises(InputError, match=f"row {row + 1}: one value is far .* {others} of leg 3 at 4 s"):
+        make_tare(path, DATA / "unknown_load.toml", tmp_path / "tare.toml", 0.25)
+
+
+def test_a_few_bad_values_do_not_decide_on_units(clean, tmp_path, capsys):
+    # GIVEN a log with forces that are absurd for 25 rows, and displacements beyond the stroke in five: too long, and too
+    # near, to be single bad values
+    legs, _ = clean["multisine_eccentric"]
+    force, displacement = legs["f"].copy(), legs["dl"].copy()
+    force[2000:2025, 1] = -1e8
+    displacement[3000:3005, 4] = 0.36
+    path = tmp_path / "log.csv"
+    path.write_text(text_of(legs | {"f": force, "dl": displacement}))
+    # WHEN it is replayed THEN it is not refused by another unit or sign
+    status, last, _ = replayed(capsys, path, "unknown_load")
+    assert status != 2, last
+
+
+def test_values_that_a_motion_reaches_are_not_stray():
+    # GIVEN a channel that rests for 99 % of its rows, then swings, and one of coarse steps at rest
+    rows = np.arange(10_000)
+    swing = np.where(rows > 9_900, 500.0 * np.sin(0.05 * (rows - 9_900)), 0.0)
+    noise = np.random.default_rng(1).normal(size=(len(rows), 6))
+    steps = 1e-4 * np.round(0.3 * noise)
+    log = LegLog(1e-3 * rows, steps, noise * 1e-3, swing[:, None] + 5.0 * noise)
+    # WHEN stray values are looked for THEN there is none
+    assert stray.strays_of(log, (1e-4, 1e-3, 5.0)) == []
+    # AND a short blow is one, row by row
+    log.force_n[5_000:5_004, 3] = 400.0
+    assert [(each.row, each.leg) for each in stray.strays_of(log, (1e-4, 1e-3, 5.0))] == [
+        (r, 3) for r in range(5000, 5004)
+    ]
+    assert np.isnan(stray.without(log, stray.strays_of(log)).force_n).sum() == 4
 
 
 def largest_error(result: dict, log: str) -> float:

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from hexload.errors import InputError
+from hexload.estimation import stray
 from hexload.estimation.load_summary import inconsistent_words, mend_in_words
 from hexload.estimation.plausibility import Plausibility, machine_of
 from hexload.io.column_map import read_column_map
@@ -55,6 +56,12 @@ def checked_log(native, log: Path, platform, way_in: WayIn, load_kg: float | Non
     whole = joined(list(read_parts(log, way_in.reading(platform)))).whole(str(log))
     if not way_in.is_unchecked:
         InputCheck(log, platform, native.sampling_period_s(whole.t_s), load_kg).add(whole)
+        strays = stray.strays_of(whole, stray.noise_of(platform))
+        if strays:
+            raise InputError(
+                f"{log}: row {strays[0].row + 1}: {stray.in_words(strays, len(strays))}; expected a log without: leave such "
+                "rows out (--unchecked: go on as it is)"
+            )
     return whole
 
 

@@ -1,6 +1,7 @@
 """What a log's channels say of each other before any estimator has them: units, signs, order, time.
 
-Sums alone are kept, so a log may come in parts, of any length. Compared are, over blocks of 32 rows, the change of each
+Sums alone are kept, so a log may come in parts, of any length. No few values decide: what is stray is left out, the stroke is
+held against quantiles, the weight against medians. Compared are, over blocks of 32 rows, the change of each
 displacement with the way of each velocity; displacements with the machine's stroke; the legs' vertical force at the home
 pose with the weight that they carry, and its changes with the vertical acceleration. What contradicts itself beyond any
 doubt is told with the column map that would mend it; nothing is converted. What is left the firmware's own check finds.
@@ -11,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from hexload.estimation.stray import strays_of, without
 from hexload.io.log_file import LEGS, LegLog
 
 Array = NDArray[np.float64]
@@ -21,6 +23,7 @@ SHORTEST_S, LONGEST_S = 0.95e-4, 5.05e-3  # sampling periods of the firmware
 CLEAR, UNCLEAR = 0.95, 0.7  # correlation of what belongs together, and of what does not
 FALLING = 0.8  # correlation, less its sign, of the legs' force with acceleration: the home pose stands for all
 SAME = 0.05  # a factor of a unit is met within that
+NEARLY_ALL = (0.001, 0.999)  # quantiles of a part's displacements
 OUTSIDE = 0.1  # of the stroke's span, beyond which legs cannot be
 LENGTHS = {"mm": 1e-3, "cm": 1e-2, "in": 0.0254, "um": 1e-6}
 TIMES = {"ms": 1e-3, "us": 1e-6, "ns": 1e-9, "s": 1e3}  # the last: milliseconds in its heading only
@@ -88,7 +91,7 @@ class Plausibility:
         self._changes_ways = np.zeros((6, 6))  # sums of products of the blocks
         self._changes2, self._ways2 = np.zeros(6), np.zeros(6)
         self._lowest, self._highest = np.full(6, np.inf), np.full(6, -np.inf)
-        self._force_n, self._rows = 0.0, 0
+        self._force_n, self._rows = 0.0, 0  # the sum of the parts' medians, each as often as it has rows
         self._forces = np.zeros((5, 6))  # of blocks: sums of F, the next F, F^2, the next F^2, F times the next
         self._force_blocks = 0
         self._acceleration = np.zeros(5)  # sums: count, a, F, a^2, a F
@@ -97,16 +100,15 @@ class Plausibility:
 
     def add(self, part: LegLog) -> None:
         self._has_velocity = part.has_velocity
-        with np.errstate(invalid="ignore"):
-            self._lowest = np.fmin(
-                self._lowest, np.nanmin(np.where(np.isnan(part.displacement_m), np.inf, part.displacement_m), 0)
-            )
-            self._highest = np.fmax(
-                self._highest, np.nanmax(np.where(np.isnan(part.displacement_m), -np.inf, part.displacement_m), 0)
-            )
+        part = without(part, strays_of(part))
+        known = ~np.isnan(part.displacement_m).all(axis=0)
+        low, high = np.nanquantile(part.displacement_m[:, known], NEARLY_ALL, axis=0)
+        self._lowest[known] = np.minimum(self._lowest[known], low)
+        self._highest[known] = np.maximum(self._highest[known], high)
         upward_n = part.force_n @ (np.ones(6) if self._machine is None else self._machine.wrench_of_forces[2])
         whole = ~np.isnan(upward_n)
-        self._force_n += float(upward_n[whole].sum())
+        if whole.any():
+            self._force_n += float(np.median(upward_n[whole])) * int(whole.sum())
         self._rows += int(whole.sum())
         self._add_blocks(part, upward_n)
 
@@ -122,7 +124,7 @@ class Plausibility:
             steps = 0.5 * (part.velocity_m_s[1:] + part.velocity_m_s[:-1]) * np.diff(part.t_s)[:, None]
             ways = np.add.reduceat(steps[: ends[-1]], ends[:-1], axis=0)
         is_whole = spans_s < 1.5 * BLOCK_ROWS * self._sampling_s
-        is_whole &= np.isfinite(changes).all(axis=1)
+        is_whole &= np.isfinite(changes + ways).all(axis=1)
         self._changes_ways += changes[is_whole].T @ ways[is_whole]
         self._changes2 += np.sum(changes[is_whole] ** 2, axis=0)
         self._ways2 += np.sum(ways[is_whole] ** 2, axis=0)

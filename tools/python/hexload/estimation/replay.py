@@ -9,7 +9,7 @@ from hexload.diagnosis.diagnose import Diagnosis, diagnose
 from hexload.diagnosis.machine import in_time, machine_of, with_rig
 from hexload.diagnosis.record import LONGEST_S
 from hexload.errors import InputError
-from hexload.estimation import load_summary
+from hexload.estimation import load_summary, stray
 from hexload.estimation.commanded import follow
 from hexload.estimation.firmware_run import FirmwareReplay, load_platform, native_firmware
 from hexload.estimation.input_check import REFUSED, InputCheck, WayIn, gaps_in_words, input_in_words
@@ -74,7 +74,7 @@ def replay_log(
             result = run.whole((temporary, estimator, prior), body_file, trace_file)
         except ValueError as error:
             raise InputError(f"{files}: {error}{_mend(str(error))}") from None
-        _judge(result, joined(run.recent), platform, platform_file, rig)
+        _judge(result, run, platform, platform_file, rig)
         if commanded is not None:
             followed = result["followed"] = follow(result["log"], platform, commanded)
             result["input_words"] = followed.contradiction or result["input_words"]
@@ -87,13 +87,14 @@ def replay_log(
     return result
 
 
-def _judge(result: dict, recent: LegLog, platform, platform_file: Path, rig: Path | None) -> None:
+def _judge(result: dict, run: "_Run", platform, platform_file: Path, rig: Path | None) -> None:
     """Adds to the estimates what is wrong with the log, the machine or its file."""
     result["has_rig"] = rig is not None
-    result["diagnosis"] = _diagnosis(result, recent, platform, rig)
+    result["diagnosis"] = _diagnosis(result, joined(run.recent), platform, rig)
     result["input_words"] = result["input_words"] or result["diagnosis"].input_words
     if result["verdict"][-1] in ("misfit", "inconsistent"):
-        result["input_words"] = result["input_words"] or _geometry_in_words(platform_file)
+        strays = run.strays_in_words if result["diagnosis"].cause is None else ""
+        result["input_words"] = result["input_words"] or strays or _geometry_in_words(platform_file)
     result["guessed"] = guessed_in_words(platform_file, MACHINE_KEYS["platform"]) if rig is None else ""
 
 
@@ -104,6 +105,12 @@ class _Run:
         self._native, self._platform, self._log, self._way_in, self._tare = native, platform, log, way_in, tare
         self.shown = _Thinned()
         self.recent: list[LegLog] = []  # parts, without the tare, of the last DIAGNOSED_S at least
+        self._strays: list[stray.Stray] = []  # the first
+        self._stray_count = 0
+
+    @property
+    def strays_in_words(self) -> str:
+        return stray.in_words(self._strays, self._stray_count)
 
     def whole(self, firmware: tuple[Path, str | None, str | None], bodies: Path | None, trace: Path | None) -> dict:
         """`firmware`: estimates' file, estimator, prior. Raises ValueError as the firmware does, and InputError."""
@@ -130,12 +137,15 @@ class _Run:
         result |= {"rows": self.shown.rows, "log": self.shown.log}
         result["input_words"] = input_in_words(result, self.shown.rows)
         unused = (NO_SENSORS,) if self.shown.last_rows.has_velocity and not self._platform.has_velocity else ()
-        remarks = (*self.shown.remarks, *unused, *gaps_in_words(result, sampling_s, self.shown.rows))
+        strays = (self.strays_in_words,) if self._strays else ()
+        remarks = (*self.shown.remarks, *unused, *strays, *gaps_in_words(result, sampling_s, self.shown.rows))
         return result | {"remarks": remarks}
 
     def _take(self, run: FirmwareReplay, part: LegLog) -> None:
         before = self.shown.last_rows
         self.shown.add(part)
+        strays = stray.strays_of(part, stray.noise_of(self._platform))
+        self._strays, self._stray_count = self._strays or strays[:1], self._stray_count + len(strays)
         if self._tare is not None:
             with_before = part if before is None else joined([before, part])
             part = self._tare.taken_off(with_before).rows(slice(len(with_before.t_s) - len(part.t_s), None))
@@ -176,8 +186,11 @@ def _mend(error: str) -> str:
     return ""
 
 
-def _diagnosis(result: dict, legs: LegLog, platform, rig: Path | None) -> Diagnosis:
-    machine, shown = machine_of(platform), legs
+def _diagnosis(result: dict, shown: LegLog, platform, rig: Path | None) -> Diagnosis:
+    machine = machine_of(platform)
+    legs = stray.without(
+        shown, stray.strays_of(shown, stray.noise_of(platform))
+    )  # least squares would fit nothing else
     machine, legs = (machine, in_time(platform, legs)) if rig is None else with_rig(rig, machine, legs)
     found = diagnose(legs, machine, load_summary.load_changes_s(result), shown)
     if result["names"][0] == "m":
