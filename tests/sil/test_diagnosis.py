@@ -12,7 +12,7 @@ from scipy.fft import dct
 from scipy.signal import butter, sosfilt
 
 import hexload
-from hexload.diagnosis import causes, phrases, spectral, wiring
+from hexload.diagnosis import causes, channels, phrases, spectral, wiring
 from hexload.diagnosis.bank import Bank, Selected
 from hexload.diagnosis.causes import Family
 from hexload.diagnosis.diagnose import diagnose
@@ -434,6 +434,24 @@ def test_a_short_or_a_slow_log_has_no_jitter(rows, every):
         part = LegLog(log.t_s[inside], log.displacement_m[inside], log.velocity_m_s[inside], log.force_n[inside])
         # THEN none of them has been read at other times than it tells
         assert all(finding.cause != "jitter" for finding in diagnose(part, machine()).findings)
+
+
+@pytest.mark.parametrize("name", ["multisine_eccentric", "load_pickup", "work_motion"])
+@pytest.mark.parametrize("gap_ms", [20, 300, 1000, 2000])
+def test_rows_that_are_missing_are_no_clock_that_jumps(name, gap_ms):
+    # GIVEN a log from which rows are cut, and one whose clock jumps ahead as far, at many moments
+    log = recorded(name, None)
+    is_moving = np.abs(log.velocity_m_s).max(axis=1) > 0.1
+    causes_of_jump = []
+    for at in range(1000, len(log.t_s) - gap_ms - 100, 497):
+        cut = log.rows(np.r_[0:at, at + gap_ms : len(log.t_s)])
+        # WHEN the rows' times are looked at THEN a gap is told as missing samples, in motion and at rest
+        assert [finding.cause for finding in channels._rows(cut)] == ["samples missing"]
+        jumped = replace(log, t_s=log.t_s + np.where(np.arange(len(log.t_s)) >= at, 1e-3 * gap_ms, 0.0))
+        if is_moving[at - 12 : at + 12].all():
+            causes_of_jump += [finding.cause for finding in channels._rows(jumped)]
+    # AND a jump as that, where the legs move
+    assert set(causes_of_jump) == {"clock jumped"}
 
 
 def test_a_machine_at_rest_does_not_freeze_its_samples():

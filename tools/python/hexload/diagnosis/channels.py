@@ -23,7 +23,8 @@ THIRD = np.sqrt(20.0)  # of the noise, in third differences
 MAD = 1.4826  # standard deviations per median absolute value
 SLOW_S, HARMFUL_S = 2.5e-3, 10e-3
 MISSING_SHARE = 5e-4
-CLOCK_SHARE = 0.25  # of a gap's way that the legs have moved, below which it is the clock that has jumped
+CLOCK_ROWS = 12  # on either side of a gap, of which a line is made
+CLOCK_NOISE = 3.0  # times what the lines leave, by which they may miss each other between the rows
 STUCK_S, FROZEN_S = 0.05, 0.03
 LOOSE, LOOSE_TICKS = 3, 3  # how often a loose plug has shown zero, and for how long at least
 LOOSE_STEPS, LOOSE_USUAL = 3.0, 0.99  # from how far: of the change from row to row that the channel's own seldom exceed
@@ -152,13 +153,20 @@ def _rows(log: LegLog) -> Iterator[Finding]:
 
 
 def _clock_jump(log: LegLog, row: int, dt_s: float) -> Finding | None:
-    """Whether the legs have gone on as if no time had passed."""
-    way = log.displacement_m[row + 1] - log.displacement_m[row]
-    speeds = [np.diff(part, axis=0).mean(axis=0) / dt_s for part in _around(log.displacement_m, row)]
+    """Whether the legs have gone on as if no time had passed: lines through the rows before and after meet in between, and
+    differ by what noise and the curve of the motion make of them."""
+    parts = log.displacement_m[max(0, row + 1 - CLOCK_ROWS) : row + 1], log.displacement_m[row + 1 :][:CLOCK_ROWS]
+    if min(map(len, parts)) < CLOCK_ROWS or not np.isfinite(np.concatenate(parts)).all():
+        return None
+    rows = np.arange(CLOCK_ROWS)
+    (before, after), left = zip(*(np.polyfit(rows, part, 1, full=True)[:2] for part in parts), strict=True)
+    noise_m = float(np.sqrt(np.sum(left) / (2 * LEGS * (CLOCK_ROWS - 2))))
+    apart = np.polyval(after, -0.5) - np.polyval(before, CLOCK_ROWS - 0.5)
     gap_s = float(log.t_s[row + 1] - log.t_s[row])
-    expected = 0.5 * (speeds[0] + speeds[1]) * gap_s
-    size = float(np.sqrt(np.mean(expected**2)))
-    if size < 1e-4 or np.sqrt(np.mean(way**2)) > CLOCK_SHARE * size:
+    slope = 0.5 * (before[0] + after[0])
+    lost = (min(gap_s / dt_s, CLOCK_ROWS) - 1.0) * slope  # later the motion may have turned
+    limit_m = CLOCK_NOISE * noise_m
+    if np.sqrt(np.mean(apart**2)) > limit_m or np.sqrt(np.mean(lost**2)) < 2.0 * limit_m:
         return None
     return Finding(
         Cause(Defect.CLOCK_JUMPED),
@@ -167,10 +175,6 @@ def _clock_jump(log: LegLog, row: int, dt_s: float) -> Finding | None:
         size=gap_s,
         unit="s",
     )
-
-
-def _around(values: Array, row: int) -> tuple[Array, Array]:
-    return values[max(0, row - 10) : row + 1], values[row + 1 : row + 12]
 
 
 def _missing(name: Channel, values: Array) -> Iterator[Finding]:
