@@ -9,7 +9,7 @@ import pytest
 
 from hexload import project
 from hexload.io import lcm_log
-from hexload_dev import spy
+from hexload.view import lcm_listener
 
 SOURCE = Path(os.environ["HEXLOAD_SOURCE_DIR"])
 FILES = sorted((SOURCE / "lcm_types").glob("*.lcm"))
@@ -58,8 +58,8 @@ def test_programs_and_tools_name_the_channels_of_the_table():
     # and the default URL is one and the same
     header = (SOURCE / "lcm_types" / "include" / "hexload_lcm" / "session.hpp").read_text()
     readme = (SOURCE / "lcm_types" / "README.md").read_text()
-    assert f'default_url = "{spy.DEFAULT_URL}"' in header
-    assert f"`{spy.DEFAULT_URL}`" in readme
+    assert f'default_url = "{lcm_listener.DEFAULT_URL}"' in header
+    assert f"`{lcm_listener.DEFAULT_URL}`" in readme
 
 
 def test_the_programs_of_the_table_have_the_options_that_it_names():
