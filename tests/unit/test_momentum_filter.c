@@ -355,11 +355,10 @@ static void test_an_angular_velocity_counts_beyond_its_noise(void) {
             constants.slope_gain = HEXLOAD_REAL(3.0);
             constants.rate_gain[k] = (hexload_real_t)(pow(noise / sigma_m, 2.0) / 3.0);
             step.filter.rate_square[k] = (hexload_real_t)pow(noise * (3.0 + 3.0 * uniform(&seed)), 2.0);
-            // WHEN a sample is taken THEN the square of the share that four times the noise's square has of the
-            // mean of a second, or of a third of its own square, is left out
+            // WHEN a sample is taken THEN four times the noise's square is off the mean of a second, or off a
+            // third of its own square
             const double mean = 0.999 * (double)step.filter.rate_square[k] + 0.001 * rate[k] * rate[k];
-            const double of_noise = fmin(4.0 * noise * noise / fmax(mean, rate[k] * rate[k] / 3.0), 1.0);
-            const double share = 1.0 - of_noise * of_noise;
+            const double share = fmax(0.0, 1.0 - 4.0 * noise * noise / fmax(mean, rate[k] * rate[k] / 3.0));
             none += share == 0.0;
             for (int j = 0; j < 3; j++) {
                 expected[j] += (double)step.now.motion.R[j][k] * share * rate[k];

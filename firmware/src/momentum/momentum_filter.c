@@ -142,9 +142,7 @@ static hexload_real_t leave_out_noise(hexload_momentum_filter_t* self, const hex
         const hexload_real_t square = self->rate_square[k];
         self->rate_square[k] = hexload_fma(share, (rate[k] * rate[k]) - square, square);
         const hexload_real_t known = hexload_max(self->rate_square[k], rate[k] * rate[k] / RATE_AT_ONCE);
-        const hexload_real_t share_of_noise =
-            hexload_min(variance * constants->rate_gain[k] / known, HEXLOAD_REAL(1.0));
-        out[k] = share_of_noise * share_of_noise * rate[k]; // all of noise, next to nothing of a motion
+        out[k] = hexload_min(variance * constants->rate_gain[k] / known, HEXLOAD_REAL(1.0)) * rate[k];
         square_m2_s2 += out[k] * out[k] / (HEXLOAD_REAL(3.0) * constants->rate_gain[k]);
     }
     for (int k = 0; k < 3; k++) { // what remains is not turned there and back
