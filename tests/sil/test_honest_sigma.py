@@ -59,9 +59,19 @@ def as_stated(platform) -> RubbingRig:
     )
 
 
-def run(machine: RubbingRig, platform: Path, seed: int, load_from_s: float = 0.0) -> dict:
+def one_frequency(seed: int) -> tuple[np.ndarray, np.ndarray]:
+    """Times and poses: all six axes at one frequency, from rest at home."""
+    random = np.random.default_rng(seed)
+    t_s, _ = multisine(seed, DURATION_S)
+    angle = 2 * np.pi * random.uniform(0.5, 1.5) * t_s[:, None] + random.uniform(0, 2 * np.pi, 6)
+    share = np.clip(t_s, 0.0, 1.0)[:, None]
+    amplitude = np.concatenate([random.uniform(0.02, 0.05, 3), random.uniform(0.03, 0.1, 3)])
+    return t_s, amplitude * np.sin(angle) * share**3 * (10.0 - 15.0 * share + 6.0 * share**2)
+
+
+def run(machine: RubbingRig, platform: Path, seed: int, load_from_s: float = 0.0, motion: tuple | None = None) -> dict:
     """The firmware alone: a whole replay would look for the cause of each misfit too."""
-    log = LegLog(*log_of(machine, multisine(seed, DURATION_S), LOAD, seed + 1, load_from_s))
+    log = LegLog(*log_of(machine, motion or multisine(seed, DURATION_S), LOAD, seed + 1, load_from_s))
     native = project.native_module()
     return run_firmware(native, native.load_platform(str(platform)), log, platform.parent / "estimates.csv")
 
@@ -117,3 +127,19 @@ def test_a_second_alarm_is_the_last_of_a_storm(effect, as_stated, platform):
     # THEN two changes at most are reported that were none, at the start, and the true one is, within 50 ms
     assert [t_s for t_s in told_s if t_s >= SETTLED_S] == pytest.approx([PICK_UP_S + 0.025], abs=0.026)
     assert len(told_s) <= 3
+
+
+def test_a_damper_on_the_platform_is_no_friction_of_the_legs(as_stated, platform):
+    # GIVEN runs on one frequency, to which the legs' friction may be anything, of a load alone and of one with a damper
+    text = platform.read_text().replace('kind = "momentum"', 'kind = "momentum_effects"')
+    unsure = platform.with_name("unsure.toml")
+    unsure.write_text(re.sub(r"\n\[tolerances\][^\[]*", "\n", text))
+    ends = []
+    for damper_n_s_m in (0.0, 30.0):
+        machine = replace(as_stated, damper_n_s_m=damper_n_s_m)
+        for seed in (131, 132, 133):
+            # WHEN they are replayed with friction estimated too
+            ends.append(run(machine, unsure, seed, motion=one_frequency(seed))["verdict"][-1])
+    # THEN friction that would drive a leg is a machine that does not fit its model, and a load alone is none
+    assert "misfit" not in ends[:3]
+    assert ends[3:] == ["misfit"] * 3

@@ -176,10 +176,43 @@ static void test_sigmas_have_the_filters_variance_and_that_of_open_constants(voi
     }
 }
 
+static void test_friction_that_drives_its_leg_is_none(void) {
+    // GIVEN legs that move either way, with friction from driving to braking
+    uint64_t seed = 94;
+    int driven = 0;
+    for (int trial = 0; trial < 500; trial++) {
+        bench_t bench;
+        bool is_driven = false;
+        begin(&bench, &seed, 0.1);
+        for (int leg = 0; leg < LEGS; leg++) {
+            const int c = LEGS + leg, d = 2 * LEGS + leg;
+            const double s = uniform(&seed), v = 0.2 * uniform(&seed);
+            bench.effects.last.sign[leg] = (hexload_real_t)(v > 0.0 ? fabs(s) : -fabs(s));
+            bench.effects.last.speed_m_s[leg] = (hexload_real_t)v;
+            bench.effects.effect[c] = HEXLOAD_REAL(8.0) * bench.effects.effect[c] + HEXLOAD_REAL(60.0);
+            const double at[2] = {(double)bench.effects.last.sign[leg], v};
+            const double force_n =
+                at[0] * (double)bench.effects.effect[c] + v * (double)bench.effects.effect[d];
+            const double variance_n2 = at[0] * at[0] * bench.P[c][c] + 2.0 * at[0] * v * bench.P[c][d] +
+                                       v * v * bench.P[d][d];
+            // WHEN they are asked for THEN one is known that drives by more than six of its sigmas
+            is_driven = is_driven || (force_n * v < 0.0 && fabs(force_n) > 6.0 * sqrt(variance_n2));
+        }
+        hexload_config_t* config = &bench.scene.config;
+        TEST_ASSERT_EQUAL_INT(is_driven, hexload_actuator_effects_drive(&bench.effects, config));
+        driven += is_driven;
+        // AND beside a rig file they are what has changed since
+        config->rig.direction_count = 1;
+        TEST_ASSERT_FALSE(hexload_actuator_effects_drive(&bench.effects, config));
+    }
+    TEST_ASSERT_TRUE(driven > 50 && driven < 450);
+}
+
 int main(void) {
     UNITY_BEGIN();
     RUN_TEST(test_forces_are_those_on_a_level_platform_without_friction);
     RUN_TEST(test_effects_that_are_not_finite_are_known);
     RUN_TEST(test_sigmas_have_the_filters_variance_and_that_of_open_constants);
+    RUN_TEST(test_friction_that_drives_its_leg_is_none);
     return UNITY_END();
 }

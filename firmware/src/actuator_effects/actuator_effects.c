@@ -25,6 +25,12 @@ enum {
 /// the load monitor looks at a new load's samples when it has settled, as far from the filter's ticks.
 enum { UNCERTAIN_LAGS = 2 };
 
+/// Beyond the five sigmas that errors of ideal runs have been seen to reach.
+#define DRIVEN_SIGMAS HEXLOAD_REAL(6.0)
+
+/// 34 roundings in single precision.
+#define ROUNDING HEXLOAD_REAL(4e-6)
+
 /// A platform at rest gives no more information after that.
 #define LONGEST_REST_S HEXLOAD_REAL(2.0)
 
@@ -579,6 +585,30 @@ void hexload_actuator_effects_forget(hexload_actuator_effects_t* self) {
     for (int i = 0; i < DIM; i++) {
         memset(&self->covariance[EFFECT_ROW(i)], 0, KNOWN * sizeof self->covariance[0]);
     }
+}
+
+/// Of a leg's friction at its last speed, and the square of its sigma, beside which rounding counts: known
+/// together at one speed, both parts may be open. @return N^2, negative when it drives.
+static hexload_real_t friction_n2(const hexload_actuator_effects_t* self, int leg,
+                                  hexload_real_t* variance_n2) {
+    const hexload_real_t s = self->last.sign[leg];
+    const hexload_real_t v = self->last.speed_m_s[leg];
+    const hexload_real_t force_n = (s * self->effect[COULOMB + leg]) + (v * self->effect[VISCOUS + leg]);
+    const hexload_real_t apart_n2 = (s * s * effects_covariance(self, COULOMB + leg, COULOMB + leg)) +
+                                    (v * v * effects_covariance(self, VISCOUS + leg, VISCOUS + leg));
+    const hexload_real_t together_n2 = s * v * effects_covariance(self, VISCOUS + leg, COULOMB + leg);
+    *variance_n2 = ((HEXLOAD_REAL(1.0) + ROUNDING) * apart_n2) + (HEXLOAD_REAL(2.0) * together_n2);
+    return (force_n * v) < HEXLOAD_REAL(0.0) ? -(force_n * force_n) : (force_n * force_n);
+}
+
+bool hexload_actuator_effects_drive(const hexload_actuator_effects_t* self, const hexload_config_t* config) {
+    bool is_driven = false;
+    for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
+        hexload_real_t variance_n2;
+        const hexload_real_t square_n2 = friction_n2(self, leg, &variance_n2);
+        is_driven = is_driven || (square_n2 < (-DRIVEN_SIGMAS * DRIVEN_SIGMAS * variance_n2));
+    }
+    return is_driven && (config->rig.direction_count == 0);
 }
 
 bool hexload_actuator_effects_is_finite(const hexload_actuator_effects_t* self) {

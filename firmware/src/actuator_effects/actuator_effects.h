@@ -36,6 +36,11 @@ void hexload_actuator_effects_forget(hexload_actuator_effects_t* self);
 /// in all else as before (Schmidt's filter).
 void hexload_actuator_effects_hold(hexload_actuator_effects_t* self, const hexload_config_t* config);
 
+/// Whether a leg's friction drives its leg, at its last speed and beyond DRIVEN_SIGMAS of what is known of it:
+/// no friction does, so something else than the load and the legs acts on the platform. Not with a rig file,
+/// beside which the states are what has changed since. Reentrant.
+bool hexload_actuator_effects_drive(const hexload_actuator_effects_t* self, const hexload_config_t* config);
+
 /// False when a number is not finite: then only hexload_actuator_effects_init() helps.
 bool hexload_actuator_effects_is_finite(const hexload_actuator_effects_t* self);
 
