@@ -239,12 +239,12 @@ static inline void filter(hexload_momentum_t* self, const hexload_config_t* conf
     if (is_measured && !self->is_interrupted) {
         test_residual(self, config, left->innovation);
     }
-    if ((effects != NULL) && hexload_actuator_effects_drive(&effects->filter, config)) {
-        hexload_momentum_supervisor_doubt(&self->supervisor);
-    }
     hexload_momentum_supervisor_watch(&self->supervisor, config, &self->filter, &self->jackknife,
                                       &self->residual_test, past);
     if (effects != NULL) {
+        if (hexload_actuator_effects_drive(&effects->filter, config)) {
+            hexload_momentum_supervisor_doubt(&self->supervisor);
+        }
         hexload_identifiability_step(&effects->identifiability, config, &self->filter, &effects->filter,
                                      &past->smooth);
     }

@@ -1445,6 +1445,21 @@ static void test_velocities_that_are_held_are_a_misfit(void) {
     TEST_ASSERT_EQUAL_INT(HEXLOAD_VERDICT_MISFIT, verdict_of_held(2));
 }
 
+static void test_friction_that_drives_a_leg_is_a_misfit(void) {
+    // GIVEN a leg that is braked, or driven, by 400 N s/m WHEN three seconds have passed THEN the latter is no
+    // friction
+    effects_t effects = {{0.0}};
+    static bench_t bench;
+    effects.value[12] = 400.0;
+    begin(&bench, paper_machine(), random_motion(31, 0.05, 0.1), &effects, 4);
+    run(&bench, &eccentric, 3000);
+    TEST_ASSERT_LESS_THAN_INT(HEXLOAD_VERDICT_MISFIT, bench.estimate.verdict);
+    effects.value[12] = -400.0;
+    begin(&bench, paper_machine(), random_motion(31, 0.05, 0.1), &effects, 4);
+    run(&bench, &eccentric, 3000);
+    TEST_ASSERT_EQUAL_INT(HEXLOAD_VERDICT_MISFIT, bench.estimate.verdict);
+}
+
 int main(void) {
     UNITY_BEGIN();
     RUN_TEST(test_step_is_that_of_a_dense_filter);
@@ -1463,6 +1478,7 @@ int main(void) {
     RUN_TEST(test_friction_near_standstill_is_noise_of_speed_and_shape_for_a_lag);
     RUN_TEST(test_what_has_converged_is_confounded_with_nothing);
     RUN_TEST(test_velocities_that_are_held_are_a_misfit);
+    RUN_TEST(test_friction_that_drives_a_leg_is_a_misfit);
     RUN_TEST(test_open_constants_move_load_and_effects_as_said);
     RUN_TEST(test_a_state_is_not_considered_too);
     RUN_TEST(test_effects_of_sigma_zero_are_none);
