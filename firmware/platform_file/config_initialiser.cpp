@@ -156,6 +156,7 @@ void write_momentum(Initialiser& to, const hexload_config_t& config) {
     to.value("prior_tilt_sigma_m_s2", effects.prior_tilt_sigma_m_s2, "m/s^2");
     to.value("friction_speed_m_s", effects.friction_speed_m_s, "m/s");
     to.value("friction_shape", effects.friction_shape, "of its logarithm");
+    to.value("leg_share", effects.leg_share, "kg/kg");
     to.end();
 }
 

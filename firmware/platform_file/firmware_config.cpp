@@ -191,6 +191,9 @@ hexload_config_t firmware_config(const PlatformFile& platform, const EstimatorSe
     const Tolerances& open = is_as_declared ? platform.rig->declared : platform.tolerances;
     override_with(open.force_gain_common, config.tolerances.force_gain);
     override_with(open.platform_mass, config.tolerances.platform_mass);
+    if (open.platform_mass) { // with what of the legs hangs on it
+        config.actuator_effects.leg_share = real(0.0);
+    }
     override_with(open.platform_com_m, config.tolerances.platform_com_m);
     override_with(open.platform_inertia, config.tolerances.platform_inertia);
     return config;

@@ -12,8 +12,7 @@ hexload_status_t hexload_momentum_effects_init(hexload_momentum_effects_t* self,
                                                const hexload_config_t* config) {
     const hexload_status_t status = hexload_momentum_init(&self->momentum, config);
     if (status == HEXLOAD_OK) {
-        hexload_actuator_effects_init(&self->effects.filter, config);
-        hexload_identifiability_init(&self->effects.identifiability);
+        begin_effects(&self->momentum, config, &self->effects);
     }
     return status;
 }

@@ -259,6 +259,14 @@ static inline void compare_blocks(hexload_momentum_t* self, const hexload_config
     self->newton_steps = (uint8_t)newton_steps;
 }
 
+/// Nothing is known of the effects. After the filter has begun.
+static inline void begin_effects(hexload_momentum_t* self, const hexload_config_t* config,
+                                 hexload_effects_stage_t* effects) {
+    hexload_actuator_effects_init(&effects->filter, config);
+    hexload_identifiability_init(&effects->identifiability);
+    hexload_tolerances_add_legs(&self->filter.tolerances, config->actuator_effects.leg_share);
+}
+
 /// After a number that is not finite, or samples that have come again: everything begins from nothing.
 static inline void restart(hexload_momentum_t* self, const hexload_config_t* config,
                            hexload_effects_stage_t* effects, uint32_t* health) {
@@ -273,8 +281,7 @@ static inline void restart(hexload_momentum_t* self, const hexload_config_t* con
     hexload_oscillation_test_init(&self->oscillation);
     hexload_momentum_supervisor_forget(&self->supervisor);
     if (effects != NULL) {
-        hexload_actuator_effects_init(&effects->filter, config);
-        hexload_identifiability_init(&effects->identifiability);
+        begin_effects(self, config, effects);
     }
     self->is_interrupted = true;
     hexload_health_set(health, HEXLOAD_HEALTH_FILTER_RESTARTED);

@@ -96,6 +96,7 @@ static void test_the_default_tolerances_ranges_and_speeds_are_those_of_the_heade
     ASSERT_NUMBER(0.5, config.momentum.nis_time_constant_s);
     ASSERT_NUMBER(10.0, config.momentum.excitation_time_constant_s);
     ASSERT_NUMBER(5e-3, config.actuator_effects.friction_speed_m_s);
+    ASSERT_NUMBER(0.15, config.actuator_effects.leg_share);
     ASSERT_NUMBER(0.01, config.rig.stribeck_speed_m_s);
     ASSERT_NUMBER(0.001, config.rig.reversal_speed_m_s);
     // AND the priors are the safe ones of 500 kg, and of a platform of 100 kg
@@ -509,6 +510,7 @@ static void test_config_knows_both_ends_of_every_range(void) {
     ASSERT_RANGE(actuator_effects.prior_tilt_sigma_m_s2, 0.0, 30.0);
     ASSERT_RANGE(actuator_effects.friction_speed_m_s, 1e-6, 10.0);
     ASSERT_RANGE(actuator_effects.friction_shape, 0.0, 10.0);
+    ASSERT_RANGE(actuator_effects.leg_share, 0.0, 1.0);
     ASSERT_RANGE(rig.force_offset_n[5], -1e6, 1e6);
     ASSERT_RANGE(rig.force_gain[5], -0.5, 0.5);
     ASSERT_RANGE(rig.coulomb_n[5], 0.0, 1e6);

@@ -1268,6 +1268,29 @@ static void test_an_effect_that_is_no_number_begins_anew(void) {
     TEST_ASSERT_FALSE(bench.estimator.momentum.health.bits >> HEXLOAD_HEALTH_FILTER_RESTARTED & 1u);
 }
 
+static void test_what_of_the_legs_hangs_on_the_platform_is_in_the_sigmas_of_free_effects(void) {
+    // GIVEN two filters of free effects, for one of which legs of 15 % of the platform's mass may hang on it
+    static bench_t exact, open;
+    hexload_config_t config = paper_machine();
+    begin(&exact, config, random_motion(45, 0.05, 0.1), &none, 10);
+    config.actuator_effects.leg_share = HEXLOAD_REAL(0.15);
+    begin(&open, config, random_motion(45, 0.05, 0.1), &none, 10);
+    for (int begun_anew = 0; begun_anew < 2; begun_anew++) {
+        // WHEN a load moves THEN its mass is open by that, and its moments by twice the share of the platform's
+        run(&exact, &eccentric, 1500);
+        run(&open, &eccentric, 1500);
+        const double of_mass =
+            hypot((double)exact.estimate.sigma[HEXLOAD_LOAD_M], 0.15 * (double)config.platform.mass_kg);
+        const double of_izz = hypot((double)exact.estimate.sigma[HEXLOAD_LOAD_IZZ],
+                                    0.3 * (double)config.platform.inertia_kg_m2[HEXLOAD_I_ZZ]);
+        TEST_ASSERT_DOUBLE_WITHIN(1e-3 * of_mass, of_mass, (double)open.estimate.sigma[HEXLOAD_LOAD_M]);
+        TEST_ASSERT_DOUBLE_WITHIN(1e-3 * of_izz, of_izz, (double)open.estimate.sigma[HEXLOAD_LOAD_IZZ]);
+        // AND so it is after all has begun anew
+        exact.estimator.effects.filter.effect[3] = (hexload_real_t)NAN;
+        open.estimator.effects.filter.effect[3] = (hexload_real_t)NAN;
+    }
+}
+
 static void test_what_legs_do_faster_than_the_smoother_is_a_mean_of_two_seconds(void) {
     // GIVEN a smooth motion, of which only noise is faster than the smoother WHEN a second has passed THEN
     // the mean of six squares less their variance is zero: of n ticks its sigma is sqrt(2 / 6 / n) of the
@@ -1493,6 +1516,7 @@ int main(void) {
     RUN_TEST(test_a_platform_that_rests_teaches_nothing_after_two_seconds);
     RUN_TEST(test_a_load_put_on_a_platform_that_has_rested_for_long_is_weighed);
     RUN_TEST(test_an_effect_that_is_no_number_begins_anew);
+    RUN_TEST(test_what_of_the_legs_hangs_on_the_platform_is_in_the_sigmas_of_free_effects);
     RUN_TEST(test_what_legs_do_faster_than_the_smoother_is_a_mean_of_two_seconds);
     RUN_TEST(test_errors_are_as_large_as_the_filter_says);
     return UNITY_END();

@@ -136,6 +136,9 @@ typedef struct hexload_actuator_effects_config {
     /// Of ln v0, that the friction near zero speed is of another shape (breakaway, presliding); 0..10, 0:
     /// exact.
     hexload_real_t friction_shape;
+    /// What of the legs hangs on the platform beyond tolerances.platform_mass, of platform.mass_kg, kg/kg;
+    /// 0..1. Free effects take up the swing that tells of it, so it counts where they are free alone.
+    hexload_real_t leg_share;
 } hexload_actuator_effects_config_t;
 
 /// One way in which the constants of the rig may all be off together, by one standard deviation: estimates

@@ -71,6 +71,7 @@ void hexload_config_default(hexload_config_t* config) {
     config->momentum = paper_machine.momentum;
     config->actuator_effects.friction_speed_m_s = HEXLOAD_REAL(5e-3);
     config->actuator_effects.friction_shape = HEXLOAD_REAL(2.0); // off by 0.77 of Coulomb's at most
+    config->actuator_effects.leg_share = HEXLOAD_REAL(0.15);     // half of it: six legs of 5 % of the platform
     config->rig.stribeck_speed_m_s = HEXLOAD_REAL(0.01);
     config->rig.reversal_speed_m_s = HEXLOAD_REAL(0.001);
     hexload_config_set_prior(config, HEXLOAD_PRIOR_SAFE);

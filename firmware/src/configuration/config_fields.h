@@ -72,6 +72,7 @@
     IN(actuator_effects.prior_tilt_sigma_m_s2, ZERO, THIRTY)                                                 \
     IN(actuator_effects.friction_speed_m_s, ONE_E_MINUS_6, TEN)                                              \
     IN(actuator_effects.friction_shape, ZERO, TEN)                                                           \
+    IN(actuator_effects.leg_share, ZERO, ONE)                                                                \
     IN(rig.force_offset_n, MINUS_MILLION, MILLION)                                                           \
     IN(rig.force_gain, MINUS_HALF, HALF)                                                                     \
     IN(rig.coulomb_n, ZERO, MILLION)                                                                         \

@@ -2,6 +2,15 @@
 
 #include "algebra/real.h"
 
+static hexload_real_t hypotenuse(hexload_real_t a, hexload_real_t b) {
+    return hexload_sqrt(hexload_fma(a, a, b * b));
+}
+
+void hexload_tolerances_add_legs(hexload_tolerances_t* tolerances, hexload_real_t share) {
+    tolerances->platform_mass = hypotenuse(tolerances->platform_mass, share);
+    tolerances->platform_inertia = hypotenuse(tolerances->platform_inertia, share + share);
+}
+
 static hexload_real_t mean_moment(const hexload_real_t own[HEXLOAD_LOAD_DIM]) {
     const hexload_real_t third = HEXLOAD_REAL(1.0) / HEXLOAD_REAL(3.0);
     return third * (own[HEXLOAD_LOAD_IXX] + own[HEXLOAD_LOAD_IYY] + own[HEXLOAD_LOAD_IZZ]);

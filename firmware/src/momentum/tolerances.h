@@ -11,6 +11,10 @@
 
 #include "momentum/momentum_filter.h"
 
+/// Adds what of the legs hangs on the platform, at its rim, where the filter's model has more that is free and
+/// takes up what their swing would leave: a share of the platform's mass, and twice that of its moments.
+void hexload_tolerances_add_legs(hexload_tolerances_t* tolerances, hexload_real_t share);
+
 /// Covariance that the tolerances add to parameters i and j of the load. Constant time.
 hexload_real_t hexload_tolerances_covariance(const hexload_momentum_filter_t* filter, int i, int j);
 
