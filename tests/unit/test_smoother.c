@@ -1,6 +1,6 @@
 #include "momentum/smoother.h"
 #include "algebra/linalg.h"
-#include "machine.h"
+#include "textbook.h"
 
 #include <math.h>
 #include <string.h>
@@ -205,18 +205,22 @@ static void test_a_servo_that_rings_on_is_no_transient(void) {
 
 static void test_a_transient_faster_than_the_window_is_followed(void) {
     // GIVEN legs that ring with 50 mm/s, of which a window of 161 ms leaves nothing WHEN the speeds are asked
-    // for THEN of 20 Hz a parabola through 12 ticks on each side leaves out 2.1 % (its weights times
-    // cosines), of 50 Hz one through 6 ticks 6.1 %; and where speeds pass zero, what counts as noise: the
-    // roots of 22.46 * 0.0992 and of 600 * 0.212 sigma^2 over six legs, 0.61 and 4.6 mm/s
-    TEST_ASSERT_TRUE(ringing_left(20.0, 0.05) < 0.0215 + 0.61 / 50.0);
-    TEST_ASSERT_TRUE(ringing_left(50.0, 0.05) < 0.0611 + 4.6 / 50.0);
+    // for THEN of 20 Hz a polynomial of degree six leaves out nothing, of 60 Hz 2.2 % (its weights times
+    // cosines); and of each degree's part what counts as noise: the roots of 22.46 * 0.0992, 0.0659 and
+    // 0.0760 sigma^2 over six legs, 0.61, 0.50 and 0.53 mm/s
+    TEST_ASSERT_TRUE(ringing_left(20.0, 0.05) < 1e-4 + 1.64 / 50.0);
+    TEST_ASSERT_TRUE(ringing_left(60.0, 0.05) < 0.0215 + 1.64 / 50.0);
 }
 
 static void test_a_transient_is_never_followed_the_wrong_way_round(void) {
-    // GIVEN legs that ring at 90 Hz with less than the narrow parabola is for: the wide one gives -0.37 of it
-    // (its weights times cosines), the narrow one 0.54 WHEN the smooth speeds are asked for THEN they leave
-    // it out: off by the amplitude, not by 1.3 of it
-    TEST_ASSERT_TRUE(ringing_left(90.0, 0.004) < 1.02);
+    // GIVEN legs that ring at 110 Hz, of which degree two gives -0.15, degree four -0.24 more and degree six
+    // 0.65 (their weights times cosines), so that of the three the last stands out first WHEN the smooth
+    // speeds are asked for THEN they leave it out, or a part of it: off by the amplitude at most, where
+    // degree four alone would be by 1.39 of it
+    static const double amplitude_m_s[] = {5e-4, 1e-3, 2e-3, 4e-3, 0.015, 0.05};
+    for (int n = 0; n < 6; n++) {
+        TEST_ASSERT_TRUE(ringing_left(110.0, amplitude_m_s[n]) < 1.02);
+    }
 }
 
 /// How many of 4,000 speeds, from windows that share no tick, are not zero for legs at rest.
@@ -242,11 +246,12 @@ static int followed_at_rest(double sigma_m_s) {
 }
 
 static void test_noise_of_speed_sensors_is_hardly_ever_followed(void) {
-    // GIVEN legs at rest whose speed sensors have the stated noise WHEN 4,000 speeds are asked for THEN one
-    // in a thousand lets something through: 4, and 15 one time in 40,000
-    TEST_ASSERT_TRUE(followed_at_rest(1e-3) < 15);
-    // AND of noise of 1.5 times the stated, chi-square beyond 22.46 / 2.25: 12.5 % are 500, four sigma 84
-    TEST_ASSERT_INT_WITHIN(84, 500, followed_at_rest(1.5e-3));
+    // GIVEN legs at rest whose speed sensors have the stated noise WHEN 4,000 speeds are asked for THEN three
+    // in a thousand let something through, one for each degree: 12, and more than 28 one time in 40,000
+    TEST_ASSERT_TRUE(followed_at_rest(1e-3) <= 28);
+    // AND of noise of 1.3 times the stated, chi-square beyond 22.46 / 1.69: 3.9 % for each degree, 11.2 % for
+    // any are 446, four sigma 80
+    TEST_ASSERT_INT_WITHIN(80, 446, followed_at_rest(1.3e-3));
 }
 
 /// Smooth speeds of ticks 28 to 52 of a motion that bends in all directions, one speed of whose tick 40 is
@@ -662,24 +667,19 @@ static void fit_window(textbook_t* book, uint32_t middle, double tick_s, double 
     }
 }
 
-/// The value at 0 of parabolas through the speeds of so many ticks on either side. @return its variance, of
-/// that of a speed.
-static double fit_parabola(const textbook_t* book, uint32_t middle, int ticks, double v[LEGS]) {
-    double S2 = 0.0, S4 = 0.0;
-    for (int j = 1; j <= ticks; j++) {
-        S2 += 2.0 * pow(j, 2);
-        S4 += 2.0 * pow(j, 4);
-    }
-    const double determinant = 2.0 * ticks * S4 - S2 * S2;
+/// The middle value of polynomials through the speeds on either side. @return its variance, of that of a
+/// speed.
+static double fit_polynomial(const textbook_t* book, uint32_t middle, int degree, double v[LEGS]) {
+    double weight[FOLLOWED];
+    const double variance = weigh_polynomial(degree, FOLLOWED, weight);
     for (int leg = 0; leg < LEGS; leg++) {
         v[leg] = 0.0;
-        for (int j = 1; j <= ticks; j++) {
-            v[leg] += (S4 - S2 * j * j) / determinant *
-                      (book->velocity_m_s[middle + (uint32_t)j][leg] +
-                       book->velocity_m_s[middle - (uint32_t)j][leg]);
+        for (uint32_t j = 1; j <= FOLLOWED; j++) {
+            v[leg] +=
+                weight[j - 1] * (book->velocity_m_s[middle + j][leg] + book->velocity_m_s[middle - j][leg]);
         }
     }
-    return S4 / determinant;
+    return variance;
 }
 
 static double distance2(const double a[LEGS], const double b[LEGS]) {
@@ -690,32 +690,25 @@ static double distance2(const double a[LEGS], const double b[LEGS]) {
     return sum;
 }
 
-/// v goes as far towards what is seen as that is beyond the limit. @return whether it does.
-static bool go_towards(textbook_t* book, const double seen[LEGS], double limit, double v[LEGS]) {
-    const double square = distance2(seen, v);
-    if (!exceeds(book, square, limit)) {
-        return false;
-    }
-    for (int k = 0; k < LEGS; k++) {
-        v[k] += (1.0 - limit / square) * (seen[k] - v[k]);
-    }
-    return true;
-}
-
 static void follow_transient(textbook_t* book, uint32_t middle, double sigma_m_s, double v[LEGS]) {
-    double wide[LEGS], narrow[LEGS], with[LEGS];
-    const double of_wide = fit_parabola(book, middle, FOLLOWED, wide) * sigma_m_s * sigma_m_s;
-    const double of_narrow = fit_parabola(book, middle, FOLLOWED / 2, narrow) * sigma_m_s * sigma_m_s;
-    const double narrow_limit = (middle >= LAG ? 600.0 : 22.46) * of_narrow;
+    double below[LEGS], value[LEGS], with[LEGS], variance_below = 0.0;
     bool is_whole = true, is_transient = false;
     for (uint32_t j = 1; j <= FOLLOWED; j++) {
         is_whole = is_whole && !book->is_left_out[middle - j] && !book->is_left_out[middle + j];
     }
     memcpy(with, v, sizeof with);
-    if (is_whole) {
-        const bool is_wide = exceeds(book, distance2(wide, v), distance2(narrow, wide));
-        is_transient = is_wide && go_towards(book, wide, 22.46 * of_wide, with);
-        is_transient = go_towards(book, narrow, narrow_limit, with) || is_transient;
+    memcpy(below, v, sizeof below);
+    for (int degree = 2; degree <= 6 && is_whole; degree += 2) {
+        const double variance = fit_polynomial(book, middle, degree, value);
+        const double least = 22.46 * (variance - variance_below) * sigma_m_s * sigma_m_s;
+        const double square = distance2(value, below);
+        const bool is_kept = exceeds(book, square, least);
+        for (int k = 0; k < LEGS; k++) {
+            with[k] += is_kept ? (1.0 - least / square) * (value[k] - below[k]) : 0.0;
+        }
+        is_transient = is_transient || is_kept;
+        variance_below = variance;
+        memcpy(below, value, sizeof below);
     }
     if (is_transient) {
         book->transient_ticks += book->transient_ticks < 8 * LAG ? 1 : 0;
@@ -771,7 +764,7 @@ typedef struct tally {
     int judged, left_out, moved, transients, lasting;
 } tally_t;
 
-/// Speeds of a tick that was taken out are those of the polynomials and parabolas, but where rounding
+/// Speeds of a tick that was taken out are those of the polynomials, but where rounding
 /// decides, and so is for how long the legs have rung.
 static void check_speeds(textbook_t* book, const hexload_config_t* config, double sigma_m_s,
                          const hexload_smoother_t* smoother, const hexload_smooth_sample_t* past,
@@ -788,7 +781,8 @@ static void check_speeds(textbook_t* book, const hexload_config_t* config, doubl
     memcpy(fitted, v, sizeof v);
     follow_transient(book, past->sample.tick, sigma_m_s, v);
     const double largest_m_s = sqrt(dot_of(v, v)) + 0.3;
-    book->tolerance_m_s += ROUNDINGS(20, largest_m_s) + 7e-6 * largest_m_s; // weights have eight digits
+    // weights of 24 ticks have nine digits, at j^4 = 20736, and terms up to 4.3, which round twice
+    book->tolerance_m_s += ROUNDINGS(20 + 24 * 2 * 4.3, largest_m_s) + 24 * 20736 * 5e-13 * largest_m_s;
     for (int leg = 0; leg < LEGS && !book->is_close; leg++) {
         TEST_ASSERT_DOUBLE_WITHIN(book->tolerance_m_s, v[leg], (double)past->smooth_velocity_m_s[leg]);
     }

@@ -1,6 +1,6 @@
 #include "momentum/transient.h"
 #include "algebra/linalg.h"
-#include "machine.h"
+#include "textbook.h"
 
 #include <math.h>
 #include <string.h>
@@ -8,26 +8,17 @@
 void setUp(void) {}
 void tearDown(void) {}
 
-enum { TICKS = HEXLOAD_TRANSIENT_TICKS, NARROW_TICKS = 6, CAPACITY = HEXLOAD_DELAY_CAPACITY };
+enum { TICKS = HEXLOAD_TRANSIENT_TICKS, CAPACITY = HEXLOAD_DELAY_CAPACITY };
 
-/// Value at 0 of the parabola that fits the ticks 1..n on both sides best, and its variance in those of a
-/// tick: the normal equations of a + c j^2, solved by Cramer's rule; the linear part is odd and takes no
-/// part.
-static double parabola(const hexload_smoother_t* smoother, uint32_t place, int leg, int n, double* variance) {
-    double ones = 0.0, second = 0.0, fourth = 0.0, sum = 0.0, moment = 0.0;
-    for (int j = 1; j <= n; j++) {
-        const double square = (double)(j * j);
-        const double pair = (double)smoother->velocity_m_s[(place + (uint32_t)j) % CAPACITY][leg] +
-                            (double)smoother->velocity_m_s[(place + CAPACITY - (uint32_t)j) % CAPACITY][leg];
-        ones += 2.0;
-        second += 2.0 * square;
-        fourth += 2.0 * square * square;
-        sum += pair;
-        moment += square * pair;
+/// Value of the polynomial through the ticks on both sides, and its variance in those of a tick.
+static double fit(const hexload_smoother_t* smoother, uint32_t place, int leg, int degree, double* variance) {
+    double weight[TICKS], value = 0.0;
+    *variance = weigh_polynomial(degree, TICKS, weight);
+    for (uint32_t j = 1; j <= TICKS; j++) {
+        value += weight[j - 1] * ((double)smoother->velocity_m_s[(place + j) % CAPACITY][leg] +
+                                  (double)smoother->velocity_m_s[(place + CAPACITY - j) % CAPACITY][leg]);
     }
-    const double determinant = ones * fourth - second * second;
-    *variance = fourth / determinant;
-    return (fourth * sum - second * moment) / determinant;
+    return value;
 }
 
 typedef struct expected {
@@ -36,40 +27,30 @@ typedef struct expected {
     bool is_close; ///< to a limit: rounding decides
 } expected_t;
 
-static void shrink(const double seen_m_s[HEXLOAD_LEGS], double least, expected_t* expected) {
-    double square = 0.0;
-    for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
-        square += pow(seen_m_s[leg] - expected->velocity_m_s[leg], 2.0);
-    }
-    expected->is_close = expected->is_close || fabs(square / least - 1.0) < 1e-3;
-    if (square > least) {
-        for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
-            expected->velocity_m_s[leg] +=
-                (1.0 - least / square) * (seen_m_s[leg] - expected->velocity_m_s[leg]);
-        }
-        expected->is_transient = true;
-    }
-}
-
-/// As transient.h says, from a smoother that is at its start or has a full window.
-static expected_t expect(const hexload_smoother_t* smoother, uint32_t place, double sigma_m_s, bool is_full,
+/// As transient.h says: what degrees two, four and six add, each as far as it stands out of its own noise.
+static expected_t expect(const hexload_smoother_t* smoother, uint32_t place, double sigma_m_s,
                          const hexload_real_t velocity_m_s[HEXLOAD_LEGS]) {
     expected_t expected = {{0}, false, false};
-    double wide[HEXLOAD_LEGS], narrow[HEXLOAD_LEGS];
-    double by_wide = 0.0, by_narrow = 0.0, wide_variance = 0.0, narrow_variance = 0.0;
+    double below[HEXLOAD_LEGS], variance_below = 0.0;
     for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
-        wide[leg] = parabola(smoother, place, leg, TICKS, &wide_variance);
-        narrow[leg] = parabola(smoother, place, leg, NARROW_TICKS, &narrow_variance);
-        expected.velocity_m_s[leg] = (double)velocity_m_s[leg];
-        by_wide += pow(wide[leg] - expected.velocity_m_s[leg], 2.0);
-        by_narrow += pow(narrow[leg] - wide[leg], 2.0);
+        below[leg] = expected.velocity_m_s[leg] = (double)velocity_m_s[leg];
     }
-    // the wide window counts where it explains more than it leaves to the narrow one
-    expected.is_close = fabs(by_narrow / by_wide - 1.0) < 1e-3;
-    if (by_narrow < by_wide) {
-        shrink(wide, 22.46 * wide_variance * sigma_m_s * sigma_m_s, &expected);
+    for (int degree = 2; degree <= 6; degree += 2) {
+        double part[HEXLOAD_LEGS], variance = 0.0, square = 0.0;
+        for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
+            const double value = fit(smoother, place, leg, degree, &variance);
+            part[leg] = value - below[leg];
+            square += part[leg] * part[leg];
+            below[leg] = value;
+        }
+        const double least = 22.46 * (variance - variance_below) * sigma_m_s * sigma_m_s;
+        variance_below = variance;
+        expected.is_close = expected.is_close || fabs(square / least - 1.0) < 1e-3;
+        expected.is_transient = expected.is_transient || square > least;
+        for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
+            expected.velocity_m_s[leg] += fmax(0.0, 1.0 - least / square) * part[leg];
+        }
     }
-    shrink(narrow, (is_full ? 600.0 : 22.46) * narrow_variance * sigma_m_s * sigma_m_s, &expected);
     return expected;
 }
 
@@ -87,40 +68,38 @@ static void fill(hexload_smoother_t* smoother, uint32_t place, double slow, doub
     }
 }
 
-static void test_speeds_follow_the_parabolas_as_far_as_they_stand_out_of_noise(void) {
+static void test_speeds_follow_polynomials_as_far_as_they_stand_out_of_noise(void) {
     // GIVEN speeds that are slow, fast or noise, in sizes from below to far above sigma, at every place of
-    // the ring, with a full window of displacements and before
+    // the ring
     uint64_t seed = 3;
     int transients = 0, judged = 0;
     for (uint32_t trial = 0; trial < 4000; trial++) {
         hexload_smoother_t smoother;
         memset(&smoother, 0, sizeof smoother);
         const uint32_t place = trial % CAPACITY;
-        const bool is_full = trial % 2 == 0;
         const double sigma_m_s = trial % 3 == 0 ? 1e-3 : 0.2;
         hexload_real_t velocity_m_s[HEXLOAD_LEGS];
         smoother.constants.lag_ticks = 60;
-        smoother.entered = is_full ? 121 : 120;
         fill(&smoother, place, sigma_m_s * pow(10.0, 1.5 * uniform(&seed)),
              sigma_m_s * pow(10.0, 2.0 * uniform(&seed)), sigma_m_s, &seed);
         for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
             velocity_m_s[leg] = (hexload_real_t)(sigma_m_s * uniform(&seed));
         }
-        const expected_t expected = expect(&smoother, place, sigma_m_s, is_full, velocity_m_s);
+        const expected_t expected = expect(&smoother, place, sigma_m_s, velocity_m_s);
         // WHEN the smooth speeds of the tick follow them
         hexload_transient_follow(&smoother, place, (hexload_real_t)sigma_m_s, velocity_m_s);
         if (expected.is_close) {
             continue;
         }
-        // THEN they are those of parabolas that were fitted one by one, and the tick counts as a transient
-        // when something was kept. Printed weights have eight decimals: over 24 ticks of 100 sigma and more,
-        // up to j^2 = 144, they are off by 24 * 144 * 5e-9
+        // THEN they are those of polynomials that were fitted one by one, and the tick counts as a transient
+        // when something was kept. Printed weights have nine digits: at j^4 = 20736 they are off by 5e-13
+        // times that, over 24 ticks of 100 sigma and more; their terms, up to 4.3, round twice
         const double largest = 200.0 * sigma_m_s;
         judged++;
         transients += expected.is_transient;
         TEST_ASSERT_EQUAL_INT(expected.is_transient, smoother.transient_ticks);
         for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
-            TEST_ASSERT_DOUBLE_WITHIN((24 * 144 * 5e-9 + ROUNDINGS(40, 1.0)) * largest,
+            TEST_ASSERT_DOUBLE_WITHIN((24 * 20736 * 5e-13 + ROUNDINGS(24 * 2, 4.3)) * largest,
                                       expected.velocity_m_s[leg], (double)velocity_m_s[leg]);
         }
     }
@@ -193,7 +172,7 @@ static void test_speeds_that_differ_by_nothing_are_no_transient(void) {
 
 int main(void) {
     UNITY_BEGIN();
-    RUN_TEST(test_speeds_follow_the_parabolas_as_far_as_they_stand_out_of_noise);
+    RUN_TEST(test_speeds_follow_polynomials_as_far_as_they_stand_out_of_noise);
     RUN_TEST(test_nothing_is_added_where_one_of_the_ticks_around_is_left_out);
     RUN_TEST(test_a_servo_that_rings_on_is_followed_for_four_lags);
     RUN_TEST(test_speeds_that_differ_by_nothing_are_no_transient);

@@ -195,7 +195,7 @@ HEXLOAD_RARE static void seed_momentum(hexload_momentum_filter_t* self, const he
     hexload_momentum_add_noise(columns, variance, self->momentum_cov);
 }
 
-/// How many ticks a residual beyond the noise stays the same: what parabolas through the ticks around leave
+/// How many ticks a residual beyond the noise stays the same: what polynomials through the ticks around leave
 /// of a shock is smeared over as many as lie on one side; what is left out of a rotation may last.
 static hexload_real_t correlated_ticks(const hexload_config_t* config, const hexload_delayed_tick_t* past,
                                        const residual_t* residual) {

@@ -1,43 +1,73 @@
 #include "momentum/transient.h"
 
 #include "algebra/chi_square.h"
-#include "algebra/real.h"
+#include "algebra/linalg.h"
 
 #include <string.h>
 
-/// Weights of tick j on either side in a parabola's value at the middle: with sums over the window without
-/// it, n its ticks, (S4 - S2 j^2) / (n S4 - S2^2). At j = 0 that is the variance of the value, in those of a
-/// tick.
-#define WIDE(j) (HEXLOAD_REAL(0.09919286) - HEXLOAD_REAL(0.00106202) * HEXLOAD_REAL(j) * HEXLOAD_REAL(j))
-#define NARROW(j) (HEXLOAD_REAL(0.21186441) - HEXLOAD_REAL(0.00847458) * HEXLOAD_REAL(j) * HEXLOAD_REAL(j))
-
-/// Ten sigma in each leg.
-#define NARROW_LIMIT HEXLOAD_REAL(600.0)
-
+enum { PARTS = 3 };
 enum { LONGEST_LAGS = 4 }; ///< that a transient lasts
 
-static hexload_real_t distance_square(const hexload_real_t a[HEXLOAD_LEGS],
-                                      const hexload_real_t b[HEXLOAD_LEGS]) {
-    hexload_real_t square = HEXLOAD_REAL(0.0);
+/// Weights of the ticks j before and after in the middle value of the polynomial of degree two that fits the
+/// 24 ticks best, and in what that of degree four adds to it, and that of degree six. The three are
+/// orthogonal: the noise of one says nothing of another's. At j = 0 that is the variance of the part, in
+/// those of a tick.
+#define SQUARE(j) (HEXLOAD_REAL(j) * HEXLOAD_REAL(j))
+#define OF_TWO(j) (HEXLOAD_REAL(9.919286321e-2) - SQUARE(j) * HEXLOAD_REAL(1.062022090e-3))
+#define OF_FOUR(j)                                                                                           \
+    (HEXLOAD_REAL(6.589525109e-2) -                                                                          \
+     SQUARE(j) * (HEXLOAD_REAL(3.935648898e-3) - SQUARE(j) * HEXLOAD_REAL(2.911264653e-5)))
+#define OF_SIX(j)                                                                                            \
+    (HEXLOAD_REAL(7.602676390e-2) -                                                                          \
+     SQUARE(j) * (HEXLOAD_REAL(9.284790042e-3) -                                                             \
+                  SQUARE(j) * (HEXLOAD_REAL(1.772035375e-4) - SQUARE(j) * HEXLOAD_REAL(8.365908896e-7))))
+static const hexload_real_t weight[PARTS][HEXLOAD_TRANSIENT_TICKS + 1] = {
+    {OF_TWO(0.0), OF_TWO(1.0), OF_TWO(2.0), OF_TWO(3.0), OF_TWO(4.0), OF_TWO(5.0), OF_TWO(6.0), OF_TWO(7.0),
+     OF_TWO(8.0), OF_TWO(9.0), OF_TWO(10.0), OF_TWO(11.0), OF_TWO(12.0)},
+    {OF_FOUR(0.0), OF_FOUR(1.0), OF_FOUR(2.0), OF_FOUR(3.0), OF_FOUR(4.0), OF_FOUR(5.0), OF_FOUR(6.0),
+     OF_FOUR(7.0), OF_FOUR(8.0), OF_FOUR(9.0), OF_FOUR(10.0), OF_FOUR(11.0), OF_FOUR(12.0)},
+    {OF_SIX(0.0), OF_SIX(1.0), OF_SIX(2.0), OF_SIX(3.0), OF_SIX(4.0), OF_SIX(5.0), OF_SIX(6.0), OF_SIX(7.0),
+     OF_SIX(8.0), OF_SIX(9.0), OF_SIX(10.0), OF_SIX(11.0), OF_SIX(12.0)}};
+
+/// What each degree adds, the first to the speeds that there are. @return whether none of the ticks around is
+/// left out.
+static bool read_parts(const hexload_smoother_t* smoother, uint32_t place,
+                       const hexload_real_t velocity_m_s[HEXLOAD_LEGS],
+                       hexload_real_t part_m_s[PARTS][HEXLOAD_LEGS]) {
+    bool is_whole = true;
+    uint32_t before = place;
+    uint32_t after = place;
     for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
-        square = hexload_fma(a[leg] - b[leg], a[leg] - b[leg], square);
+        part_m_s[0][leg] = -velocity_m_s[leg];
+        part_m_s[1][leg] = HEXLOAD_REAL(0.0);
+        part_m_s[2][leg] = HEXLOAD_REAL(0.0);
     }
-    return square;
+    for (int j = 1; j <= HEXLOAD_TRANSIENT_TICKS; j++) {
+        before = (before == 0 ? HEXLOAD_DELAY_CAPACITY : before) - 1;
+        after = after + 1 == HEXLOAD_DELAY_CAPACITY ? 0 : after + 1;
+        const hexload_real_t* before_m_s = smoother->velocity_m_s[before];
+        const hexload_real_t* after_m_s = smoother->velocity_m_s[after];
+        is_whole = is_whole && !hexload_smoother_leaves_out(smoother, before) &&
+                   !hexload_smoother_leaves_out(smoother, after);
+        HEXLOAD_UNROLL
+        for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
+            const hexload_real_t pair_m_s = before_m_s[leg] + after_m_s[leg];
+            part_m_s[0][leg] = hexload_fma(weight[0][j], pair_m_s, part_m_s[0][leg]);
+            part_m_s[1][leg] = hexload_fma(weight[1][j], pair_m_s, part_m_s[1][leg]);
+            part_m_s[2][leg] = hexload_fma(weight[2][j], pair_m_s, part_m_s[2][leg]);
+        }
+    }
+    return is_whole;
 }
 
 /// @return whether anything is.
-static bool keep_significant(const hexload_real_t seen_m_s[HEXLOAD_LEGS], hexload_real_t least_square,
+static bool keep_significant(const hexload_real_t part_m_s[HEXLOAD_LEGS], hexload_real_t least_square,
                              hexload_real_t velocity_m_s[HEXLOAD_LEGS]) {
-    hexload_real_t beyond_m_s[HEXLOAD_LEGS];
-    hexload_real_t square = HEXLOAD_REAL(0.0);
-    for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
-        beyond_m_s[leg] = seen_m_s[leg] - velocity_m_s[leg];
-        square = hexload_fma(beyond_m_s[leg], beyond_m_s[leg], square);
-    }
+    const hexload_real_t square = dot6(part_m_s, part_m_s);
     if (square > least_square) {
         const hexload_real_t share = HEXLOAD_REAL(1.0) - least_square / square;
         for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
-            velocity_m_s[leg] = hexload_fma(share, beyond_m_s[leg], velocity_m_s[leg]);
+            velocity_m_s[leg] = hexload_fma(share, part_m_s[leg], velocity_m_s[leg]);
         }
     }
     return square > least_square;
@@ -58,45 +88,16 @@ static bool lasts(hexload_smoother_t* smoother, bool is_transient) {
 
 void hexload_transient_follow(hexload_smoother_t* smoother, uint32_t place, hexload_real_t sigma_m_s,
                               hexload_real_t velocity_m_s[HEXLOAD_LEGS]) {
-    static const hexload_real_t wide[HEXLOAD_TRANSIENT_TICKS] = {
-        WIDE(1.0), WIDE(2.0), WIDE(3.0), WIDE(4.0),  WIDE(5.0),  WIDE(6.0),
-        WIDE(7.0), WIDE(8.0), WIDE(9.0), WIDE(10.0), WIDE(11.0), WIDE(12.0)};
-    static const hexload_real_t narrow[HEXLOAD_TRANSIENT_TICKS] = {NARROW(1.0), NARROW(2.0), NARROW(3.0),
-                                                                   NARROW(4.0), NARROW(5.0), NARROW(6.0)};
-    const hexload_real_t variance = sigma_m_s * sigma_m_s;
-    hexload_real_t by_wide_m_s[HEXLOAD_LEGS] = {0};
-    hexload_real_t by_narrow_m_s[HEXLOAD_LEGS] = {0};
-    bool is_whole = true;
-    uint32_t before = place;
-    uint32_t after = place;
-    for (int j = 0; j < HEXLOAD_TRANSIENT_TICKS; j++) {
-        before = (before == 0 ? HEXLOAD_DELAY_CAPACITY : before) - 1;
-        after = after + 1 == HEXLOAD_DELAY_CAPACITY ? 0 : after + 1;
-        const hexload_real_t* before_m_s = smoother->velocity_m_s[before];
-        const hexload_real_t* after_m_s = smoother->velocity_m_s[after];
-        is_whole = is_whole && !hexload_smoother_leaves_out(smoother, before) &&
-                   !hexload_smoother_leaves_out(smoother, after);
-        HEXLOAD_UNROLL
-        for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
-            const hexload_real_t pair_m_s = before_m_s[leg] + after_m_s[leg];
-            by_wide_m_s[leg] = hexload_fma(wide[j], pair_m_s, by_wide_m_s[leg]);
-            by_narrow_m_s[leg] = hexload_fma(narrow[j], pair_m_s, by_narrow_m_s[leg]);
-        }
-    }
-    // until the window is full there is nothing else that follows a motion's start
-    const bool has_window = smoother->entered > 2 * smoother->constants.lag_ticks;
-    const hexload_real_t narrow_limit = has_window ? NARROW_LIMIT : CHI_SQUARE_6_999;
-    // what is faster than the wide one comes out of it as nothing, or turned round
-    const bool is_wide =
-        distance_square(by_narrow_m_s, by_wide_m_s) < distance_square(by_wide_m_s, velocity_m_s);
+    hexload_real_t part_m_s[PARTS][HEXLOAD_LEGS];
     hexload_real_t with_m_s[HEXLOAD_LEGS];
     bool is_transient = false;
+    const bool is_whole = read_parts(smoother, place, velocity_m_s, part_m_s);
     memcpy(with_m_s, velocity_m_s, sizeof with_m_s);
-    if (is_whole && is_wide) {
-        is_transient = keep_significant(by_wide_m_s, CHI_SQUARE_6_999 * WIDE(0.0) * variance, with_m_s);
-    }
-    if (is_whole && keep_significant(by_narrow_m_s, narrow_limit * NARROW(0.0) * variance, with_m_s)) {
-        is_transient = true;
+    for (int k = 0; k < PARTS; k++) {
+        const hexload_real_t least_square = CHI_SQUARE_6_999 * weight[k][0] * sigma_m_s * sigma_m_s;
+        if (is_whole && keep_significant(part_m_s[k], least_square, with_m_s)) {
+            is_transient = true;
+        }
     }
     if (!lasts(smoother, is_transient) && is_transient) {
         memcpy(velocity_m_s, with_m_s, sizeof with_m_s);

@@ -66,6 +66,27 @@ void invert(const double* A, int n, double* inverse) {
     }
 }
 
+double weigh_polynomial(int degree, int n, double* weight) {
+    enum { MOST = 4 };
+    const int terms = degree / 2 + 1;
+    double normal_equations[MOST * MOST] = {0}, inverse[MOST * MOST];
+    for (int a = 0; a < terms; a++) {
+        for (int b = 0; b < terms; b++) {
+            for (int j = 1; j <= n; j++) {
+                normal_equations[a * terms + b] += 2.0 * pow(j, 2 * (a + b));
+            }
+        }
+    }
+    invert(normal_equations, terms, inverse);
+    for (int j = 1; j <= n; j++) {
+        weight[j - 1] = 0.0;
+        for (int b = 0; b < terms; b++) {
+            weight[j - 1] += inverse[b] * pow(j, 2 * b);
+        }
+    }
+    return inverse[0];
+}
+
 void random_covariance(uint64_t* seed, int n, const double* sigma, double* covariance) {
     double factor[16 * 16] = {0};
     for (int i = 0; i < n; i++) {

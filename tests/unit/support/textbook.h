@@ -26,6 +26,10 @@ void times_transposed(const double* A, const double* B, int rows, int columns, i
 /// By elimination with pivoting. Fails when A is singular.
 void invert(const double* A, int n, double* inverse);
 
+/// Weights of the ticks 1..n before and after in the middle value of the polynomial of even degree up to six
+/// that fits these 2 n best; odd parts are zero there. @return the variance of the value, in those of a tick.
+double weigh_polynomial(int degree, int n, double* weight);
+
 /// Random covariance of n numbers with sigmas around these: about as well conditioned as n.
 void random_covariance(uint64_t* seed, int n, const double* sigma, double* covariance);
 
