@@ -14,7 +14,7 @@ def test_bench_prints_stages_filters_and_memory(capsys, monkeypatch):
     monkeypatch.setattr(controller_bench, "MOTION_S", SHORT_MOTION_S)
     controller_bench.print_controller_tables()
     output = capsys.readouterr().out
-    # THEN each row has its numbers: a stage and the tick at both levels, in motion and for any input
+    # THEN each row has its numbers: a stage and the tick at both levels, in motion and for hard input
     rows = [
         [cell.strip() for cell in line.strip("│").split("│")] for line in output.splitlines() if line.startswith("│")
     ]

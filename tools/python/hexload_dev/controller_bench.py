@@ -102,10 +102,12 @@ def _measure_momentum(
 
 
 def _stage_table(measured: dict[str, Measured]) -> Table:
-    table = _table(f"Instructions on a Cortex-M7: longest tick of {MOTION_S:g} s of motion, and of any input", "stage")
+    table = _table(
+        f"Instructions on a Cortex-M7: longest tick found in {MOTION_S:g} s of motion, and in hard input", "stage"
+    )
     for optimisation in measured:
         table.add_column(f"{optimisation}, motion", justify="right")
-        table.add_column(f"{optimisation}, any input", justify="right")
+        table.add_column(f"{optimisation}, hard input", justify="right")
     for row, stage in enumerate(target.STAGES):
         counts = [answers["stage_instructions"][:, row].max() for each in measured.values() for answers in _both(each)]
         table.add_row(stage, *(f"{count:,}" for count in counts))
