@@ -92,14 +92,14 @@ static void test_speeds_follow_polynomials_as_far_as_they_stand_out_of_noise(voi
             continue;
         }
         // THEN they are those of polynomials that were fitted one by one, and the tick counts as a transient
-        // when something was kept. Printed weights have nine digits: at j^4 = 20736 they are off by 5e-13
-        // times that, over 24 ticks of 100 sigma and more; their terms, up to 4.3, round twice
+        // when something was kept. Printed weights have ten digits: at j^4 = 20736 they are off by 5e-14
+        // times that, over 24 ticks of 100 sigma and more; their terms, up to 3.7, round twice
         const double largest = 200.0 * sigma_m_s;
         judged++;
         transients += expected.is_transient;
         TEST_ASSERT_EQUAL_INT(expected.is_transient, smoother.transient_ticks);
         for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
-            TEST_ASSERT_DOUBLE_WITHIN((24 * 20736 * 5e-13 + ROUNDINGS(24 * 2, 4.3)) * largest,
+            TEST_ASSERT_DOUBLE_WITHIN((24 * 20736 * 5e-14 + ROUNDINGS(24 * 2, 3.7)) * largest,
                                       expected.velocity_m_s[leg], (double)velocity_m_s[leg]);
         }
     }

@@ -14,7 +14,7 @@
 /// which the motion of late has bent (motion_directions.h).
 ///
 /// A transient, as a step of speed or a servo that oscillates, is faster than that window. What the velocity
-/// sensors of the ticks around it, its own left out, show far beyond noise is added (transient.h); until the
+/// sensors of the ticks around it, its own left out, show beyond noise is added (transient.h); until the
 /// window is full, that is all there is, and speeds stay as they are until they change as clearly.
 ///
 /// The sums run along in integers, so they cost the same for every lag and never drift.
