@@ -73,6 +73,7 @@ static inline hexload_status_t read_present(hexload_momentum_t* self, const hexl
         hexload_noise_estimator_step(&self->noise_estimator, config, sample, gap_ticks);
     }
     hexload_noise_estimator_read(&self->noise_estimator, config, &now->sensors, health);
+    now->noise = &self->noise_estimator;
     return HEXLOAD_OK;
 }
 

@@ -4,8 +4,8 @@
 #include "paper_tick.h"
 
 // The lasting memory of an estimator: 4-byte numbers, or 8-byte ones in the reference build.
-_Static_assert(sizeof(hexload_paper_t) <= 1664 * sizeof(hexload_real_t) / sizeof(float),
-               "an estimator fits in 1,664 bytes");
+_Static_assert(sizeof(hexload_paper_t) <= 1696 * sizeof(hexload_real_t) / sizeof(float),
+               "an estimator fits in 1,696 bytes");
 
 hexload_status_t hexload_paper_init(hexload_paper_t* self, const hexload_config_t* config) {
     hexload_kinematics_t kinematics;

@@ -84,7 +84,8 @@ static inline hexload_status_t hexload_paper_run(hexload_paper_t* self, const he
     uint32_t health = 0;
     hexload_leg_sample_t mended;
     hexload_motion_t motion;
-    hexload_present_tick_t now = {.motion = &motion, .sensors = config->sensors};
+    hexload_present_tick_t now = {
+        .motion = &motion, .sensors = config->sensors, .noise = &self->noise_estimator};
     const hexload_leg_sample_t* sample =
         hexload_lost_channels_mend(&self->lost, config, &self->leg_gate, raw, &mended, &now.lost, &health);
     hexload_status_t status =

@@ -49,8 +49,8 @@ static void test_misstated_sigmas_are_measured(void) {
         // GIVEN a motion with other noise than stated WHEN 2 s of it have been seen
         uint32_t health = 0;
         const hexload_sensors_t sensors = measured(scales[n], 2000, 0, &health);
-        // THEN the true sigmas are used: a leaky mean of squares over a second, each kind at every third tick
-        // of six legs, is worth 4,000 of them and spreads by 2.2 %, a sigma by half of that; five sigma
+        // THEN the true sigmas are used: a leaky mean of squares over a second, each kind at every fourth
+        // tick of six legs, is worth 3,000 of them and spreads by 2.6 %, a sigma by half of that; 4.6 sigma
         TEST_ASSERT_DOUBLE_WITHIN(0.06 * scales[n] * 20e-6, scales[n] * 20e-6,
                                   (double)sensors.displacement_sigma_m);
         TEST_ASSERT_DOUBLE_WITHIN(0.06 * scales[n] * 1e-3, scales[n] * 1e-3,
@@ -69,13 +69,13 @@ static void test_shocks_are_not_taken_for_noise(void) {
 }
 
 static void test_few_samples_prove_what_is_far_off_only(void) {
-    // GIVEN the first 12 ms of noise, of which each kind has been looked at three times WHEN it is twice as
+    // GIVEN the first 15 ms of noise, of which each kind has been looked at three times WHEN it is twice as
     // large as stated THEN the stated sigma stays, and where it is five times as large it is not
     uint32_t health = 0;
-    const hexload_sensors_t sensors = measured(2.0, 12, 0, &health);
+    const hexload_sensors_t sensors = measured(2.0, 15, 0, &health);
     TEST_ASSERT_EQUAL_FLOAT(5.0, sensors.force_sigma_n);
     TEST_ASSERT_EQUAL_UINT32(0, health);
-    TEST_ASSERT_DOUBLE_WITHIN(8.0, 25.0, (double)measured(5.0, 12, 0, &health).force_sigma_n);
+    TEST_ASSERT_DOUBLE_WITHIN(8.0, 25.0, (double)measured(5.0, 15, 0, &health).force_sigma_n);
     TEST_ASSERT_EQUAL_UINT32(1u << HEXLOAD_HEALTH_NOISE_MISSTATED, health);
 }
 
@@ -84,22 +84,22 @@ static void test_before_the_first_sample_noise_is_taken_to_be_as_stated(void) {
     // its mean starts from
     hexload_noise_estimator_t meter;
     hexload_noise_estimator_init(&meter);
-    for (int kind = 0; kind < 3; kind++) {
-        TEST_ASSERT_EQUAL_FLOAT(1.0, meter.ratio[kind]);
+    for (int turn = 0; turn < 4; turn++) {
+        TEST_ASSERT_EQUAL_FLOAT(1.0, meter.ratio[turn]);
     }
 }
 
 static void test_a_ratio_is_the_mean_of_all_squares_and_then_of_a_second(void) {
-    // GIVEN noise as stated for 0.6 s and twice as much then, of which each kind is looked at in every third
-    // tick
+    // GIVEN noise as stated for 0.6 s and twice as much then, of which each kind is looked at in every fourth
+    // tick, and forces by what they have in common with it in the next one
     const hexload_config_t config = paper_machine();
     hexload_noise_estimator_t meter;
     uint64_t seed = 12;
-    double last[4][6] = {{0}}, ratio[3] = {1.0, 1.0, 1.0};
+    double last[5][6] = {{0}}, ratio[4] = {1.0, 1.0, 1.0, 1.0};
     hexload_noise_estimator_init(&meter);
     for (uint32_t tick = 0; tick < 2400; tick++) {
         hexload_leg_sample_t sample = {.tick = tick};
-        memmove(last[1], last[0], 3 * sizeof last[0]);
+        memmove(last[1], last[0], 4 * sizeof last[0]);
         for (int leg = 0; leg < 6; leg++) { // the same for all kinds, in sigmas
             last[0][leg] = (tick < 600 ? 1.0 : 2.0) * normal(&seed);
             sample.displacement_m[leg] = (hexload_real_t)last[0][leg] * config.sensors.displacement_sigma_m;
@@ -110,16 +110,66 @@ static void test_a_ratio_is_the_mean_of_all_squares_and_then_of_a_second(void) {
         if (tick < 3) {
             continue;
         }
-        const uint32_t kind = (tick - 3) % 3;
+        const uint32_t turn = (tick - 3) % 4;
         double square = 0.0;
         for (int leg = 0; leg < 6; leg++) {
             const double third = last[0][leg] - 3.0 * last[1][leg] + 3.0 * last[2][leg] - last[3][leg];
-            square += fmin(third * third / 20.0, 9.0 * fmax(1.0, ratio[kind])) / 6.0;
+            const double before = last[1][leg] - 3.0 * last[2][leg] + 3.0 * last[3][leg] - last[4][leg];
+            const double one = turn < 3 ? third * third / 20.0 : third * before / -15.0;
+            square += fmin(one, 9.0 * fmax(1.0, ratio[turn < 3 ? turn : 2])) / 6.0;
         }
-        // WHEN a tick has been seen THEN its kind's ratio is the mean so far, or a leaky one of 1,000 ticks
-        ratio[kind] += fmin(1.0, 3.0 / fmin(tick - 2.0, 1000.0)) * (square - ratio[kind]);
-        TEST_ASSERT_DOUBLE_WITHIN(ROUNDINGS(2000, ratio[kind]), ratio[kind], (double)meter.ratio[kind]);
+        // WHEN a tick has been seen THEN its ratio is the mean so far, or a leaky one of 1,000 ticks
+        ratio[turn] += fmin(1.0, 4.0 / fmin(tick - 2.0, 1000.0)) * (square - ratio[turn]);
+        TEST_ASSERT_DOUBLE_WITHIN(ROUNDINGS(2000, 1.0 + fabs(ratio[turn])), ratio[turn],
+                                  (double)meter.ratio[turn]);
     }
+}
+
+/// Whether forces with `scale` times the stated noise, through two low-passes that keep `kept` of their last
+/// value, are quiet after 2 s.
+static bool are_quiet(double scale, double kept, uint32_t gap_every, double delay_s) {
+    static const body_t load = {500.0, {0.05, -0.03, 0.3}, {25.0, 30.0, 20.0, 1.0, -2.0, 0.5}};
+    const motion_t motion = random_motion(5, 0.05, 0.1);
+    hexload_config_t config = paper_machine();
+    config.rig.force_delay_s = (hexload_real_t)delay_s;
+    hexload_config_t noisy = config;
+    hexload_noise_estimator_t meter;
+    uint64_t seed = 13;
+    double once_n[6] = {0}, twice_n[6] = {0};
+    noisy.sensors.force_sigma_n *= (hexload_real_t)scale;
+    hexload_noise_estimator_init(&meter);
+    for (uint32_t tick = 0; tick < 2000; tick++) {
+        const hexload_leg_sample_t clean = perfect_sample(&config, &load, &motion, 0.7982755, tick);
+        hexload_leg_sample_t sample = clean;
+        add_noise(&noisy, &seed, &sample);
+        for (int leg = 0; leg < 6; leg++) {
+            const double noise_n = (double)sample.force_n[leg] - (double)clean.force_n[leg];
+            once_n[leg] += (1.0 - kept) * (noise_n - once_n[leg]);
+            twice_n[leg] += (1.0 - kept) * (once_n[leg] - twice_n[leg]);
+            sample.force_n[leg] = (hexload_real_t)(scale * (double)clean.force_n[leg] + twice_n[leg]);
+        }
+        const bool is_gap = tick % gap_every == 0;
+        hexload_noise_estimator_step(&meter, &config, &sample, is_gap ? 2 : 1);
+    }
+    return hexload_noise_estimator_are_forces_quiet(&meter, &config);
+}
+
+static void test_forces_of_another_unit_are_quiet_and_filtered_ones_are_not(void) {
+    // GIVEN forces in lbf, kgf or daN read as newtons, also with sensors that are a fifth louder or half as
+    // loud as stated, or samples missing WHEN they have been seen THEN they are quiet
+    TEST_ASSERT_TRUE(are_quiet(0.2248, 0.0, 4000, 0.0));
+    TEST_ASSERT_TRUE(are_quiet(0.2248 * 1.2, 0.0, 4000, 0.0));
+    TEST_ASSERT_TRUE(are_quiet(0.10197, 0.0, 4000, 0.0));
+    TEST_ASSERT_TRUE(are_quiet(0.1 * 0.4, 0.0, 4000, 0.0));
+    TEST_ASSERT_TRUE(are_quiet(0.10197, 0.0, 10, 0.0));
+    // AND those in newtons are not, of a stated noise that is up to three times the true one, or without any,
+    // nor where two low-passes leave 0.13 or 0.076 of it, as written beside WHITE, or a stated delay tells
+    TEST_ASSERT_FALSE(are_quiet(1.0, 0.0, 4000, 0.0));
+    TEST_ASSERT_FALSE(are_quiet(0.33, 0.0, 4000, 0.0));
+    TEST_ASSERT_FALSE(are_quiet(1e-3, 0.0, 4000, 0.0));
+    TEST_ASSERT_FALSE(are_quiet(1.0, 0.5, 4000, 0.0));
+    TEST_ASSERT_FALSE(are_quiet(1.0, 0.6, 4000, 0.0));
+    TEST_ASSERT_FALSE(are_quiet(0.10197, 0.0, 4000, 1e-3));
 }
 
 static void test_the_mean_goes_back_a_second(void) {
@@ -149,7 +199,7 @@ static void test_what_changes_over_a_gap_is_no_noise(void) {
         }
         hexload_noise_estimator_step(&meter, &config, &sample, tick == 0 ? 0 : tick == 20 ? 3 : 1);
         // THEN no channel has any
-        for (int kind = 0; kind < 3 && tick >= 6; kind++) {
+        for (int kind = 0; kind < 4 && tick >= 8; kind++) {
             TEST_ASSERT_TRUE(meter.ratio[kind] == HEXLOAD_REAL(0.0));
         }
     }
@@ -210,6 +260,7 @@ int main(void) {
     RUN_TEST(test_few_samples_prove_what_is_far_off_only);
     RUN_TEST(test_before_the_first_sample_noise_is_taken_to_be_as_stated);
     RUN_TEST(test_a_ratio_is_the_mean_of_all_squares_and_then_of_a_second);
+    RUN_TEST(test_forces_of_another_unit_are_quiet_and_filtered_ones_are_not);
     RUN_TEST(test_the_mean_goes_back_a_second);
     RUN_TEST(test_what_changes_over_a_gap_is_no_noise);
     RUN_TEST(test_ratios_are_believed_beyond_a_fifth_and_more_of_few_ticks_and_within_limits);

@@ -148,6 +148,12 @@ static void forces_in_kilonewton(const bench_t* bench, hexload_leg_sample_t* sam
         sample->force_n[leg] *= HEXLOAD_REAL(0.001);
     }
 }
+static void forces_in_pounds(const bench_t* bench, hexload_leg_sample_t* sample) {
+    (void)bench;
+    for (int leg = 0; leg < 6; leg++) {
+        sample->force_n[leg] *= HEXLOAD_REAL(0.2248);
+    }
+}
 static void force_sign(const bench_t* bench, hexload_leg_sample_t* sample) {
     (void)bench;
     sample->force_n[2] = -sample->force_n[2];
@@ -202,6 +208,7 @@ static void test_what_contradicts_the_displacement_is_named(void) {
         {force_stuck, HEXLOAD_INPUT_FORCE_STUCK, 2},
         {forces_negated, HEXLOAD_INPUT_FORCES_NEGATED, 6},
         {forces_in_kilonewton, HEXLOAD_INPUT_FORCES_LIGHT, 6},
+        {forces_in_pounds, HEXLOAD_INPUT_FORCES_QUIET, 6},
     };
     // A leg's turn comes within six windows of 0.53 s, and two must show it: 4.2 s
     for (size_t n = 0; n < sizeof faults / sizeof faults[0]; n++) {

@@ -1,5 +1,6 @@
 /// What one window of the plausibility stage finds, beside sums over its raw samples in double precision
 /// (P1).
+#include "front_end/noise_estimator.h"
 #include "front_end/plausibility.h"
 #include "machine.h"
 
@@ -396,9 +397,12 @@ static void balance(const window_t* window, const raw_t* raw, found_t* found) {
 }
 
 static void show(hexload_plausibility_t* self, const window_t* window, int tick) {
+    hexload_noise_estimator_t noise;
+    hexload_noise_estimator_init(&noise);
     const hexload_present_tick_t now = {.sample = &window->sample[tick],
                                         .motion = &window->motion[tick],
                                         .sensors = window->config.sensors,
+                                        .noise = &noise,
                                         .gap_ticks = 1};
     hexload_plausibility_step(self, &window->config, &window->sample[tick], &now,
                               (hexload_real_t)window->late_s);

@@ -1,4 +1,5 @@
 /// Windows of the plausibility stage, which is shown legs one by one: no pose holds them together.
+#include "front_end/noise_estimator.h"
 #include "front_end/plausibility.h"
 #include "machine.h"
 
@@ -16,6 +17,7 @@ typedef struct stage {
     hexload_config_t config;
     hexload_plausibility_t self;
     hexload_motion_t motion;
+    hexload_noise_estimator_t noise;
     uint32_t tick;
     uint32_t gap_ticks;    ///< of every sample
     double amplitude_m[6]; ///< of sines of 1 Hz
@@ -39,6 +41,7 @@ static stage_t stage_of(int moving) {
     memset(&stage, 0, sizeof stage);
     stage.config = paper_machine();
     hexload_plausibility_init(&stage.self);
+    hexload_noise_estimator_init(&stage.noise);
     stage.gap_ticks = 1;
     stage.force_n = weight_n;
     for (int leg = 0; leg < 6; leg++) {
@@ -62,6 +65,7 @@ static void show_sample(stage_t* stage, const hexload_leg_sample_t* sample) {
     hexload_present_tick_t now = {.sample = sample,
                                   .motion = &stage->motion,
                                   .sensors = stage->config.sensors,
+                                  .noise = &stage->noise,
                                   .gap_ticks = stage->tick == 0 ? 0 : stage->gap_ticks};
     hexload_estimate_t estimate = {.tick = 0};
     uint32_t health = 0;
@@ -691,6 +695,21 @@ static void test_forces_are_negated_from_half_the_platforms_weight_and_light_up_
     }
 }
 
+static void test_forces_whose_noise_is_another_units_are_quiet(void) {
+    // GIVEN forces with a tenth of their noise, which is white WHEN four windows have gone by THEN they are
+    // quiet, of all legs, and where they are light too, they are light: that is the more certain
+    for (int n = 0; n < 2; n++) {
+        stage_t stage = stage_of(6);
+        stage.noise.ratio[2] = stage.noise.ratio[3] = HEXLOAD_REAL(0.01);
+        stage.force_n = n == 0 ? weight_n : 0.1 * weight_n;
+        for (int window = 0; window < 4; window++) {
+            TEST_ASSERT_EQUAL_INT(HEXLOAD_INPUT_PLAUSIBLE, stage.fault.cause);
+            end_window(&stage);
+        }
+        check_fault(&stage, n == 0 ? HEXLOAD_INPUT_FORCES_QUIET : HEXLOAD_INPUT_FORCES_LIGHT, 6);
+    }
+}
+
 int main(void) {
     UNITY_BEGIN();
     RUN_TEST(test_one_gain_is_the_clocks_only_if_enough_legs_have_it);
@@ -724,5 +743,6 @@ int main(void) {
     RUN_TEST(test_at_the_start_no_leg_is_at_fault);
     RUN_TEST(test_every_leg_has_its_turn_while_all_are_in_order);
     RUN_TEST(test_forces_are_negated_from_half_the_platforms_weight_and_light_up_to_seven_tenths);
+    RUN_TEST(test_forces_whose_noise_is_another_units_are_quiet);
     return UNITY_END();
 }

@@ -69,19 +69,21 @@ typedef struct hexload_wrench {
 } hexload_wrench_t;
 
 enum {
-    /// Displacement, velocity, force: one in each tick, as its neighbours add little.
-    HEXLOAD_NOISE_KINDS = 3,
+    HEXLOAD_NOISE_KINDS = 3,   ///< displacement, velocity, force
+    HEXLOAD_NOISE_TURNS = 4,   ///< one in each tick, as its neighbours add little; force in two in a row
     HEXLOAD_NOISE_HISTORY = 3, ///< ticks before the present one
 };
 
 typedef struct hexload_noise_estimator {
     hexload_real_t last[HEXLOAD_NOISE_KINDS][HEXLOAD_NOISE_HISTORY][HEXLOAD_LEGS]; ///< m, m/s, N
-    uint32_t oldest;  ///< row of the last three ticks, which go round
-    uint32_t history; ///< consecutive ticks in them
-    uint32_t turn;    ///< kind that is measured next
-    uint32_t ticks;   ///< measured so far, up to the time constant
-    /// (measured / stated sigma)^2; 1 before anything was measured
-    hexload_real_t ratio[HEXLOAD_NOISE_KINDS];
+    hexload_real_t difference[HEXLOAD_LEGS]; ///< third one of the last turn
+    uint32_t oldest;                         ///< row of the last three ticks, which go round
+    uint32_t history;                        ///< consecutive ticks in them
+    uint32_t turn;                           ///< what is measured next
+    uint32_t ticks;                          ///< measured so far, up to the time constant
+    /// (measured / stated sigma)^2, by turns; 1 before anything was measured. Of forces by squares, and by
+    /// what neighbours have in common, which is the same if the noise is white.
+    hexload_real_t ratio[HEXLOAD_NOISE_TURNS];
 } hexload_noise_estimator_t;
 
 /// Sums over the blocks of a window, of one leg. Ways are over one block: by the displacement, and as the

@@ -91,7 +91,8 @@ typedef enum hexload_input_cause {
     HEXLOAD_INPUT_FORCE_SIGN = 13,        ///< with the other sign of one force the legs balance the weight
     HEXLOAD_INPUT_FORCE_DEAD = 14,        ///< a force is next to none, and without it they do not
     HEXLOAD_INPUT_KNOWN_MASS = 15,        ///< the legs do not carry what the stated mass of the load weighs
-    HEXLOAD_INPUT_CAUSES = 16             ///< how many there are
+    HEXLOAD_INPUT_FORCES_QUIET = 16,      ///< all have a small share of the stated noise, as in another unit
+    HEXLOAD_INPUT_CAUSES = 17             ///< how many there are
 } hexload_input_cause_t;
 
 /// The input fault. It stays until windows of 512 ticks that could have shown it have not, ten in a row; of a

@@ -36,6 +36,8 @@ const char* hexload_input_fault_text(hexload_input_cause_t cause) {
         [HEXLOAD_INPUT_KNOWN_MASS] = "the legs do not carry what the known mass explains: check "
                                      "load.known_mass_kg or the mass that was set, the load, and "
                                      "each leg's force sensor",
+        [HEXLOAD_INPUT_FORCES_QUIET] = "forces are several times quieter than stated: check their unit (N); "
+                                       "if it is right, state their noise, or commission their filter",
     };
     return (unsigned)cause < (unsigned)HEXLOAD_INPUT_CAUSES ? TEXTS[cause] : "unknown input fault";
 }

@@ -2,6 +2,7 @@
 
 #include "algebra/linalg.h"
 #include "configuration/health.h"
+#include "front_end/noise_estimator.h"
 
 #include <string.h>
 
@@ -497,7 +498,9 @@ static hexload_input_fault_t fault_of_window(const hexload_plausibility_t* self)
         fault.leg = self->stuck_force;
     } else {
         fault.cause = (hexload_input_cause_t)self->force_cause;
-        fault.leg = fault.cause >= HEXLOAD_INPUT_FORCE_SIGN ? self->turn : (uint32_t)NO_LEG;
+        const bool is_of_one =
+            fault.cause == HEXLOAD_INPUT_FORCE_SIGN || fault.cause == HEXLOAD_INPUT_FORCE_DEAD;
+        fault.leg = is_of_one ? self->turn : (uint32_t)NO_LEG;
     }
     return fault;
 }
@@ -581,6 +584,10 @@ static void evaluate(hexload_plausibility_t* self, const hexload_config_t* confi
         look_at_leg(self, config, &now->sensors, late_s);
     } else if (self->stage == BALANCE && config->gravity_m_s2 > HEXLOAD_REAL(0.0)) {
         balance(self, config, now->motion);
+        if ((self->force_cause == HEXLOAD_INPUT_PLAUSIBLE) &&
+            hexload_noise_estimator_are_forces_quiet(now->noise, config)) {
+            self->force_cause = HEXLOAD_INPUT_FORCES_QUIET;
+        }
     } else if (self->stage == CONCLUDE) {
         conclude(self);
         begin_window(self);

@@ -17,7 +17,7 @@
 ///
 /// What no channel tells of another, so that no fault is seen: legs renumbered in all channels alike or
 /// mirrored, on a machine that is so symmetric, or a factor that all forces have in common, unless the
-/// platform comes out lighter than it is. EQUATIONS.md has more (P1).
+/// platform comes out lighter than it is, or the noise is that of another unit. EQUATIONS.md has more (P1).
 #ifndef HEXLOAD_PLAUSIBILITY_H
 #define HEXLOAD_PLAUSIBILITY_H
 

@@ -23,6 +23,7 @@ typedef struct hexload_present_tick {
     hexload_sensors_t sensors;
     uint32_t gap_ticks;           ///< periods since the last accepted sample; 0 for the first
     hexload_lost_channels_t lost; ///< channels that are guesses
+    const hexload_noise_estimator_t* noise;
 } hexload_present_tick_t;
 
 #endif
