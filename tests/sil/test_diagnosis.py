@@ -385,6 +385,19 @@ def test_sensors_without_noise_have_no_other_fault(name):
     # THEN it is said that there is less noise than stated, and nothing else
     found = diagnose(quiet, machine(CLEAN[name])).findings
     assert [finding.cause for finding in found] == ["displacement noise", "velocity noise", "force noise"]
+    # AND that there is nothing to do: a filter is no other unit
+    assert all(finding.is_harmless for finding in found)
+
+
+@pytest.mark.parametrize("newtons, is_another_unit", [(4.4482216, True), (2.0, False)])
+def test_forces_whose_white_noise_is_quiet_may_be_of_another_unit(newtons, is_another_unit):
+    # GIVEN a log with forces in lbf, or in a unit that ordinary statements of noise are off by
+    log = recorded()
+    found = diagnose(replace(log, force_n=log.force_n / newtons), machine()).findings
+    (quiet,) = (finding for finding in found if finding.cause == "force noise")
+    # WHEN it is diagnosed THEN of the first the unit is to be checked, of the other nothing has to be done
+    assert ("check their unit (N)" in quiet.mend) is is_another_unit
+    assert quiet.is_harmless is not is_another_unit
 
 
 def two_legs(log: LegLog, channel: str, change, other) -> LegLog:

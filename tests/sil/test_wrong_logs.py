@@ -134,7 +134,7 @@ WRONG = [
         log="paper_noisy",
         platform="paper_load",
     ),
-    Wrong("forces in lbf", 3, "the machine does not fit its platform file", scaled(f=1 / 4.4482216), is_mended=False),
+    Wrong("forces in lbf", 3, "check their unit (N)", scaled(f=1 / 4.4482216), is_mended=False),
     Wrong("force of leg 5 in kN", 2, "forces of leg 5 look like kN", of_leg("f", 5, 1e-3)),
     Wrong("forces in kN, with the opposite sign", 2, "forces look like kN, with the opposite sign", scaled(f=-1e-3)),
     Wrong("time in ms", 2, "time looks like ms", scaled(t=1e3)),

@@ -39,6 +39,8 @@ BURST_RATIO = 3.0  # of the usual size
 BURSTS, BURST_SHARE = 3, 0.25  # how often at least, and in which share of the windows at most
 LEAST_NOISE = 0.4
 NOISE_RATIO = (0.6, 1.6)
+QUIET = 0.28  # forces with less of the stated noise, all of it white, may be of another unit (EQUATIONS.md, P1)
+WHITE = 0.85
 JITTER_RATIO = 1.15
 ALIKE_SQUARES = 2.31  # 1 + 2 sum of rho^2 of third differences of white noise: rho = -15/20, 6/20, -1/20
 HUM_HZ = 25.0
@@ -64,6 +66,7 @@ def look_at(record: Record, machine: Machine) -> Iterator[Finding]:
         return
     of_channels: list[Finding] = []
     noise: dict[Channel, float] = {}
+    is_white: dict[Channel, bool] = {}
     for name in CHANNELS:
         values = _values(log, name)
         if not np.isfinite(values).any(axis=0).all():  # a leg without any is missing
@@ -80,12 +83,13 @@ def look_at(record: Record, machine: Machine) -> Iterator[Finding]:
             of_channels += [*(list(_bursts(name, clean, stated)) or _spikes(name, clean, stated))]
             of_channels += _hum(name, clean, stated, record.dt_s)
             noise[name] = float(np.median(noise_of(clean))) / stated
+            is_white[name] = _is_white(clean)
     is_in_order = not any(each.is_input for each in of_channels)  # else values are not of their times either
     if record.dt_s < SLOW_S and is_in_order:
         yield from _jitter(record, machine)
     yield from _made_of_displacements(record, machine)
     yield from of_channels
-    yield from _noise(noise)
+    yield from _noise(noise, is_white)
 
 
 def sigma_of(machine: Machine, channel: Channel) -> float:
@@ -111,6 +115,12 @@ def with_own_noise(record: Record, machine: Machine) -> Machine:
 def noise_of(values: Array) -> Array:
     """(6,) standard deviations of white noise."""
     return MAD * np.median(np.abs(np.diff(values, 3, axis=0)), axis=0) / THIRD
+
+
+def _is_white(values: Array) -> bool:
+    """Whether neighbouring third differences oppose each other as those of white noise, -15 of 20: a filter's do less."""
+    third = np.diff(values, 3, axis=0)
+    return bool(-np.sum(third[1:] * third[:-1]) > WHITE * 15 / 20 * np.sum(third**2))
 
 
 def _values(log: LegLog, channel: Channel) -> Array:
@@ -440,8 +450,8 @@ def _line(values: Array, hz: float, dt_s: float) -> float:
     return float(np.median(2.0 * np.abs(((values - values.mean(axis=0)) * window * wave).sum(axis=0)) / window.sum()))
 
 
-def _noise(ratios: dict[Channel, float]) -> Iterator[Finding]:
-    """Noise that is not the stated one; alike on all channels it is the statement."""
+def _noise(ratios: dict[Channel, float], is_white: dict[Channel, bool]) -> Iterator[Finding]:
+    """Noise that is not the stated one; alike on all channels it is the statement, and quiet in forces alone their unit."""
     off = {name: ratio for name, ratio in ratios.items() if not NOISE_RATIO[0] < ratio < NOISE_RATIO[1]}
     if len(off) == len(ratios) > 1 and max(off.values()) < 1.3 * min(off.values()):
         ratio = float(np.mean(list(off.values())))
@@ -454,12 +464,17 @@ def _noise(ratios: dict[Channel, float]) -> Iterator[Finding]:
         )
         return
     for name, ratio in off.items():
+        is_unit = name == Channel.FORCE and ratio < QUIET and is_white[name]
+        if is_unit:
+            mend = "check their unit (N), or correct its [sensors]"
+        else:
+            mend = "correct its [sensors]" if ratio < 1.0 else "correct its [sensors], or look at the sensors"
         yield Finding(
             Cause(Defect.NOISE, name),
             f"{name} channels have {plain(ratio)} times the noise that the platform file states",
-            "correct its [sensors]" if ratio < 1.0 else "correct its [sensors], or look at the sensors",
+            mend,
             size=ratio,
-            is_harmless=ratio < 1.0,
+            is_harmless=ratio < 1.0 and not is_unit,
         )
 
 
