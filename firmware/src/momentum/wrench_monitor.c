@@ -74,30 +74,35 @@ static void observe(hexload_wrench_monitor_t* self, const hexload_config_t* conf
 /// Components of a wrench that y is made of: all but M_z.
 enum { READ = 5 };
 
-/// y alone of hexload_momentum_move_point(), for the many rows of a spread.
-static void read_parts(const hexload_motion_t* motion, const hexload_real_t wrench[READ],
-                       hexload_real_t parts[PARTS]) {
-    const hexload_real_t* p = motion->p_m;
-    parts[0] = wrench[2];
-    parts[1] = wrench[3] - (p[1] * wrench[2] - p[2] * wrench[1]);
-    parts[2] = wrench[4] - (p[2] * wrench[0] - p[0] * wrench[2]);
+/// Of hexload_momentum_move_point() the parts of y beside F_z, for the many rows of a spread.
+static hexload_real_t about_x(const hexload_real_t p_m[3], const hexload_real_t wrench[READ]) {
+    return wrench[3] - (p_m[1] * wrench[2] - p_m[2] * wrench[1]);
 }
 
-/// Of y y^T, what theta's errors make of it: of a leaky mean the square is no more than the mean of the
-/// squares.
+static hexload_real_t about_y(const hexload_real_t p_m[3], const hexload_real_t wrench[READ]) {
+    return wrench[4] - (p_m[2] * wrench[0] - p_m[0] * wrench[2]);
+}
+
+/// Of y y^T, what theta's errors make of it, the lower triangle: of a leaky mean the square is no more than
+/// the mean of the squares.
 static void read_unknown(const hexload_push_t* seen, hexload_real_t spread[PARTS][PARTS]) {
-    hexload_real_t rows[READ][PARTS];
+    const hexload_real_t* p_m = seen->motion->p_m;
+    hexload_real_t of_y[PARTS][READ];
     for (int a = 0; a < READ; a++) {
         hexload_real_t row[READ];
         for (int b = 0; b < READ; b++) {
-            row[b] = seen->unknown_scale * seen->unknown[b <= a ? a : b][b <= a ? b : a];
+            row[b] = seen->unknown[b <= a ? a : b][b <= a ? b : a];
         }
-        read_parts(seen->motion, row, rows[a]);
+        of_y[0][a] = row[2];
+        of_y[1][a] = about_x(p_m, row);
+        of_y[2][a] = about_y(p_m, row);
     }
     for (int i = 0; i < PARTS; i++) {
-        const hexload_real_t column[READ] = {rows[0][i], rows[1][i], rows[2][i], rows[3][i], rows[4][i]};
-        read_parts(seen->motion, column, spread[i]);
+        spread[i][0] = seen->unknown_scale * of_y[i][2];
     }
+    spread[1][1] = seen->unknown_scale * about_x(p_m, of_y[1]);
+    spread[2][1] = seen->unknown_scale * about_x(p_m, of_y[2]);
+    spread[2][2] = seen->unknown_scale * about_y(p_m, of_y[2]);
 }
 
 /// Where a leg is slow all of its friction may be wrong, and for as long as it is: by no past of moving legs
@@ -126,17 +131,24 @@ static void observe_open(hexload_wrench_monitor_t* self, const hexload_config_t*
     }
 }
 
-/// What is open of y y^T, and C, with its floor: a share of the weight.
-static void find_spread(const hexload_wrench_monitor_t* self, const hexload_config_t* config,
-                        const hexload_real_t body[DIM], hexload_real_t share, hexload_real_t S[3][3]) {
+/// Least variances of y: of a share of the weight.
+static void find_least(const hexload_config_t* config, const hexload_real_t body[DIM],
+                       hexload_real_t least[PARTS]) {
     const hexload_real_t* a = config->geometry.platform_hinge_m[0];
-    const hexload_real_t least_n = share * config->gravity_m_s2 * body[HEXLOAD_LOAD_M];
-    const hexload_real_t least_n_m2 = least_n * least_n * dot3(a, a);
+    const hexload_real_t least_n = LEAST_SHARE * config->gravity_m_s2 * body[HEXLOAD_LOAD_M];
+    least[0] = least_n * least_n;
+    least[1] = least[0] * dot3(a, a);
+    least[2] = least[1];
+}
+
+/// What of y counts for C: the share of its variance that is not open. Of a y with the covariance O + C that
+/// is C. An error that was open, of slow legs or of a new load, shall not hide a load for the next 10 s.
+static void take_own(const hexload_wrench_monitor_t* self, const hexload_real_t least[PARTS],
+                     hexload_real_t own[PARTS]) {
     for (int i = 0; i < PARTS; i++) {
-        for (int j = 0; j <= i; j++) {
-            S[i][j] = self->open[ROW(i) + j] + self->mean_square[ROW(i) + j];
-        }
-        S[i][i] += i == 0 ? least_n * least_n : least_n_m2;
+        const hexload_real_t open = hexload_max(self->open[ROW(i) + i], HEXLOAD_REAL(0.0));
+        const hexload_real_t closed = self->mean_square[ROW(i) + i] + least[i];
+        own[i] = self->residual[FIRST + i] * hexload_sqrt(closed / (closed + open));
     }
 }
 
@@ -172,13 +184,18 @@ static void learn(hexload_wrench_monitor_t* self, const hexload_config_t* config
     self->filled_s = HEXLOAD_REAL(0.0);
 }
 
-/// y^T S^-1 y.
-static hexload_real_t distance(const hexload_wrench_monitor_t* self, const hexload_config_t* config,
-                               const hexload_real_t body[DIM], hexload_real_t share) {
+/// y^T S^-1 y, S of what is open, of C and of the least, as many times as that.
+static hexload_real_t distance(const hexload_wrench_monitor_t* self, const hexload_real_t least[PARTS],
+                               hexload_real_t times) {
     hexload_real_t S[3][3];
     hexload_real_t L[3][3];
     hexload_real_t x[3];
-    find_spread(self, config, body, share, S);
+    for (int i = 0; i < PARTS; i++) {
+        for (int j = 0; j <= i; j++) {
+            S[i][j] = self->open[ROW(i) + j] + self->mean_square[ROW(i) + j];
+        }
+        S[i][i] += times * least[i];
+    }
     if (!hexload_cholesky3(S, L)) {
         return HEXLOAD_REAL(0.0);
     }
@@ -192,27 +209,29 @@ static hexload_real_t distance(const hexload_wrench_monitor_t* self, const hexlo
 /// and rests, whose errors are constant.
 /// @param square of this tick or the last one, whichever is smaller: a speed that is wrong once moves r for
 /// one tick, a load for as long as it is there.
-static bool is_beyond_past(const hexload_wrench_monitor_t* self, const hexload_config_t* config,
-                           const hexload_real_t body[DIM], bool is_known, hexload_real_t square) {
+static bool is_beyond_past(const hexload_wrench_monitor_t* self, const hexload_real_t least[PARTS],
+                           bool is_known, hexload_real_t square) {
     if (self->motion_s >= ARMED_S) {
         return square > hexload_max(ALARM, HEXLOAD_REAL(2.0) * self->peak);
     }
     const hexload_real_t share =
         hexload_fma((LEAST_SHARE - EARLY_SHARE) / ARMED_S, self->motion_s, EARLY_SHARE);
-    const hexload_real_t scale = LEAST_SHARE * LEAST_SHARE / (share * share);
+    const hexload_real_t times = share * share / (LEAST_SHARE * LEAST_SHARE);
     return is_known && (square > ALARM) &&
-           (distance(self, config, body, share) > hexload_max(ALARM, HEXLOAD_REAL(2.0) * scale * self->peak));
+           (distance(self, least, times) > hexload_max(ALARM, HEXLOAD_REAL(2.0) * self->peak / times));
 }
 
 bool hexload_wrench_monitor_step(hexload_wrench_monitor_t* self, const hexload_config_t* config,
                                  const hexload_momentum_filter_t* filter, hexload_fit_t fit,
                                  const hexload_push_t* push) {
     hexload_real_t body[DIM];
+    hexload_real_t least[PARTS];
     if (self->ticks++ == 0) {
         memcpy(self->last_momentum, push->momentum, sizeof self->last_momentum);
         return false;
     }
     hexload_momentum_filter_body(filter, body);
+    find_least(config, body, least);
     observe(self, config, push);
     observe_open(self, config, push);
     const hexload_real_t since_s = config->tick_s * (hexload_real_t)self->ticks;
@@ -223,16 +242,18 @@ bool hexload_wrench_monitor_step(hexload_wrench_monitor_t* self, const hexload_c
     bool is_wrong = false;
     hexload_real_t now = HEXLOAD_REAL(0.0);
     if (is_asked) {
-        now = distance(self, config, body, LEAST_SHARE);
+        now = distance(self, least, HEXLOAD_REAL(1.0));
         const hexload_real_t square = hexload_min(now, self->last_square);
         self->filling_peak = hexload_max(self->filling_peak, square);
         const bool has_not_moved = !push->is_moving && (self->motion_s <= HEXLOAD_REAL(0.0));
         const bool is_known = (config->rig.direction_count > 0U) || has_not_moved;
-        is_wrong = is_beyond_past(self, config, body, is_known, square);
+        is_wrong = is_beyond_past(self, least, is_known, square);
     }
     self->last_square = now;
     if (push->is_moving) {
-        learn(self, config, &self->residual[FIRST]);
+        hexload_real_t own[PARTS];
+        take_own(self, least, own);
+        learn(self, config, own);
     }
     return is_wrong;
 }
