@@ -10,11 +10,11 @@ import pytest
 from scipy.signal import butter, sosfilt, sosfiltfilt
 
 from hexload import project
-from hexload.cli.commission import TITLES
+from hexload.cli.commission import TITLES, print_summary
 from hexload.diagnosis.channels import common_noise
 from hexload.errors import InputError
 from hexload.estimation.arrays import leg_log
-from hexload.estimation.commission import Wish, commission
+from hexload.estimation.commission import AS_DECLARED, Wish, commission
 from hexload.estimation.commissioning_run import refuse_derived, refuse_held, run_of
 from hexload.estimation.firmware_run import native_firmware
 from hexload.estimation.input_check import WayIn
@@ -173,6 +173,19 @@ def test_the_page_says_what_was_found_and_how_well(found, platform):
     assert f"known to {100.0 * common_gain_of(0.004):.2f} % (one sigma)" in words
     # AND nothing is loaded from a network
     assert not re.search(r"<(script|link|img)[^>]*(src|href)=", page)
+
+
+@pytest.mark.parametrize("name", ["tilt", "offset"])
+def test_what_a_level_run_leaves_open_is_said_with_the_run_that_tells_it(name, found, capsys):
+    # GIVEN a commissioning that has found all WHEN its summary is printed THEN nothing is called open
+    _, out, result = found
+    print_summary(result, out)
+    assert "open:" not in capsys.readouterr().out
+    # AND of one that knows a group no better than it was declared, this is said with what to do
+    words = result["words"] | {name: AS_DECLARED}
+    print_summary(result | {"words": words}, out)
+    told = [line for line in capsys.readouterr().out.splitlines() if line.startswith("open:")]
+    assert len(told) == 1 and TITLES[name] in told[0] and "hexload excite --empty" in told[0]
 
 
 def test_a_load_is_found_on_the_commissioned_rig(found, platform):

@@ -7,6 +7,7 @@ from rich import box
 from rich.console import Console
 from rich.table import Table
 
+from hexload.estimation.commission import AS_DECLARED
 from hexload.estimation.rig_model import LEGS
 
 TITLES = {  # of groups of unknowns, as a control engineer calls them
@@ -22,6 +23,8 @@ TITLES = {  # of groups of unknowns, as a control engineer calls them
     "gain": "force gain",
     "hinges": "hinge positions",
 }
+TOLD_BY_TURNING = ("tilt", "offset")  # groups that a level platform does not tell apart
+WIDER = "a run that turns the platform further tells more (hexload excite --empty)"
 
 
 def print_summary(result: dict, out: Path) -> None:
@@ -52,4 +55,6 @@ def print_summary(result: dict, out: Path) -> None:
     print(f"residual:  {result['residual_n']:.2f} N of {result['duration_s']:.1f} s")
     for name, words in result["words"].items():
         print(f"{TITLES[name] + ':':<34}{words}")
+    if untold := [TITLES[name] for name in TOLD_BY_TURNING if AS_DECLARED in result["words"][name]]:
+        print(f"open:      {' and '.join(untold)}, in every sigma as declared: {WIDER}")
     print(f"rig:       {out}")

@@ -128,21 +128,31 @@ class Bank:
             columns = self.dynamics.whitened(family.columns)
         candidate = self._candidate(family, columns)
         before, left = self._load(), self.left
-        beside = _scaled(self._without(columns))
+        told = self._told(columns)
+        columns = columns @ told
         self.chosen.append((family, columns))
-        new = np.linalg.qr(beside)[0]
+        new = np.linalg.qr(_scaled(self._without(columns)))[0]
         self.basis = np.concatenate([self.basis, new], axis=1)
         self.residual = self.residual - new @ (new.T @ self.residual)
-        size = self.coefficients()[1][-columns.shape[1] :]
+        sizes = self.coefficients()[1][-columns.shape[1] :]
+        size = told @ sizes
         return Selected(
             family,
             candidate.score,
             size,
-            self._significance(columns, size),
+            self._significance(columns, sizes),
             self._rms(family, size),
             before - self._load(),
             1.0 - self.left / left,
         )
+
+    def _told(self, columns: Array) -> Array:
+        """(k, c) combinations of a family's columns that load and chosen causes do not explain as well, as all hinges that
+        are moved alike: the size of such a one is any."""
+        beside = self._without(columns)
+        length = np.linalg.norm(columns, axis=0) + 1e-300
+        values, vectors = np.linalg.eigh((beside / length).T @ (beside / length))
+        return vectors[:, values > DEPENDENT * values[-1]] / length[:, None]
 
     def _load(self) -> Array:
         """The last one, (10,)."""

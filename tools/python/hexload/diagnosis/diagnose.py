@@ -26,6 +26,7 @@ UNEVEN = (
     Cause(Defect.STEPS, Channel.DISPLACEMENT),
     Cause(Defect.HUM, Channel.DISPLACEMENT),
 )  # look like errors that repeat
+RIG_SIGMAS = 3.0
 REPORTED_S = 0.2  # between a change here and an estimator's
 
 Array = NDArray[np.float64]
@@ -44,10 +45,12 @@ class Diagnosis:
         """The most likely one that does harm."""
         return next((finding for finding in self.findings if not finding.is_harmless), None)
 
-    def beside(self, sigma: Array, is_fit: bool) -> "Diagnosis":
+    def beside(self, sigma: Array, is_fit: bool, has_rig: bool = False) -> "Diagnosis":
         """The same with what is small judged by what it does to the load, beside the published sigmas; where the estimator finds no
-        mismatch (`is_fit`) so is every cause but a wrong input."""
-        return replace(self, findings=tuple(_beside(each, sigma, is_fit) for each in self.findings))
+        mismatch (`is_fit`) so is every cause but a wrong input. With a rig file the sigmas have what commissioning has left of
+        the same constants, so that three of them are nothing new."""
+        most = RIG_SIGMAS if has_rig else 1.0
+        return replace(self, findings=tuple(_beside(each, most, sigma, is_fit) for each in self.findings))
 
     @property
     def input_words(self) -> str:
@@ -96,11 +99,12 @@ def _of_one_source(major: list[Finding], of_sensors: list[Finding]) -> tuple[lis
     return major, [each for each in of_sensors if each not in late]
 
 
-def _beside(finding: Finding, sigma: Array, is_fit: bool) -> Finding:
+def _beside(finding: Finding, most: float, sigma: Array, is_fit: bool) -> Finding:
+    """`most`: sigmas that cover a shift."""
     if not finding.shift or not (finding.is_harmless or is_fit):
         return finding
     worst = float(np.max(np.abs(finding.shift) / sigma[: len(finding.shift)]))
-    if worst <= 1.0:
+    if worst <= most:
         return replace(finding, mend=phrases.COVERED, is_harmless=True)
     if not finding.is_harmless:
         return finding

@@ -52,6 +52,7 @@ TOLD_SHARE = 1e-6
 UNSURE_SHARE = 0.05  # of the platform's own scale: beyond, the motion tells too little
 UNEXPLAINED_SHARE = 0.2  # of the forces' own changes
 KEPT_SHARE = 0.7  # of the declared tolerance: a run that leaves more has told nothing
+AS_DECLARED = "no more known than declared"
 LOAD_SHARES = (0.5, 3.0)  # of the platform's mass: loads whose errors are looked at
 LEAST_DELAY_TICKS = 0.1
 REFERENCE_SIGMAS = 5.0  # of gains and weighing: a reference mass that is further off is another one
@@ -348,9 +349,9 @@ def _identifiability(found: Found, start: Start) -> dict[str, str]:
         if not np.any(found.covariance[part, part]):
             words[name] = "none: does not stand out of the noise"
         elif np.isfinite(prior).all() and (sigma[part] > KEPT_SHARE * prior).all():
-            words[name] = "no more known than declared"
+            words[name] = AS_DECLARED
         elif np.isfinite(prior).all() and (sigma[part] > KEPT_SHARE * prior).any():
-            words[name] = "found in part, the rest no more known than declared"
+            words[name] = f"found in part, the rest {AS_DECLARED}"
         else:
             words[name] = "found" if _stands_out(found, name, start) else "as declared"
     return words

@@ -194,7 +194,8 @@ def _diagnosis(result: dict, shown: LegLog, platform, rig: Path | None) -> Diagn
     machine, legs = (machine, in_time(platform, legs)) if rig is None else with_rig(rig, machine, legs)
     found = diagnose(legs, machine, load_summary.load_changes_s(result), shown)
     if result["names"][0] == "m":
-        return found.beside(result["sigma"][-1], result["verdict"][-1] not in ("misfit", "inconsistent"))
+        is_fit = result["verdict"][-1] not in ("misfit", "inconsistent")
+        return found.beside(result["sigma"][-1], is_fit, has_rig=rig is not None)
     return found
 
 
