@@ -335,8 +335,9 @@ def _refuse_undeclared(run: Run, machine: StatedMachine, found: Found) -> None:
             raise InputError(
                 f"{run.name} with {machine.platform_file}: found {words} {rms:.2g}{unit} (rms) off what is stated, expected "
                 f"{limit * tolerance:.2g}{unit} at most by [tolerances] {TOLERANCES[name]} = {tolerance:g}: check the "
-                "hinges of the platform file, the scales of forces and displacements, and what pushes the platform beside its "
-                "legs, as hoses do; or state the tolerance that they have (--unchecked: go on as it is)"
+                "hinges of the platform file, the scales of forces and displacements, what pushes the platform beside its legs, "
+                "as hoses do, legs of unlike mass, and heavy rods between force sensor and hinge (no model has these two); "
+                "or state the tolerance that they have (--unchecked: go on as it is)"
             )
 
 
