@@ -8,8 +8,8 @@
 ///     r += b (d(Y theta) / dt - u - G theta - r),   b = tick / 20 ms
 ///
 /// of which F_z, M_x and M_y about O_A, y, are compared with what the parameters' errors and slow legs leave
-/// open, O, the same mean of squares, and with C, the mean of y y^T over the last 10 s of motion, up to 200
-/// ms ago: y^T (O + C)^-1 y. A load that comes or goes is weight, which these three show.
+/// open, O, the same mean of squares, and with C, the mean of what else was in y y^T over the last 10 s of
+/// motion, up to 200 ms ago: y^T (O + C)^-1 y. A load that comes or goes is weight, which these three show.
 #ifndef HEXLOAD_WRENCH_MONITOR_H
 #define HEXLOAD_WRENCH_MONITOR_H
 
