@@ -112,11 +112,10 @@ class Bank:
         if not kept.any():
             return Candidate(family, -np.inf, self.left)
         beside = beside[:, kept] / np.linalg.norm(beside[:, kept], axis=0)
-        values, vectors = np.linalg.eigh(beside.T @ beside)
-        good = values > DEPENDENT * values[-1]
-        parts = (vectors[:, good].T @ (beside.T @ self.residual)) / np.sqrt(values[good])
+        values, vectors = _independent(beside)
+        parts = (vectors.T @ (beside.T @ self.residual)) / np.sqrt(values)
         left = self.left - float(parts @ parts)
-        return Candidate(family, self.score_of(left, int(good.sum())), left)
+        return Candidate(family, self.score_of(left, len(values)), left)
 
     def _without(self, columns: Array) -> Array:
         return columns - self.basis @ (self.basis.T @ columns)
@@ -149,10 +148,8 @@ class Bank:
     def _told(self, columns: Array) -> Array:
         """(k, c) combinations of a family's columns that load and chosen causes do not explain as well, as all hinges that
         are moved alike: the size of such a one is any."""
-        beside = self._without(columns)
         length = np.linalg.norm(columns, axis=0) + 1e-300
-        values, vectors = np.linalg.eigh((beside / length).T @ (beside / length))
-        return vectors[:, values > DEPENDENT * values[-1]] / length[:, None]
+        return _independent(self._without(columns) / length)[1] / length[:, None]
 
     def _load(self) -> Array:
         """The last one, (10,)."""
@@ -169,8 +166,8 @@ class Bank:
         covariance = inverse @ (scores.T @ scores) @ inverse + np.mean(self.residual**2) * inverse
         scaled = size * scale
         wald = float(scaled @ np.linalg.pinv(covariance, rcond=1e-9, hermitian=True) @ scaled)
-        values = np.linalg.eigvalsh(gram)
-        return SIGMAS * float(np.sqrt(max(wald, 0.0) / _beyond_chance(int((values > DEPENDENT * values[-1]).sum()))))
+        degrees = len(_independent(beside)[0])
+        return SIGMAS * float(np.sqrt(max(wald, 0.0) / _beyond_chance(degrees)))
 
     def _rms(self, family: Family, size: Array) -> float:
         fade = self.dynamics.smooth.fade[:, None, None]
@@ -186,6 +183,13 @@ class Bank:
 def _beyond_chance(degrees: int) -> float:
     """The chi-square that is as rare as a normal number of SIGMAS."""
     return chi_square.quantile(1.0 - math.erfc(SIGMAS / math.sqrt(2.0)), degrees)
+
+
+def _independent(columns: Array) -> tuple[Array, Array]:
+    """Squares (c,) of the lengths of the combinations (k, c) that are more than rounding beside the longest."""
+    values, vectors = np.linalg.eigh(columns.T @ columns)
+    good = values > DEPENDENT * values[-1]
+    return values[good], vectors[:, good]
 
 
 def _scaled(columns: Array) -> Array:
