@@ -345,11 +345,11 @@ static judged_t expect_judged(const bench_t* bench) {
                                              : HEXLOAD_VERDICT_NOT_EXCITED;
         if (!is_body) {
             *verdict = HEXLOAD_VERDICT_INCONSISTENT;
-        } else if (is_misfit || (factor > 1.0 && own <= limit && 3.0 * factor * own > limit)) {
+        } else if (is_misfit || (factor > 1.0 && own <= limit && 8.0 * factor * own > limit)) {
             *verdict = HEXLOAD_VERDICT_MISFIT;
         }
         judged.is_close = judged.is_close || is_near(variance, limit * limit) || is_near(lower, third) ||
-                          is_near(own, limit) || is_near(3.0 * factor * own, limit);
+                          is_near(own, limit) || is_near(8.0 * factor * own, limit);
         judged.worst = *verdict > judged.worst ? *verdict : judged.worst;
         judged.health |= *verdict == HEXLOAD_VERDICT_NOT_EXCITED ? 1U << HEXLOAD_HEALTH_NOT_EXCITED : 0U;
     }

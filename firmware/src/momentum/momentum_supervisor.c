@@ -52,8 +52,8 @@ enum { DIM = HEXLOAD_LOAD_DIM };
 #define CERTAIN_DOUBT HEXLOAD_REAL(1.05) ///< below, it may be chance
 
 /// Errors that a mismatch has left, in sigmas that it has widened, at most: 4 of faults of all kinds (R15),
-/// 6 of a load that sloshes.
-#define SPOILT_SIGMAS HEXLOAD_REAL(3.0)
+/// 7 of loads that slosh or hang.
+#define SPOILT_SIGMAS HEXLOAD_REAL(8.0)
 
 enum {
     FEWEST_TICKS = 20,
