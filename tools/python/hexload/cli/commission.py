@@ -13,6 +13,7 @@ from hexload.estimation.rig_model import LEGS
 TITLES = {  # of groups of unknowns, as a control engineer calls them
     "theta": "platform's mass, centre, inertia",
     "leg_mass": "leg mass",
+    "unlike_legs": "leg mass, by which legs differ",
     "coulomb": "Coulomb friction",
     "stribeck": "more at rest (Stribeck)",
     "viscous": "viscous friction",

@@ -47,14 +47,16 @@ TOLERANCES = {  # groups of unknowns by the key of their tolerance
 }
 DELAY_SIGMA_S = 1e-3
 MECHANISMS = ("leg_mass", "coulomb", "stribeck", "viscous")  # groups that are none unless they stand out of the noise
-DECLARED = ("growth", "offset", "delay", "gain", "hinges")  # groups with a tolerance
+DECLARED = ("growth", "offset", "delay", "gain", "hinges", "unlike_legs")  # groups with a tolerance
 TOLD_SHARE = 1e-6
 UNSURE_SHARE = 0.05  # of the platform's own scale: beyond, the motion tells too little
 UNEXPLAINED_SHARE = 0.2  # of the forces' own changes
+NO_LEGS = np.zeros(3)
 KEPT_SHARE = 0.7  # of the declared tolerance: a run that leaves more has told nothing
 AS_DECLARED = "no more known than declared"
 LOAD_SHARES = (0.5, 3.0)  # of the platform's mass: loads whose errors are looked at
 LEAST_DELAY_TICKS = 0.1
+UNLIKE_SHARE = 0.2  # one sigma, of a leg's mass: valves and hoses, or a rod of another make; alike ones stay so
 REFERENCE_SIGMAS = 5.0  # of gains and weighing: a reference mass that is further off is another one
 HELD_UP = {  # groups of which an empty run tells in part, so that the rest stands on the tolerance: in words, unit
     "gain": ("force gains", ""),
@@ -160,7 +162,7 @@ def _write_page(
 ) -> None:
     from hexload.report.commission_page import render  # draws; commissioning without a page needs none of it
 
-    start = _start(machine)
+    start = _start(machine, found.value[SLICES["leg_mass"]])
     stated = start.value.copy()
     stated[SLICES["theta"]] = machine.theta
     log = run.log
@@ -200,21 +202,34 @@ def _machine(platform, path: Path) -> StatedMachine:
     )
 
 
-def _start(machine: StatedMachine) -> Start:
+def _start(machine: StatedMachine, leg_mass: Array = NO_LEGS) -> Start:
+    """`leg_mass`: (3,), of all legs alike, as far as it is known."""
     value, sigma = np.zeros(UNKNOWNS), np.full(UNKNOWNS, np.inf)
     for name, tolerance in machine.tolerances.items():
         sigma[SLICES[name]] = tolerance
     value[SLICES["delay"]], sigma[SLICES["delay"]] = machine.force_delay_s, DELAY_SIGMA_S
-    return Start(value, sigma)
+    return _with_unlike_legs(Start(value, sigma), leg_mass)
 
 
 def _fit(run: Run, machine: StatedMachine, start: Start) -> tuple[Found, Found]:
-    """With all groups; without those of a mechanism that does not stand out of the noise; then with those that are as
-    declared held there. Their tolerances count on in the covariance. The other is the fit in which none is held."""
+    """With all groups; without those of a mechanism that does not stand out of the noise; with legs that may differ; then
+    with those that are as declared held there. Their tolerances count on in the covariance. The other is the fit in which none is held."""
     whole = _regress(run, machine, start)
     whole, start = _fit_without_noise(run, machine, whole, start, MECHANISMS)
+    if (leg_mass := whole.value[SLICES["leg_mass"]]).any():
+        start = _with_unlike_legs(start, leg_mass)
+        whole = _regress(run, machine, start, whole)
     fewer, _ = _fit_without_noise(run, machine, whole, start, DECLARED)
     return replace(fewer, covariance=whole.covariance, noise_covariance=whole.noise_covariance), whole
+
+
+def _with_unlike_legs(start: Start, leg_mass: Array) -> Start:
+    """Cylinder and rod of each leg may be lighter or heavier than those of all, by UNLIKE_SHARE of what these are."""
+    inertia, slide, tilting = leg_mass
+    rod, cylinder = slide / 2.0, tilting + slide / 2.0  # first moments
+    sigma = start.sigma.copy()
+    sigma[SLICES["unlike_legs"]] = UNLIKE_SHARE * np.tile(np.abs([inertia, slide, np.hypot(rod, cylinder)]), LEGS)
+    return replace(start, sigma=sigma)
 
 
 def _fit_without_noise(
@@ -336,7 +351,7 @@ def _refuse_undeclared(run: Run, machine: StatedMachine, found: Found) -> None:
                 f"{run.name} with {machine.platform_file}: found {words} {rms:.2g}{unit} (rms) off what is stated, expected "
                 f"{limit * tolerance:.2g}{unit} at most by [tolerances] {TOLERANCES[name]} = {tolerance:g}: check the "
                 "hinges of the platform file, the scales of forces and displacements, what pushes the platform beside its legs, "
-                "as hoses do, legs of unlike mass, and heavy rods between force sensor and hinge (no model has these two); "
+                "as hoses do, and heavy rods between force sensor and hinge (no model has these); "
                 "or state the tolerance that they have (--unchecked: go on as it is)"
             )
 
@@ -370,9 +385,9 @@ def _with_common_gain(
         loaded = checked_log(native, wish.reference, platform, wish.way_in, wish.reference_mass_kg)
         whole = replace(whole, covariance=covariance)
         found = _with_reference(whole, machine, run_of(loaded, wish.reference), wish.reference_mass_kg)
-        return found, _identifiability(found, _start(machine))
+        return found, _identifiability(found, _start(machine, found.value[SLICES["leg_mass"]]))
     found = replace(found, covariance=covariance)
-    words = _identifiability(found, _start(machine))
+    words = _identifiability(found, _start(machine, found.value[SLICES["leg_mass"]]))
     if off is not None:
         words["gain"] += (
             f"; all masses are {100.0 * off:+.1f} % off what is stated, by the platform or by all force sensors alike: "

@@ -20,7 +20,14 @@ from hexload.theory.tolerances import GRANTED_SIGMAS
 
 Array = NDArray[np.float64]
 
-WEIGHED = ("theta", "leg_mass", "coulomb", "stribeck", "viscous")  # groups that forces are proportional to
+WEIGHED = (
+    "theta",
+    "leg_mass",
+    "unlike_legs",
+    "coulomb",
+    "stribeck",
+    "viscous",
+)  # groups that forces are proportional to
 NOISELESS = 1e-10  # of the largest variance: roundings
 MEAN = np.zeros(UNKNOWNS)  # of the gains
 MEAN[SLICES["gain"]] = 1.0 / LEGS
@@ -53,12 +60,12 @@ def tangent_at(factor: float, found: Found) -> Found:
 
 
 def with_common_gain(covariance: Array, open_gain: float) -> Array:
-    """An empty run tells nothing of the gains' mean, so that it is as open as that; what follows it, follows. (88, 88)."""
+    """An empty run tells nothing of the gains' mean, so that it is as open as that; what follows it, follows. (106, 106)."""
     follow = _follow(covariance)
     return covariance + (open_gain**2 - MEAN @ covariance @ MEAN) * np.outer(follow, follow)
 
 
 def _follow(covariance: Array) -> Array:
-    """What the unknowns change by with the gains' mean, (88,); none where that is fixed."""
+    """What the unknowns change by with the gains' mean, (106,); none where that is fixed."""
     variance = MEAN @ covariance @ MEAN
     return covariance @ MEAN / variance if variance > 0.0 else np.zeros(UNKNOWNS)

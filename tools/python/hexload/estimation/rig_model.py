@@ -159,6 +159,12 @@ def leg_mass_forces(
     return _of_wrench(motion, _leg_mass_wrenches(motion, geometry, gravity_m_s2, acceleration))
 
 
+def unlike_leg_forces(motion: LegMotion, geometry: Geometry, gravity_m_s2: Array) -> Array:
+    """Of each leg's own, leg by leg, (n, 6, 18)."""
+    wrenches = _wrenches_of_legs(motion, geometry, gravity_m_s2)
+    return _of_wrench(motion, np.swapaxes(wrenches.reshape(len(wrenches), -1, 6), 1, 2))
+
+
 def hinge_speeds(motion: LegMotion, geometry: Geometry) -> Array:
     """Of the upper hinges, (n, 6, 3), base axes."""
     return _hinge_speeds(motion, geometry) @ motion.to_platform
@@ -176,9 +182,10 @@ def _hinge_accelerations(motion: LegMotion, geometry: Geometry) -> Array:
     return a + np.cross(alpha, arms) + np.cross(w, np.cross(w, arms))
 
 
-def _leg_mass_wrenches(
+def _wrenches_of_legs(
     motion: LegMotion, geometry: Geometry, gravity_m_s2: Array, hinge_acceleration_m_s2: Array | None = None
 ) -> Array:
+    """Of each leg, per unit of its three numbers, (n, 6, 3, 6)."""
     arms, e = geometry.platform_hinges_m, motion.directions
     length = motion.lengths_m[:, :, None]
     speed, acceleration = _hinge_speeds(motion, geometry), hinge_acceleration_m_s2
@@ -195,8 +202,15 @@ def _leg_mass_wrenches(
     up = (-motion.to_platform @ gravity_m_s2)[:, None]
     tilting = (up - e * np.sum(e * up, axis=2, keepdims=True)) / length
     parts = [inertial(length**-2, -2.0 * length**-3), inertial(-1.0 / length, length**-2), tilting]
-    wrenches = [np.concatenate([part.sum(axis=1), np.cross(arms, part).sum(axis=1)], axis=1) for part in parts]
-    return np.stack(wrenches, axis=2)
+    return np.stack([np.concatenate([part, np.cross(arms, part)], axis=2) for part in parts], axis=2)
+
+
+def _leg_mass_wrenches(
+    motion: LegMotion, geometry: Geometry, gravity_m_s2: Array, hinge_acceleration_m_s2: Array | None = None
+) -> Array:
+    """Of all legs alike, (n, 6, 3)."""
+    wrenches = _wrenches_of_legs(motion, geometry, gravity_m_s2, hinge_acceleration_m_s2)
+    return np.swapaxes(wrenches.sum(axis=1), 1, 2)
 
 
 def _of_wrench(motion: LegMotion, wrench: Array) -> Array:

@@ -25,6 +25,8 @@ BINS = 24
 SLOW_M_S = 0.05  # where friction turns
 SPEEDS = 400  # of a drawn friction law
 HINGES = tuple(f"{side} {leg + 1} {axis}" for side in ("base", "platform") for leg in range(LEGS) for axis in "xyz")
+LEG_MASS = ("inertia, kg m²", "slide, kg m", "tilt, kg m")
+UNLIKE = tuple(f"leg {leg + 1} {name}" for leg in range(LEGS) for name in LEG_MASS)
 
 
 @dataclass(frozen=True)
@@ -40,7 +42,8 @@ class Kind:
 
 KINDS = {
     "theta": Kind("platform", "", 1.0, 3, tuple(f"{name}, {unit_of(name)}" for name in THETA_NAMES)),
-    "leg_mass": Kind("leg mass", "", 1.0, 4, ("inertia, kg m²", "slide, kg m", "tilt, kg m")),
+    "leg_mass": Kind("leg mass", "", 1.0, 4, LEG_MASS),
+    "unlike_legs": Kind("leg mass, by which legs differ", "", 1.0, 4, UNLIKE),
     "coulomb": Kind("Coulomb friction", "N", 1.0, 1),
     "stribeck": Kind("more at rest (Stribeck)", "N", 1.0, 1),
     "viscous": Kind("viscous friction", "N s/m", 1.0, 1),
