@@ -108,7 +108,7 @@ class _Rigid:
     geometry: Geometry
     gravity_m_s2: Array
     forces: Array  # (n, 6)
-    columns: Array  # (n, 6, 33), per unit of the groups in RIGID
+    columns: Array  # (n, 6, 33), per unit of the groups in RIGID; (n, 6, 15): legs that are alike have none of the last
 
     @functools.cached_property
     def rows(self) -> tuple[Array, Array]:
@@ -137,13 +137,15 @@ def fit(seen: Seen, geometry: Geometry, gravity: float, start: Start, near: Foun
     else:
         value = np.where(start.sigma > 0, near.value, start.value)
         law, hinge_rows = near.law, near.hinge_rows
-    rigid = None
+    rigid, are_alike = None, not start.sigma[SLICES["unlike_legs"]].any()
     for number in range(PASSES if near is None else MORE_PASSES):
-        rigid = _rigid(record, geometry, gravity, value, rigid)
+        rigid = _rigid(record, geometry, gravity, value, rigid, are_alike)
         if near is None and number in SCANNING_PASSES:
             law = _scan(friction, rigid, value, start, LAWS if number == SCANNING_PASSES[0] else (law,))
         shapes = friction.shapes(law)
-        with_more = _rigid(noisy, geometry, gravity, value, rigid) if number > 0 or near is not None else rigid
+        with_more = rigid
+        if number > 0 or near is not None:
+            with_more = _rigid(noisy, geometry, gravity, value, rigid, are_alike)
         if number == 1 and near is None:
             hinge_rows = tuple(_hinge_rows(some, value, start) for some in (rigid, with_more))
         rows = _linearise(rigid, shapes, value, hinge_rows[0])
@@ -172,8 +174,15 @@ def moved(geometry: Geometry, value: Array) -> Geometry:
     )
 
 
-def _rigid(record: Record, geometry: Geometry, gravity: float, value: Array, near: _Rigid | None = None) -> _Rigid:
-    """`near`: of much the same pose at each row."""
+def _rigid(
+    record: Record,
+    geometry: Geometry,
+    gravity: float,
+    value: Array,
+    near: _Rigid | None = None,
+    are_alike: bool = False,
+) -> _Rigid:
+    """`near`: of much the same pose at each row. `are_alike`: the legs."""
     tilt = value[SLICES["tilt"]]
     g = rig_model.gravity_vector(gravity, tilt)
     here = moved(geometry, value)
@@ -184,10 +193,13 @@ def _rigid(record: Record, geometry: Geometry, gravity: float, value: Array, nea
     theta, leg_mass = value[SLICES["theta"]], value[SLICES["leg_mass"]]
     turned = (rig_model.gravity_vector(gravity, tilt + step) - g for step in TILT_STEP_RAD * np.eye(2))
     of_tilt = [rig_model.weight_forces(motion, here, change / TILT_STEP_RAD, theta, leg_mass) for change in turned]
-    of_unlike = rig_model.unlike_leg_forces(motion, here, g)
-    of_unlike -= of_unlike.mean(axis=0)  # that is in the offsets
-    columns = np.concatenate([of_body, of_legs, np.stack(of_tilt, axis=2), of_unlike], axis=2)
-    forces = of_body @ theta + of_legs @ leg_mass + of_unlike @ value[SLICES["unlike_legs"]]
+    forces = of_body @ theta + of_legs @ leg_mass
+    columns = np.concatenate([of_body, of_legs, np.stack(of_tilt, axis=2)], axis=2)
+    if not are_alike:
+        of_unlike = rig_model.unlike_leg_forces(motion, here, g)
+        of_unlike -= of_unlike.mean(axis=0)  # that is in the offsets
+        forces += of_unlike @ value[SLICES["unlike_legs"]]
+        columns = np.concatenate([columns, of_unlike], axis=2)
     return _Rigid(record, motion, here, g, forces, columns)
 
 
@@ -230,10 +242,8 @@ def _model(forces: Array, columns: Array, of_friction: Array, value: Array) -> t
     model = forces + np.einsum("nlk,lk->nl", of_friction, coefficients)
     gain = _gains(value)
     matrix = np.zeros((*forces.shape, UNKNOWNS))
-    start = 0
-    for name in RIGID:
-        matrix[:, :, SLICES[name]] = gain * columns[:, :, start : start + GROUPS[name]]
-        start += GROUPS[name]
+    of_rigid = [np.arange(UNKNOWNS)[SLICES[name]] for name in RIGID]
+    matrix[:, :, np.concatenate(of_rigid)[: columns.shape[2]]] = gain * columns
     for leg in range(LEGS):
         for k, name in enumerate(FRICTION):
             matrix[:, leg, SLICES[name].start + leg] = gain[leg] * of_friction[:, leg, k]
