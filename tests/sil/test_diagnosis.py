@@ -19,10 +19,12 @@ from hexload.diagnosis.diagnose import diagnose
 from hexload.diagnosis.dynamics import dynamics_of
 from hexload.diagnosis.machine import machine_of
 from hexload.diagnosis.record import record_of
+from hexload.estimation.arrays import leg_log
 from hexload.estimation.rig_model import motion_of_legs
 from hexload.faults.kinds import KINDS
 from hexload.faults.naming import causes_of
 from hexload.io.log_file import LegLog, read_log
+from rig_plant import SUBSTEPS, RubbingRig, log_of
 
 DATA = Path(__file__).parents[1] / "data"
 ROWS = 8000
@@ -257,6 +259,32 @@ def test_noise_that_is_not_white_is_no_cause():
     print(found.misfit, [finding.words for finding in found.findings])
     assert found.misfit > 5.0
     assert not [finding for finding in found.findings if not finding.is_harmless]
+
+
+@pytest.mark.parametrize("hz", [0.1, 0.15, 0.3])
+def test_a_slow_motion_makes_no_load_swing(hz):
+    # GIVEN a machine that is its model, with noise, and a load on a motion whose accelerations are the displacements' noise at all
+    # frequencies of what hangs or sloshes
+    own = machine()
+    geometry = own.geometry
+    rig = RubbingRig(
+        geometry.base_hinges_m,
+        geometry.platform_hinges_m,
+        float(geometry.home_leg_length_m.mean()),
+        own.own_theta,
+        own.gravity_m_s2,
+        *np.zeros((5, 6)),
+        0.0,
+        has_leg_mass=False,
+        sigma={"displacement": own.displacement_sigma_m, "velocity": 1e-3, "force": own.force_sigma_n},
+    )
+    t_s = np.arange(0.0, 12.0, TICK_S / SUBSTEPS)
+    phase = np.arange(6.0)
+    pose = np.sin(2.0 * np.pi * hz * t_s[:, None] + phase) * [0.03, 0.03, 0.03, 0.08, 0.08, 0.08]
+    load = np.array([120.0, -6.0, 3.6, 26.4, 11.0, 12.0, 6.4, 0.5, -1.5, -0.7])
+    # WHEN the log is diagnosed THEN nothing swings
+    found = diagnose(leg_log(*log_of(rig, (t_s, pose), load, 3)), own)
+    assert found.findings == ()
 
 
 def test_a_symmetric_machine_cannot_tell_five_numberings_and_an_unsymmetric_one_can():

@@ -1,8 +1,9 @@
 """Forces against the motion: what is left of the leg forces when the load is free, as a whitened regression.
 
 Leg forces and every column pass the same zero-phase low-pass; the motion is the displacements'. With the orthonormal
-cosine transform of the record, terms below BAND_HZ, white noise of the sensors becomes white, and the second derivative
-that turns a displacement's noise into a force's becomes a factor: of the term at f the six legs' noise has the covariance
+cosine transform of the record, of which terms count below BAND_HZ up to where the platform moves, white noise of the
+sensors becomes white, and the second derivative that turns a displacement's noise into a force's becomes a factor: of the
+term at f the six legs' noise has the covariance
 
     sigma_f^2 E + (sigma_d (2 pi f)^2)^2 K K^T        K: leg forces per leg acceleration, at home
 
@@ -30,6 +31,8 @@ FADE_S = 0.15  # beside what is faded out
 TEN = 10
 LEAST_ROWS = 60
 LEAST_KNOWN = 0.1  # share of the rows of which nothing is missing
+MOVING_BAND_HZ = 0.5
+MOVING = 4.0  # times the energy of noise that a motion has
 WHITENINGS = 3  # the load's inertia makes noise of forces of that of displacements
 
 
@@ -97,8 +100,7 @@ def dynamics_of(record: Record, machine: Machine) -> Dynamics:
         raise TooShort
     motion = rig_model.motion_of_legs(machine.geometry, smooth.displacement, smooth.speed, smooth.acceleration)
     of_body = rig_model.body_forces(motion, machine.gravity_m_s2)
-    count = min(len(smooth.t_s) // 2, int(2 * len(smooth.t_s) * smooth.dt_s * BAND_HZ))
-    hz = cosine_hz(count, len(smooth.t_s), smooth.dt_s)
+    hz = _moving_hz(smooth, machine.displacement_sigma_m)
     as_it_is = np.broadcast_to(np.eye(LEGS), (len(hz), LEGS, LEGS))
     found = Dynamics(machine, record, smooth, motion, of_body, as_it_is, hz)
     theta = machine.own_theta
@@ -107,6 +109,19 @@ def dynamics_of(record: Record, machine: Machine) -> Dynamics:
         rows, forces = found.whitened(of_body), found.whitened(smooth.force[:, :, None])[:, 0]
         theta = np.linalg.lstsq(rows, forces, rcond=1e-10)[0]
     return found
+
+
+def _moving_hz(smooth: Smooth, sigma_m: float) -> Array:
+    """Frequencies of the terms below BAND_HZ, up to where the motion stands out of the displacements' noise: beyond, columns are
+    noise, and a cause that lets a mass weigh one thing and move as another takes it out of the forces."""
+    count = min(len(smooth.t_s) // 2, int(2 * len(smooth.t_s) * smooth.dt_s * BAND_HZ))
+    hz = cosine_hz(count, len(smooth.t_s), smooth.dt_s)
+    shown = np.sum(cosines(smooth.acceleration, count) ** 2, axis=1)
+    noise = LEGS * (sigma_m * (2.0 * np.pi * hz) ** 2) ** 2 / smooth.step
+    bands = np.arange(0, count, max(1, round(MOVING_BAND_HZ / hz[1])))
+    moves = np.add.reduceat(shown, bands) > MOVING * np.add.reduceat(noise, bands)
+    last = np.append(bands[1:], count)[moves][-1] if moves.any() else count
+    return hz[: max(last, min(count, LEAST_ROWS))]
 
 
 def _possible(theta: Array, own: Array) -> Array:
