@@ -273,8 +273,18 @@ def test_another_load_where_something_pushes_is_told_as_the_push():
     assert words == ["at 7.002 s rather that push: along the weight it is a load as long as it lasts"]
 
 
+def test_what_a_load_too_new_to_be_known_leaves_is_no_misfit_of_the_machine():
+    # GIVEN 3 s at 1 ms in which another load is told at 1 s, and a misfit from there on
+    result = {"t": 1e-3 * np.arange(3000), "health_counts": {"load changed": 1, "model misfit": 70}}
+    changed, is_misfit = np.arange(3000) == 1000, np.arange(3000) >= 1000
+    for misfit_ends, ticks in ((1070, 0), (2000, 2000 - 1251)):
+        # WHEN it is over after 70 ms THEN it is none of the machine, and of one that lasts for a second all but its first quarter
+        result["health"] = changed + 2 * (is_misfit & (np.arange(3000) < misfit_ends))
+        assert load_summary.misfit_ticks(result) == ticks
+
+
 def test_a_machine_that_does_not_fit_is_to_be_commissioned():
-    # GIVEN health counts with and without the misfit WHEN the last verdict is looked at THEN the mend is named where there is one
-    assert "hexload commission" in load_summary.mend_in_words({"model misfit": 3}, "inconsistent")
-    assert load_summary.mend_in_words({"model misfit": 3}, "converged") == ""
-    assert load_summary.mend_in_words({"model misfit": 0}, "inconsistent") == ""
+    # GIVEN ticks with and without the misfit WHEN the last verdict is looked at THEN the mend is named where there is one
+    assert "hexload commission" in load_summary.mend_in_words(3, "inconsistent")
+    assert load_summary.mend_in_words(3, "converged") == ""
+    assert load_summary.mend_in_words(0, "inconsistent") == ""

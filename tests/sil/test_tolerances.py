@@ -108,7 +108,7 @@ def test_a_misfit_that_keeps_parameters_open_is_said(log, tmp_path):
     # THEN it is not converged, the health bit says why, and the words what to do
     assert result["verdict"][-1] != "converged"
     assert result["health_counts"]["model misfit"] > 0
-    assert "hexload commission" in mend_in_words(result["health_counts"], result["verdict"][-1])
+    assert "hexload commission" in mend_in_words(result["health_counts"]["model misfit"], result["verdict"][-1])
 
 
 def test_a_negative_tolerance_is_refused():

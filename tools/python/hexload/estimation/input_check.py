@@ -10,7 +10,7 @@ from pathlib import Path
 
 from hexload.errors import InputError
 from hexload.estimation import stray
-from hexload.estimation.load_summary import inconsistent_words, mend_in_words
+from hexload.estimation.load_summary import inconsistent_words, mend_in_words, misfit_ticks
 from hexload.estimation.plausibility import Plausibility, machine_of
 from hexload.io.column_map import read_column_map
 from hexload.io.log_file import LegLog, joined
@@ -96,7 +96,7 @@ def mend_of(result: dict) -> str:
     said = result.get("input_words", result["input_fault"])
     is_finer = said == result["input_fault"] != "" and cause is not None and cause.is_of_channels
     mend = mend_in_words(
-        result["health_counts"],
+        misfit_ticks(result),
         result["verdict"][-1],
         result.get("has_rig", False),
         cause.sentence if is_finer else said,

@@ -5,6 +5,8 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import zip_longest
 
+import numpy as np
+
 from hexload.diagnosis.finding import Finding
 from hexload.theory.bound import unit_of
 
@@ -19,6 +21,9 @@ TEN_DIGITS = 4  # at most, of the momentum filter's parameters, in kg, kg m and 
 BODY_UNITS = {"m": "kg", "c": "m", "I": "kg m²"}
 BODY_DIGITS = {"m": TEN_DIGITS, "c": 6, "I": TEN_DIGITS}
 PUSH_S = 0.25  # by which the diagnosis may find a push too late
+NEW_LOAD_S = (
+    0.25  # after a load change: by then its first estimates have settled, and the machine has been judged with it
+)
 MOMENTS = 8  # that are listed one by one
 
 # What has not moved when a parameter is not excited.
@@ -150,6 +155,15 @@ def load_changes_s(result: dict) -> list[float]:
     return [float(t_s) for t_s in result["t"][result["health"].astype(int) >> bit & 1 == 1]]
 
 
+def misfit_ticks(result: dict) -> int:
+    """In which the machine did not fit its model, beside those in which another load was too new to be known."""
+    bit = list(result["health_counts"]).index("model misfit")
+    is_misfit = result["health"].astype(int) >> bit & 1 == 1
+    for t_s in load_changes_s(result):
+        is_misfit &= (result["t"] < t_s) | (result["t"] > t_s + NEW_LOAD_S)
+    return int(np.count_nonzero(is_misfit))
+
+
 def moments_in_words(times_s: Sequence[float]) -> str:
     """Of at least one event."""
     if len(times_s) > MOMENTS:
@@ -172,7 +186,7 @@ def health_in_words(ticks_of: dict[str, int]) -> str:
 
 
 def mend_in_words(
-    ticks_of: dict[str, int],
+    misfit_ticks: int,
     verdict: str,
     has_rig: bool = False,
     input_words: str = "",
@@ -185,7 +199,7 @@ def mend_in_words(
         return input_words or cause
     if is_of_paper and verdict in ("misfit", "inconsistent"):
         return inconsistent_words(is_of_paper)
-    if verdict == "converged" or not ticks_of.get("model misfit"):
+    if verdict == "converged" or not misfit_ticks:
         return ""
     if has_rig:
         return (
