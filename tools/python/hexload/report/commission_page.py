@@ -117,6 +117,7 @@ def render(
             by_name={group.name: group for group in groups},
             common_gain_percent=100.0 * float(np.sqrt(found.covariance[SLICES["gain"], SLICES["gain"]].mean())),
             legs=[group for group in groups if group.is_per_leg],
+            leg_mass_names=LEG_MASS,
             law=found.law,
             rms=[(_rms(before.slow_residual_n[:, leg]), _rms(after.slow_residual_n[:, leg])) for leg in range(LEGS)],
             rms_of_all=(_rms(before.slow_residual_n), _rms(after.slow_residual_n)),
