@@ -1006,27 +1006,29 @@ static void test_the_longest_gap_is_bridged_and_a_longer_one_is_not(void) {
     }
 }
 
-static void test_a_mismatch_that_keeps_a_parameter_from_converging_is_a_misfit(void) {
+static void test_a_mismatch_that_keeps_a_parameter_from_converging_is_a_misfit_of_all(void) {
     // GIVEN an estimate that has converged
     bench_t bench;
     begin(&bench, paper_machine(), random_motion(46, 0.05, 0.1), 12);
     run(&bench, &eccentric, 3000);
     TEST_ASSERT_EQUAL_INT(HEXLOAD_VERDICT_CONVERGED, judge_again(&bench));
     memcpy(bench.estimate.own_sigma, bench.estimate.sigma, sizeof bench.estimate.sigma);
-    // WHEN the residual test finds its sigmas too small, by less than an eighth of what still counts as
+    // WHEN the residual test finds its sigmas too small, by less than a third of what still counts as
     // converged, as what a mismatch does is no more than seen to, THEN it stays so; the scale of a mass is at
     // least the platform's, of which 5 % is the limit
     const hexload_real_t limit = bench.config.momentum.converged_relative_sigma * HEXLOAD_REAL(312.0);
-    bench.estimator.residual_test.factor = HEXLOAD_REAL(0.11) * limit / bench.estimate.sigma[0];
+    bench.estimator.residual_test.factor = HEXLOAD_REAL(0.3) * limit / bench.estimate.sigma[0];
     for (int k = 1; k < DIM; k++) {
-        bench.estimator.filter.load_cov[k][k] *= HEXLOAD_REAL(1e-12); // the mass alone is to decide
+        bench.estimate.own_sigma[k] *= HEXLOAD_REAL(1e-6); // the mass alone is to decide
     }
     (void)judge_again(&bench);
     TEST_ASSERT_EQUAL_INT(HEXLOAD_VERDICT_CONVERGED, bench.estimate.parameter_verdict[0]);
-    // AND by more than that it is a misfit, which is said
+    // AND by more than that it is a misfit, which is said, of each: what else a push moves, nobody knows
     bench.estimator.residual_test.factor *= HEXLOAD_REAL(1.25);
     TEST_ASSERT_EQUAL_INT(HEXLOAD_VERDICT_MISFIT, judge_again(&bench));
-    TEST_ASSERT_EQUAL_INT(HEXLOAD_VERDICT_MISFIT, bench.estimate.parameter_verdict[0]);
+    for (int k = 0; k < DIM; k++) {
+        TEST_ASSERT_EQUAL_INT(HEXLOAD_VERDICT_MISFIT, bench.estimate.parameter_verdict[k]);
+    }
     // AND what had not converged without the mismatch is no misfit for it
     bench.estimate.own_sigma[0] = HEXLOAD_REAL(1.1) * limit;
     (void)judge_again(&bench);
@@ -1147,7 +1149,7 @@ int main(void) {
     RUN_TEST(test_a_gap_too_long_for_one_step_sets_the_momentum_anew);
     RUN_TEST(test_the_first_field_of_a_configuration_is_checked_too);
     RUN_TEST(test_the_longest_gap_is_bridged_and_a_longer_one_is_not);
-    RUN_TEST(test_a_mismatch_that_keeps_a_parameter_from_converging_is_a_misfit);
+    RUN_TEST(test_a_mismatch_that_keeps_a_parameter_from_converging_is_a_misfit_of_all);
     RUN_TEST(test_counts_of_the_supervisors_do_not_wrap);
     RUN_TEST(test_without_gravity_and_motion_nothing_says_that_a_wrench_is_wrong);
     RUN_TEST(test_a_load_that_is_new_has_to_prove_itself_anew);

@@ -325,15 +325,21 @@ static judged_t expect_judged(const bench_t* bench) {
     judged.doubt = has_body ? fmax(1.0, (double)self->doubt * (1.0 - dt_s / 0.2))
                             : fmin((double)self->doubt * (1.0 + dt_s / 0.05), 300.0);
     const bool is_body = has_body || judged.doubt < 300.0;
+    const double factor = (double)bench->residual_test.factor;
+    bool is_spoilt = false;
+    for (int k = 0; k < DIM; k++) {
+        const double limit = 0.03 * scale_of(bench, k), own = (double)bench->estimate.own_sigma[k];
+        is_spoilt = is_spoilt || (factor > 1.0 && own <= limit && 3.0 * factor * own > limit);
+        judged.is_close = judged.is_close || is_near(own, limit) || is_near(3.0 * factor * own, limit);
+    }
     const bool is_misfit =
         self->fit_nis > HEXLOAD_REAL(30.0) || self->nis_mean > HEXLOAD_REAL(12.0) ||
-        self->wrong_s > HEXLOAD_REAL(0.0) ||
+        self->wrong_s > HEXLOAD_REAL(0.0) || is_spoilt ||
         (self->unfit_s > HEXLOAD_REAL(0.0) && config->rig.direction_count == 0 && pooled > 4.0) ||
         (bench->residual_test.factor > HEXLOAD_REAL(1.0) && config->rig.direction_count > 0);
     for (int k = 0; k < DIM; k++) {
         const double limit = 0.03 * scale_of(bench, k);
         const double variance = judged.sigma[k] * judged.sigma[k] - (double)open[k];
-        const double own = (double)bench->estimate.own_sigma[k], factor = (double)bench->residual_test.factor;
         // a motion that goes on for as long again lowers sigma by a third
         const double lower =
             1.0 / (1.0 / variance +
@@ -345,11 +351,10 @@ static judged_t expect_judged(const bench_t* bench) {
                                              : HEXLOAD_VERDICT_NOT_EXCITED;
         if (!is_body) {
             *verdict = HEXLOAD_VERDICT_INCONSISTENT;
-        } else if (is_misfit || (factor > 1.0 && own <= limit && 8.0 * factor * own > limit)) {
+        } else if (is_misfit) {
             *verdict = HEXLOAD_VERDICT_MISFIT;
         }
-        judged.is_close = judged.is_close || is_near(variance, limit * limit) || is_near(lower, third) ||
-                          is_near(own, limit) || is_near(8.0 * factor * own, limit);
+        judged.is_close = judged.is_close || is_near(variance, limit * limit) || is_near(lower, third);
         judged.worst = *verdict > judged.worst ? *verdict : judged.worst;
         judged.health |= *verdict == HEXLOAD_VERDICT_NOT_EXCITED ? 1U << HEXLOAD_HEALTH_NOT_EXCITED : 0U;
     }

@@ -51,9 +51,9 @@ enum { DIM = HEXLOAD_LOAD_DIM };
 #define LARGEST_DOUBT HEXLOAD_REAL(300.0)
 #define CERTAIN_DOUBT HEXLOAD_REAL(1.05) ///< below, it may be chance
 
-/// Errors that a mismatch has left, in sigmas that it has widened, at most: 4 of faults of all kinds (R15),
-/// 7 of loads that slosh or hang.
-#define SPOILT_SIGMAS HEXLOAD_REAL(8.0)
+/// Widened sigmas that have to be below the limit: errors of 4 have been seen of faults of all kinds (R15),
+/// of 7 where a load sloshes or hangs.
+#define SPOILT_SIGMAS HEXLOAD_REAL(3.0)
 
 enum {
     FEWEST_TICKS = 20,
@@ -291,9 +291,10 @@ void hexload_momentum_supervisor_watch(hexload_momentum_supervisor_t* self, cons
     self->next = (self->next + 1) % DIM;
 }
 
-/// What a parameter's sigma is compared with: its own value, of h the length, of products the mean moment;
-/// and at least what the empty platform has, as a load may be none.
-static void find_scales(const hexload_momentum_filter_t* filter, hexload_real_t scale[DIM]) {
+/// Sigmas below which a parameter has converged: a share of its own value, of h of the length, of products of
+/// the mean moment; and at least of what the empty platform has, as a load may be none.
+static void find_limits(const hexload_momentum_filter_t* filter, hexload_real_t share,
+                        hexload_real_t limit[DIM]) {
     const hexload_real_t* theta = filter->theta;
     const hexload_real_t* h = &theta[HEXLOAD_LOAD_HX];
     const hexload_real_t third = HEXLOAD_REAL(1.0) / HEXLOAD_REAL(3.0);
@@ -304,11 +305,12 @@ static void find_scales(const hexload_momentum_filter_t* filter, hexload_real_t 
         third * (theta[HEXLOAD_LOAD_IXX] + theta[HEXLOAD_LOAD_IYY] + theta[HEXLOAD_LOAD_IZZ]);
     const hexload_real_t length = hexload_sqrt(hexload_dot3(h, h));
     const hexload_real_t least_h = HEXLOAD_REAL(0.1) * hexload_sqrt(own[HEXLOAD_LOAD_M] * own_moment);
-    scale[HEXLOAD_LOAD_M] = hexload_max(hexload_abs(theta[HEXLOAD_LOAD_M]), own[HEXLOAD_LOAD_M]);
+    limit[HEXLOAD_LOAD_M] = share * hexload_max(hexload_abs(theta[HEXLOAD_LOAD_M]), own[HEXLOAD_LOAD_M]);
     for (int k = 0; k < 3; k++) {
-        scale[HEXLOAD_LOAD_HX + k] = hexload_max(length, least_h);
-        scale[HEXLOAD_LOAD_IXX + k] = hexload_max(hexload_abs(theta[HEXLOAD_LOAD_IXX + k]), own_moment);
-        scale[HEXLOAD_LOAD_IXY + k] = hexload_max(hexload_abs(moment), own_moment);
+        limit[HEXLOAD_LOAD_HX + k] = share * hexload_max(length, least_h);
+        limit[HEXLOAD_LOAD_IXX + k] =
+            share * hexload_max(hexload_abs(theta[HEXLOAD_LOAD_IXX + k]), own_moment);
+        limit[HEXLOAD_LOAD_IXY + k] = share * hexload_max(hexload_abs(moment), own_moment);
     }
 }
 
@@ -327,12 +329,17 @@ static bool make_physical(hexload_momentum_supervisor_t* self, const hexload_con
     return is_body || self->doubt < LARGEST_DOUBT;
 }
 
-/// Whether a mismatch may keep a parameter from having converged: what it does is seen to, not bounded.
-static bool is_spoilt(const hexload_residual_test_t* residual_test, hexload_real_t own_sigma,
-                      hexload_real_t limit) {
-    const hexload_real_t factor = residual_test->factor;
-    return (factor > HEXLOAD_REAL(1.0)) && (own_sigma <= limit) &&
-           ((SPOILT_SIGMAS * factor * own_sigma) > limit);
+/// Whether a mismatch, of which the residual test has a factor, may keep a parameter from having converged:
+/// what it does is seen to, not bounded. Then none counts: of which it is, and what else it moves, as a push
+/// does the mass, nobody knows.
+static bool is_spoilt(const hexload_residual_test_t* residual_test, const hexload_real_t limit[DIM],
+                      const hexload_real_t own_sigma[DIM]) {
+    const hexload_real_t sigmas = SPOILT_SIGMAS * residual_test->factor;
+    int k = DIM - 1;
+    while ((k >= 0) && ((own_sigma[k] > limit[k]) || ((sigmas * own_sigma[k]) <= limit[k]))) {
+        k--;
+    }
+    return k >= 0;
 }
 
 /// With constants open the residual test has a factor only for what they do not do.
@@ -359,7 +366,7 @@ uint32_t hexload_momentum_supervisor_judge(hexload_momentum_supervisor_t* self,
                                            const hexload_jackknife_t* jackknife,
                                            const hexload_residual_test_t* residual_test,
                                            hexload_estimate_t* estimate) {
-    hexload_real_t scale[DIM];
+    hexload_real_t limit[DIM];
     hexload_real_t open[DIM];
     uint32_t health = 0;
     for (int k = 0; k < DIM; k++) {
@@ -369,20 +376,21 @@ uint32_t hexload_momentum_supervisor_judge(hexload_momentum_supervisor_t* self,
     estimate->nis = filter->nis;
     estimate->nis_mean = self->nis_mean;
     estimate->verdict = HEXLOAD_VERDICT_CONVERGED;
-    find_scales(filter, scale);
+    find_limits(filter, config->momentum.converged_relative_sigma, limit);
     const bool is_doubtful = self->unfit_s > HEXLOAD_REAL(0.0);
     const bool is_misfit = self->fit_nis > MISFIT_NIS || self->nis_mean > config->momentum.inconsistent_nis ||
                            self->wrong_s > HEXLOAD_REAL(0.0) || is_beyond_constants(residual_test, config) ||
+                           ((residual_test->factor > HEXLOAD_REAL(1.0)) &&
+                            is_spoilt(residual_test, limit, estimate->own_sigma)) ||
                            (is_doubtful && is_beyond(jackknife, config, DOUBTFUL_VARIANCE));
     const bool is_body = make_physical(self, config, estimate);
     const hexload_real_t ticks = config->momentum.excitation_time_constant_s / config->tick_s;
     for (int k = 0; k < DIM; k++) {
-        const hexload_real_t limit = config->momentum.converged_relative_sigma * scale[k];
         const hexload_real_t variance = hexload_fma(estimate->sigma[k], estimate->sigma[k], -open[k]);
-        hexload_verdict_t verdict = judge_parameter(variance, limit, self->information[k], ticks);
+        hexload_verdict_t verdict = judge_parameter(variance, limit[k], self->information[k], ticks);
         if (!is_body) {
             verdict = HEXLOAD_VERDICT_INCONSISTENT;
-        } else if (is_misfit || is_spoilt(residual_test, estimate->own_sigma[k], limit)) {
+        } else if (is_misfit) {
             verdict = HEXLOAD_VERDICT_MISFIT;
         }
         estimate->parameter_verdict[k] = verdict;
