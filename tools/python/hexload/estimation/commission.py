@@ -213,7 +213,8 @@ def _start(machine: StatedMachine, leg_mass: Array = NO_LEGS) -> Start:
 
 def _fit(run: Run, machine: StatedMachine, start: Start) -> tuple[Found, Found]:
     """With all groups; without those of a mechanism that does not stand out of the noise; with legs that may differ; then
-    with those that are as declared held there. Their tolerances count on in the covariance. The other is the fit in which none is held."""
+    with those that are as declared held there. Their tolerances count on in the covariance. The other is the fit in which
+    none is held."""
     whole = _regress(run, machine, start)
     whole, start = _fit_without_noise(run, machine, whole, start, MECHANISMS)
     if (leg_mass := whole.value[SLICES["leg_mass"]]).any():
