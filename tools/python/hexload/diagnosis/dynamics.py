@@ -31,8 +31,8 @@ FADE_S = 0.15  # beside what is faded out
 TEN = 10
 LEAST_ROWS = 60
 LEAST_KNOWN = 0.1  # share of the rows of which nothing is missing
-MOVING_BAND_HZ = 0.5
-MOVING = 4.0  # times the energy of noise that a motion has
+MOVING_BAND_HZ = 0.5  # of 12 s 11 terms of six legs: a sixth is the standard deviation of their noise's energy
+MOVING = 4.0  # times that energy: no noise alone is that much
 WHITENINGS = 3  # the load's inertia makes noise of forces of that of displacements
 
 

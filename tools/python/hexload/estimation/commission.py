@@ -51,7 +51,6 @@ DECLARED = ("growth", "offset", "delay", "gain", "hinges", "unlike_legs")  # gro
 TOLD_SHARE = 1e-6
 UNSURE_SHARE = 0.05  # of the platform's own scale: beyond, the motion tells too little
 UNEXPLAINED_SHARE = 0.2  # of the forces' own changes
-NO_LEGS = np.zeros(3)
 KEPT_SHARE = 0.7  # of the declared tolerance: a run that leaves more has told nothing
 AS_DECLARED = "no more known than declared"
 LOAD_SHARES = (0.5, 3.0)  # of the platform's mass: loads whose errors are looked at
@@ -162,7 +161,7 @@ def _write_page(
 ) -> None:
     from hexload.report.commission_page import render  # draws; commissioning without a page needs none of it
 
-    start = _start(machine, found.value[SLICES["leg_mass"]])
+    start = _start(machine, found)
     stated = start.value.copy()
     stated[SLICES["theta"]] = machine.theta
     log = run.log
@@ -202,12 +201,13 @@ def _machine(platform, path: Path) -> StatedMachine:
     )
 
 
-def _start(machine: StatedMachine, leg_mass: Array = NO_LEGS) -> Start:
-    """`leg_mass`: (3,), of all legs alike, as far as it is known."""
+def _start(machine: StatedMachine, found: Found | None = None) -> Start:
+    """`found`: from which it is known what legs weigh, and so by how much they may differ; None: not at all."""
     value, sigma = np.zeros(UNKNOWNS), np.full(UNKNOWNS, np.inf)
     for name, tolerance in machine.tolerances.items():
         sigma[SLICES[name]] = tolerance
     value[SLICES["delay"]], sigma[SLICES["delay"]] = machine.force_delay_s, DELAY_SIGMA_S
+    leg_mass = np.zeros(3) if found is None else found.value[SLICES["leg_mass"]]
     return _with_unlike_legs(Start(value, sigma), leg_mass)
 
 
@@ -386,9 +386,9 @@ def _with_common_gain(
         loaded = checked_log(native, wish.reference, platform, wish.way_in, wish.reference_mass_kg)
         whole = replace(whole, covariance=covariance)
         found = _with_reference(whole, machine, run_of(loaded, wish.reference), wish.reference_mass_kg)
-        return found, _identifiability(found, _start(machine, found.value[SLICES["leg_mass"]]))
+        return found, _identifiability(found, _start(machine, found))
     found = replace(found, covariance=covariance)
-    words = _identifiability(found, _start(machine, found.value[SLICES["leg_mass"]]))
+    words = _identifiability(found, _start(machine, found))
     if off is not None:
         words["gain"] += (
             f"; all masses are {100.0 * off:+.1f} % off what is stated, by the platform or by all force sensors alike: "

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from itertools import zip_longest
 
 import numpy as np
+from numpy.typing import NDArray
 
 from hexload.diagnosis.finding import Finding
 from hexload.theory.bound import unit_of
@@ -151,17 +152,21 @@ def consistent_in_words(body: dict) -> str:
 
 def load_changes_s(result: dict) -> list[float]:
     """When the firmware has detected another load."""
-    bit = list(result["health_counts"]).index("load changed")  # they are in the order of the bits
-    return [float(t_s) for t_s in result["t"][result["health"].astype(int) >> bit & 1 == 1]]
+    return [float(t_s) for t_s in result["t"][_is_set(result, "load changed")]]
 
 
 def misfit_ticks(result: dict) -> int:
     """In which the machine did not fit its model, beside those in which another load was too new to be known."""
-    bit = list(result["health_counts"]).index("model misfit")
-    is_misfit = result["health"].astype(int) >> bit & 1 == 1
+    is_misfit = _is_set(result, "model misfit")
     for t_s in load_changes_s(result):
         is_misfit &= (result["t"] < t_s) | (result["t"] > t_s + NEW_LOAD_S)
     return int(np.count_nonzero(is_misfit))
+
+
+def _is_set(result: dict, name: str) -> NDArray[np.bool_]:
+    """The health bit of each tick, (n,)."""
+    bit = list(result["health_counts"]).index(name)  # they are in the order of the bits
+    return result["health"].astype(int) >> bit & 1 == 1
 
 
 def moments_in_words(times_s: Sequence[float]) -> str:

@@ -26,7 +26,7 @@ SLOW_M_S = 0.05  # where friction turns
 SPEEDS = 400  # of a drawn friction law
 HINGES = tuple(f"{side} {leg + 1} {axis}" for side in ("base", "platform") for leg in range(LEGS) for axis in "xyz")
 LEG_MASS = ("inertia, kg m²", "slide, kg m", "tilt, kg m")
-UNLIKE = tuple(f"leg {leg + 1} {name}" for leg in range(LEGS) for name in LEG_MASS)
+UNLIKE = tuple(f"leg {leg + 1}" for leg in range(LEGS) for _ in LEG_MASS)
 
 
 @dataclass(frozen=True)
