@@ -37,6 +37,7 @@ class RubbingRig:
     leg_scale: np.ndarray = field(default_factory=lambda: np.ones(6))  # of each leg's masses
     growth: float = 0.0  # N of dry friction per N of the actuator's push
     damper_n_s_m: float = 0.0  # between the platform's origin and the ground
+    hoses_n_m: float = 0.0  # that pull the platform's origin home
     has_bristles: bool = False  # LuGre's law in place of Dahl's: the bristles' length goes with the level of friction
     sigma: dict = field(default_factory=lambda: {"displacement": 1e-5, "velocity": 1e-3, "force": 5.0})
 
@@ -84,7 +85,7 @@ def log_of(
     e = legs / length
     theta = machine.platform_theta + load * (t_s >= load_from_s)[:, None]
     force, moment = _body(theta, rotation, w, rate(w), rate(rate(centre)) - machine.gravity_m_s2)
-    force = force + machine.damper_n_s_m * rate(centre)
+    force = force + machine.damper_n_s_m * rate(centre) + machine.hoses_n_m * (centre - [0.0, 0.0, height_m])
     if machine.has_leg_mass:
         on_hinge = _leg_forces(machine, e, length, rate)
         force, moment = (

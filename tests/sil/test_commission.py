@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from scipy.signal import butter, sosfilt, sosfiltfilt
+from scipy.spatial.transform import Rotation
 
 from hexload import project
 from hexload.cli.commission import TITLES, print_summary
@@ -28,6 +29,7 @@ from hexload.estimation.rig_model import (
     motion_of_legs,
     rigid_forces,
     slides,
+    stiffness_forces,
     unlike_leg_forces,
 )
 from hexload.estimation.rig_regression import SLICES
@@ -179,6 +181,30 @@ def test_forces_of_legs_one_by_one_are_together_those_of_legs_alike(platform):
     assert np.abs(wrenches[..., 3:] - moments).max() < 1e-12 * np.abs(wrenches).max()
 
 
+def test_a_pull_home_is_a_spring_at_the_platforms_origin_in_base_axes(platform):
+    # GIVEN poses beside home and a machine on springs WHEN the legs' forces for each spring are found THEN their work over a
+    # small step is what the springs' energy k x^2 / 2 grows by, x along each of the base axes, and of three alike about them
+    # as a rotation vector
+    table = tomllib.loads(platform.read_text())["geometry"]
+    geometry = Geometry(*(np.array(table[key]) for key in ("base_hinges_m", "platform_hinges_m", "home_leg_length_m")))
+    random = np.random.default_rng(10)
+    legs_m, step_m = random.uniform(-0.05, 0.05, (20, 6)), 1e-5 * random.normal(size=(20, 6))
+    still = np.zeros((20, 6))
+    home = motion_of_legs(geometry, still[:1], still[:1], still[:1])
+
+    def energies(displacement_m: np.ndarray) -> np.ndarray:
+        motion = motion_of_legs(geometry, displacement_m, still, still)
+        turn = Rotation.from_matrix(np.swapaxes(motion.to_platform, 1, 2) @ home.to_platform[0]).as_rotvec()
+        return 0.5 * np.concatenate([motion.place_m - home.place_m[0], turn], axis=1) ** 2
+
+    forces = stiffness_forces(motion_of_legs(geometry, legs_m, still, still), geometry)
+    work = np.einsum("nlk,nl->nk", forces, step_m)
+    gained = energies(legs_m + 0.5 * step_m) - energies(legs_m - 0.5 * step_m)
+    # Poses are solved to 1e-9, beside ways and turns of less than 0.25; by the step's third power nothing counts.
+    for part in (slice(0, 1), slice(1, 2), slice(2, 3), slice(3, 6)):
+        assert np.abs(np.sum((work - gained)[:, part], axis=1)).max() < 2e-9 * 0.25
+
+
 def test_the_page_says_what_was_found_and_how_well(found, platform):
     # GIVEN the page of the commissioning WHEN its words and numbers are read
     machine, out, result = found
@@ -280,6 +306,25 @@ def test_what_legs_differ_by_is_not_taken_for_hinges(found, platform):
     # the same. As errors of hinges alone what legs differ by made them 1.4 times as wrong
     of_unlike = commission(Wish(empty, platform, platform.parent / "unlike.toml"))
     assert hinges_off_m(of_unlike, machine) < 1.05 * hinges_off_m(of_alike, alike)
+
+
+def test_hoses_are_not_taken_for_the_weight_of_legs(found, platform):
+    # GIVEN the same rig with hoses that pull its platform home by 60 N/m, as 10 kg of water above it would push it away
+    machine, _, without = found
+    pulled = replace(machine, hoses_n_m=60.0)
+    empty = write_log(platform.parent / "hoses_empty.csv", log_of(pulled, multisine(1, 12.0), EMPTY, 2))
+    out = platform.parent / "hoses.toml"
+    # WHEN it is commissioned
+    result = commission(Wish(empty, platform, out))
+    # THEN they are said, and the legs are as heavy as without them, within a sigma: motion and noise are the same
+    assert result["words"]["stiffness"] == "found; no controller takes it off, sigmas hold it"
+    assert without["words"]["stiffness"] == "none: does not stand out of the noise"
+    for key in ("leg_inertia_kg_m2", "leg_slide_kg_m", "leg_tilt_kg_m"):
+        assert abs(result["rig"][key] - without["rig"][key]) < result["sigma"][key], key
+    # AND a load in another motion is within four of its sigmas, as nobody takes hoses off
+    log = write_log(platform.parent / "hoses_load.csv", log_of(pulled, multisine(3, 8.0), LOAD, 4))
+    replayed = replay_log(log, platform, None, None, platform.parent / "hoses_estimates.csv", rig=out)
+    assert (np.abs(replayed["value"][-1] - LOAD) < 4.0 * replayed["sigma"][-1]).all()
 
 
 def hinges_off_m(result: dict, machine: RubbingRig) -> float:

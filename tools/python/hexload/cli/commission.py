@@ -14,6 +14,7 @@ TITLES = {  # of groups of unknowns, as a control engineer calls them
     "theta": "platform's mass, centre, inertia",
     "leg_mass": "leg mass",
     "unlike_legs": "leg mass, by which legs differ",
+    "stiffness": "pull towards home (hoses)",
     "coulomb": "Coulomb friction",
     "stribeck": "more at rest (Stribeck)",
     "viscous": "viscous friction",

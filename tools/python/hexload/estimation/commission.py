@@ -30,7 +30,7 @@ from hexload.estimation.common_gain import common_factor, tangent_at, with_commo
 from hexload.estimation.firmware_run import load_platform, native_firmware
 from hexload.estimation.input_check import WayIn, checked_log
 from hexload.estimation.rig_model import LEGS, Geometry
-from hexload.estimation.rig_regression import SLICES, UNKNOWNS, Found, Start
+from hexload.estimation.rig_regression import SLICES, UNKNOWNS, UNTOLD, Found, Start
 from hexload.io.atomic_file import replaced_or_none, replaced_when_done
 from hexload.io.toml_document import guessed_in_words, read_toml
 from hexload.theory.bound import TENSOR, THETA_NAMES, unit_of
@@ -202,8 +202,9 @@ def _machine(platform, path: Path) -> StatedMachine:
 
 
 def _start(machine: StatedMachine, found: Found | None = None) -> Start:
-    """`found`: from which it is known what legs weigh, and so by how much they may differ; None: not at all."""
+    """`found`: what legs weigh tells by how much they may differ, and something may pull the platform home; None: not yet."""
     value, sigma = np.zeros(UNKNOWNS), np.full(UNKNOWNS, np.inf)
+    sigma[SLICES["stiffness"]] = 0.0 if found is None else np.inf
     for name, tolerance in machine.tolerances.items():
         sigma[SLICES[name]] = tolerance
     value[SLICES["delay"]], sigma[SLICES["delay"]] = machine.force_delay_s, DELAY_SIGMA_S
@@ -212,16 +213,37 @@ def _start(machine: StatedMachine, found: Found | None = None) -> Start:
 
 
 def _fit(run: Run, machine: StatedMachine, start: Start) -> tuple[Found, Found]:
-    """With all groups; without those of a mechanism that does not stand out of the noise; with legs that may differ; then
-    with those that are as declared held there. Their tolerances count on in the covariance. The other is the fit in which
-    none is held."""
+    """With all groups; without those of a mechanism that does not stand out of the noise; with legs that may differ; with
+    what pulls home; then with those that are as declared held there. Their tolerances count on in the covariance. The other
+    is the fit in which none is held."""
     whole = _regress(run, machine, start)
     whole, start = _fit_without_noise(run, machine, whole, start, MECHANISMS)
-    if (leg_mass := whole.value[SLICES["leg_mass"]]).any():
-        start = _with_unlike_legs(start, leg_mass)
-        whole = _regress(run, machine, start, whole)
+    whole, start = _fit_of_unlike_legs(run, machine, whole, start)
+    whole, start = _fit_with_stiffness(run, machine, whole, start)
     fewer, _ = _fit_without_noise(run, machine, whole, start, DECLARED)
     return replace(fewer, covariance=whole.covariance, noise_covariance=whole.noise_covariance), whole
+
+
+def _fit_of_unlike_legs(run: Run, machine: StatedMachine, found: Found, start: Start) -> tuple[Found, Start]:
+    """Legs may differ by a share of the mass that they are found to have."""
+    apart = _with_unlike_legs(start, found.value[SLICES["leg_mass"]])
+    if np.array_equal(apart.sigma, start.sigma):
+        return found, start
+    return _regress(run, machine, apart, found), apart
+
+
+def _fit_with_stiffness(run: Run, machine: StatedMachine, found: Found, start: Start) -> tuple[Found, Start]:
+    """Asks for what pulls the platform home, as hoses do; nothing pulls if it does not stand out of the noise, or pushes: that
+    is another fault. The legs' weight does nearly the same: where something pulls, legs are asked for anew."""
+    part = SLICES["stiffness"]
+    sigma = start.sigma.copy()
+    sigma[part] = np.inf
+    asked = replace(start, sigma=sigma)
+    pulled = _regress(run, machine, asked, found)
+    pull, of_pull = pulled.value[part], np.sqrt(np.diag(pulled.noise_covariance)[part])
+    if not _stands_out(pulled, "stiffness", asked) or (pull < -GRANTED_SIGMAS * of_pull).any():
+        return found, start
+    return _fit_of_unlike_legs(run, machine, *_fit_without_noise(run, machine, pulled, asked, MECHANISMS))
 
 
 def _with_unlike_legs(start: Start, leg_mass: Array) -> Start:
@@ -371,6 +393,8 @@ def _identifiability(found: Found, start: Start) -> dict[str, str]:
             words[name] = f"found in part, the rest {AS_DECLARED}"
         else:
             words[name] = "found" if _stands_out(found, name, start) else "as declared"
+        if name in UNTOLD and words[name].startswith("found"):
+            words[name] += "; no controller takes it off, sigmas hold it"
     return words
 
 

@@ -25,6 +25,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
 
 from hexload.theory.bound import TENSOR
 from hexload.theory.kinematics import LEGS, cross_matrix, leg_vectors, poses
@@ -163,6 +164,18 @@ def unlike_leg_forces(motion: LegMotion, geometry: Geometry, gravity_m_s2: Array
     """Of each leg's own, leg by leg, (n, 6, 18)."""
     wrenches = _wrenches_of_legs(motion, geometry, gravity_m_s2)
     return _of_wrench(motion, np.swapaxes(wrenches.reshape(len(wrenches), -1, 6), 1, 2))
+
+
+def stiffness_forces(motion: LegMotion, geometry: Geometry) -> Array:
+    """Per unit of each of the stiffnesses, N/m along and N m/rad about the base axes, that pull the platform home, (n, 6, 6)."""
+    place, rotation = _home(geometry, 1)
+    way = motion.place_m - place
+    to_base = np.swapaxes(motion.to_platform, 1, 2)
+    turn = Rotation.from_matrix(to_base @ np.swapaxes(rotation, 1, 2)).as_rotvec()
+    wrench = np.zeros((len(way), 6, 6))
+    wrench[:, :3, :3] = motion.to_platform * way[:, None]
+    wrench[:, 3:, 3:] = motion.to_platform * turn[:, None]
+    return _of_wrench(motion, wrench)
 
 
 def hinge_speeds(motion: LegMotion, geometry: Geometry) -> Array:

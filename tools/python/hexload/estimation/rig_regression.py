@@ -6,7 +6,8 @@ not known: with the variance
     s^2 (1 + (0.3 (Fc + Fd) / s)^2 exp(-(v / v_slow)^2)),    s the residual's standard deviation where legs move
 
 Legs may differ in their mass: what of that varies with the motion has unknowns of its own, as hinges would take it up, and
-under a load hinges do more; what is constant is in the offsets. No controller takes the former off: it counts as an error.
+under a load hinges do more; what is constant is in the offsets. So it is with what pulls the platform home, which the legs'
+weight would take up. No controller takes either off: what is found counts as an error.
 
 Priors are normal: of gains, hinges, offsets and tilt the declared tolerances. The covariance is that of the estimate
 under the scores of one-second blocks (sandwich estimator), so correlated residuals and what the model lacks count, plus
@@ -62,6 +63,7 @@ GROUPS = {
     "gain": 6,
     "hinges": 36,
     "unlike_legs": 18,
+    "stiffness": 6,
 }
 SLICES = {
     name: slice(start, start + size)
@@ -69,7 +71,8 @@ SLICES = {
 }
 UNKNOWNS = sum(GROUPS.values())
 FRICTION = ("coulomb", "stribeck", "viscous", "growth")
-RIGID = ("theta", "leg_mass", "tilt", "unlike_legs")
+RIGID = ("theta", "leg_mass", "tilt", "unlike_legs", "stiffness")
+UNTOLD = ("unlike_legs", "stiffness")  # of which no controller is told
 TILT_STEP_RAD = 1e-4
 DIRECTIONS = 8  # that the firmware carries along
 PACES = (1.0, 0.4)  # of the run itself: motions on which a load may be identified
@@ -79,7 +82,7 @@ WORST_CONDITION = 1e-13
 
 @dataclass(frozen=True)
 class Start:
-    """Prior of the unknowns, (106,) each; a sigma of inf: nothing known, of 0: fixed."""
+    """Prior of the unknowns, (112,) each; a sigma of inf: nothing known, of 0: fixed."""
 
     value: Array
     sigma: Array
@@ -87,9 +90,9 @@ class Start:
 
 @dataclass(frozen=True)
 class Found:
-    value: Array  # (106,), as in SLICES; hinges as [base_hinges_m, platform_hinges_m] less those of the platform file
-    covariance: Array  # (106, 106)
-    noise_covariance: Array  # (106, 106), without the priors' part: of unknowns that are as the prior says
+    value: Array  # (112,), as in SLICES; hinges as [base_hinges_m, platform_hinges_m] less those of the platform file
+    covariance: Array  # (112, 112)
+    noise_covariance: Array  # (112, 112), without the priors' part: of unknowns that are as the prior says
     law: FrictionLaw
     residual_n: float  # standard deviation where legs move
     residuals_n: Array  # (rows, 6)
@@ -108,7 +111,7 @@ class _Rigid:
     geometry: Geometry
     gravity_m_s2: Array
     forces: Array  # (n, 6)
-    columns: Array  # (n, 6, 33), per unit of the groups in RIGID; (n, 6, 15): legs that are alike have none of the last
+    columns: Array  # (n, 6, 39), per unit of the groups in RIGID; (n, 6, 15): without those in UNTOLD
 
     @functools.cached_property
     def rows(self) -> tuple[Array, Array]:
@@ -122,10 +125,10 @@ class _LinearFit:
     """What a solution leaves."""
 
     residual: Array  # (rows, 6)
-    matrix: Array  # (rows, 6, 106)
+    matrix: Array  # (rows, 6, 112)
     weight: Array  # (rows, 6), 1 / standard deviation
     noise_n: float
-    noise_information: Array  # (106, 106), of the weighted rows' information what the displacements' noise alone makes
+    noise_information: Array  # (112, 112), of the weighted rows' information what the displacements' noise alone makes
 
 
 def fit(seen: Seen, geometry: Geometry, gravity: float, start: Start, near: Found | None = None) -> Found:
@@ -137,15 +140,15 @@ def fit(seen: Seen, geometry: Geometry, gravity: float, start: Start, near: Foun
     else:
         value = np.where(start.sigma > 0, near.value, start.value)
         law, hinge_rows = near.law, near.hinge_rows
-    rigid, are_alike = None, not start.sigma[SLICES["unlike_legs"]].any()
+    rigid, has_untold = None, any(part[SLICES[name]].any() for name in UNTOLD for part in (start.sigma, start.value))
     for number in range(PASSES if near is None else MORE_PASSES):
-        rigid = _rigid(record, geometry, gravity, value, rigid, are_alike)
+        rigid = _rigid(record, geometry, gravity, value, rigid, has_untold)
         if near is None and number in SCANNING_PASSES:
             law = _scan(friction, rigid, value, start, LAWS if number == SCANNING_PASSES[0] else (law,))
         shapes = friction.shapes(law)
         with_more = rigid
         if number > 0 or near is not None:
-            with_more = _rigid(noisy, geometry, gravity, value, rigid, are_alike)
+            with_more = _rigid(noisy, geometry, gravity, value, rigid, has_untold)
         if number == 1 and near is None:
             hinge_rows = tuple(_hinge_rows(some, value, start) for some in (rigid, with_more))
         rows = _linearise(rigid, shapes, value, hinge_rows[0])
@@ -180,9 +183,9 @@ def _rigid(
     gravity: float,
     value: Array,
     near: _Rigid | None = None,
-    are_alike: bool = False,
+    has_untold: bool = True,
 ) -> _Rigid:
-    """`near`: of much the same pose at each row. `are_alike`: the legs."""
+    """`near`: of much the same pose at each row. `has_untold`: those groups are asked for, or have a value."""
     tilt = value[SLICES["tilt"]]
     g = rig_model.gravity_vector(gravity, tilt)
     here = moved(geometry, value)
@@ -195,11 +198,12 @@ def _rigid(
     of_tilt = [rig_model.weight_forces(motion, here, change / TILT_STEP_RAD, theta, leg_mass) for change in turned]
     forces = of_body @ theta + of_legs @ leg_mass
     columns = np.concatenate([of_body, of_legs, np.stack(of_tilt, axis=2)], axis=2)
-    if not are_alike:
-        of_unlike = rig_model.unlike_leg_forces(motion, here, g)
-        of_unlike -= of_unlike.mean(axis=0)  # that is in the offsets
-        forces += of_unlike @ value[SLICES["unlike_legs"]]
-        columns = np.concatenate([columns, of_unlike], axis=2)
+    if has_untold:
+        of_untold = rig_model.unlike_leg_forces(motion, here, g), rig_model.stiffness_forces(motion, here)
+        untold = np.concatenate(of_untold, axis=2)
+        untold -= untold.mean(axis=0)  # that is in the offsets
+        forces += untold @ np.concatenate([value[SLICES[name]] for name in UNTOLD])
+        columns = np.concatenate([columns, untold], axis=2)
     return _Rigid(record, motion, here, g, forces, columns)
 
 
@@ -215,7 +219,7 @@ def _hinge_rows(rigid: _Rigid, value: Array, start: Start) -> Array | None:
 
 
 def _linearise(rigid: _Rigid, shapes: Shapes, value: Array, hinge_rows: Array | None) -> tuple[Array, Array]:
-    """Residual (rows, 6) and matrix (rows, 6, 106) at `value`."""
+    """Residual (rows, 6) and matrix (rows, 6, 112) at `value`."""
     record, (forces, columns) = rigid.record, rigid.rows
     model, matrix = _model(forces, columns, _friction_rows(rigid, shapes), value)
     matrix[:, :, SLICES["delay"].start] = -record.force_rate
@@ -236,7 +240,7 @@ def _gains(value: Array) -> Array:
 
 
 def _model(forces: Array, columns: Array, of_friction: Array, value: Array) -> tuple[Array, Array]:
-    """What the load cells show, (n, 6), and its derivatives, (n, 6, 106), the delay's and the hinges' left out. `forces` and
+    """What the load cells show, (n, 6), and its derivatives, (n, 6, 112), the delay's and the hinges' left out. `forces` and
     `columns`: of _Rigid; `of_friction`: (n, 6, 4)."""
     coefficients = np.stack([value[SLICES[name]] for name in FRICTION], axis=1)
     model = forces + np.einsum("nlk,lk->nl", of_friction, coefficients)
@@ -262,7 +266,7 @@ def _weights(record: Record, value: Array, noise_n: float) -> Array:
 def _change(
     record: Record, residual: Array, matrix: Array, value: Array, start: Start, doubles: tuple[Array, Array]
 ) -> Array:
-    """Of the unknowns, (106,). `doubles`: what noise like the displacements' changes of the model and of the matrix. The noise
+    """Of the unknowns, (112,). `doubles`: what noise like the displacements' changes of the model and of the matrix. The noise
     that is in both counts as information that no motion has given, and draws the unknowns towards zero: it is taken out of the
     normal equations."""
     noise_n = _noise(record, residual, value)
@@ -458,18 +462,18 @@ def open_directions(
     loads: tuple[Array, ...],
     scale: Array,
 ) -> Array:
-    """Ways in which all unknowns may be off together, one standard deviation each, (k, 106), k <= DIRECTIONS.
+    """Ways in which all unknowns may be off together, one standard deviation each, (k, 112), k <= DIRECTIONS.
 
     Those that matter most for a load: with A the body's columns and S the others', an estimate of the load goes off by
     -(d theta + A^+ S d others). Of the covariance as a product L L^T the largest singular directions are kept of what that is
     of L, for each of `loads` at each of PACES of this run's motion, in units of `scale`, (10,). What the firmware does not
-    follow counts as theta, as the last of `loads` sees it at this run's own pace: the mass of the legs and by what they
-    differ, which is off as found, what wrong hinges do to accelerations, and as the last way all that the others leave."""
+    follow counts as theta, as the last of `loads` sees it at this run's own pace: the mass of the legs, the groups in UNTOLD,
+    which are off as found, what wrong hinges do to accelerations, and as the last way all that the others leave."""
     record = thinned(seen.record)
-    unlike = SLICES["unlike_legs"]
-    untold = np.zeros(UNKNOWNS)
-    untold[unlike] = found.value[unlike]
-    root = np.column_stack([_root(found.covariance), untold])
+    as_found = np.zeros((UNKNOWNS, len(UNTOLD)))
+    for k, name in enumerate(UNTOLD):
+        as_found[SLICES[name], k] = found.value[SLICES[name]]
+    root = np.column_stack([_root(found.covariance), as_found])
     effects, folded = [], root.copy()
     for pace in PACES:
         slower = replace(record, speed=pace * record.speed, acceleration=pace**2 * record.acceleration)
@@ -489,7 +493,7 @@ def open_directions(
                 whole = effects[-1]
                 for name, columns in (
                     ("leg_mass", matrix[:, :, SLICES["leg_mass"]]),
-                    ("unlike_legs", matrix[:, :, unlike]),
+                    *((name, matrix[:, :, SLICES[name]]) for name in UNTOLD),
                     ("hinges", rig_hinges.inertial_columns(rigid.motion, rigid.geometry, value[SLICES["theta"]])),
                 ):
                     folded[SLICES["theta"]] += to_theta @ columns.reshape(len(flat), -1) @ root[SLICES[name]]
@@ -530,7 +534,7 @@ def explain(
     value: Array,
     law: FrictionLaw,
 ) -> Explained:
-    """Of a rig with the unknowns `value`, (106,). `record`: the log, prepared."""
+    """Of a rig with the unknowns `value`, (112,). `record`: the log, prepared."""
     shapes = record.below_motion_hz(rig_model.friction_shapes(record.friction_speed, law, record.dt_s))
     rigid = _rigid(record, geometry, gravity, value)
     model, _ = _model(rigid.forces, rigid.columns, friction_columns(shapes, rigid.forces), value)

@@ -26,6 +26,7 @@ SLOW_M_S = 0.05  # where friction turns
 SPEEDS = 400  # of a drawn friction law
 HINGES = tuple(f"{side} {leg + 1} {axis}" for side in ("base", "platform") for leg in range(LEGS) for axis in "xyz")
 LEG_MASS = ("inertia, kg m²", "slide, kg m", "tilt, kg m")
+STIFFNESS = ("x, N/m", "y, N/m", "z, N/m", "about x, N m/rad", "about y, N m/rad", "about z, N m/rad")
 UNLIKE = tuple(f"leg {leg + 1}" for leg in range(LEGS) for _ in LEG_MASS)
 
 
@@ -44,6 +45,7 @@ KINDS = {
     "theta": Kind("platform", "", 1.0, 3, tuple(f"{name}, {unit_of(name)}" for name in THETA_NAMES)),
     "leg_mass": Kind("leg mass", "", 1.0, 4, LEG_MASS),
     "unlike_legs": Kind("leg mass, by which legs differ", "", 1.0, 4, UNLIKE),
+    "stiffness": Kind("pull towards home (hoses)", "", 1.0, 1, STIFFNESS),
     "coulomb": Kind("Coulomb friction", "N", 1.0, 1),
     "stribeck": Kind("more at rest (Stribeck)", "N", 1.0, 1),
     "viscous": Kind("viscous friction", "N s/m", 1.0, 1),
