@@ -25,7 +25,10 @@ CONTROLLERS = {"linux": Controller.linux, "zynqmp_r5": Controller.zynqmp_r5}
 
 # What a controller cannot have, with the reason; tests with the mark needs(KEY) are deselected for it.
 LACKS = {
-    "linux": {"emulator": "hexload_ecu runs on this processor"},
+    "linux": {
+        "emulator": "hexload_ecu runs on this processor",
+        "no other": "hexload_ecu's classic frames are those of test_15, and over UDP those of test_16; the Cortex-R5F has no others",
+    },
     "zynqmp_r5": {
         "fd": "its CAN controller has no FD frames",
         "real time": "an emulator in an emulator takes some hundred ticks a second: frames by the clock are too many for it",

@@ -25,10 +25,9 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial.transform import Rotation
 
 from hexload.theory.bound import TENSOR
-from hexload.theory.kinematics import LEGS, cross_matrix, leg_vectors, poses
+from hexload.theory.kinematics import LEGS, cross_matrix, leg_vectors, poses, vector_of_rotation
 
 Array = NDArray[np.float64]
 
@@ -168,10 +167,8 @@ def unlike_leg_forces(motion: LegMotion, geometry: Geometry, gravity_m_s2: Array
 
 def stiffness_forces(motion: LegMotion, geometry: Geometry) -> Array:
     """Per unit of each of the stiffnesses, N/m along and N m/rad about the base axes, that pull the platform home, (n, 6, 6)."""
-    place, rotation = _home(geometry, 1)
-    way = motion.place_m - place
-    to_base = np.swapaxes(motion.to_platform, 1, 2)
-    turn = Rotation.from_matrix(to_base @ np.swapaxes(rotation, 1, 2)).as_rotvec()
+    way = motion.place_m - _home(geometry, 1)[0]
+    turn = vector_of_rotation(np.swapaxes(motion.to_platform, 1, 2))
     wrench = np.zeros((len(way), 6, 6))
     wrench[:, :3, :3] = motion.to_platform * way[:, None]
     wrench[:, 3:, 3:] = motion.to_platform * turn[:, None]

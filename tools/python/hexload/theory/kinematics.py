@@ -50,6 +50,14 @@ def rotation_of_vector(vector_rad: Array) -> Array:
     return np.eye(3) + sine * cross + versine * cross @ cross
 
 
+def vector_of_rotation(rotation: Array) -> Array:
+    """Axis times angle of R, (n, 3, 3) to (n, 3), of less than half a turn."""
+    sine = 0.5 * (rotation - np.swapaxes(rotation, 1, 2))[:, [2, 0, 1], [1, 2, 0]]  # times the axis
+    size = np.linalg.norm(sine, axis=1)
+    angle = np.arctan2(size, 0.5 * (np.trace(rotation, axis1=1, axis2=2) - 1.0))
+    return sine * np.where(size > 0.0, angle / np.where(size > 0.0, size, 1.0), 1.0)[:, None]
+
+
 def cross_matrix(vector: Array) -> Array:
     """[a]x with [a]x b = a x b, (..., 3, 3)."""
     matrix = np.zeros((*vector.shape[:-1], 3, 3))
