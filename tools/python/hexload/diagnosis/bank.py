@@ -95,8 +95,12 @@ class Bank:
 
     def ranked(self) -> list[Candidate]:
         """All that are offered, the best first."""
-        found = [self._candidate(family, columns) for family, columns in zip(self.families, self.columns)]
-        return sorted(found, key=lambda candidate: -candidate.score)
+        if not self.families:
+            return []
+        ends = np.cumsum([columns.shape[1] for columns in self.columns])[:-1]
+        beside, is_told = self._beside(np.concatenate(self.columns, axis=1))
+        parts = zip(self.families, np.split(beside, ends, axis=1), np.split(is_told, ends), strict=True)
+        return sorted((self._judged(*part) for part in parts), key=lambda candidate: -candidate.score)
 
     def score(self, family: Family) -> float:
         """Of one that is not offered."""
@@ -106,12 +110,18 @@ class Bank:
         return float(self.rows * np.log(self.left / max(left, 1e-300)) - parameters * np.log(self.rows))
 
     def _candidate(self, family: Family, columns: Array) -> Candidate:
+        return self._judged(family, *self._beside(columns))
+
+    def _beside(self, columns: Array) -> tuple[Array, Array]:
+        """What load and chosen causes leave of columns, (rows, k) of length 1, and of which it is more than rounding, (k,)."""
         beside = self._without(columns)
-        length = np.linalg.norm(columns, axis=0)
-        kept = np.linalg.norm(beside, axis=0) > INDEPENDENT * length
-        if not kept.any():
+        length = np.linalg.norm(beside, axis=0)
+        return beside / (length + 1e-300), length > INDEPENDENT * np.linalg.norm(columns, axis=0)
+
+    def _judged(self, family: Family, beside: Array, is_told: Array) -> Candidate:
+        if not is_told.any():
             return Candidate(family, -np.inf, self.left)
-        beside = beside[:, kept] / np.linalg.norm(beside[:, kept], axis=0)
+        beside = beside[:, is_told]
         values, vectors = _independent(beside)
         parts = (vectors.T @ (beside.T @ self.residual)) / np.sqrt(values)
         left = self.left - float(parts @ parts)

@@ -261,7 +261,8 @@ def _hinge_families(d: Dynamics, theta: Array, here: Array) -> Iterator[Family]:
 def _forces(d: Dynamics, geometry: Geometry, theta: Array, moves: list[Array]) -> Array:
     smooth = d.smooth
     parts = (smooth.displacement, smooth.speed, smooth.acceleration)
-    motion = rig_model.motion_of_legs(geometry, *(part + move for part, move in zip(parts, moves, strict=True)))
+    there = (part + move for part, move in zip(parts, moves, strict=True))
+    motion = rig_model.motion_of_legs(geometry, *there, near=d.motion)
     return of_load(rig_model.body_forces(motion, d.machine.gravity_m_s2), theta)
 
 
