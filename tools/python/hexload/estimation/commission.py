@@ -30,7 +30,7 @@ from hexload.estimation.common_gain import common_factor, tangent_at, with_commo
 from hexload.estimation.firmware_run import load_platform, native_firmware
 from hexload.estimation.input_check import WayIn, checked_log
 from hexload.estimation.rig_model import LEGS, Geometry
-from hexload.estimation.rig_regression import SLICES, UNKNOWNS, UNTOLD, Found, Start
+from hexload.estimation.rig_regression import GROUPS, SLICES, UNKNOWNS, UNTOLD, Found, Start
 from hexload.io.atomic_file import replaced_or_none, replaced_when_done
 from hexload.io.toml_document import guessed_in_words, read_toml
 from hexload.theory.bound import TENSOR, THETA_NAMES, unit_of
@@ -233,9 +233,13 @@ def _fit_of_unlike_legs(run: Run, machine: StatedMachine, found: Found, start: S
 
 
 def _fit_with_stiffness(run: Run, machine: StatedMachine, found: Found, start: Start) -> tuple[Found, Start]:
-    """Asks for what pulls the platform home, as hoses do; nothing pulls if it does not stand out of the noise, or pushes: that
-    is another fault. The legs' weight does nearly the same: where something pulls, legs are asked for anew."""
+    """Asks for what pulls the platform home, as hoses do, where the residual has a sign of it; nothing pulls if it does not
+    stand out of the noise, or pushes: that is another fault. The legs' weight does nearly the same: where something pulls,
+    legs are asked for anew."""
     part = SLICES["stiffness"]
+    score = rig_regression.score(run.seen, machine.geometry, machine.gravity_m_s2, start, found, "stiffness")
+    if score < chi2.ppf(1.0 - DOUBT, GROUPS["stiffness"]):
+        return found, start
     sigma = start.sigma.copy()
     sigma[part] = np.inf
     asked = replace(start, sigma=sigma)

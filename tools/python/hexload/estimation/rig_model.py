@@ -20,7 +20,6 @@ F_l: what the mass of a leg takes beside the part that moves with the hinge, of 
 Units are SI; arrays carry the tick as their first axis.
 """
 
-import functools
 from dataclasses import dataclass
 
 import numpy as np
@@ -52,11 +51,7 @@ class LegMotion:
     twist: Array  # [v; w], (n, 6), platform axes
     acceleration: Array  # [a; w'] of O_A, (n, 6), platform axes, without gravity
     jacobian: Array  # (n, 6, 6), rows [e, a x e]
-
-    @functools.cached_property
-    def per_leg(self) -> Array:
-        """The jacobian's inverse: twist per leg speed."""
-        return np.linalg.inv(self.jacobian)
+    per_leg: Array  # its inverse: twist per leg speed
 
 
 def motion_of_legs(
@@ -73,13 +68,14 @@ def motion_of_legs(
     e = np.einsum("nij,nlj->nli", to_platform, vectors) / lengths[:, :, None]
     arms = geometry.platform_hinges_m
     jacobian = np.concatenate([e, np.cross(arms, e)], axis=2)
-    twist = np.linalg.solve(jacobian, speed_m_s[:, :, None])[:, :, 0]
+    per_leg = np.linalg.inv(jacobian)
+    twist = (per_leg @ speed_m_s[:, :, None])[:, :, 0]
     w = twist[:, None, 3:]
     hinge_speed = twist[:, None, :3] + np.cross(w, arms)
     across = hinge_speed - e * speed_m_s[:, :, None]
     turning = np.sum(across**2, axis=2) / lengths + np.sum(e * np.cross(w, np.cross(w, arms)), axis=2)
-    acceleration = np.linalg.solve(jacobian, (acceleration_m_s2 - turning)[:, :, None])[:, :, 0]
-    return LegMotion(lengths, e, p, to_platform, twist, acceleration, jacobian)
+    acceleration = (per_leg @ (acceleration_m_s2 - turning)[:, :, None])[:, :, 0]
+    return LegMotion(lengths, e, p, to_platform, twist, acceleration, jacobian, per_leg)
 
 
 def has_pose(geometry: Geometry, displacement_m: Array) -> NDArray[np.bool_]:

@@ -389,6 +389,27 @@ def _sandwich(record: Record, left: _LinearFit, start: Start) -> tuple[Array, Ar
     return covariances[0], covariances[1]
 
 
+def score(seen: Seen, geometry: Geometry, gravity: float, start: Start, found: Found, name: str) -> float:
+    """Chi-square, of the size of a group that is held in `found`, of what its columns explain of the residual beside those of
+    the groups that `start` frees (score test, Rao 1948): large where a fit with it may find something. A third of a fit."""
+    record, value = seen.record, found.value
+    rigid = _rigid(record, geometry, gravity, value)
+    residual, matrix = _linearise(rigid, seen.friction.shapes(found.law), value, found.hinge_rows[0])
+    weight = _weights(record, value, found.residual_n) / found.residual_n
+    free, flat = start.sigma > 0, (weight[:, :, None] * matrix).reshape(-1, UNKNOWNS)
+    A, asked = flat[:, free], flat[:, SLICES[name]]
+    scale = np.sqrt(np.sum(A**2, axis=0) + _prior_information(start)[free]) + TINY
+    normal = (A.T @ A + np.diag(_prior_information(start)[free])) / np.outer(scale, scale)
+    beside = asked - (A / scale) @ (
+        np.linalg.pinv(normal, rcond=WORST_CONDITION, hermitian=True) @ (A.T @ asked / scale[:, None])
+    )
+    beside = beside / (np.linalg.norm(beside, axis=0) + TINY)
+    left = weight * residual
+    information, of_noise = _scores(record, beside.reshape(*left.shape, -1), left)
+    follows = beside.T @ left.ravel()
+    return float(follows @ np.linalg.pinv(information, hermitian=True) @ follows / _dispersion(information, of_noise))
+
+
 def _scores(record: Record, A: Array, left: Array) -> tuple[Array, Array]:
     """Information of weighted rows A (rows, 6, k), and the covariance of their scores from block to block; both (k, k)."""
     blocks = np.floor((record.t_s - record.t_s[0]) / BLOCK_S).astype(int)

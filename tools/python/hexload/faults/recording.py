@@ -141,7 +141,7 @@ def motion_of_truth(machine: bound.Platform, truth: bound.Trajectory) -> LegMoti
     rates = [turned(np.gradient(part, TICK_S, axis=0)) for part in (v, w)]
     twist, acceleration = np.hstack([turned(v), turned(w)]), np.hstack(rates)
     place_m = truth.p_m + [0.0, 0.0, machine.home_height_m]
-    return LegMotion(lengths, e, place_m, to_platform, twist, acceleration, jacobian)
+    return LegMotion(lengths, e, place_m, to_platform, twist, acceleration, jacobian, np.linalg.inv(jacobian))
 
 
 def read_recording(path: Path, platform: Table) -> Recording:
