@@ -23,11 +23,11 @@ OUTPUT_TAIL_LINES = 60
 
 CONTROLLERS = {"linux": Controller.linux, "zynqmp_r5": Controller.zynqmp_r5}
 
-# What a controller cannot have, with the reason; tests with the mark needs(KEY) are deselected for it.
+# What a controller cannot have, or has no time for, with the reason; tests with the mark needs(KEY) are deselected for it.
 LACKS = {
     "linux": {
         "emulator": "hexload_ecu runs on this processor",
-        "no other": "hexload_ecu's classic frames are those of test_15, and over UDP those of test_16; the Cortex-R5F has no others",
+        "time for both profiles": "in the guest: hexload_ecu speaks both over UDP in the same file, and over CAN in test_15",
     },
     "zynqmp_r5": {
         "fd": "its CAN controller has no FD frames",

@@ -20,8 +20,6 @@ from hexload import project
 
 SCENARIO = project.SCENARIOS / "paper.toml"
 PLATFORM = project.SCENARIOS / "platforms" / "paper.toml"
-CLASSIC = pytest.param("classic", marks=pytest.mark.needs("no other"))
-FD_OR_NO_OTHER = ("fd", CLASSIC)  # where both are slow in the guest
 PATIENCE_S = 120.0
 PAPER_S = {"fd": 5, "classic": 1}  # of the paper's scenario, by profile: in fd until it has converged
 PAPER_TICKS = {profile: 1000 * seconds + 1 for profile, seconds in PAPER_S.items()}  # both ends

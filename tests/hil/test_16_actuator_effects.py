@@ -6,7 +6,7 @@ import pytest
 
 import momentum_scenario
 from bus_frames import PROFILES
-from loop import FD_OR_NO_OTHER, OPEN, estimates
+from loop import OPEN, estimates
 from momentum_scenario import platform_of
 from test_15_momentum import PATIENT, ROUND_TICKS, assert_same, last_estimate, replay
 
@@ -84,7 +84,7 @@ def test_over_udp_multicast_the_load_is_found_beside_friction(
 
 
 @pytest.mark.vcan
-@pytest.mark.parametrize("profile", FD_OR_NO_OTHER)
+@pytest.mark.parametrize("profile", ["fd", pytest.param("classic", marks=pytest.mark.needs("time for both profiles"))])
 def test_over_can_the_load_is_found_beside_friction(in_module, kind, scenario, profile, tmp_path):
     recording = in_module.record(tmp_path / "run", profile, *PATIENT, scenario=scenario, platform=platform_of(scenario))
     check_run(scenario, profile, recording.directory, tmp_path, kind.name == "linux")

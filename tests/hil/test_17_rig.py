@@ -4,8 +4,9 @@ from pathlib import Path
 
 import pytest
 
+from bus_frames import PROFILES
 from lcm_listener import private_url
-from loop import FD_OR_NO_OTHER, estimates
+from loop import estimates
 from momentum_scenario import platform_of
 from rig_scenario import COM_M, MASS_KG, rig_of, write
 from test_15_momentum import PATIENT, assert_same, last_estimate, replay
@@ -29,7 +30,7 @@ def assert_load_is_found(directory: Path) -> None:
 
 
 @pytest.mark.vcan
-@pytest.mark.parametrize("profile", FD_OR_NO_OTHER)
+@pytest.mark.parametrize("profile", PROFILES)
 def test_over_can_the_load_on_a_commissioned_rig_is_the_replays(in_module, kind, scenario, profile, tmp_path):
     # GIVEN a run over vcan0 of a controller that has the rig file
     options = PATIENT if kind.keeps_up else (*PATIENT, "--duration", SLOW_S)

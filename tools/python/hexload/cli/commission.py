@@ -54,6 +54,10 @@ def print_summary(result: dict, out: Path) -> None:
     print(f"platform:  {rig['mass_kg']:.2f} +- {sigma['mass_kg']:.2f} kg with what of the legs moves with it")
     print(f"base:      {tilt[0]:+.3f}, {tilt[1]:+.3f} degrees off level (x, y)")
     print(f"delays:    forces {1e3 * rig['force_delay_s']:.2f} ms, velocities {1e3 * rig['velocity_delay_s']:.2f} ms")
+    if any(result["pull_home"]):
+        pull = [f"{each:.1f} +- {of:.1f}" for each, of in zip(result["pull_home"], result["pull_home_sigma"])]
+        print(f"hoses:     pull home by {', '.join(pull[:3])} N/m along x, y, z")
+        print(f"           and {', '.join(pull[3:])} N m/rad about them")
     print(f"residual:  {result['residual_n']:.2f} N of {result['duration_s']:.1f} s")
     for name, words in result["words"].items():
         print(f"{TITLES[name] + ':':<34}{words}")

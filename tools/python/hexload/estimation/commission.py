@@ -7,6 +7,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
 from types import ModuleType
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -37,6 +38,7 @@ from hexload.theory.bound import TENSOR, THETA_NAMES, unit_of
 from hexload.theory.tolerances import DEFAULTS, GRANTED_SIGMAS, common_gain_of
 
 Array = NDArray[np.float64]
+Result = TypeVar("Result")
 
 TOLERANCES = {  # groups of unknowns by the key of their tolerance
     "gain": "force_gain",
@@ -53,6 +55,7 @@ UNSURE_SHARE = 0.05  # of the platform's own scale: beyond, the motion tells too
 UNEXPLAINED_SHARE = 0.2  # of the forces' own changes
 KEPT_SHARE = 0.7  # of the declared tolerance: a run that leaves more has told nothing
 AS_DECLARED = "no more known than declared"
+NO_PULL = "none: nothing that pulls stands out of the noise"
 LOAD_SHARES = (0.5, 3.0)  # of the platform's mass: loads whose errors are looked at
 LEAST_DELAY_TICKS = 0.1
 UNLIKE_SHARE = 0.2  # one sigma, of a leg's mass: valves and hoses, or a rod of another make; alike ones stay so
@@ -136,7 +139,9 @@ def commission(wish: Wish) -> dict:
         _refuse_unusable(native, rig_file.platform_with_rig(temporary, native, platform), run)
         if page is not None:
             _write_page(page, run, found, machine, words, source, platform)
-    return {"rig": rig, "sigma": sigma, "words": words, **source}
+    part = SLICES["stiffness"]  # N/m along x, y, z, N m/rad about them
+    pull = {"pull_home": found.value[part], "pull_home_sigma": np.sqrt(np.diag(found.covariance)[part])}
+    return {"rig": rig, "sigma": sigma, "words": words, **{key: each.tolist() for key, each in pull.items()}, **source}
 
 
 def _refuse_unusable(native, machine, run: Run) -> None:
@@ -234,14 +239,18 @@ def _fit_of_unlike_legs(run: Run, machine: StatedMachine, found: Found, start: S
 
 def _fit_with_stiffness(run: Run, machine: StatedMachine, found: Found, start: Start) -> tuple[Found, Start]:
     """Asks for what pulls the platform home, as hoses do, where the residual has a sign of it; nothing pulls if it does not
-    stand out of the noise, or pushes: that is another fault. The legs' weight does nearly the same: where something pulls,
+    stand out of the noise, or pushes: that is another fault. The legs' weight pushes nearly so, and the two may cancel:
     legs are asked for anew."""
     part = SLICES["stiffness"]
-    score = rig_regression.score(run.seen, machine.geometry, machine.gravity_m_s2, start, found, "stiffness")
+    score = _naming_the_run(
+        run,
+        machine,
+        lambda: rig_regression.score(run.seen, machine.geometry, machine.gravity_m_s2, start, found, "stiffness"),
+    )
     if score < chi2.ppf(1.0 - DOUBT, GROUPS["stiffness"]):
         return found, start
     sigma = start.sigma.copy()
-    sigma[part] = np.inf
+    sigma[part] = sigma[SLICES["leg_mass"]] = np.inf
     asked = replace(start, sigma=sigma)
     pulled = _regress(run, machine, asked, found)
     pull, of_pull = pulled.value[part], np.sqrt(np.diag(pulled.noise_covariance)[part])
@@ -292,7 +301,7 @@ def _regress(run: Run, machine: StatedMachine, start: Start, near: Found | None 
     )
 
 
-def _naming_the_run(run: Run, machine: StatedMachine, regression: Callable[[], Found]) -> Found:
+def _naming_the_run(run: Run, machine: StatedMachine, regression: Callable[[], Result]) -> Result:
     """Of a regression that finds a fault of its run: whose it is."""
     try:
         return regression()
@@ -378,7 +387,7 @@ def _refuse_undeclared(run: Run, machine: StatedMachine, found: Found) -> None:
                 f"{run.name} with {machine.platform_file}: found {words} {rms:.2g}{unit} (rms) off what is stated, expected "
                 f"{limit * tolerance:.2g}{unit} at most by [tolerances] {TOLERANCES[name]} = {tolerance:g}: check the "
                 "hinges of the platform file, the scales of forces and displacements, what pushes the platform beside its legs, "
-                "as hoses do, and heavy rods between force sensor and hinge (no model has these); "
+                "as a rope does, and heavy rods between force sensor and hinge (no model has these); "
                 "or state the tolerance that they have (--unchecked: go on as it is)"
             )
 
@@ -390,7 +399,7 @@ def _identifiability(found: Found, start: Start) -> dict[str, str]:
     for name, part in SLICES.items():
         prior = start.sigma[part]
         if not np.any(found.covariance[part, part]):
-            words[name] = "none: does not stand out of the noise"
+            words[name] = NO_PULL if name == "stiffness" else "none: does not stand out of the noise"
         elif np.isfinite(prior).all() and (sigma[part] > KEPT_SHARE * prior).all():
             words[name] = AS_DECLARED
         elif np.isfinite(prior).all() and (sigma[part] > KEPT_SHARE * prior).any():
@@ -398,7 +407,7 @@ def _identifiability(found: Found, start: Start) -> dict[str, str]:
         else:
             words[name] = "found" if _stands_out(found, name, start) else "as declared"
         if name in UNTOLD and words[name].startswith("found"):
-            words[name] += "; no controller takes it off, sigmas hold it"
+            words[name] += "; no controller takes it off, sigmas hold it on motions about home"
     return words
 
 

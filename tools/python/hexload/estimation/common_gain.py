@@ -61,12 +61,12 @@ def tangent_at(factor: float, found: Found) -> Found:
 
 
 def with_common_gain(covariance: Array, open_gain: float) -> Array:
-    """An empty run tells nothing of the gains' mean, so that it is as open as that; what follows it, follows. (112, 112)."""
+    """An empty run tells nothing of the gains' mean, so that it is as open as that; what follows it, follows. (UNKNOWNS, UNKNOWNS)."""
     follow = _follow(covariance)
     return covariance + (open_gain**2 - MEAN @ covariance @ MEAN) * np.outer(follow, follow)
 
 
 def _follow(covariance: Array) -> Array:
-    """What the unknowns change by with the gains' mean, (112,); none where that is fixed."""
+    """What the unknowns change by with the gains' mean, (UNKNOWNS,); none where that is fixed."""
     variance = MEAN @ covariance @ MEAN
     return covariance @ MEAN / variance if variance > 0.0 else np.zeros(UNKNOWNS)

@@ -6,8 +6,8 @@ not known: with the variance
     s^2 (1 + (0.3 (Fc + Fd) / s)^2 exp(-(v / v_slow)^2)),    s the residual's standard deviation where legs move
 
 Legs may differ in their mass: what of that varies with the motion has unknowns of its own, as hinges would take it up, and
-under a load hinges do more; what is constant is in the offsets. So it is with what pulls the platform home, which the legs'
-weight would take up. No controller takes either off: what is found counts as an error.
+under a load hinges do more; what is constant is in the offsets. What pulls the platform home has its own, too, as the legs'
+weight does much the same with the other sign. No controller takes either off: what is found counts as an error.
 
 Priors are normal: of gains, hinges, offsets and tilt the declared tolerances. The covariance is that of the estimate
 under the scores of one-second blocks (sandwich estimator), so correlated residuals and what the model lacks count, plus
@@ -82,7 +82,7 @@ WORST_CONDITION = 1e-13
 
 @dataclass(frozen=True)
 class Start:
-    """Prior of the unknowns, (112,) each; a sigma of inf: nothing known, of 0: fixed."""
+    """Prior of the unknowns, (UNKNOWNS,) each; a sigma of inf: nothing known, of 0: fixed."""
 
     value: Array
     sigma: Array
@@ -90,9 +90,11 @@ class Start:
 
 @dataclass(frozen=True)
 class Found:
-    value: Array  # (112,), as in SLICES; hinges as [base_hinges_m, platform_hinges_m] less those of the platform file
-    covariance: Array  # (112, 112)
-    noise_covariance: Array  # (112, 112), without the priors' part: of unknowns that are as the prior says
+    value: (
+        Array  # (UNKNOWNS,), as in SLICES; hinges as [base_hinges_m, platform_hinges_m] less those of the platform file
+    )
+    covariance: Array  # (UNKNOWNS, UNKNOWNS)
+    noise_covariance: Array  # (UNKNOWNS, UNKNOWNS), without the priors' part: of unknowns that are as the prior says
     law: FrictionLaw
     residual_n: float  # standard deviation where legs move
     residuals_n: Array  # (rows, 6)
@@ -111,7 +113,7 @@ class _Rigid:
     geometry: Geometry
     gravity_m_s2: Array
     forces: Array  # (n, 6)
-    columns: Array  # (n, 6, 39), per unit of the groups in RIGID; (n, 6, 15): without those in UNTOLD
+    columns: Array  # (n, 6, k), per unit of the groups in RIGID, or of those of them that are not in UNTOLD
 
     @functools.cached_property
     def rows(self) -> tuple[Array, Array]:
@@ -125,10 +127,12 @@ class _LinearFit:
     """What a solution leaves."""
 
     residual: Array  # (rows, 6)
-    matrix: Array  # (rows, 6, 112)
+    matrix: Array  # (rows, 6, UNKNOWNS)
     weight: Array  # (rows, 6), 1 / standard deviation
     noise_n: float
-    noise_information: Array  # (112, 112), of the weighted rows' information what the displacements' noise alone makes
+    noise_information: (
+        Array  # (UNKNOWNS, UNKNOWNS), of the weighted rows' information what the displacements' noise alone makes
+    )
 
 
 def fit(seen: Seen, geometry: Geometry, gravity: float, start: Start, near: Found | None = None) -> Found:
@@ -199,9 +203,9 @@ def _rigid(
     forces = of_body @ theta + of_legs @ leg_mass
     columns = np.concatenate([of_body, of_legs, np.stack(of_tilt, axis=2)], axis=2)
     if has_untold:
-        of_untold = rig_model.unlike_leg_forces(motion, here, g), rig_model.stiffness_forces(motion, here)
-        untold = np.concatenate(of_untold, axis=2)
-        untold -= untold.mean(axis=0)  # that is in the offsets
+        of_unlike = rig_model.unlike_leg_forces(motion, here, g)
+        of_unlike -= of_unlike.mean(axis=0)  # that is in the offsets
+        untold = np.concatenate([of_unlike, rig_model.stiffness_forces(motion, here)], axis=2)
         forces += untold @ np.concatenate([value[SLICES[name]] for name in UNTOLD])
         columns = np.concatenate([columns, untold], axis=2)
     return _Rigid(record, motion, here, g, forces, columns)
@@ -219,7 +223,7 @@ def _hinge_rows(rigid: _Rigid, value: Array, start: Start) -> Array | None:
 
 
 def _linearise(rigid: _Rigid, shapes: Shapes, value: Array, hinge_rows: Array | None) -> tuple[Array, Array]:
-    """Residual (rows, 6) and matrix (rows, 6, 112) at `value`."""
+    """Residual (rows, 6) and matrix (rows, 6, UNKNOWNS) at `value`."""
     record, (forces, columns) = rigid.record, rigid.rows
     model, matrix = _model(forces, columns, _friction_rows(rigid, shapes), value)
     matrix[:, :, SLICES["delay"].start] = -record.force_rate
@@ -240,7 +244,7 @@ def _gains(value: Array) -> Array:
 
 
 def _model(forces: Array, columns: Array, of_friction: Array, value: Array) -> tuple[Array, Array]:
-    """What the load cells show, (n, 6), and its derivatives, (n, 6, 112), the delay's and the hinges' left out. `forces` and
+    """What the load cells show, (n, 6), and its derivatives, (n, 6, UNKNOWNS), the delay's and the hinges' left out. `forces` and
     `columns`: of _Rigid; `of_friction`: (n, 6, 4)."""
     coefficients = np.stack([value[SLICES[name]] for name in FRICTION], axis=1)
     model = forces + np.einsum("nlk,lk->nl", of_friction, coefficients)
@@ -266,7 +270,7 @@ def _weights(record: Record, value: Array, noise_n: float) -> Array:
 def _change(
     record: Record, residual: Array, matrix: Array, value: Array, start: Start, doubles: tuple[Array, Array]
 ) -> Array:
-    """Of the unknowns, (112,). `doubles`: what noise like the displacements' changes of the model and of the matrix. The noise
+    """Of the unknowns, (UNKNOWNS,). `doubles`: what noise like the displacements' changes of the model and of the matrix. The noise
     that is in both counts as information that no motion has given, and draws the unknowns towards zero: it is taken out of the
     normal equations."""
     noise_n = _noise(record, residual, value)
@@ -391,7 +395,8 @@ def _sandwich(record: Record, left: _LinearFit, start: Start) -> tuple[Array, Ar
 
 def score(seen: Seen, geometry: Geometry, gravity: float, start: Start, found: Found, name: str) -> float:
     """Chi-square, of the size of a group that is held in `found`, of what its columns explain of the residual beside those of
-    the groups that `start` frees (score test, Rao 1948): large where a fit with it may find something. A third of a fit."""
+    the groups that `start` frees (score test, Rao 1948): large where a fit with it may find something. What priors hold
+    counts too, so it asks too often rather than too rarely."""
     record, value = seen.record, found.value
     rigid = _rigid(record, geometry, gravity, value)
     residual, matrix = _linearise(rigid, seen.friction.shapes(found.law), value, found.hinge_rows[0])
@@ -483,7 +488,7 @@ def open_directions(
     loads: tuple[Array, ...],
     scale: Array,
 ) -> Array:
-    """Ways in which all unknowns may be off together, one standard deviation each, (k, 112), k <= DIRECTIONS.
+    """Ways in which all unknowns may be off together, one standard deviation each, (k, UNKNOWNS), k <= DIRECTIONS.
 
     Those that matter most for a load: with A the body's columns and S the others', an estimate of the load goes off by
     -(d theta + A^+ S d others). Of the covariance as a product L L^T the largest singular directions are kept of what that is
@@ -555,7 +560,7 @@ def explain(
     value: Array,
     law: FrictionLaw,
 ) -> Explained:
-    """Of a rig with the unknowns `value`, (112,). `record`: the log, prepared."""
+    """Of a rig with the unknowns `value`, (UNKNOWNS,). `record`: the log, prepared."""
     shapes = record.below_motion_hz(rig_model.friction_shapes(record.friction_speed, law, record.dt_s))
     rigid = _rigid(record, geometry, gravity, value)
     model, _ = _model(rigid.forces, rigid.columns, friction_columns(shapes, rigid.forces), value)
