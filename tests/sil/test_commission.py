@@ -15,7 +15,7 @@ from hexload.cli.commission import TITLES, print_summary
 from hexload.diagnosis.channels import common_noise
 from hexload.errors import InputError
 from hexload.estimation.arrays import leg_log
-from hexload.estimation.commission import AS_DECLARED, NO_PULL, Wish, commission
+from hexload.estimation.commission import AS_DECLARED, NONE, Wish, commission
 from hexload.estimation.commissioning_run import refuse_derived, refuse_held, run_of
 from hexload.estimation.firmware_run import native_firmware
 from hexload.estimation.input_check import WayIn
@@ -35,6 +35,7 @@ from hexload.estimation.rig_model import (
 from hexload.estimation.rig_regression import SLICES
 from hexload.io.log_file import COLUMNS
 from hexload.io.toml_document import GUESSED, to_toml
+from hexload.theory.kinematics import vector_of_rotation
 from hexload.theory.tolerances import DEFAULTS, common_gain_of
 from rig_plant import ROD_KG, RubbingRig, log_of, multisine
 
@@ -181,6 +182,17 @@ def test_forces_of_legs_one_by_one_are_together_those_of_legs_alike(platform):
     assert np.abs(wrenches[..., 3:] - moments).max() < 1e-12 * np.abs(wrenches).max()
 
 
+def test_a_rotation_vector_makes_the_rotation_that_it_is_of():
+    # GIVEN rotations of up to 3.1 rad about any axis, none and one of a nanoradian among them
+    random = np.random.default_rng(11)
+    axis = random.normal(size=(1000, 3))
+    angle = np.concatenate([[0.0, 1e-9], random.uniform(0.0, 3.1, 998)])
+    vector = axis * (angle / np.linalg.norm(axis, axis=1))[:, None]
+    # WHEN another library makes matrices of their vectors THEN these come back, but for the roundings of a sine of 0.04
+    found = vector_of_rotation(Rotation.from_rotvec(vector).as_matrix())
+    assert np.abs(found - vector).max() < 10.0 * np.finfo(float).eps / np.sin(3.1)
+
+
 def test_a_pull_home_is_a_spring_at_the_platforms_origin_in_base_axes(platform):
     # GIVEN poses beside home and a machine on springs WHEN the legs' forces for each spring are found THEN their work over a
     # small step is what the springs' energy k x^2 / 2 grows by, x along each of the base axes, and of three alike about them
@@ -318,7 +330,7 @@ def test_hoses_are_not_taken_for_the_weight_of_legs(found, platform):
     result = commission(Wish(empty, platform, out))
     # THEN they are said, and each stiffness, three of which are none, is within four of its sigmas
     assert result["words"]["stiffness"].startswith("found; no controller takes it off")
-    assert without["words"]["stiffness"] == NO_PULL
+    assert without["words"]["stiffness"] == NONE
     off = np.array(result["pull_home"]) - [60.0, 60.0, 60.0, 0.0, 0.0, 0.0]
     assert (np.abs(off) < 4.0 * np.array(result["pull_home_sigma"])).all()
     # AND the legs are as heavy as without them, within three sigmas of what six unknowns more leave open

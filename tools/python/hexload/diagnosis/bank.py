@@ -113,7 +113,8 @@ class Bank:
         return self._judged(family, *self._beside(columns))
 
     def _beside(self, columns: Array) -> tuple[Array, Array]:
-        """What load and chosen causes leave of columns, (rows, k) of length 1, and of which it is more than rounding, (k,)."""
+        """What load and chosen causes leave of columns, (rows, k) of length 1, and of which it is more than rounding,
+        (k,)."""
         beside = self._without(columns)
         length = np.linalg.norm(beside, axis=0)
         return beside / (length + 1e-300), length > INDEPENDENT * np.linalg.norm(columns, axis=0)

@@ -176,11 +176,7 @@ def _leg_forces(motion: LegMotion, wrench: Array) -> Array:
 
 def _positions(d: Dynamics) -> Array:
     """Of O_A from the middle of its way, base axes, (n, 3)."""
-    geometry, motion = d.machine.geometry, d.motion
-    legs = np.einsum("nji,nlj->nli", motion.to_platform, motion.directions * motion.lengths_m[:, :, None])
-    arms = np.einsum("nji,lj->nli", motion.to_platform, geometry.platform_hinges_m)
-    places = (legs - arms + geometry.base_hinges_m).mean(axis=1)
-    return places - places.mean(axis=0)
+    return d.motion.place_m - d.motion.place_m.mean(axis=0)
 
 
 def _base_force(d: Dynamics, force: Array) -> Array:

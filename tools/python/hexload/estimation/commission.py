@@ -55,7 +55,7 @@ UNSURE_SHARE = 0.05  # of the platform's own scale: beyond, the motion tells too
 UNEXPLAINED_SHARE = 0.2  # of the forces' own changes
 KEPT_SHARE = 0.7  # of the declared tolerance: a run that leaves more has told nothing
 AS_DECLARED = "no more known than declared"
-NO_PULL = "none: nothing that pulls stands out of the noise"
+NONE = "none: nothing of it stands out of the noise"
 LOAD_SHARES = (0.5, 3.0)  # of the platform's mass: loads whose errors are looked at
 LEAST_DELAY_TICKS = 0.1
 UNLIKE_SHARE = 0.2  # one sigma, of a leg's mass: valves and hoses, or a rod of another make; alike ones stay so
@@ -207,7 +207,8 @@ def _machine(platform, path: Path) -> StatedMachine:
 
 
 def _start(machine: StatedMachine, found: Found | None = None) -> Start:
-    """`found`: what legs weigh tells by how much they may differ, and something may pull the platform home; None: not yet."""
+    """`found`: what legs weigh tells by how much they may differ, and something may pull the platform home; None: not
+    yet."""
     value, sigma = np.zeros(UNKNOWNS), np.full(UNKNOWNS, np.inf)
     sigma[SLICES["stiffness"]] = 0.0 if found is None else np.inf
     for name, tolerance in machine.tolerances.items():
@@ -399,7 +400,7 @@ def _identifiability(found: Found, start: Start) -> dict[str, str]:
     for name, part in SLICES.items():
         prior = start.sigma[part]
         if not np.any(found.covariance[part, part]):
-            words[name] = NO_PULL if name == "stiffness" else "none: does not stand out of the noise"
+            words[name] = NONE
         elif np.isfinite(prior).all() and (sigma[part] > KEPT_SHARE * prior).all():
             words[name] = AS_DECLARED
         elif np.isfinite(prior).all() and (sigma[part] > KEPT_SHARE * prior).any():

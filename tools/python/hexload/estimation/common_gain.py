@@ -61,7 +61,8 @@ def tangent_at(factor: float, found: Found) -> Found:
 
 
 def with_common_gain(covariance: Array, open_gain: float) -> Array:
-    """An empty run tells nothing of the gains' mean, so that it is as open as that; what follows it, follows. (UNKNOWNS, UNKNOWNS)."""
+    """(UNKNOWNS, UNKNOWNS). An empty run tells nothing of the gains' mean, so that it is as open as that; what follows it,
+    follows."""
     follow = _follow(covariance)
     return covariance + (open_gain**2 - MEAN @ covariance @ MEAN) * np.outer(follow, follow)
 

@@ -162,7 +162,8 @@ def unlike_leg_forces(motion: LegMotion, geometry: Geometry, gravity_m_s2: Array
 
 
 def stiffness_forces(motion: LegMotion, geometry: Geometry) -> Array:
-    """Per unit of each of the stiffnesses, N/m along and N m/rad about the base axes, that pull the platform home, (n, 6, 6)."""
+    """Per unit of each of the stiffnesses that pull the platform home, N/m along and N m/rad about the base axes,
+    (n, 6, 6)."""
     way = motion.place_m - _home(geometry, 1)[0]
     turn = vector_of_rotation(np.swapaxes(motion.to_platform, 1, 2))
     wrench = np.zeros((len(way), 6, 6))

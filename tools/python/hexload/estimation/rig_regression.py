@@ -90,9 +90,7 @@ class Start:
 
 @dataclass(frozen=True)
 class Found:
-    value: (
-        Array  # (UNKNOWNS,), as in SLICES; hinges as [base_hinges_m, platform_hinges_m] less those of the platform file
-    )
+    value: Array  # (UNKNOWNS,), as in SLICES; hinges, of the base and of the platform, less the platform file's
     covariance: Array  # (UNKNOWNS, UNKNOWNS)
     noise_covariance: Array  # (UNKNOWNS, UNKNOWNS), without the priors' part: of unknowns that are as the prior says
     law: FrictionLaw
@@ -130,9 +128,7 @@ class _LinearFit:
     matrix: Array  # (rows, 6, UNKNOWNS)
     weight: Array  # (rows, 6), 1 / standard deviation
     noise_n: float
-    noise_information: (
-        Array  # (UNKNOWNS, UNKNOWNS), of the weighted rows' information what the displacements' noise alone makes
-    )
+    noise_information: Array  # (UNKNOWNS, UNKNOWNS), of the weighted rows' what the displacements' noise alone makes
 
 
 def fit(seen: Seen, geometry: Geometry, gravity: float, start: Start, near: Found | None = None) -> Found:
@@ -244,8 +240,8 @@ def _gains(value: Array) -> Array:
 
 
 def _model(forces: Array, columns: Array, of_friction: Array, value: Array) -> tuple[Array, Array]:
-    """What the load cells show, (n, 6), and its derivatives, (n, 6, UNKNOWNS), the delay's and the hinges' left out. `forces` and
-    `columns`: of _Rigid; `of_friction`: (n, 6, 4)."""
+    """What the load cells show, (n, 6), and its derivatives, (n, 6, UNKNOWNS), the delay's and the hinges' left out.
+    `forces` and `columns`: of _Rigid; `of_friction`: (n, 6, 4)."""
     coefficients = np.stack([value[SLICES[name]] for name in FRICTION], axis=1)
     model = forces + np.einsum("nlk,lk->nl", of_friction, coefficients)
     gain = _gains(value)
@@ -270,9 +266,9 @@ def _weights(record: Record, value: Array, noise_n: float) -> Array:
 def _change(
     record: Record, residual: Array, matrix: Array, value: Array, start: Start, doubles: tuple[Array, Array]
 ) -> Array:
-    """Of the unknowns, (UNKNOWNS,). `doubles`: what noise like the displacements' changes of the model and of the matrix. The noise
-    that is in both counts as information that no motion has given, and draws the unknowns towards zero: it is taken out of the
-    normal equations."""
+    """Of the unknowns, (UNKNOWNS,). `doubles`: what noise like the displacements' changes of the model and of the matrix.
+    The noise that is in both counts as information that no motion has given, and draws the unknowns towards zero: it is
+    taken out of the normal equations."""
     noise_n = _noise(record, residual, value)
     weight = _weights(record, value, noise_n) / noise_n
     free = start.sigma > 0
@@ -402,12 +398,11 @@ def score(seen: Seen, geometry: Geometry, gravity: float, start: Start, found: F
     residual, matrix = _linearise(rigid, seen.friction.shapes(found.law), value, found.hinge_rows[0])
     weight = _weights(record, value, found.residual_n) / found.residual_n
     free, flat = start.sigma > 0, (weight[:, :, None] * matrix).reshape(-1, UNKNOWNS)
-    A, asked = flat[:, free], flat[:, SLICES[name]]
-    scale = np.sqrt(np.sum(A**2, axis=0) + _prior_information(start)[free]) + TINY
-    normal = (A.T @ A + np.diag(_prior_information(start)[free])) / np.outer(scale, scale)
-    beside = asked - (A / scale) @ (
-        np.linalg.pinv(normal, rcond=WORST_CONDITION, hermitian=True) @ (A.T @ asked / scale[:, None])
-    )
+    A, asked, prior = flat[:, free], flat[:, SLICES[name]], _prior_information(start)[free]
+    scale = np.sqrt(np.sum(A**2, axis=0) + prior) + TINY
+    A = A / scale
+    normal = A.T @ A + np.diag(prior / scale**2)
+    beside = asked - A @ (np.linalg.pinv(normal, rcond=WORST_CONDITION, hermitian=True) @ (A.T @ asked))
     beside = beside / (np.linalg.norm(beside, axis=0) + TINY)
     left = weight * residual
     information, of_noise = _scores(record, beside.reshape(*left.shape, -1), left)
