@@ -21,6 +21,7 @@ from hexload import project
 SCENARIO = project.SCENARIOS / "paper.toml"
 PLATFORM = project.SCENARIOS / "platforms" / "paper.toml"
 PATIENCE_S = 120.0
+PATIENT = ("--answer-timeout", "60")  # of a simulator whose controller may wait for a processor
 PAPER_S = {"fd": 5, "classic": 1}  # of the paper's scenario, by profile: in fd until it has converged
 PAPER_TICKS = {profile: 1000 * seconds + 1 for profile, seconds in PAPER_S.items()}  # both ends
 SHORT_S = 0.5  # of the scenario, where it need not converge
@@ -110,7 +111,8 @@ class Loop:
             self.bus,
             "--any-configuration",
         )  # controllers have rigs of their own
-        return self._start(self._simulator, *own, *options)
+        patient = PATIENT if "--lockstep" in options and PATIENT[0] not in options else ()
+        return self._start(self._simulator, *own, *patient, *options)
 
     def recorder(self, *filters: str):
         """A candump that listens; `filters`, as candump has them, say which frames are recorded: none, all."""

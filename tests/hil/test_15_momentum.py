@@ -8,11 +8,10 @@ import pytest
 from bus_frames import LOAD_PARAMETERS, PROFILES, Frame, assert_fits_contract, decode
 from hexload import project
 from hexload.io.log_file import read_log
-from loop import OPEN, Recording, estimates, read_meta
+from loop import OPEN, PATIENT, Recording, estimates, read_meta
 from momentum_scenario import HEAVY, PICK_UP_S, TICKS, platform_of, write
 from test_04_convergence import CHANNELS, quantised, step_of
 
-PATIENT = ("--answer-timeout", 60)  # an emulator may be slow
 ROUND_TICKS = 52  # of a classic answer: 26 pages, one at every second tick
 DETECTED_S = 0.010
 STATES = {"converged": 3, "converging": 2, "not_excited": 2, "misfit": 2, "inconsistent": 2}
@@ -106,9 +105,7 @@ def recorded(in_module, scenario, tmp_path_factory):
     def recorder(profile: str) -> Recording:
         if profile not in recordings:
             folder = tmp_path_factory.mktemp("recorded") / "run"
-            recordings[profile] = in_module.record(
-                folder, profile, *PATIENT, scenario=scenario, platform=platform_of(scenario)
-            )
+            recordings[profile] = in_module.record(folder, profile, scenario=scenario, platform=platform_of(scenario))
         return recordings[profile]
 
     return recorder

@@ -6,9 +6,9 @@ import pytest
 
 import momentum_scenario
 from bus_frames import PROFILES
-from loop import OPEN, estimates
+from loop import OPEN, PATIENT, estimates
 from momentum_scenario import platform_of
-from test_15_momentum import PATIENT, ROUND_TICKS, assert_same, last_estimate, replay
+from test_15_momentum import ROUND_TICKS, assert_same, last_estimate, replay
 
 DURATION_S = 1.2  # until the mass is known to a hundredth, friction or not
 MASS_KG, COM_M = momentum_scenario.HEAVY
@@ -86,7 +86,7 @@ def test_over_udp_multicast_the_load_is_found_beside_friction(
 @pytest.mark.vcan
 @pytest.mark.parametrize("profile", ["fd", pytest.param("classic", marks=pytest.mark.needs("time for both profiles"))])
 def test_over_can_the_load_is_found_beside_friction(in_module, kind, scenario, profile, tmp_path):
-    recording = in_module.record(tmp_path / "run", profile, *PATIENT, scenario=scenario, platform=platform_of(scenario))
+    recording = in_module.record(tmp_path / "run", profile, scenario=scenario, platform=platform_of(scenario))
     check_run(scenario, profile, recording.directory, tmp_path, kind.name == "linux")
 
 

@@ -6,10 +6,10 @@ import pytest
 
 from bus_frames import PROFILES
 from lcm_listener import private_url
-from loop import estimates
+from loop import PATIENT, estimates
 from momentum_scenario import platform_of
 from rig_scenario import COM_M, MASS_KG, rig_of, write
-from test_15_momentum import PATIENT, assert_same, last_estimate, replay
+from test_15_momentum import assert_same, last_estimate, replay
 
 SLOW_S = 0.9  # of a slow controller's run: more than 15 rounds of pages, and not yet the end of what is to be found
 
@@ -33,7 +33,7 @@ def assert_load_is_found(directory: Path) -> None:
 @pytest.mark.parametrize("profile", PROFILES)
 def test_over_can_the_load_on_a_commissioned_rig_is_the_replays(in_module, kind, scenario, profile, tmp_path):
     # GIVEN a run over vcan0 of a controller that has the rig file
-    options = PATIENT if kind.keeps_up else (*PATIENT, "--duration", SLOW_S)
+    options = () if kind.keeps_up else ("--duration", SLOW_S)
     recording = in_module.record(
         tmp_path / "run", profile, *options, scenario=scenario, platform=platform_of(scenario), rig=rig_of(scenario)
     )

@@ -12,7 +12,8 @@ from scipy.spatial.transform import Rotation
 from conftest import ended_programs
 from hexload import project
 from hexload.io.run_directory import read_run
-from lcm_listener import PATIENT, Controller, Listener, private_url
+from lcm_listener import Controller, Listener, private_url
+from loop import PATIENT
 
 PLATFORM = project.SCENARIOS / "platforms" / "paper.toml"
 TICKS = 3001

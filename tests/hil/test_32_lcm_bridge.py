@@ -16,8 +16,8 @@ import momentum_scenario
 from bus_frames import BY_ID, BY_THE_CLOCK, PARAMETERS, PROFILES
 from hexload import project
 from hexload_dev import bus_document
-from lcm_listener import PATIENCE_S, PATIENT, Listener, private_url
-from loop import OPEN, read_meta
+from lcm_listener import PATIENCE_S, Listener, private_url
+from loop import OPEN, PATIENT, read_meta
 from momentum_scenario import TICKS as MOMENTUM_TICKS
 from momentum_scenario import platform_of, write
 

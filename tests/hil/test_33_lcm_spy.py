@@ -11,7 +11,8 @@ import pytest
 from PIL import Image, ImageGrab
 
 from hexload import project
-from lcm_listener import PATIENCE_S, PATIENT, SLOW_MACHINE, private_url
+from lcm_listener import PATIENCE_S, SLOW_MACHINE, private_url
+from loop import PATIENT
 
 PLATFORM = project.SCENARIOS / "platforms" / "paper.toml"
 TYPES = sorted((project.ROOT / "lcm_types").glob("*.lcm"))
