@@ -16,7 +16,7 @@ from hexload.diagnosis.channels import common_noise
 from hexload.errors import InputError
 from hexload.estimation.arrays import leg_log
 from hexload.estimation.commission import AS_DECLARED, NONE, Wish, commission
-from hexload.estimation.commissioning_run import refuse_derived, refuse_held, run_of
+from hexload.estimation.commissioning_run import Run, refuse_derived, refuse_held, refuse_velocities, run_of
 from hexload.estimation.firmware_run import native_firmware
 from hexload.estimation.input_check import WayIn
 from hexload.estimation.load_summary import load_changes_s
@@ -442,6 +442,28 @@ def test_velocities_that_are_not_the_change_of_displacements_are_refused(found, 
     # AND 0.3 % are those of ordinary sensors
     path = write_log(platform.parent / "scaled.csv", (t_s, way_m, 1.003 * speed_m_s, force_n))
     commission(Wish(path, platform, out))
+
+
+def test_a_displacement_whose_scale_is_no_line_is_refused(found, platform):
+    # GIVEN an empty run in which leg 2 shows a parabola, off by 0.5 % at its largest displacement D: its scale is off by
+    # 1 % there, and by that times (d_max - d_min) / 2 D at the ends of its stroke, from the middle
+    machine, _, _ = found
+    t_s, way_m, speed_m_s, force_n = log_of(machine, multisine(1, 12.0), EMPTY, 2)
+    curve_m, largest_m = np.zeros_like(way_m), np.abs(way_m[:, 1]).max()
+    curve_m[:, 1] = way_m[:, 1] ** 2 / largest_m
+    expected = 1.0 * np.ptp(way_m[:, 1]) / 2.0 / largest_m
+
+    def shown(share: float) -> Run:
+        return run_of(leg_log(t_s, way_m + share * curve_m, speed_m_s, force_n), platform)
+
+    # WHEN its channels are compared THEN leg and cause are named
+    for share in (0.005, -0.005):
+        with pytest.raises(InputError, match="leg 2 that differ .* check the linearity of both sensors") as refused:
+            refuse_velocities(shown(share))
+        percent = float(re.search(r"by (\S+) % more", str(refused.value))[1])
+        assert percent == pytest.approx(expected, abs=0.1)
+    # AND 0.1 % are those of ordinary sensors
+    refuse_velocities(shown(0.001))
 
 
 @pytest.mark.parametrize("cutoff_hz", [30.0, 200.0])

@@ -25,7 +25,7 @@ from hexload.estimation.commissioning_run import (
     refuse_still,
     refuse_velocities,
     run_of,
-    slow_speeds,
+    slow_motion,
 )
 from hexload.estimation.common_gain import common_factor, tangent_at, with_common_gain
 from hexload.estimation.firmware_run import load_platform, native_firmware
@@ -482,7 +482,7 @@ def _velocity_delay(run: Run, machine: StatedMachine) -> float:
     platform file's stays."""
     if not run.log.has_velocity:
         return 0.0
-    speed, rate, shown = slow_speeds(run)
+    _, speed, rate, shown = slow_motion(run)
     late = speed - shown
     delay_s = float(np.sum(rate * late) / np.sum(rate**2))
     left = late - delay_s * rate

@@ -28,6 +28,7 @@ STUCK_S, STUCK_WAY_M = 0.25, 1e-3
 LEAST_SPEED_M_S = 5e-3  # below VELOCITY_HZ, where 20 um of noise are 0.8 mm/s at 1 ms
 VELOCITY_HZ = 40.0
 LARGEST_GAIN = 0.01  # of a velocity over the displacement's change
+LARGEST_BEND = 5e-3  # of that gain at the ends of the leg's stroke, from the one in the middle
 LARGEST_LAG_S = 0.5e-3  # of a leg behind the others
 DOUBT = 1e-3  # that what is as it should be is taken not to be
 ROUNDING = 1e-6  # of the largest step: rows have been brought to even times
@@ -92,7 +93,7 @@ def _refuse_stuck(path: Path, log: LegLog) -> None:
 
 def refuse_still(run: Run) -> None:
     """Raises InputError of a run in which a leg hardly moves."""
-    speeds = slow_speeds(run)[0]  # the noise of displacements is faster
+    _, speeds, _, _ = slow_motion(run)  # the noise of displacements is faster
     slowest = int(np.argmin(speeds.std(axis=0)))
     if speeds[:, slowest].std() < LEAST_SPEED_M_S:
         raise InputError(
@@ -137,13 +138,22 @@ def refuse_derived(run: Run, displacement_sigma_m: float) -> None:
 
 
 def refuse_velocities(run: Run) -> None:
-    """v shown = k d' - lag d'' of each leg. A k that is not 1, or a lag that other legs have not, goes by unseen on a load's
-    slower motion, into its inertia. Raises InputError."""
+    """v shown = (k + b x) d' - lag d'' of each leg, with x from -1 to 1 along its stroke. A k that is not 1, a b that is
+    not 0 or a lag that other legs have not goes by unseen on a load's slower motion, into its inertia. Raises
+    InputError."""
     if not run.log.has_velocity:
         return
-    speed, rate, shown = slow_speeds(run)
-    (gain, lag_s), (of_gain, of_lag_s) = _regressed(shown, (speed, -rate), VELOCITY_HZ * run.dt_s)
-    excess = np.abs(gain - 1.0) - GRANTED_SIGMAS * of_gain - LARGEST_GAIN
+    place, speed, rate, shown = slow_motion(run)
+    along = 2.0 * (place - place.min(axis=0)) / np.ptp(place, axis=0) - 1.0
+    columns = (speed, along * speed, -rate)
+    (gain, bend, lag_s), (of_gain, of_bend, of_lag_s) = _regressed(shown, columns, VELOCITY_HZ * run.dt_s)
+    _refuse_gain(run, gain, of_gain)
+    _refuse_bend(run, bend, of_bend)
+    _refuse_late_leg(run, "velocities", lag_s, of_lag_s)
+
+
+def _refuse_gain(run: Run, gain: Array, sigma: Array) -> None:
+    excess = np.abs(gain - 1.0) - GRANTED_SIGMAS * sigma - LARGEST_GAIN
     leg = int(np.argmax(excess))
     if excess[leg] > 0.0:
         are_alike = excess.min() > 0.0 and np.ptp(gain) < LARGEST_GAIN
@@ -152,7 +162,18 @@ def refuse_velocities(run: Run) -> None:
             f"{run.name}: found velocities of leg {leg + 1} at {gain[leg]:.3f} times the change of its displacement, "
             f"expected {1.0 - LARGEST_GAIN:g} to {1.0 + LARGEST_GAIN:g}: check {suspects} (--unchecked: go on as it is)"
         )
-    _refuse_late_leg(run, "velocities", lag_s, of_lag_s)
+
+
+def _refuse_bend(run: Run, bend: Array, sigma: Array) -> None:
+    """A scale that is no line: hinges elsewhere would explain most of what it does to forces."""
+    excess = np.abs(bend) - GRANTED_SIGMAS * sigma - LARGEST_BEND
+    leg = int(np.argmax(excess))
+    if excess[leg] > 0.0:
+        raise InputError(
+            f"{run.name}: found velocities of leg {leg + 1} that differ from the change of its displacement by "
+            f"{100.0 * abs(bend[leg]):.2g} % more at the ends of its stroke than in the middle, expected "
+            f"{100.0 * LARGEST_BEND:g} % at most: check the linearity of both sensors (--unchecked: go on as it is)"
+        )
 
 
 def refuse_late_forces(run: Run, found: Found) -> None:
@@ -188,11 +209,12 @@ def _refuse_late_leg(run: Run, channel: str, lag_s: Array, sigma_s: Array) -> No
         )
 
 
-def slow_speeds(run: Run) -> tuple[Array, Array, Array]:
-    """d', d'' and v shown, each below VELOCITY_HZ, (rows, 6)."""
+def slow_motion(run: Run) -> tuple[Array, Array, Array, Array]:
+    """d, d', d'' and v shown, each below VELOCITY_HZ, (rows, 6)."""
     dt_s = run.dt_s
     low_pass = butter(4, VELOCITY_HZ, fs=1.0 / dt_s, output="sos")
     inner = slice(round(0.3 / dt_s), -round(0.3 / dt_s))
-    speed = np.gradient(sosfiltfilt(low_pass, run.log.displacement_m, axis=0), dt_s, axis=0)
+    place = sosfiltfilt(low_pass, run.log.displacement_m, axis=0)
+    speed = np.gradient(place, dt_s, axis=0)
     shown = sosfiltfilt(low_pass, run.log.velocity_m_s, axis=0)
-    return speed[inner], np.gradient(speed, dt_s, axis=0)[inner], shown[inner]
+    return place[inner], speed[inner], np.gradient(speed, dt_s, axis=0)[inner], shown[inner]
