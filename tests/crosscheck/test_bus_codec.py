@@ -6,12 +6,12 @@ C encodes and cantools decodes, then the other way round; random bytes go into e
 import math
 import struct
 
-import cantools
 import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from hexload.io import end_to_end
+from hexload.io.python_can import cantools
 from hexload.project import native_module
 from hexload_dev.bus_document import DBC, profile
 

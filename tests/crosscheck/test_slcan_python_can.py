@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-import can
+from hexload.io.python_can import can
 
 ECHO = Path(os.environ["HEXLOAD_BUILD_DIR"]) / "tests" / "crosscheck" / "slcan_echo"
 PATIENCE_S = 60.0

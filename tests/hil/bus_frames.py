@@ -6,12 +6,10 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import NamedTuple
 
-import can
-import cantools
-
 from hexload import project
 from hexload.io.authentication import code_of, code_over
 from hexload.io.end_to_end import UNCHECKED, checksum, found_checksum, protected
+from hexload.io.python_can import can, cantools
 
 DBC = cantools.database.load_file(project.ROOT / "firmware" / "bus" / "hexload.dbc")
 BY_ID = {message.frame_id: message for message in DBC.messages}

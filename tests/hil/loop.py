@@ -12,11 +12,11 @@ from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-import can
 import pytest
 
 from bus_frames import BY_ID, PROFILES, Frame, Signals, decode, encode_command, from_message, read_candump, to_message
 from hexload import project
+from hexload.io.python_can import can
 
 SCENARIO = project.SCENARIOS / "paper.toml"
 PLATFORM = project.SCENARIOS / "platforms" / "paper.toml"

@@ -5,10 +5,10 @@ import subprocess
 import time
 from pathlib import Path
 
-import can
 import lcm
 import pytest
 
+from hexload.io.python_can import can
 from hexload_dev import doctor, vcan
 
 pytestmark = [pytest.mark.vcan, pytest.mark.needs("process")]

@@ -7,7 +7,6 @@ from collections.abc import Callable
 from contextlib import closing
 from typing import NamedTuple
 
-import can
 import msgpack
 import pytest
 
@@ -27,6 +26,7 @@ from bus_frames import (
 )
 from hexload import project
 from hexload.io.key_file import new_key, read_key
+from hexload.io.python_can import can
 from hexload.view.bus_listener import BusListener
 from hexload.view.live import Live
 from loop import OPEN

@@ -9,12 +9,12 @@ from collections import Counter, deque
 from collections.abc import Iterator
 from typing import NamedTuple
 
-import can
 import pytest
 
 import momentum_scenario
 from bus_frames import BY_ID, BY_THE_CLOCK, PARAMETERS, PROFILES
 from hexload import project
+from hexload.io.python_can import can
 from hexload_dev import bus_document
 from lcm_listener import PATIENCE_S, Listener, private_url
 from loop import OPEN, PATIENT, read_meta

@@ -1,5 +1,8 @@
 """Logs of other people's recorders: the same samples, however they are written, are read as the same log."""
 
+import subprocess
+import sys
+import textwrap
 from pathlib import Path
 
 import numpy as np
@@ -268,6 +271,18 @@ def test_mf4_is_read_by_its_channels_names_and_units(tmp_path):
     np.testing.assert_allclose(found.displacement_m, log.displacement_m, atol=1e-12)
     np.testing.assert_allclose(found.force_n[:-1], log.force_n[:-1])  # a line, which is met between its rows
     assert found.remarks[-1] == "channels of other times are put on those of dl1, by straight lines"
+
+
+def test_who_listens_on_a_bus_does_not_wait_for_what_reads_mf4():
+    # GIVEN a fresh process WHEN it has imported what listens on a bus THEN what python-can imports for MF4, ten times as
+    # long as the rest, is not there AND an MF4 can be read all the same
+    script = """
+        import sys, hexload.view.bus_listener
+        assert not {"asammdf", "pandas"} & set(sys.modules)
+        import hexload.io.mf4_log
+        assert "asammdf" in sys.modules
+    """
+    subprocess.run([sys.executable, "-c", textwrap.dedent(script)], check=True)
 
 
 def test_trc_is_read_by_the_bus_contract(tmp_path):

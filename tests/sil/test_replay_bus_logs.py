@@ -8,8 +8,6 @@ import sys
 import tracemalloc
 from pathlib import Path
 
-import can
-import cantools
 import lcm
 import numpy as np
 import pytest
@@ -20,6 +18,7 @@ from hexload.estimation.replay import replay_log
 from hexload.io.end_to_end import checksum, found_checksum, protected
 from hexload.io.log_file import COLUMNS, LegLog, read_log
 from hexload.io.log_formats import read_any_log
+from hexload.io.python_can import can, cantools
 
 SOURCE = Path(os.environ["HEXLOAD_SOURCE_DIR"])
 DATA = SOURCE / "tests" / "data"

@@ -5,9 +5,8 @@ import os
 import socket
 import time
 
-import can
-
 from hexload import project
+from hexload.io.python_can import can
 from hexload_dev.bus_document import load_contract
 
 PATIENCE_S = 60.0

@@ -10,10 +10,10 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-import cantools
 from cantools.database.can import Database, Message, Signal
 
 from hexload.io.atomic_file import replaced_when_done
+from hexload.io.python_can import cantools
 from hexload.project import ROOT, SCENARIOS
 
 DBC = ROOT / "firmware" / "bus" / "hexload.dbc"

@@ -15,14 +15,13 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
-import can
-import cantools
 import numpy as np
 
 from hexload import project
 from hexload.errors import InputError
 from hexload.io.end_to_end import checksum, found_checksum
 from hexload.io.log_file import CHANNEL_KEYS, LEGS, LegLog
+from hexload.io.python_can import can, cantools
 
 TICK_S = 1e-3  # until log_formats knows the machine's
 TICKS_OF_FOUR_BITS = 16

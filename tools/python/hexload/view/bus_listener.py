@@ -3,13 +3,12 @@
 import random
 import threading
 
-import can
-import cantools
 import numpy as np
 
 from hexload import project
 from hexload.errors import InputError, ToolFailed
 from hexload.io.authentication import ANSWER_MAC, ASK, CHALLENGE, START, AnswerCodes, Authenticator
+from hexload.io.python_can import can, cantools
 from hexload.io.run_directory import PAPER_PARAMETERS
 from hexload.theory.bound import THETA_NAMES
 from hexload.view.frame import Estimate
