@@ -25,6 +25,7 @@ from hexload.estimation.rig_hinges import force_columns
 from hexload.estimation.rig_model import (
     FrictionLaw,
     Geometry,
+    gravity_vector,
     leg_mass_forces,
     motion_of_legs,
     rigid_forces,
@@ -180,6 +181,12 @@ def test_forces_of_legs_one_by_one_are_together_those_of_legs_alike(platform):
     wrenches = np.einsum("nfc,nflk->nlkc", motion.jacobian, one_by_one)
     moments = np.cross(geometry.platform_hinges_m[:, None], wrenches[..., :3])
     assert np.abs(wrenches[..., 3:] - moments).max() < 1e-12 * np.abs(wrenches).max()
+
+
+def test_a_base_that_lies_on_its_side_is_none():
+    # GIVEN what a regression makes of a run with displacements of the wrong sign WHEN it asks for gravity THEN that is said
+    with pytest.raises(ValueError, match="a base that is tilted by more than 90 degrees"):
+        gravity_vector(9.81, np.array([0.8, 0.7]))
 
 
 def test_a_rotation_vector_makes_the_rotation_that_it_is_of():

@@ -263,6 +263,10 @@ def stribeck_share(speed_m_s: Array, law: FrictionLaw) -> Array:
 
 
 def gravity_vector(gravity_m_s2: float, tilt_rad: Array) -> Array:
-    """In base axes, of a base that is turned by small angles about its x and y axes: g [sin ry.., ..], |g| as given."""
+    """In base axes, of a base that is turned by small angles about its x and y axes: g [sin ry.., ..], |g| as given. Raises
+    ValueError when they are beyond a right angle."""
     x, y = gravity_m_s2 * np.asarray(tilt_rad, float)
-    return np.array([x, y, -np.sqrt(gravity_m_s2**2 - x**2 - y**2)])
+    down = gravity_m_s2**2 - x**2 - y**2
+    if not down > 0.0:
+        raise ValueError("a base that is tilted by more than 90 degrees")
+    return np.array([x, y, -np.sqrt(down)])
