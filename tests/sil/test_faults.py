@@ -20,8 +20,10 @@ from hexload.errors import InputError
 from hexload.faults import fault_report, load_faults, verb
 from hexload.faults.kinds import ESTIMATORS, GROUPS, KINDS
 from hexload.faults.one_fault import MOTIONS, FaultCase, clean_recording, is_possible, run_fault, score_of, truth_of
+from hexload.faults.recording import write_files
 from hexload.faults.score import OUTCOMES
 from hexload.faults.tally import tally
+from hexload.io.log_file import read_log
 from hexload.io.toml_document import read_toml
 
 SEED = 5
@@ -297,6 +299,26 @@ def test_a_seed_may_have_a_machine_of_its_own(logs):
         assert run_fault(replace(case, is_commissioned=True), logs)["outcome"] == "right"
     assert len(list(logs.glob("*-own-*.rig.toml"))) == 3
     assert verb.settings_of(FEW, None, None, None, SEED, True, has_own_machine=True).cases()[0].has_own_machine
+
+
+def test_a_machine_may_have_no_velocity_sensors(logs, tmp_path):
+    # GIVEN a machine without velocity sensors WHEN cases are chosen THEN none has a fault of them
+    chosen = verb.settings_of(None, "multisine", "momentum", 1, SEED, quick=True, has_velocity=False).cases()
+    kinds = [case.kind for case in chosen]
+    assert "displacement_bent" in kinds and not [kind for kind in kinds if kind.startswith("velocity")]
+    # AND a clean run, and one with a fault of the machine, are right, commissioned or not; what is commissioned has no
+    # velocities either, as otherwise its rig file would be shared
+    for kind, size in (("none", 0.0), ("force_bias", 30.0)):
+        case = FaultCase(kind, size, "multisine", "momentum", SEED, verb.DURATION_S, has_velocity=False)
+        for is_commissioned in (False, True):
+            without = run_fault(replace(case, is_commissioned=is_commissioned), logs)
+            with_them = run_fault(replace(case, is_commissioned=is_commissioned, has_velocity=True), logs)
+            assert without["outcome"] == "right" and without["largest_sigmas"] != with_them["largest_sigmas"]
+    assert len(list(logs.glob("*-no-velocity-*.rig.toml"))) == 2
+    # AND its log as a file has no columns of them
+    shown = case.as_sensed(clean_recording("multisine", SEED, verb.DURATION_S, "momentum", str(logs)))
+    log, _ = write_files(shown, tmp_path)
+    assert not read_log(log).has_velocity
 
 
 def test_a_machine_that_cannot_be_commissioned_is_refused(logs):

@@ -111,6 +111,10 @@ def faults(
             help="Draw a machine for each seed, hinges, leg lengths, mass, centre and inertia of the platform, instead of the paper's.",
         ),
     ] = False,
+    no_velocity: Annotated[
+        bool,
+        typer.Option("--no-velocity", help="Machines that have no velocity sensors: encoders and load cells alone."),
+    ] = False,
     name_causes: Annotated[
         bool,
         typer.Option(
@@ -146,7 +150,16 @@ def faults(
     folder = out or verb.DEFAULT_OUT
     with output.said(as_json, quiet):
         settings = verb.settings_of(
-            kind, motion, estimator, runs, choose_seeds(seed_base), quick, rig, name_causes, own_machine
+            kind,
+            motion,
+            estimator,
+            runs,
+            choose_seeds(seed_base),
+            quick,
+            rig,
+            name_causes,
+            own_machine,
+            not no_velocity,
         )
         print(verb.run_faults(settings, folder, restart))
     if as_json:

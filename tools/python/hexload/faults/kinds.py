@@ -40,6 +40,11 @@ class Kind:
         return self.name != NONE
 
     @property
+    def is_of_velocity(self) -> bool:
+        """No machine without velocity sensors has it."""
+        return self.name.startswith("velocity_")
+
+    @property
     def changes_truth(self) -> bool:
         """The load itself changes."""
         return self.group == _CHANGING

@@ -52,19 +52,28 @@ class FaultCase:
     is_commissioned: bool = False
     names_cause: bool = False
     has_own_machine: bool = False  # drawn with the seed; else the paper's
+    has_velocity: bool = True  # sensors
 
     @property
     def name(self) -> str:
         rig = "-rig" if self.is_commissioned else ""
         named = "-named" if self.names_cause else ""
-        return f"{self.kind}-{self.size:g}-{self.motion}-{self.estimator}-{self.seed}{rig}{named}{_machine_tag(self.has_own_machine)}"
+        return f"{self.kind}-{self.size:g}-{self.motion}-{self.estimator}-{self.seed}{rig}{named}{self.machine_tag}"
+
+    @property
+    def machine_tag(self) -> str:
+        return _machine_tag(self.has_own_machine) + ("" if self.has_velocity else "-no-velocity")
+
+    def as_sensed(self, shown: Recording) -> Recording:
+        return shown if self.has_velocity else recording.without_velocity(shown)
 
 
 def is_possible(case: FaultCase) -> bool:
-    """The paper's filter is given one load's mass, so that a pick-up is none of its motions."""
-    return case.estimator in KINDS[case.kind].estimators and not (
-        case.estimator == "paper" and case.motion == "pick_up"
-    )
+    """The paper's filter is given one load's mass, so that a pick-up is none of its motions; sensors that are not there
+    have no fault."""
+    kind = KINDS[case.kind]
+    is_of_both = case.estimator in kind.estimators and (case.has_velocity or not kind.is_of_velocity)
+    return is_of_both and not (case.estimator == "paper" and case.motion == "pick_up")
 
 
 def run_fault(case: FaultCase, logs: Path) -> dict:
@@ -99,7 +108,8 @@ def _of_case(case: FaultCase, logs: Path) -> tuple[Recording, Recording, Callabl
     """The clean recording, the faulty one, and what makes the rig file, if it has one."""
     base = clean_recording(case.motion, case.seed, case.duration_s, case.estimator, str(logs), case.has_own_machine)
     faulty = KINDS[case.kind].apply(base, case.size, _random(case))
-    return base, faulty, (lambda: _rig_file(case, logs)) if case.is_commissioned else None
+    rig = (lambda: _rig_file(case, logs)) if case.is_commissioned else None
+    return case.as_sensed(base), case.as_sensed(faulty), rig
 
 
 def _answer(faulty: Recording, estimator: str, rig: Callable[[], Path] | None) -> tuple[Any, dict]:
@@ -233,11 +243,11 @@ def _rig_file(case: FaultCase, logs: Path) -> Path:
     """Of hexload commission, on a run of the empty machine with the same fault, if it is one of the machine. All motions
     and estimators share it. Raises InputError."""
     fault = case if KINDS[case.kind].is_of_machine else replace(case, kind=NONE, size=0.0)
-    machine = f"{fault.seed}{_machine_tag(case.has_own_machine)}"
+    machine = f"{fault.seed}{case.machine_tag}"
     path = logs / f"{fault.kind}-{fault.size:g}-{machine}-{project.code_version()}.rig.toml"
     if not path.is_file():
         clean = _empty_recording(case.seed, str(logs), case.has_own_machine)
-        empty = KINDS[fault.kind].apply(clean, fault.size, _random(fault))
+        empty = case.as_sensed(KINDS[fault.kind].apply(clean, fault.size, _random(fault)))
         with tempfile.TemporaryDirectory(prefix="hexload-faults-") as name:
             log, platform = recording.write_files(empty, Path(name), "empty.csv")
             try:

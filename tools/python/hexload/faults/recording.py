@@ -64,7 +64,9 @@ def write_files(recording: Recording, folder: Path, name: str = "log.csv") -> tu
     """Log and platform file as a user has them."""
     log, platform = folder / name, folder / "platform.toml"
     rows = np.column_stack([recording.log.t_s, *channels_of(recording.log)])
-    np.savetxt(log, rows, fmt="%.9g", delimiter=",", header=",".join(COLUMNS), comments="")
+    shown = [k for k, name in enumerate(COLUMNS) if recording.log.has_velocity or not name.startswith("vl")]
+    header = ",".join(COLUMNS[k] for k in shown)
+    np.savetxt(log, rows[:, shown], fmt="%.9g", delimiter=",", header=header, comments="")
     platform.write_text(to_toml(recording.platform))
     return log, platform
 
@@ -76,6 +78,11 @@ def in_channel(recording: Recording, channel: str) -> Array:
 
 def with_channel(recording: Recording, channel: str, values: Array) -> Recording:
     return replace(recording, log=replace(recording.log, **{CHANNEL_KEYS[channel]: values}))
+
+
+def without_velocity(recording: Recording) -> Recording:
+    """As of a machine that has no velocity sensors."""
+    return with_channel(recording, "velocity", np.full_like(recording.log.velocity_m_s, np.nan))
 
 
 def with_log(recording: Recording, t_s: Array, channels: Sequence[Array]) -> Recording:

@@ -41,10 +41,11 @@ class FaultSettings:
     is_commissioned: bool  # each machine, with its fault
     names_causes: bool  # each log is diagnosed
     has_own_machine: bool  # each seed, drawn; else the paper's
+    has_velocity: bool  # sensors
 
     def cases(self) -> list[FaultCase]:
         """Those that share a clean run, one after the other."""
-        machine = (self.duration_s, self.is_commissioned, self.names_causes, self.has_own_machine)
+        machine = (self.duration_s, self.is_commissioned, self.names_causes, self.has_own_machine, self.has_velocity)
         cases = [
             FaultCase(name, size, motion, estimator, seed, *machine)
             for seed in range(self.seed, self.seed + self.runs)
@@ -60,6 +61,7 @@ class FaultSettings:
         """Makes the page of words again."""
         options = f"--motion {','.join(self.motions)} --estimator {','.join(self.estimators)} --seed-base {self.seed}"
         quick, own = "--quick " if self.one_size else "", "--own-machine " if self.has_own_machine else ""
+        own += "" if self.has_velocity else "--no-velocity "
         return f"tools/hexload faults {quick}{own}--name-causes {options} --runs {self.runs}"
 
     def _sizes(self, name: str) -> tuple[float, ...]:
@@ -77,6 +79,7 @@ def settings_of(
     is_commissioned: bool = False,
     names_causes: bool = False,
     has_own_machine: bool = False,
+    has_velocity: bool = True,
 ) -> FaultSettings:
     """Of the options as they are given. Raises InputError."""
     if is_commissioned and names_causes:
@@ -92,6 +95,7 @@ def settings_of(
         is_commissioned=is_commissioned,
         names_causes=names_causes,
         has_own_machine=has_own_machine,
+        has_velocity=has_velocity,
     )
 
 
