@@ -308,8 +308,7 @@ def _naming_the_run(run: Run, machine: StatedMachine, regression: Callable[[], R
         return regression()
     except (ValueError, np.linalg.LinAlgError) as error:
         raise InputError(
-            f"{run.name} with {machine.platform_file}: found {error}, expected a run of this machine: check sign, unit and order of "
-            "displacements and forces"
+            f"{run.name} with {machine.platform_file}: found {error}, expected a run of this machine"
         ) from None
 
 

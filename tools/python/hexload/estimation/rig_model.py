@@ -268,5 +268,5 @@ def gravity_vector(gravity_m_s2: float, tilt_rad: Array) -> Array:
     x, y = gravity_m_s2 * np.asarray(tilt_rad, float)
     down = gravity_m_s2**2 - x**2 - y**2
     if not down > 0.0:
-        raise ValueError("a base that is tilted by more than 90 degrees")
+        raise ValueError("a base that is tilted by more than 90 degrees, as sensors of the wrong sign show it")
     return np.array([x, y, -np.sqrt(down)])
