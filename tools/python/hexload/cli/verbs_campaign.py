@@ -156,10 +156,10 @@ def faults(
             runs,
             choose_seeds(seed_base),
             quick,
-            rig,
-            name_causes,
-            own_machine,
-            not no_velocity,
+            is_commissioned=rig,
+            names_causes=name_causes,
+            has_own_machine=own_machine,
+            has_velocity=not no_velocity,
         )
         print(verb.run_faults(settings, folder, restart))
     if as_json:

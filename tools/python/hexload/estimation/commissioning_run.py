@@ -153,10 +153,9 @@ def refuse_velocities(run: Run) -> None:
 
 
 def _refuse_gain(run: Run, gain: Array, sigma: Array) -> None:
-    excess = np.abs(gain - 1.0) - GRANTED_SIGMAS * sigma - LARGEST_GAIN
-    leg = int(np.argmax(excess))
-    if excess[leg] > 0.0:
-        are_alike = excess.min() > 0.0 and np.ptp(gain) < LARGEST_GAIN
+    is_beyond, leg = _beyond(gain - 1.0, sigma, LARGEST_GAIN)
+    if is_beyond[leg]:
+        are_alike = is_beyond.all() and np.ptp(gain) < LARGEST_GAIN
         suspects = "the scale of both sensors and the log's clock" if are_alike else "scale and wiring of both sensors"
         raise InputError(
             f"{run.name}: found velocities of leg {leg + 1} at {gain[leg]:.3f} times the change of its displacement, "
@@ -166,9 +165,8 @@ def _refuse_gain(run: Run, gain: Array, sigma: Array) -> None:
 
 def _refuse_bend(run: Run, bend: Array, sigma: Array) -> None:
     """A scale that is no line: hinges elsewhere would explain most of what it does to forces."""
-    excess = np.abs(bend) - GRANTED_SIGMAS * sigma - LARGEST_BEND
-    leg = int(np.argmax(excess))
-    if excess[leg] > 0.0:
+    is_beyond, leg = _beyond(bend, sigma, LARGEST_BEND)
+    if is_beyond[leg]:
         raise InputError(
             f"{run.name}: found velocities of leg {leg + 1} that differ from the change of its displacement by "
             f"{100.0 * abs(bend[leg]):.2g} % more at the ends of its stroke than in the middle, expected "
@@ -196,12 +194,17 @@ def _regressed(values: Array, columns: Sequence[Array], share: float) -> tuple[A
     return found, sigma
 
 
+def _beyond(off: Array, sigma: Array, limit: float) -> tuple[NDArray[np.bool_], int]:
+    """Which legs are off by more than the limit, whatever the noise, (6,), and the one that is off most."""
+    excess = np.abs(off) - GRANTED_SIGMAS * sigma - limit
+    return excess > 0.0, int(np.argmax(excess))
+
+
 def _refuse_late_leg(run: Run, channel: str, lag_s: Array, sigma_s: Array) -> None:
     """Legs have one delay: that of the others is the median."""
     late_s = lag_s - np.median(lag_s)
-    excess = np.abs(late_s) - GRANTED_SIGMAS * sigma_s - LARGEST_LAG_S
-    leg = int(np.argmax(excess))
-    if excess[leg] > 0.0:
+    is_beyond, leg = _beyond(late_s, sigma_s, LARGEST_LAG_S)
+    if is_beyond[leg]:
         raise InputError(
             f"{run.name}: found {channel} of leg {leg + 1} {1e3 * abs(late_s[leg]):.2g} ms "
             f"{'later' if late_s[leg] > 0.0 else 'earlier'} than other legs', expected "
