@@ -31,7 +31,7 @@ LACKS = {
     },
     "zynqmp_r5": {
         "fd": "its CAN controller has no FD frames",
-        "real time": "an emulator in an emulator takes some hundred ticks a second: frames by the clock are too many for it",
+        "real time": "emulated, it takes some hundred ticks a second: frames by the clock are too many for it",
         "bus state": "QEMU does not tell the CAN controller that the interface is down",
         "fused multiply-add": "it rounds twice where this process rounds once: test_14 compares it with one that rounds twice too",
         "time for neighbours": "the same filter runs with a rig (test_17) and with effects (test_16), the event's code is hexload_ecu's",
@@ -48,7 +48,7 @@ def pytest_addoption(parser):
 
 def pytest_configure(config):
     config.addinivalue_line("markers", "vcan: needs vcan0; runs on this kernel or in the virtual machine")
-    config.addinivalue_line("markers", "apart: its programs have all processors, in the virtual machine too")
+    config.addinivalue_line("markers", "apart: it keeps to the clock, and runs with nothing beside it")
     config.addinivalue_line("markers", "needs(what): a controller that has this; see LACKS in tests/hil/conftest.py")
 
 
@@ -73,14 +73,6 @@ def _needs(item) -> Iterator[str]:
     parameters = item.callspec.params if hasattr(item, "callspec") else {}
     if any(parameters.get(name) == "fd" for name in PROFILE_PARAMETERS):
         yield "fd"
-
-
-@pytest.hookimpl(tryfirst=True)
-def pytest_runtest_setup(item):
-    """In the virtual machine the programs of a loop share one processor: emulated, waking a program on another one is
-    most of the work in lockstep. Tests marked apart, as those in real time are, have all of them."""
-    if os.environ.get("HEXLOAD_VM"):
-        os.sched_setaffinity(0, range(os.cpu_count()) if item.get_closest_marker("apart") else {0})
 
 
 def pytest_terminal_summary(terminalreporter, config):

@@ -27,9 +27,6 @@ PLACES = {
     "real_time": ["-m", "vcan and apart"],
     "zynqmp_r5": ["-m", "vcan", "--controller", "zynqmp_r5"],
 }
-# Processors of the guest. With one the emulator does two thirds of its work with two, and no program wakes on another
-# processor; real time, which the Cortex-R5F has not, needs two.
-GUEST_CPUS = {"vcan": 1, "real_time": 2, "zynqmp_r5": 1}
 
 
 def pytest_command(options: list[str], artefacts: Path, files: list[Path]) -> list[str]:
@@ -40,12 +37,6 @@ def pytest_command(options: list[str], artefacts: Path, files: list[Path]) -> li
 def run_here(options: list[str], artefacts: Path, files: list[Path]) -> int:
     environment = os.environ | {"HEXLOAD_ARTEFACTS": str(artefacts)}
     return subprocess.run(pytest_command(options, artefacts, files), env=environment).returncode
-
-
-def compile_python(options: list[str], files: list[Path]) -> None:
-    """What is imported: in the guest, which keeps nothing, that takes many times as long."""
-    collect = [sys.executable, "-m", "pytest", "-q", "--collect-only", "-p", "no:cacheprovider", *options]
-    subprocess.run([*collect, *map(str, files)], stdout=subprocess.DEVNULL)  # an error is the guest's to report
 
 
 def run_vm_tests(options: list[str], artefacts: Path) -> int:
@@ -59,18 +50,15 @@ def run_vm_tests(options: list[str], artefacts: Path) -> int:
     return run_here(options, artefacts, [OF_THE_VM])
 
 
-def run_on_vcan(options: list[str], artefacts: Path, cpus: int) -> int:
-    # The other files are not even imported: in the guest that takes many times as long.
-    files = [path for path in sorted(FOLDER.glob("test_*.py")) if "pytest.mark.vcan" in path.read_text()]
+def run_on_vcan(options: list[str], artefacts: Path) -> int:
     if vcan.ready():
         with (artefacts.parent / f"{vcan.INTERFACE}.lock").open("w") as lock:
             fcntl.flock(lock, fcntl.LOCK_EX)  # of this kernel there is one, of virtual machines one for each run
-            return run_here(options, artefacts, files)
+            return run_here(options, artefacts, [FOLDER])
     missing = vm.missing_pieces()
     if not missing:
-        compile_python(options, files)
-        guest = vm.GuestOptions(out=artefacts, memory_mib=2048, timeout_s=3000, cpus=cpus)
-        return vm.run_in_guest(pytest_command(options, Path("/out"), files), guest)
+        guest = vm.GuestOptions(out=artefacts, memory_mib=2048, timeout_s=3000)
+        return vm.run_in_guest(pytest_command(options, Path("/out"), [FOLDER]), guest)
     print(
         f"no vcan0 on this kernel, and no virtual machine: found no {', no '.join(missing)}; see tools/hexload doctor"
     )
@@ -90,7 +78,7 @@ def main(place: str, *words: str) -> int:
         elif place == "host":
             status = run_here(options, artefacts, [FOLDER])
         else:
-            status = run_on_vcan(options, artefacts, GUEST_CPUS[place])
+            status = run_on_vcan(options, artefacts)
     except ToolFailed as error:
         print(f"hexload: {error}", flush=True)
         status = error.exit_code

@@ -47,7 +47,7 @@ def test_a_machine_with_everything_is_fit_and_nothing_is_to_be_mended():
 
 def test_every_row_has_a_reason_and_every_missing_one_a_command():
     # GIVEN a machine on which nothing is found WHEN it is judged THEN each missing row says why and how
-    rows = doctor.diagnose(doctor.Found(vm_missing=("cpio",)))
+    rows = doctor.diagnose(doctor.Found(vm_missing=("insmod", "/x/linux")))
     assert len(rows) >= 13
     assert all(row.reason for row in rows)
     assert all(bool(row.command) == (row.state == doctor.MISSING) for row in rows)
@@ -99,8 +99,8 @@ def test_every_row_has_a_reason_and_every_missing_one_a_command():
             "sudo ip link set can0 txqueuelen 1000",
         ),
         (without(LAPTOP, "candump"), "can-utils", "sudo apt-get install can-utils iproute2"),
-        (without(CONTAINER, "qemu-system-x86_64"), "QEMU", "sudo apt-get install qemu-system-x86"),
-        (replace(CONTAINER, vm_missing=("/x/vmlinux",)), "kernel for the virtual machine", "tools/hexload vm -- true"),
+        (without(CONTAINER, "insmod"), "kmod", "sudo apt-get install kmod"),
+        (replace(CONTAINER, vm_missing=("/x/linux",)), "kernel for the virtual machine", "tools/hexload vm -- true"),
         (
             replace(LAPTOP, multicast_error="Network is unreachable"),
             "multicast",
@@ -126,16 +126,16 @@ def test_a_missing_capability_names_the_command_that_mends_it(found, capability,
 
 
 def test_the_virtual_machine_is_not_needed_where_the_kernel_has_the_bus():
-    # GIVEN a laptop with vcan0 and without QEMU WHEN it is judged THEN it is fit without
-    found = replace(without(LAPTOP, "qemu-system-x86_64"), vm_missing=("qemu-system-x86_64", "/x/vmlinux"))
-    assert row(found, "QEMU").state == doctor.NOT_NEEDED
+    # GIVEN a laptop with vcan0 and without what the machine needs WHEN it is judged THEN it is fit without
+    found = replace(without(LAPTOP, "insmod"), vm_missing=("insmod", "/x/linux"))
+    assert row(found, "kmod").state == doctor.NOT_NEEDED
     assert row(found, "kernel for the virtual machine").state == doctor.NOT_NEEDED
     assert doctor.fit_for_tests(found)
 
 
 def test_a_machine_without_can_is_fit_through_the_virtual_machine_only():
     assert doctor.fit_for_tests(CONTAINER)
-    assert not doctor.fit_for_tests(replace(CONTAINER, vm_missing=("/x/vmlinux",)))
+    assert not doctor.fit_for_tests(replace(CONTAINER, vm_missing=("/x/linux",)))
 
 
 @pytest.mark.parametrize("change", [{"multicast_error": "Network is unreachable"}, {"programs": {}}])
@@ -150,7 +150,7 @@ def test_slow_ticks_are_no_reason_to_be_unfit():
 
 def test_the_packages_named_are_those_that_the_launcher_installs():
     # GIVEN every command for a machine on which nothing is found
-    commands = [row.command for row in doctor.diagnose(doctor.Found(vm_missing=(doctor.vm.QEMU,)))]
+    commands = [row.command for row in doctor.diagnose(doctor.Found(vm_missing=("insmod",)))]
     packages = {
         word
         for command in commands

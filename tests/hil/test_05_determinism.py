@@ -10,7 +10,6 @@ pytestmark = pytest.mark.vcan
 SENDERS = ("SIMULATOR", "CONTROLLER")
 
 
-@pytest.mark.apart
 @pytest.mark.parametrize("profile", PROFILES)
 def test_two_runs_in_lockstep_are_the_same_to_the_byte(short_run, loop, profile, tmp_path):
     # GIVEN a run on one processor WHEN it is run again on all, both programs fresh

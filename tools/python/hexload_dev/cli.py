@@ -205,13 +205,9 @@ def vm(
     memory: Annotated[
         int, typer.Option(min=256, help="Memory of the machine, MiB; half of it is the room for files.")
     ] = 1024,
-    cpus: Annotated[int, typer.Option(min=1, help="Processors.")] = 2,
     timeout: Annotated[
         float | None, typer.Option(min=0, help="Seconds that COMMAND may take; then the status is 124.")
     ] = None,
-    kvm: Annotated[
-        bool, typer.Option("--kvm", help="Hardware virtualisation: faster; can hang in a nested machine.")
-    ] = False,
 ) -> None:
     """Runs COMMAND in a small virtual machine whose kernel has CAN: vcan0 is up, for classic and FD frames.
 
@@ -224,7 +220,7 @@ def vm(
     """
     from hexload_dev import vm as verb
 
-    options = verb.GuestOptions(out or verb.DEFAULT_OUT, memory, cpus, timeout, kvm)
+    options = verb.GuestOptions(out or verb.DEFAULT_OUT, memory, timeout)
     raise typer.Exit(verb.run_in_guest(command, options))
 
 

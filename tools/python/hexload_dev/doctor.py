@@ -63,7 +63,7 @@ class Row:
     tests_need_it: bool = False
 
 
-PROGRAMS = ("java", "javac", "jar", "Xvfb", "candump", "canplayer", "ip", vm.QEMU)
+PROGRAMS = ("java", "javac", "jar", "Xvfb", "candump", "canplayer", "ip", "insmod")
 
 
 def look() -> Found:
@@ -72,7 +72,7 @@ def look() -> Found:
         kernel_modules=_has_vcan_module(),
         interfaces=tuple(vcan.can_interfaces()),
         multicast_error=multicast_error(),
-        programs={name: shutil.which(name) is not None for name in PROGRAMS},
+        programs={name: shutil.which(name, path=vm.SYSTEM_PATH) is not None for name in PROGRAMS},
         display=os.environ.get("DISPLAY", ""),
         vm_missing=tuple(vm.missing_pieces()),
         is_root=os.geteuid() == 0,
@@ -236,15 +236,15 @@ def _which(found: Found, *programs: str) -> str:
 
 def _vm_rows(found: Found) -> list[Row]:
     needed = not _vcan0_usable(found)
-    others = [piece for piece in found.vm_missing if piece != vm.QEMU]
+    others = [piece for piece in found.vm_missing if piece not in vm.PROGRAMS]
     reason = "where the kernel has no CAN, the CAN tests run in a virtual machine"
     return [
         _row(
-            "QEMU",
-            found.has(vm.QEMU),
-            _which(found, vm.QEMU),
+            "kmod",
+            found.has("insmod"),
+            _which(found, "insmod"),
             reason,
-            _as_root(found, "apt-get install qemu-system-x86"),
+            _as_root(found, "apt-get install kmod"),
             needed=needed,
         ),
         _row(

@@ -18,7 +18,7 @@ LAUNCHER = project.ROOT / "tools" / "hexload"
 SHA256 = re.compile(r"--hash=sha256:([0-9a-f]{64})")
 DOCUMENTS = Path("/usr/share/doc")
 DPKG = Path("/var/lib/dpkg/info")
-KERNEL = project.BUILD / "deps" / "vm" / "vmlinux"
+KERNEL = project.BUILD / "deps" / "vm" / "linux"
 
 
 def document() -> dict:

@@ -1,16 +1,19 @@
 """`hexload vm`: runs a command in a small virtual machine whose kernel has SocketCAN.
 
-The distribution's stock kernel under QEMU. The guest's root file system is the machine's own, read-only, below a layer
-in memory; tools/vm/init and tools/vm/run are its two scripts. Output and exit status come back by virtio ports.
+The distribution's own user-mode Linux: a kernel that runs as a process of the user's, its programs on the processor
+itself, so that it needs neither rights nor hardware virtualisation. It has one processor. The guest's root file system
+is the machine's own, read-only, below a layer in memory; tools/vm/init and tools/vm/run are its two scripts. Output and
+exit status come back by serial lines. COMMAND is no better kept in than any other program that the user starts.
 """
 
-import hashlib
+import contextlib
 import os
 import platform
 import re
 import selectors
 import shlex
 import shutil
+import signal
 import socket
 import subprocess
 import sys
@@ -24,16 +27,17 @@ from hexload import project
 from hexload.errors import InputError, ToolFailed
 from hexload.io.run_files import ADDED_FILES, FILES
 from hexload_dev import build
-from hexload_dev.sandbox import QEMU_SANDBOX
 
 SCRIPTS = project.ROOT / "tools" / "vm"
-IMAGE = project.BUILD / "deps" / "vm"  # kernel, modules/ in loading order: put there by tools/hexload
+IMAGE = project.BUILD / "deps" / "vm"  # linux, the kernel, and modules/ in loading order: put there by tools/hexload
 DEFAULT_OUT = project.BUILD / "vm"
-QEMU = "qemu-system-x86_64"
-BUSYBOX = Path("/bin/busybox")
-BOOT_LIMIT_S = 120  # 2.5 s on an idle machine
+PROGRAMS = ("setpriv", "insmod", "ip", "stty")  # the guest's are the machine's
+SHARED_MEMORY = Path("/dev/shm")
+BOOT_LIMIT_S = 120  # 1.5 s on an idle machine
 TIMED_OUT = 124  # as timeout(1)
 DIED = 125
+
+SYSTEM_PATH = os.environ.get("PATH", os.defpath) + ":/usr/sbin:/sbin"  # as tools/vm/init has it
 
 # Environment that goes along. HEXLOAD_BUILD_DIR tells launcher and verbs in the guest to use that build as it is.
 RUNS = "runs"  # in the guest's /out: run directories of verbs that were not told where
@@ -47,9 +51,7 @@ class GuestOptions:
 
     out: Path = DEFAULT_OUT
     memory_mib: int = 1024
-    cpus: int = 2
     timeout_s: float | None = None
-    kvm: bool = False
 
     @property
     def console_log(self) -> Path:
@@ -65,11 +67,10 @@ def run_in_guest(command: list[str], options: GuestOptions = GuestOptions()) -> 
             f"vm: found no {', no '.join(missing)} (tools/hexload vm puts them in place, tools/hexload doctor explains)"
         )
     _fill_standard_streams()
-    initramfs = ensure_initramfs()
     _make_out(options.out)
     with tempfile.TemporaryDirectory(prefix="hexload-vm-") as job:
-        _write_job(Path(job), command)
-        status = _Guest(command, options, initramfs, Path(job)).run()
+        _write_job(Path(job), command, options.out)
+        status = _Guest(command, options, Path(job)).run()
     for directory in bring_home(options.out / RUNS, project.RUNS):
         print(f"[hexload] brought home: {directory}", file=sys.stderr, flush=True)
     return status
@@ -103,7 +104,7 @@ def _foreign_content(target: Path) -> str | None:
 
 
 def _fill_standard_streams() -> None:
-    """The caller may have closed some of them; their numbers must not go to the machine's ports."""
+    """The caller may have closed some of them; their numbers must not go to the machine's lines."""
     while (descriptor := os.open(os.devnull, os.O_RDWR)) <= 2:
         pass
     os.close(descriptor)
@@ -113,35 +114,8 @@ def missing_pieces() -> list[str]:
     """What keeps the virtual machine from starting here; empty: nothing."""
     if platform.machine() != "x86_64":
         return [f"x86_64 processor (but {platform.machine()})"]
-    programs = [name for name in (QEMU, "cpio", "setpriv") if not shutil.which(name)]
-    files = [str(path) for path in (BUSYBOX, IMAGE / "vmlinux", IMAGE / "modules") if not path.exists()]
-    return programs + files
-
-
-def ensure_initramfs() -> Path:
-    """The guest's first file system: busybox, the modules and tools/vm/init. Made anew when one of them has changed."""
-    target = IMAGE / "initramfs.cpio"
-    parts = [(SCRIPTS / "init", "init"), (BUSYBOX, "bin/busybox")]
-    parts += [(module, f"modules/{module.name}") for module in sorted((IMAGE / "modules").iterdir())]
-    digest = hashlib.sha256()
-    for source, name in parts:
-        digest.update(name.encode() + source.read_bytes())
-    stamp = IMAGE / "initramfs.stamp"
-    if target.exists() and stamp.exists() and stamp.read_text() == digest.hexdigest():
-        return target
-    with tempfile.TemporaryDirectory(dir=IMAGE) as folder:
-        for source, name in parts:
-            (Path(folder) / name).parent.mkdir(exist_ok=True)
-            shutil.copyfile(source, Path(folder) / name)
-            (Path(folder) / name).chmod(0o755)
-        names = "\0".join(["bin", "modules", *(name for _, name in parts)])
-        archive = Path(folder) / "archive"
-        with archive.open("wb") as output:
-            pack = ["cpio", "--quiet", "--create", "--null", "--format=newc", "--owner=0:0"]
-            subprocess.run(pack, cwd=folder, input=names.encode(), stdout=output, check=True)
-        archive.replace(target)
-    stamp.write_text(digest.hexdigest())
-    return target
+    programs = [name for name in PROGRAMS if not shutil.which(name, path=SYSTEM_PATH)]
+    return programs + [str(path) for path in (IMAGE / "linux", IMAGE / "modules") if not path.exists()]
 
 
 def _make_out(out: Path) -> None:
@@ -150,7 +124,7 @@ def _make_out(out: Path) -> None:
     except OSError as error:
         raise InputError(f"--out {out}: found no folder that can be used ({error.strerror}), expected one") from error
     if "," in str(out):
-        raise InputError(f"--out {out}: found a comma in the name, which QEMU's options do not allow")
+        raise InputError(f"--out {out}: found a comma in the name, which the guest's mount does not allow")
 
 
 def guest_environment(environment: dict[str, str]) -> dict[str, str]:
@@ -160,17 +134,22 @@ def guest_environment(environment: dict[str, str]) -> dict[str, str]:
     return passed | own
 
 
-def _write_job(job: Path, command: list[str]) -> None:
-    shutil.copyfile(SCRIPTS / "run", job / "run")
+def _write_job(job: Path, command: list[str], out: Path) -> None:
+    """The folder that the guest's first program finds itself in."""
+    for script in ("init", "run"):
+        shutil.copy(SCRIPTS / script, job / script)
+    (job / "modules").symlink_to(IMAGE / "modules")
+    (job / "out").symlink_to(out.resolve())
+    (job / "layer").mkdir()
     exports = [f"export {name}={shlex.quote(value)}" for name, value in guest_environment(dict(os.environ)).items()]
     lines = [*exports, f"cd {shlex.quote(os.getcwd())} || exit 127", f"exec {shlex.join(command)}", ""]
     (job / "command").write_text("\n".join(lines))
 
 
 class _Guest:
-    """One run of QEMU: the three ports are socket pairs, the console and QEMU's own words are files."""
+    """One run of the kernel: its three serial lines are socket pairs, its console is a file."""
 
-    def __init__(self, command: list[str], options: GuestOptions, initramfs: Path, job: Path):
+    def __init__(self, command: list[str], options: GuestOptions, job: Path):
         self.command, self.options = shlex.join(command), options
         self.status: int | None = None
         self.left_bytes: list[int] | None = None  # of output and errors, when COMMAND has ended
@@ -179,21 +158,22 @@ class _Guest:
         self.ready: float | None = None  # when COMMAND started
         self.control = b""
         pairs = [socket.socketpair() for _ in range(3)]
-        self.ports = [ours for ours, _ in pairs]
+        self.lines = [ours for ours, _ in pairs]
         theirs = [socket_ for _, socket_ in pairs]
-        arguments = qemu_arguments(options, initramfs, job, [socket_.fileno() for socket_ in theirs])
-        self.qemu_log = job / "qemu.log"
-        with self.qemu_log.open("wb") as log:
+        with options.console_log.open("wb") as console:
             self.process = subprocess.Popen(
-                ["setpriv", "--pdeathsig", "KILL", *arguments],
+                # On SIGTERM it ends its guest's programs, which are processes of this machine, with itself.
+                ["setpriv", "--pdeathsig", "TERM", *kernel_arguments(options, job, [end.fileno() for end in theirs])],
                 stdin=subprocess.DEVNULL,
-                stdout=log,
-                stderr=log,
-                pass_fds=[socket_.fileno() for socket_ in theirs],
-                start_new_session=True,  # Ctrl-C reaches us alone, and we end QEMU
+                stdout=console,
+                stderr=console,
+                cwd=job,  # a kernel that panics leaves its core there
+                env=os.environ | {"TMPDIR": str(_memory_folder(options.memory_mib, job))},
+                pass_fds=[end.fileno() for end in theirs],
+                start_new_session=True,  # Ctrl-C reaches us alone, and we end the machine
             )
-        for socket_ in theirs:
-            socket_.close()
+        for end in theirs:
+            end.close()
 
     def run(self) -> int:
         try:
@@ -201,10 +181,11 @@ class _Guest:
         except BrokenPipeError:  # whoever read our output has gone
             raise ToolFailed(exit_code=141) from None
         finally:
-            self.process.kill()
+            with contextlib.suppress(ProcessLookupError):
+                os.killpg(self.process.pid, signal.SIGKILL)
             self.process.wait()
-            for port in self.ports:
-                port.close()
+            for line in self.lines:
+                line.close()
         if self.status is None:
             raise ToolFailed(self._why_it_died(), exit_code=DIED)
         out_of_memory = self._console_line("Out of memory: ")
@@ -216,20 +197,20 @@ class _Guest:
         return self.status
 
     def _pump(self) -> None:
-        """Hands the ports' bytes on until COMMAND has ended and all that it wrote is there, or until QEMU has ended."""
+        """Hands the lines' bytes on until COMMAND has ended and all that it wrote is there, or until the kernel has."""
         handlers = (self._counted(0, _writer(1)), self._counted(1, _writer(2)), self._take_control)
         with selectors.DefaultSelector() as selector:
-            for port, handler in zip(self.ports, handlers, strict=True):
-                port.setblocking(False)
-                selector.register(port, selectors.EVENT_READ, handler)
+            for line, handler in zip(self.lines, handlers, strict=True):
+                line.setblocking(False)
+                selector.register(line, selectors.EVENT_READ, handler)
             while self._expects_more() and selector.get_map():
                 for key, _ in selector.select(self._seconds_left()):
                     if not _hand_on(key.fileobj, key.data):
                         selector.unregister(key.fileobj)
 
-    def _counted(self, port: int, write: Callable[[bytes], None]) -> Callable[[bytes], None]:
+    def _counted(self, line: int, write: Callable[[bytes], None]) -> Callable[[bytes], None]:
         def take(data: bytes) -> None:
-            self.handed_on[port] += len(data)
+            self.handed_on[line] += len(data)
             write(data)
 
         return take
@@ -269,15 +250,15 @@ class _Guest:
 
     def _why_it_died(self) -> str:
         during = f"before it ended: {self.command}" if self.ready else "before it was up"
-        panic = self._console_line("Kernel panic") or self._console_line("hexload vm: ")
-        cause = panic or self.qemu_log.read_text(errors="replace").strip() or "no reason on its console"
+        said = ("hexload vm: ", "Kernel panic", "")  # the surest first
+        cause = next(filter(None, map(self._console_line, said)), "no reason on its console")
         return f"vm: the guest died {during}\n  {cause}\n  console log:  {self.options.console_log}"
 
     def _console_line(self, text: str) -> str | None:
-        if not self.options.console_log.exists():
-            return None
+        """The last one with `text` in it, without the time before it."""
         lines = self.options.console_log.read_text(errors="replace").splitlines()
-        return next((re.sub(r"^\[ *[\d.]+\] ", "", line).strip() for line in lines if text in line), None)
+        found = [line for line in lines if text in line and line.strip()]
+        return re.sub(r"^\[ *[\d.]+\] ", "", found[-1]).strip() if found else None
 
 
 def _writer(descriptor: int) -> Callable[[bytes], None]:
@@ -288,10 +269,10 @@ def _writer(descriptor: int) -> Callable[[bytes], None]:
     return write
 
 
-def _hand_on(port: socket.socket, handler: Callable[[bytes], None]) -> bool:
+def _hand_on(line: socket.socket, handler: Callable[[bytes], None]) -> bool:
     """False: nothing there now, or the other end has closed."""
     try:
-        data = port.recv(1 << 16)
+        data = line.recv(1 << 16)
     except (BlockingIOError, ConnectionResetError):
         return False
     if data:
@@ -299,24 +280,18 @@ def _hand_on(port: socket.socket, handler: Callable[[bytes], None]) -> bool:
     return bool(data)
 
 
-def qemu_arguments(options: GuestOptions, initramfs: Path, job: Path, ports: list[int]) -> list[str]:
-    """`ports`: file descriptors of COMMAND's stdout, stderr, and the control channel."""
-    kernel_words = "console=ttyS0 loglevel=4 panic=-1 mitigations=off tsc=reliable clocksource=tsc rdinit=/init"
-    arguments = [QEMU, *QEMU_SANDBOX]
-    arguments += ["-nodefaults", "-no-user-config", "-no-reboot", "-display", "none", "-nic", "none"]
-    arguments += ["-accel", "kvm", "-cpu", "host"] if options.kvm else ["-accel", "tcg,thread=multi", "-cpu", "max"]
-    arguments += ["-m", str(options.memory_mib), "-smp", str(options.cpus)]
-    arguments += ["-kernel", str(IMAGE / "vmlinux"), "-initrd", str(initramfs), "-append", kernel_words]
-    arguments += ["-serial", f"file:{options.console_log}"]
-    for tag, path, access in (
-        ("root", "/", ",readonly=on"),
-        ("job", job, ",readonly=on"),
-        ("out", options.out.resolve(), ""),
-    ):
-        share = f"local,path={path},mount_tag={tag},security_model=none,multidevs=remap{access}"
-        arguments += ["-virtfs", share]
-    arguments += ["-device", "virtio-serial-pci"]
-    for number, descriptor in enumerate(ports, start=1):
-        arguments += ["-chardev", f"socket,id=port{number},fd={descriptor}"]
-        arguments += ["-device", f"virtserialport,nr={number},chardev=port{number},name=hexload.{number}"]
-    return arguments
+def _memory_folder(memory_mib: int, job: Path) -> Path:
+    """For the guest's memory, a file that is mapped to be run: a container's shared memory is often too small or forbids it."""
+    if not SHARED_MEMORY.is_dir():
+        return job
+    found = os.statvfs(SHARED_MEMORY)
+    is_fit = found.f_bavail * found.f_frsize >= memory_mib << 20 and not found.f_flag & os.ST_NOEXEC
+    return SHARED_MEMORY if is_fit else job
+
+
+def kernel_arguments(options: GuestOptions, job: Path, lines: list[int]) -> list[str]:
+    """`lines`: file descriptors of COMMAND's stdout, stderr, and the control channel."""
+    arguments = [str(IMAGE / "linux"), f"mem={options.memory_mib}M", f"uml_dir={job}", "loglevel=4", "panic=-1"]
+    arguments += ["root=/dev/root", "rootfstype=hostfs", "rootflags=/", "ro", f'init="{job}/init"']
+    arguments += ["console=tty0", "con0=null,fd:1", "con=null", "ssl=null"]
+    return arguments + [f"ssl{number}=fd:{descriptor}" for number, descriptor in enumerate(lines)]
