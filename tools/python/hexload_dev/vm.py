@@ -6,14 +6,12 @@ is the machine's own, read-only, below a layer in memory; tools/vm/init and tool
 exit status come back by serial lines. COMMAND is no better kept in than any other program that the user starts.
 """
 
-import contextlib
 import os
 import platform
 import re
 import selectors
 import shlex
 import shutil
-import signal
 import socket
 import subprocess
 import sys
@@ -32,6 +30,9 @@ SCRIPTS = project.ROOT / "tools" / "vm"
 IMAGE = project.BUILD / "deps" / "vm"  # linux, the kernel, and modules/ in loading order: put there by tools/hexload
 DEFAULT_OUT = project.BUILD / "vm"
 PROGRAMS = ("setpriv", "insmod", "ip", "stty")  # the guest's are the machine's
+# The kernel's programs are processes of this machine, which it traces: were it killed alone, one that runs would run on,
+# outside. So all of its process group, which it makes itself, is killed: when we say so or have died, and when it ends.
+GUARD = ("setpriv", "--pdeathsig", "TERM", "sh", "-c", "trap 'kill -KILL -${!:-0} 0' TERM EXIT; \"$@\" & wait", "sh")
 SHARED_MEMORY = Path("/dev/shm")
 BOOT_LIMIT_S = 120  # 1.5 s on an idle machine
 TIMED_OUT = 124  # as timeout(1)
@@ -162,8 +163,7 @@ class _Guest:
         theirs = [socket_ for _, socket_ in pairs]
         with options.console_log.open("wb") as console:
             self.process = subprocess.Popen(
-                # On SIGTERM it ends its guest's programs, which are processes of this machine, with itself.
-                ["setpriv", "--pdeathsig", "TERM", *kernel_arguments(options, job, [end.fileno() for end in theirs])],
+                [*GUARD, *kernel_arguments(options, job, [end.fileno() for end in theirs])],
                 stdin=subprocess.DEVNULL,
                 stdout=console,
                 stderr=console,
@@ -181,8 +181,7 @@ class _Guest:
         except BrokenPipeError:  # whoever read our output has gone
             raise ToolFailed(exit_code=141) from None
         finally:
-            with contextlib.suppress(ProcessLookupError):
-                os.killpg(self.process.pid, signal.SIGKILL)
+            self.process.terminate()
             self.process.wait()
             for line in self.lines:
                 line.close()
