@@ -17,24 +17,22 @@ from hexload import project
 from hexload_dev import vcan, zynqmp_r5
 from loop import PAPER_S, SHORT_S, Controller, Loop, Peer, Recording
 
-# A generous limit for what takes milliseconds on an idle machine: the guest's processor is emulated, and may be shared.
+# A generous limit for what takes milliseconds on an idle machine: the processor may be shared.
 PATIENCE_S = 120.0
 OUTPUT_TAIL_LINES = 60
 
 CONTROLLERS = {"linux": Controller.linux, "zynqmp_r5": Controller.zynqmp_r5}
 
-# What a controller cannot have, or has no time for, with the reason; tests with the mark needs(KEY) are deselected for it.
+# What a controller cannot have, with the reason; tests with the mark needs(KEY) are deselected for it.
 LACKS = {
     "linux": {
         "emulator": "hexload_ecu runs on this processor",
-        "time for both profiles": "in the guest: hexload_ecu speaks both over UDP in the same file, and over CAN in test_15",
     },
     "zynqmp_r5": {
         "fd": "its CAN controller has no FD frames",
         "real time": "emulated, it takes some hundred ticks a second: frames by the clock are too many for it",
         "bus state": "QEMU does not tell the CAN controller that the interface is down",
         "fused multiply-add": "it rounds twice where this process rounds once: test_14 compares it with one that rounds twice too",
-        "time for neighbours": "the same filter runs with a rig (test_17) and with effects (test_16), the event's code is hexload_ecu's",
         "process": "the test has no controller, or is of hexload_ecu's own options: hil_vcan runs it",
     },
 }

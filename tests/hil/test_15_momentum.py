@@ -112,7 +112,6 @@ def recorded(in_module, scenario, tmp_path_factory):
 
 
 @pytest.mark.vcan
-@pytest.mark.needs("time for neighbours")
 @pytest.mark.parametrize("profile", PROFILES)
 def test_over_can_all_ten_are_the_firmwares_and_a_new_load_is_an_event(recorded, kind, scenario, profile, tmp_path):
     recording = recorded(profile)
@@ -124,7 +123,6 @@ def values(frames: list[Frame], *names: str) -> list[dict]:
 
 
 @pytest.mark.vcan
-@pytest.mark.needs("time for neighbours")
 @pytest.mark.parametrize("profile", PROFILES)
 def test_frames_of_the_momentum_filter_fit_the_contract_and_no_others_answer(recorded, profile):
     # GIVEN everything that was on the bus WHEN its checksums are computed anew THEN every frame fits the contract
@@ -144,7 +142,6 @@ def test_frames_of_the_momentum_filter_fit_the_contract_and_no_others_answer(rec
 
 
 @pytest.mark.vcan
-@pytest.mark.needs("time for neighbours")
 def test_classic_pages_are_the_estimates_that_the_simulator_wrote(recorded):
     # GIVEN the pages on the bus, 26 for one answer, and the rows of estimates.csv
     recording = recorded("classic")

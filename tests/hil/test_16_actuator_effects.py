@@ -84,7 +84,7 @@ def test_over_udp_multicast_the_load_is_found_beside_friction(
 
 
 @pytest.mark.vcan
-@pytest.mark.parametrize("profile", ["fd", pytest.param("classic", marks=pytest.mark.needs("time for both profiles"))])
+@pytest.mark.parametrize("profile", PROFILES)
 def test_over_can_the_load_is_found_beside_friction(in_module, kind, scenario, profile, tmp_path):
     recording = in_module.record(tmp_path / "run", profile, scenario=scenario, platform=platform_of(scenario))
     check_run(scenario, profile, recording.directory, tmp_path, kind.name == "linux")

@@ -10,6 +10,7 @@ import re
 import resource
 import secrets
 import shutil
+import signal
 import socket
 import struct
 import sys
@@ -352,4 +353,5 @@ def _print_table(rows: list[Row]) -> None:
 
 
 if __name__ == "__main__":
+    signal.signal(signal.SIGPIPE, signal.SIG_DFL)  # a reader that has enough, as head has, ends it without a word
     sys.exit(run_doctor("--json" in sys.argv[1:]))
