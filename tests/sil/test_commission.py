@@ -34,7 +34,7 @@ from hexload.estimation.rig_model import (
     unlike_leg_forces,
 )
 from hexload.estimation.rig_regression import SLICES
-from hexload.io.log_file import COLUMNS
+from hexload.io.log_columns import COLUMNS, WITHOUT_VELOCITY
 from hexload.io.toml_document import GUESSED, to_toml
 from hexload.theory.kinematics import vector_of_rotation
 from hexload.theory.tolerances import DEFAULTS, common_gain_of
@@ -187,6 +187,18 @@ def test_a_base_that_lies_on_its_side_is_none():
     # GIVEN what a regression makes of a run with displacements of the wrong sign WHEN it asks for gravity THEN that is said
     with pytest.raises(ValueError, match="tilted by more than 90 degrees, as sensors of the wrong sign show it"):
         gravity_vector(9.81, np.array([0.8, 0.7]))
+
+
+def test_displacements_of_the_wrong_sign_are_known_by_friction_that_drives(found, platform, tmp_path):
+    # GIVEN a machine without velocity sensors, whose displacements grow where the platform file has them shrink
+    machine, _, _ = found
+    time_s, displacement_m, _, force_n = log_of(machine, multisine(1, 12.0), EMPTY, 3)
+    rows = np.column_stack([time_s, -displacement_m, force_n])
+    log = tmp_path / "negated.csv"
+    np.savetxt(log, rows, delimiter=",", header=",".join(WITHOUT_VELOCITY), comments="", fmt="%.9g")
+    # WHEN it is commissioned THEN the cause is named, and no livelier motion is asked for
+    with pytest.raises(InputError, match="friction of -.* that pushes .*the sign of forces or displacements"):
+        commission(Wish(log, platform, tmp_path / "rig.toml"))
 
 
 def test_a_rotation_vector_makes_the_rotation_that_it_is_of():

@@ -329,6 +329,7 @@ def _stands_out(found: Found, name: str, start: Start) -> bool:
 def _refuse(run: Run, machine: StatedMachine, found: Found, wish: Wish) -> None:
     sigma = np.sqrt(np.diag(found.covariance))
     _refuse_residual(run, found)
+    _refuse_pushing(run, found)
     theta = SLICES["theta"]
     unsure = sigma[theta] / (UNSURE_SHARE * machine.scale)
     if unsure.max() > 1.0:
@@ -336,13 +337,6 @@ def _refuse(run: Run, machine: StatedMachine, found: Found, wish: Wish) -> None:
         raise InputError(
             f"{run.name}: found {THETA_NAMES[k]} with a sigma of {sigma[k]:.3g} {unit_of(THETA_NAMES[k])}, expected "
             f"{UNSURE_SHARE * machine.scale[k]:.3g} at most: a longer or livelier motion of all six axes"
-        )
-    rubbing, of_rubbing = found.value[SLICES["coulomb"]], sigma[SLICES["coulomb"]]
-    leg = int(np.argmin(rubbing + GRANTED_SIGMAS * of_rubbing))
-    if rubbing[leg] + GRANTED_SIGMAS * of_rubbing[leg] < 0.0:
-        raise InputError(
-            f"{run.name}: found friction of {rubbing[leg]:.3g} N that pushes leg {leg + 1}, expected one that brakes: "
-            "the sign of forces or displacements is not that of the platform file"
         )
     if wish.loaded:
         return
@@ -373,6 +367,21 @@ def _refuse_residual(run: Run, found: Found) -> None:
             f"{run.name}: found {left_n:.3g} N (rms) of the legs' {spread_n:.3g} N that no platform on these legs "
             f"takes, most in leg {leg + 1}, largest at {worst:.3f} s; expected {UNEXPLAINED_SHARE * spread_n:.3g} N at most: "
             "a load that comes or goes, something that touches the platform, or legs that are not those of the platform file"
+        )
+
+
+def _refuse_pushing(run: Run, found: Found) -> None:
+    """Friction that drives, of one leg or of all together, is motion or force of the wrong sign. Before how sure the load
+    is: such a run leaves that open, too."""
+    part = SLICES["coulomb"]
+    sums = np.vstack([np.eye(LEGS), np.full(LEGS, 1.0 / LEGS)])  # each leg, and their mean
+    rubbing = sums @ found.value[part]
+    most = rubbing + GRANTED_SIGMAS * np.sqrt(np.einsum("ij,jk,ik->i", sums, found.covariance[part, part], sums))
+    k = int(np.argmin(most))
+    if most[k] < 0.0:
+        raise InputError(
+            f"{run.name}: found friction of {rubbing[k]:.3g} N that pushes {f'leg {k + 1}' if k < LEGS else 'the legs'}, "
+            "expected one that brakes: the sign of forces or displacements is not that of the platform file"
         )
 
 
