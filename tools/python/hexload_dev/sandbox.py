@@ -1,3 +1,3 @@
-"""QEMU, which runs images under test and guests with whatever command, may do less than its user may."""
+"""QEMU, which runs images under test, may do less than its user may."""
 
 QEMU_SANDBOX = ("-sandbox", "on,obsolete=deny,elevateprivileges=deny,spawn=deny,resourcecontrol=deny")
