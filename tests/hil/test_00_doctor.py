@@ -101,6 +101,7 @@ def test_every_row_has_a_reason_and_every_missing_one_a_command():
         (without(LAPTOP, "candump"), "can-utils", "sudo apt-get install can-utils iproute2"),
         (without(CONTAINER, "insmod"), "kmod", "sudo apt-get install kmod"),
         (replace(CONTAINER, vm_missing=("/x/linux",)), "kernel for the virtual machine", "tools/hexload vm -- true"),
+        (replace(CONTAINER, vm_missing=("setpriv",)), "kernel for the virtual machine", "tools/hexload vm -- true"),
         (
             replace(LAPTOP, multicast_error="Network is unreachable"),
             "multicast",

@@ -214,7 +214,8 @@ def vm(
     For machines without AF_CAN (containers, CI runners, WSL2). COMMAND runs as root, in the current folder, on the
     machine's own files; its output and exit status are passed on, its input is empty. What it writes vanishes, except in
     /out and in build/runs. HEXLOAD_*, LCM_*, PYTHONPATH, PATH and CI are passed on; HEXLOAD_VM=1 and HEXLOAD_ARTEFACTS=/out are set. The only
-    network is loopback, with multicast for LCM. The guest's console is in console.log in the folder of --out.
+    network is loopback, with multicast for LCM. The guest's console is in console.log in the folder of --out. It is no sandbox: COMMAND may
+    do what its user may.
 
     Example:  hexload vm -- sh -c 'candump -n 1 vcan0 & sleep 1; cansend vcan0 123#11'
     """
