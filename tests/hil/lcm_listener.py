@@ -28,7 +28,6 @@ TYPES = (
 )
 MARK = "MARK"  # a channel of the listener's own
 PATIENCE_S = 240.0  # a run takes seconds; a busy machine may take many times as long as an idle one
-SLOW_MACHINE = ("--sample-timeout-ms", "60000")  # of a controller whose simulator may
 
 
 def private_url() -> str:

@@ -22,6 +22,7 @@ SCENARIO = project.SCENARIOS / "paper.toml"
 PLATFORM = project.SCENARIOS / "platforms" / "paper.toml"
 PATIENCE_S = 120.0
 PATIENT = ("--answer-timeout", "60")  # of a simulator whose controller may wait for a processor
+SLOW_MACHINE = ("--sample-timeout-ms", "60000")  # of a controller whose simulator may
 PAPER_S = {"fd": 5, "classic": 1}  # of the paper's scenario, by profile: in fd until it has converged
 PAPER_TICKS = {profile: 1000 * seconds + 1 for profile, seconds in PAPER_S.items()}  # both ends
 SHORT_S = 0.5  # of the scenario, where it need not converge

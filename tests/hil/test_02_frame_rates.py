@@ -5,13 +5,12 @@ from typing import NamedTuple
 import pytest
 
 from bus_frames import BY_ID, DBC, PROFILES, Frame, decode, is_of, tick_of_fd
-from loop import read_meta
+from loop import SLOW_MACHINE, read_meta
 
 pytestmark = [pytest.mark.vcan, pytest.mark.needs("real time"), pytest.mark.apart]
 
 DURATION_S = 2
 TICKS = 1000 * DURATION_S + 1
-SLOW_MACHINE = ("--sample-timeout-ms", 20000)  # a guest that is not given time is no silent simulator
 STATUS = DBC.get_message_by_name("ControllerStatus")
 STATUS_PAGES = len(STATUS.get_signal_by_name("page").choices)
 

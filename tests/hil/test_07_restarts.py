@@ -5,11 +5,10 @@ import signal
 import pytest
 
 from bus_frames import PROFILES
-from loop import SHORT_S, estimates, read_meta
+from loop import SHORT_S, SLOW_MACHINE, estimates, read_meta
 
 pytestmark = pytest.mark.vcan
 
-SLOW_MACHINE = ("--sample-timeout-ms", 20000)  # a guest that is not given time is no silent simulator
 LONG_S = 4
 
 

@@ -3,12 +3,11 @@
 import pytest
 
 from bus_frames import LOCKSTEP, PROFILES, REAL_TIME, sample_frames_by_tick
-from loop import read_meta
+from loop import SLOW_MACHINE, read_meta
 
 pytestmark = pytest.mark.vcan
 
 SILENT_CONTROLLER = 3  # exit status of hexload_sim
-SLOW_MACHINE = ("--sample-timeout-ms", 20000)
 
 
 @pytest.mark.parametrize("profile", PROFILES)

@@ -3,12 +3,11 @@
 import pytest
 
 from bus_frames import PROFILES
-from loop import SCENARIO, interface_state, read_meta
+from loop import SCENARIO, SLOW_MACHINE, interface_state, read_meta
 
 pytestmark = pytest.mark.vcan
 
 BUS_DOWN, NO_BUS = 6, 4  # exit statuses of hexload_sim and hexload_ecu
-SLOW_MACHINE = ("--sample-timeout-ms", 20000)
 
 
 @pytest.fixture

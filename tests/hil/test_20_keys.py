@@ -7,7 +7,7 @@ from hexload import project
 from hexload.errors import InputError
 from hexload.io.key_file import new_key, read_key
 from hexload.view.listening import listened_to
-from loop import OPEN
+from loop import OPEN, SLOW_MACHINE
 from test_34_view import wait_until, words_of
 
 SCENARIO = project.SCENARIOS / "paper.toml"
@@ -24,7 +24,7 @@ def key(tmp_path):
 
 
 def controller(start, ecu, bus, *options):
-    program = start(ecu, *options, "--bus", bus, "--platform", PLATFORM)
+    program = start(ecu, *options, *SLOW_MACHINE, "--bus", bus, "--platform", PLATFORM)
     program.wait_for("ready on")
     return program
 

@@ -9,8 +9,8 @@ import lcm
 import pytest
 
 from hexload import project
-from lcm_listener import SLOW_MACHINE, Controller, Relay, private_url
-from loop import PATIENT
+from lcm_listener import Controller, Relay, private_url
+from loop import PATIENT, SLOW_MACHINE
 from momentum_scenario import platform_of, write
 
 SCENARIO = project.SCENARIOS / "paper.toml"

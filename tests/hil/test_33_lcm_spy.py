@@ -11,8 +11,8 @@ import pytest
 from PIL import Image, ImageGrab
 
 from hexload import project
-from lcm_listener import PATIENCE_S, SLOW_MACHINE, private_url
-from loop import PATIENT
+from lcm_listener import PATIENCE_S, private_url
+from loop import PATIENT, SLOW_MACHINE
 
 PLATFORM = project.SCENARIOS / "platforms" / "paper.toml"
 TYPES = sorted((project.ROOT / "lcm_types").glob("*.lcm"))

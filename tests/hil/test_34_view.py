@@ -16,7 +16,7 @@ from hexload.view.listening import listened_to
 from hexload.view.live import KINDS
 from hexload.view.verb import live_page
 from lcm_listener import private_url
-from loop import OPEN
+from loop import OPEN, SLOW_MACHINE
 from test_18_attacks import ACKNOWLEDGE, STATUS, damaged, shortened
 from test_32_lcm_bridge import open_bus
 
@@ -105,12 +105,13 @@ def watched(tmp_path_factory):
     folder = tmp_path_factory.mktemp("watched")
     url, out = private_url(), folder / "run"
     with ended_programs(folder, []) as start:
-        ecu = start(project.controller(), "--feed", f"lcm:{url}", "--platform", PLATFORM, "--estimator", "momentum")
+        feed = ("--feed", f"lcm:{url}")
+        ecu = start(project.controller(), *feed, "--platform", PLATFORM, "--estimator", "momentum", *SLOW_MACHINE)
         ecu.wait_for("ready on LCM")
         with live_page(PLATFORM, None, None, url, port=0) as page:
             live = page.source
             options = ["--out", out, "--duration", "3", "--real-time", "--estimator", "momentum"]
-            program = start(project.simulator(), SCENARIO, *options, "--feed", f"lcm:{url}", "--publish", f"lcm:{url}")
+            program = start(project.simulator(), SCENARIO, *options, *feed, "--publish", f"lcm:{url}")
             # another load after a second, and after another one a velocity sensor of the wrong sign
             wait_until(lambda: live.frame().t_s > 1.0, "a second")
             live.plant.set_load(250.0, (0.0, 0.1, 0.2), (12.0, 10.0, 8.0))
