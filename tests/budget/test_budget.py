@@ -48,7 +48,7 @@ MOST_TEST_INSTRUCTIONS = 2_000  # more, for contradictions of the input and resi
 # What a program does not link that uses one of the three estimators; that with actuator effects needs the other's too.
 PAPER_SOURCES = ("wrench.c", "rate_noise.c", "paper_model.c", "paper_filter.c", "paper_tolerances.c",
                  "known_mass.c", "hum_test.c", "paper_supervisor.c", "paper.c")  # fmt: skip
-MOMENTUM_SOURCES = ("loose_plug.c", "rig.c", "smoother.c", "transient.c", "motion_directions.c", "momentum_model.c",
+MOMENTUM_SOURCES = ("loose_plug.c", "rig.c", "smoother.c", "speed_noise.c", "transient.c", "motion_directions.c", "momentum_model.c",
                     "momentum_filter.c", "consider.c", "tolerances.c", "jackknife.c", "wrench_monitor.c", "load_monitor.c",
                     "leg_or_weight.c", "frozen_channels.c", "momentum_supervisor.c", "oscillation_test.c", "pseudo_inertia.c", "momentum.c")  # fmt: skip
 EFFECTS_SOURCES = ("actuator_effects.c", "identifiability.c", "momentum_effects.c")
@@ -64,6 +64,7 @@ CHECK_SOURCES = (
     "loose_plug.c",
     "leg_or_weight.c",
     "frozen_channels.c",
+    "speed_noise.c",
     "tolerances.c",
 )
 ASKED_SOURCES = (*WORD_SOURCES, "input_fault.c", "body.c", "nearest_body.c", "trace.c", "differentiator.c", "hexload.c")

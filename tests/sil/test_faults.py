@@ -228,6 +228,16 @@ def test_every_estimator_is_right_about_a_clean_run(estimator, logs):
     assert is_possible(FaultCase("none", 0.0, "multisine", estimator, SEED, verb.DURATION_S))
 
 
+@pytest.mark.parametrize("seed", range(2080000000, 2080000003))
+def test_a_burst_of_noise_is_no_turning_of_the_platform(seed, logs):
+    # GIVEN the paper's motion, which turns the platform by little, and 50 ms of five times the stated noise in the velocities, at
+    # random times WHEN the ten parameters are estimated
+    case = FaultCase("velocity_bursts", 5.0, "paper", "momentum", seed, verb.DURATION_S)
+    # THEN all are right within their sigmas: held against the noise of a second, bursts left Iyy 9 to 20 sigmas off
+    scored = run_fault(case, logs)
+    assert scored["outcome"] == "right" and scored["largest_sigmas"] < 5.0
+
+
 def test_a_commissioned_machine_knows_the_fault_that_it_had_when_empty(logs):
     # GIVEN force sensors of one leg 100 N off, which are reported WHEN the empty machine has been commissioned
     # with them

@@ -314,12 +314,13 @@ typedef struct hexload_smoother {
     /// A bit for each tick that is missing, and bridged; or of which a speed is contradicted by both
     /// neighbours.
     uint32_t left_out[(HEXLOAD_DELAY_CAPACITY + 31) / 32];
-    uint32_t stored;          ///< ticks put in since the start; modulo the capacities the next one's place
-    uint32_t entered;         ///< ticks that have entered the window
-    uint32_t gap_ticks;       ///< from the last sample taken out to the middle of the window
-    uint32_t middle_tick;     ///< of the window's middle
-    uint32_t transient_ticks; ///< with what is too fast for the window, less those without
-    bool has_taken;           ///< a sample has been taken out since the start
+    uint32_t stored;            ///< ticks put in since the start; modulo the capacities the next one's place
+    uint32_t entered;           ///< ticks that have entered the window
+    uint32_t gap_ticks;         ///< from the last sample taken out to the middle of the window
+    uint32_t middle_tick;       ///< of the window's middle
+    uint32_t transient_ticks;   ///< with what is too fast for the window, less those without
+    hexload_real_t noise_m2_s2; ///< variance of the speeds around the window's middle, measured
+    bool has_taken;             ///< a sample has been taken out since the start
     hexload_real_t held_m_s[HEXLOAD_LEGS]; ///< speeds of the last one, until the window is full
     hexload_motion_directions_t directions;
 } hexload_smoother_t;

@@ -27,9 +27,8 @@
 /// One leg counts at most three sigma, so that a shock is not taken for noise.
 #define LARGEST_SQUARE HEXLOAD_REAL(9.0)
 
-/// Mean square of a third difference of white noise, 1 + 9 + 9 + 1, and what two in a row have in common,
-/// -3 - 9 - 3 with the opposite sign, in variances.
-#define SQUARE HEXLOAD_REAL(20.0)
+/// What two third differences of white noise in a row have in common, -3 - 9 - 3 with the opposite sign, in
+/// variances.
 #define OPPOSITE_NEIGHBOURS HEXLOAD_REAL(15.0)
 
 enum { DISPLACEMENT, VELOCITY, FORCE, FORCE_NEIGHBOURS };
@@ -37,11 +36,6 @@ enum { DISPLACEMENT, VELOCITY, FORCE, FORCE_NEIGHBOURS };
 void hexload_noise_estimator_init(hexload_noise_estimator_t* self) {
     *self = (hexload_noise_estimator_t){
         .ratio = {HEXLOAD_REAL(1.0), HEXLOAD_REAL(1.0), HEXLOAD_REAL(1.0), HEXLOAD_REAL(1.0)}};
-}
-
-static inline hexload_real_t third_difference(hexload_real_t now, hexload_real_t first, hexload_real_t second,
-                                              hexload_real_t third) {
-    return now - third + HEXLOAD_REAL(3.0) * (second - first);
 }
 
 /// Mean over the legs of a kind's third difference squared, or times the one of the last turn, in stated
@@ -53,18 +47,21 @@ static hexload_real_t mean_ratio(hexload_noise_estimator_t* self, uint32_t kind,
     const hexload_real_t* second = self->last[kind][oldest == HEXLOAD_NOISE_HISTORY - 1 ? 0 : oldest + 1];
     const hexload_real_t* first = self->last[kind][oldest == 0 ? HEXLOAD_NOISE_HISTORY - 1 : oldest - 1];
     const bool is_square = kind == self->turn;
-    const hexload_real_t stated = (is_square ? SQUARE : OPPOSITE_NEIGHBOURS) * sigma * sigma;
+    const hexload_real_t stated =
+        (is_square ? HEXLOAD_THIRD_DIFFERENCE_SQUARE : OPPOSITE_NEIGHBOURS) * sigma * sigma;
     const hexload_real_t most = LARGEST_SQUARE * hexload_max(self->ratio[kind], HEXLOAD_REAL(1.0)) * stated;
     hexload_real_t sum = HEXLOAD_REAL(0.0);
     if (is_square) {
         for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
-            const hexload_real_t difference = third_difference(now[leg], first[leg], second[leg], third[leg]);
+            const hexload_real_t difference =
+                hexload_third_difference(now[leg], first[leg], second[leg], third[leg]);
             sum += hexload_min(difference * difference, most);
             self->difference[leg] = difference;
         }
     } else {
         for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
-            const hexload_real_t difference = third_difference(now[leg], first[leg], second[leg], third[leg]);
+            const hexload_real_t difference =
+                hexload_third_difference(now[leg], first[leg], second[leg], third[leg]);
             sum += hexload_min(-difference * self->difference[leg], most);
         }
     }

@@ -12,6 +12,15 @@
 
 #include "hexload/state.h"
 
+/// Mean square of a third difference of white noise, 1 + 9 + 9 + 1, in variances.
+#define HEXLOAD_THIRD_DIFFERENCE_SQUARE HEXLOAD_REAL(20.0)
+
+/// Of four values in a row, the newest first.
+static inline hexload_real_t hexload_third_difference(hexload_real_t now, hexload_real_t first,
+                                                      hexload_real_t second, hexload_real_t third) {
+    return now - third + HEXLOAD_REAL(3.0) * (second - first);
+}
+
 void hexload_noise_estimator_init(hexload_noise_estimator_t* self);
 
 /// One sample. @param gap_ticks periods since the last. Reentrant, constant time.

@@ -2,6 +2,7 @@
 
 #include "algebra/chi_square.h"
 #include "algebra/linalg.h"
+#include "momentum/speed_noise.h"
 
 #include <string.h>
 
@@ -91,11 +92,11 @@ void hexload_transient_follow(hexload_smoother_t* smoother, uint32_t place, hexl
     hexload_real_t part_m_s[PARTS][HEXLOAD_LEGS];
     hexload_real_t with_m_s[HEXLOAD_LEGS];
     bool is_transient = false;
+    const hexload_real_t least_m2_s2 = CHI_SQUARE_6_999 * hexload_speed_noise(smoother, place, sigma_m_s);
     const bool is_whole = read_parts(smoother, place, velocity_m_s, part_m_s);
     memcpy(with_m_s, velocity_m_s, sizeof with_m_s);
     for (int k = 0; k < PARTS; k++) {
-        const hexload_real_t least_square = CHI_SQUARE_6_999 * weight[k][0] * sigma_m_s * sigma_m_s;
-        if (is_whole && keep_significant(part_m_s[k], least_square, with_m_s)) {
+        if (is_whole && keep_significant(part_m_s[k], weight[k][0] * least_m2_s2, with_m_s)) {
             is_transient = true;
         }
     }
