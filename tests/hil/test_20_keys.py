@@ -5,9 +5,10 @@ import pytest
 
 from hexload import project
 from hexload.errors import InputError
+from hexload.io import authentication
 from hexload.io.key_file import new_key, read_key
 from hexload.view.listening import listened_to
-from loop import OPEN, SLOW_MACHINE
+from loop import OPEN, PATIENCE_S, SLOW_MACHINE
 from test_34_view import wait_until, words_of
 
 SCENARIO = project.SCENARIOS / "paper.toml"
@@ -116,7 +117,8 @@ def test_a_new_key_is_private_and_another_each_time_and_none_is_written_over(tmp
     assert first.read_text() == before
 
 
-def test_commands_of_the_live_page_go_one_by_one_with_the_key(start, ecu, free_bus, key):
+def test_commands_of_the_live_page_go_one_by_one_with_the_key(start, ecu, free_bus, key, monkeypatch):
+    monkeypatch.setattr(authentication, "PATIENCE_S", PATIENCE_S)  # the controller may wait for a processor
     # GIVEN a controller with a key, and the page's listener with the same
     program = controller(start, ecu, free_bus, "--key", key)
     with listened_to(free_bus, "fd", None, key=read_key(key)) as live:
