@@ -233,7 +233,7 @@ def test_a_burst_of_noise_is_no_turning_of_the_platform(seed, logs):
     # GIVEN the paper's motion, which turns the platform by little, and 50 ms of five times the stated noise in the velocities, at
     # random times WHEN the ten parameters are estimated
     case = FaultCase("velocity_bursts", 5.0, "paper", "momentum", seed, verb.DURATION_S)
-    # THEN all are right within their sigmas: held against the noise of a second, bursts left Iyy 9 to 20 sigmas off
+    # THEN all are right within their sigmas: held against the noise of a second, bursts left Iyy 6 to 20 sigmas off
     scored = run_fault(case, logs)
     assert scored["outcome"] == "right" and scored["largest_sigmas"] < 5.0
 

@@ -319,7 +319,7 @@ typedef struct hexload_smoother {
     uint32_t gap_ticks;         ///< from the last sample taken out to the middle of the window
     uint32_t middle_tick;       ///< of the window's middle
     uint32_t transient_ticks;   ///< with what is too fast for the window, less those without
-    hexload_real_t noise_m2_s2; ///< variance of the speeds around the window's middle, measured
+    hexload_real_t noise_m2_s2; ///< variance of the noise in the speeds around the window's middle
     bool has_taken;             ///< a sample has been taken out since the start
     hexload_real_t held_m_s[HEXLOAD_LEGS]; ///< speeds of the last one, until the window is full
     hexload_motion_directions_t directions;
