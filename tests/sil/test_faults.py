@@ -17,6 +17,7 @@ from forked_command import hexload
 from hexload import project
 from hexload.campaign import cases
 from hexload.errors import InputError
+from hexload.estimation import commission
 from hexload.faults import fault_report, load_faults, verb
 from hexload.faults.kinds import ESTIMATORS, GROUPS, KINDS
 from hexload.faults.one_fault import MOTIONS, FaultCase, clean_recording, is_possible, run_fault, score_of, truth_of
@@ -331,12 +332,15 @@ def test_a_machine_may_have_no_velocity_sensors(logs, tmp_path):
     assert not read_log(log).has_velocity
 
 
-def test_a_machine_that_cannot_be_commissioned_is_refused(logs):
+def test_a_machine_that_cannot_be_commissioned_is_refused(logs, monkeypatch):
     # GIVEN velocities and displacements in other units WHEN the empty machine is commissioned THEN the reason is told
     case = FaultCase("displacement_unit", 1e3, "multisine", "momentum", SEED, verb.DURATION_S, is_commissioned=True)
     result = run_fault(case, logs)
     assert result["outcome"] == "refused" and result["words"][0].startswith("commissioning: empty.csv")
     assert str(logs) not in result["words"][0]
+    # AND another motion of the machine is refused with the same words, without commissioning it again
+    monkeypatch.setattr(commission, "commission", None)
+    assert run_fault(replace(case, motion="work"), logs)["words"] == result["words"]
 
 
 def test_kinds_are_chosen_by_name_or_group():

@@ -241,20 +241,28 @@ def _simulated(setup: cases.Setup, path: Path) -> Recording:
 
 def _rig_file(case: FaultCase, logs: Path) -> Path:
     """Of hexload commission, on a run of the empty machine with the same fault, if it is one of the machine. All motions
-    and estimators share it. Raises InputError."""
+    and estimators share it, or the refusal. Raises InputError."""
     fault = case if KINDS[case.kind].is_of_machine else replace(case, kind=NONE, size=0.0)
     machine = f"{fault.seed}{case.machine_tag}"
     path = logs / f"{fault.kind}-{fault.size:g}-{machine}-{project.code_version()}.rig.toml"
-    if not path.is_file():
+    refused = path.with_suffix(".refused")
+    if not path.is_file() and not refused.is_file():
         clean = _empty_recording(case.seed, str(logs), case.has_own_machine)
-        empty = case.as_sensed(KINDS[fault.kind].apply(clean, fault.size, _random(fault)))
-        with tempfile.TemporaryDirectory(prefix="hexload-faults-") as name:
-            log, platform = recording.write_files(empty, Path(name), "empty.csv")
-            try:
-                commission.commission(commission.Wish(log, platform, path))
-            except InputError as refused:
-                raise InputError(f"commissioning: {str(refused).replace(f'{name}/', '')}") from None
+        _commission(case.as_sensed(KINDS[fault.kind].apply(clean, fault.size, _random(fault))), path, refused)
+    if refused.is_file():
+        raise InputError(f"commissioning: {refused.read_text()}")
     return path
+
+
+def _commission(empty: Recording, rig: Path, refused: Path) -> None:
+    """Writes one of the two files."""
+    with tempfile.TemporaryDirectory(prefix="hexload-faults-") as name:
+        log, platform = recording.write_files(empty, Path(name), "empty.csv")
+        try:
+            commission.commission(commission.Wish(log, platform, rig))
+        except InputError as error:
+            with replaced_when_done(refused) as temporary:
+                temporary.write_text(str(error).replace(f"{name}/", ""))
 
 
 def _random(case: FaultCase) -> np.random.Generator:
