@@ -49,7 +49,7 @@ MOST_TEST_INSTRUCTIONS = 2_000  # more, for contradictions of the input and resi
 PAPER_SOURCES = ("wrench.c", "rate_noise.c", "paper_model.c", "paper_filter.c", "paper_tolerances.c",
                  "known_mass.c", "hum_test.c", "paper_supervisor.c", "paper.c")  # fmt: skip
 MOMENTUM_SOURCES = ("loose_plug.c", "rig.c", "smoother.c", "speed_noise.c", "transient.c", "motion_directions.c", "momentum_model.c",
-                    "momentum_filter.c", "consider.c", "tolerances.c", "jackknife.c", "wrench_monitor.c", "load_monitor.c",
+                    "attenuation.c", "momentum_filter.c", "consider.c", "tolerances.c", "jackknife.c", "wrench_monitor.c", "load_monitor.c",
                     "leg_or_weight.c", "frozen_channels.c", "momentum_supervisor.c", "oscillation_test.c", "pseudo_inertia.c", "momentum.c")  # fmt: skip
 EFFECTS_SOURCES = ("actuator_effects.c", "identifiability.c", "momentum_effects.c")
 # What only those link who ask for it: names of fields, states and faults, the default configuration and what sets parts of it; the load as a
@@ -65,6 +65,7 @@ CHECK_SOURCES = (
     "leg_or_weight.c",
     "frozen_channels.c",
     "speed_noise.c",
+    "attenuation.c",
     "tolerances.c",
 )
 ASKED_SOURCES = (*WORD_SOURCES, "input_fault.c", "body.c", "nearest_body.c", "trace.c", "differentiator.c", "hexload.c")

@@ -336,6 +336,14 @@ typedef struct hexload_momentum_input {
     hexload_real_t arm[2][4]; ///< p_x, R's first row; p_y, R's second row: G without gravity
 } hexload_momentum_input_t;
 
+/// Smooth angular velocity against the velocity sensors', platform axes.
+typedef struct hexload_attenuation {
+    hexload_real_t slow_rad_s[3]; ///< mean of late of the smooth one
+    hexload_real_t error[3];      ///< sums of what is faster times what it is off by, in variances of noise
+    hexload_real_t square[3];     ///< sums of its squares, likewise
+    uint32_t calls;               ///< since sigmas were seen to
+} hexload_attenuation_t;
+
 typedef struct hexload_momentum_filter {
     hexload_real_t platform[HEXLOAD_LOAD_DIM];                   ///< theta_platform; kg, kg m, kg m^2
     hexload_tolerances_t tolerances;                             ///< of the configuration
@@ -348,7 +356,8 @@ typedef struct hexload_momentum_filter {
     hexload_momentum_input_t last_input;
     hexload_real_t smooth_twist[6]; ///< of the last sample, base axes, m/s, rad/s
     hexload_real_t rate_square[3];  ///< mean of late of the smooth angular velocity, platform axes; rad^2/s^2
-    hexload_real_t nis;             ///< of the last sample, 6 degrees of freedom; 6 when there was none
+    hexload_attenuation_t attenuation;
+    hexload_real_t nis; ///< of the last sample, 6 degrees of freedom; 6 when there was none
 } hexload_momentum_filter_t;
 
 typedef struct hexload_consider {

@@ -7,8 +7,8 @@
 #include <string.h>
 
 enum {
-    BLOCK_TICKS = 16,
-    FORCES_TICKS = 8,       ///< of a block, at which its forces are taken: not all work in one tick
+    FORCES_TICKS = 8, ///< of a block, at which its forces are taken: not all work in one tick
+    BLOCK_TICKS = 2 * FORCES_TICKS,
     BLOCKS = 32,            ///< in a window
     LONGEST_GAP_TICKS = 8,  ///< that the integral of a velocity bridges
     MOVING_LEGS = 4,        ///< that must have one gain before it is the clock's
@@ -630,6 +630,10 @@ void hexload_plausibility_step(hexload_plausibility_t* self, const hexload_confi
     if (is_over) {
         begin_block(self, now->sample);
     }
+}
+
+bool hexload_plausibility_is_idle(const hexload_plausibility_t* self) {
+    return self->stage == 0 && self->ticks % FORCES_TICKS != 0;
 }
 
 void hexload_input_fault_judge(int parameters, hexload_estimate_t* estimate, uint32_t* health) {

@@ -47,6 +47,10 @@ static inline bool hexload_plausibility_is_wiring(const hexload_plausibility_t* 
            self->fault.cause == HEXLOAD_INPUT_VELOCITY_SWAPPED;
 }
 
+/// Whether the step has had nothing to do but its sums, as in most ticks: for what is not to meet its
+/// longest.
+bool hexload_plausibility_is_idle(const hexload_plausibility_t* self);
+
 /// Whether samples repeat those before while the machine moves, or did so in the last five seconds.
 static inline bool hexload_plausibility_has_repeats(const hexload_plausibility_t* self) {
     return self->fault.cause == HEXLOAD_INPUT_ROWS_REPEATED;

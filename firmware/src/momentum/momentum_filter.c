@@ -3,6 +3,7 @@
 #include "algebra/chi_square.h"
 #include "algebra/leg_blocks.h"
 #include "algebra/linalg.h"
+#include "momentum/attenuation.h"
 #include "momentum/momentum_model.h"
 #include "configuration/momentum_prior.h"
 #include "rig/rig.h"
@@ -29,10 +30,21 @@ HEXLOAD_RARE void hexload_momentum_prior_sigma(const hexload_momentum_config_t* 
     sigma[HEXLOAD_LOAD_M] = momentum->prior_mass_sigma_kg;
 }
 
+HEXLOAD_RARE void hexload_momentum_filter_forget(hexload_momentum_filter_t* self,
+                                                 const hexload_config_t* config) {
+    hexload_real_t sigma[DIM];
+    hexload_momentum_prior_sigma(&config->momentum, sigma);
+    sigma[HEXLOAD_LOAD_M] = hexload_max(sigma[HEXLOAD_LOAD_M], hexload_momentum_open_mass_sigma_kg(config));
+    hexload_attenuation_forget(self);
+    memset(self->load_cov, 0, sizeof self->load_cov);
+    for (int k = 0; k < DIM; k++) {
+        self->load_cov[k][k] = sigma[k] * sigma[k];
+    }
+}
+
 HEXLOAD_RARE void hexload_momentum_filter_init(hexload_momentum_filter_t* self,
                                                const hexload_config_t* config) {
     const hexload_platform_t* platform = &config->platform;
-    hexload_real_t sigma[DIM];
     *self = (hexload_momentum_filter_t){.nis = CHI_SQUARE_6_MEAN};
     self->tolerances = config->tolerances;
     self->platform[HEXLOAD_LOAD_M] = platform->mass_kg;
@@ -43,10 +55,9 @@ HEXLOAD_RARE void hexload_momentum_filter_init(hexload_momentum_filter_t* self,
         self->platform[HEXLOAD_LOAD_IXX + k] = platform->inertia_kg_m2[k];
     }
     self->theta[HEXLOAD_LOAD_M] = config->momentum.prior_mass_kg;
-    hexload_momentum_prior_sigma(&config->momentum, sigma);
-    for (int k = 0; k < DIM; k++) {
-        self->load_cov[k][k] = sigma[k] * sigma[k];
-    }
+    hexload_momentum_filter_forget(self, config);
+    const hexload_real_t sigma_kg = config->momentum.prior_mass_sigma_kg; // of one that may be known
+    self->load_cov[HEXLOAD_LOAD_M][HEXLOAD_LOAD_M] = sigma_kg * sigma_kg;
 }
 
 /// The body of the gains: held within what a body can have, and one sigma heavier than it seems, so that an
@@ -351,17 +362,6 @@ void hexload_momentum_filter_step(hexload_momentum_filter_t* self, const hexload
     }
     self->last_input = input;
     memcpy(self->smooth_twist, residual.smooth_twist, sizeof self->smooth_twist);
-}
-
-HEXLOAD_RARE void hexload_momentum_filter_forget(hexload_momentum_filter_t* self,
-                                                 const hexload_config_t* config) {
-    hexload_real_t sigma[DIM];
-    hexload_momentum_prior_sigma(&config->momentum, sigma);
-    sigma[HEXLOAD_LOAD_M] = hexload_max(sigma[HEXLOAD_LOAD_M], hexload_momentum_open_mass_sigma_kg(config));
-    memset(self->load_cov, 0, sizeof self->load_cov);
-    for (int k = 0; k < DIM; k++) {
-        self->load_cov[k][k] = sigma[k] * sigma[k];
-    }
 }
 
 bool hexload_momentum_filter_is_finite(const hexload_momentum_filter_t* self) {
