@@ -633,7 +633,7 @@ void hexload_plausibility_step(hexload_plausibility_t* self, const hexload_confi
 }
 
 bool hexload_plausibility_is_idle(const hexload_plausibility_t* self) {
-    return self->stage == 0 && self->ticks % FORCES_TICKS != 0;
+    return (self->stage == 0U) && ((self->ticks % (uint32_t)FORCES_TICKS) != 0U);
 }
 
 void hexload_input_fault_judge(int parameters, hexload_estimate_t* estimate, uint32_t* health) {
