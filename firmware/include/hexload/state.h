@@ -504,7 +504,8 @@ typedef struct hexload_momentum_supervisor {
     hexload_real_t last_twist[6];   ///< at their end, m/s, rad/s
     uint32_t elapsed_ticks;         ///< since then
     uint32_t next;                  ///< parameter whose information is looked at: one in each tick
-    /// By which a sigma is too small for what misfits have left in its parameter; 1 or more.
+    /// By which a sigma is too small for what misfits have left in its parameter; 1 or more. attenuation.h
+    /// raises those of inertias too.
     hexload_real_t kept[HEXLOAD_LOAD_DIM];
     hexload_real_t last_variance[HEXLOAD_LOAD_DIM]; ///< the filter's, when that was looked at last
 } hexload_momentum_supervisor_t;

@@ -2,8 +2,6 @@
 
 #include "front_end/plausibility.h"
 
-#include <string.h>
-
 /// Of the calls of a round one sees to the sigmas of moments, one to those of products, in the others twists
 /// are compared.
 #define OF_MOMENTS 0U
@@ -13,18 +11,14 @@
 /// What is slower is not counted: of the twists that are compared, two in three, so many make 12 ticks.
 #define SLOW_TWISTS HEXLOAD_REAL(8.0)
 
-/// Of a sum of squares in those of noise; no step is lost in single precision.
+/// Of a sum of squares in those of noise, where single precision begins to lose steps below one.
 #define LARGEST_SQUARE HEXLOAD_REAL(16777216.0)
 
-/// Chi-square with 3 degrees of freedom: noise exceeds it in 0.1 %.
+/// Chi-square with 3 degrees of freedom: of axes with independent noise it is exceeded in 0.1 %.
 #define LARGEST_OFF_SQUARE HEXLOAD_REAL(16.27)
 
 /// Two and a half standard deviations, squared: chance is beyond that once in 160 times.
 #define SIGMAS_SQUARE HEXLOAD_REAL(6.25)
-
-HEXLOAD_RARE void hexload_attenuation_forget(hexload_momentum_filter_t* filter) {
-    (void)memset(&filter->attenuation, 0, sizeof filter->attenuation);
-}
 
 /// Adds a twist to both sums of each axis. What is faster than the smoother follows, as a shock between
 /// missing samples, is no noise: it is left out.

@@ -21,9 +21,6 @@
 #include "hexload/momentum.h"
 #include "momentum/delayed_tick.h"
 
-/// Nothing is known of the axes, as of another load.
-void hexload_attenuation_forget(hexload_momentum_filter_t* filter);
-
 /// Takes a twist that the filter has taken, or every now and then sees to sigma: where e stands out of two
 /// and a half of its standard deviations, sigma is to have what moments and products of inertia are too small
 /// by, e of an axis times the moment of platform and load, of products the mean of both axes. It raises what

@@ -3,7 +3,6 @@
 #include "algebra/chi_square.h"
 #include "algebra/leg_blocks.h"
 #include "algebra/linalg.h"
-#include "momentum/attenuation.h"
 #include "momentum/momentum_model.h"
 #include "configuration/momentum_prior.h"
 #include "rig/rig.h"
@@ -35,7 +34,7 @@ HEXLOAD_RARE void hexload_momentum_filter_forget(hexload_momentum_filter_t* self
     hexload_real_t sigma[DIM];
     hexload_momentum_prior_sigma(&config->momentum, sigma);
     sigma[HEXLOAD_LOAD_M] = hexload_max(sigma[HEXLOAD_LOAD_M], hexload_momentum_open_mass_sigma_kg(config));
-    hexload_attenuation_forget(self);
+    (void)memset(&self->attenuation, 0, sizeof self->attenuation);
     memset(self->load_cov, 0, sizeof self->load_cov);
     for (int k = 0; k < DIM; k++) {
         self->load_cov[k][k] = sigma[k] * sigma[k];
