@@ -134,6 +134,21 @@ def test_commands_of_the_live_page_go_one_by_one_with_the_key(start, ecu, free_b
     program.wait_for("armed")
 
 
+def test_commands_of_the_live_page_that_no_challenge_comes_for_are_given_up_and_said(start, ecu, free_bus, key):
+    # GIVEN a controller without a key, and the page's listener with one
+    program = controller(start, ecu, free_bus, OPEN)
+    with listened_to(free_bus, "fd", None, key=read_key(key)) as live:
+        # WHEN it commands
+        live.start_anew()
+        # THEN it says what it has not sent
+        wait_until(
+            lambda: len([words for words in words_of(live) if words.startswith("given up")]) == 2, "two given up"
+        )
+        assert "given up: stop: no controller with a key has told a challenge within 1 s" in words_of(live)
+        assert "given up: start: no controller with a key has told a challenge within 1 s" in words_of(live)
+    assert "armed" not in program.output
+
+
 @pytest.mark.parametrize("pacing", ["--lockstep", "--real-time"])
 @pytest.mark.parametrize("profile", ["fd", "classic"])
 def test_samples_and_answers_have_codes_and_the_estimates_are_the_same(

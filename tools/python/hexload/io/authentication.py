@@ -20,6 +20,11 @@ CODE_BYTES = 8
 PATIENCE_S = 1.0  # that a command waits for its challenge: later it would surprise
 
 
+def kind_of(command: bytes) -> int:
+    """What the eight bytes of a Command command."""
+    return command[1] >> 4
+
+
 def code_of(key: bytes, nonce: bytes, command: bytes) -> bytes:
     """What CommandMac has for the eight bytes of a Command."""
     return code_over(key, COMMAND_MAC, nonce, command)
@@ -35,11 +40,18 @@ def code_over(key: bytes, identifier: int, nonce: bytes, data: bytes) -> bytes:
 class Authenticator:
     """Sends commands one after the other, each when the controller has told its nonce. From any thread.
 
-    `send(identifier, data)` puts a frame on the bus; `ask()` the command challenge.
+    `send(identifier, data)` puts a frame on the bus; `ask()` the command challenge; `give_up(data)` is told the frame of a
+    command that is not sent, since no challenge came in time.
     """
 
-    def __init__(self, key: bytes, send: Callable[[int, bytes], None], ask: Callable[[], None]):
-        self._key, self._send, self._ask = key, send, ask
+    def __init__(
+        self,
+        key: bytes,
+        send: Callable[[int, bytes], None],
+        ask: Callable[[], None],
+        give_up: Callable[[bytes], None],
+    ):
+        self._key, self._send, self._ask, self._give_up = key, send, ask, give_up
         self._nonce: bytes | None = None
         self._waiting: deque[tuple[float, int, bytes]] = deque()
         self._lock = threading.Lock()
@@ -59,15 +71,24 @@ class Authenticator:
             self._nonce = nonce
             self._send_next()
 
+    def expire(self) -> None:
+        """Gives up commands that have waited for too long. To be called every now and then: a controller without a key
+        tells no challenge."""
+        with self._lock:
+            self._give_up_late()
+
+    def _give_up_late(self) -> None:
+        while self._waiting and self._waiting[0][0] <= time.monotonic():
+            self._give_up(self._waiting.popleft()[2])
+
     def _send_next(self) -> None:
-        while self._waiting:
-            until, identifier, data = self._waiting.popleft()
-            if time.monotonic() < until:
-                code = code_of(self._key, self._nonce, data)
-                self._nonce = None
-                self._send(identifier, data)
-                self._send(COMMAND_MAC, code)
-                return
+        self._give_up_late()
+        if self._waiting:
+            _, identifier, data = self._waiting.popleft()
+            code = code_of(self._key, self._nonce, data)
+            self._nonce = None
+            self._send(identifier, data)
+            self._send(COMMAND_MAC, code)
 
 
 class AnswerCodes:
@@ -99,7 +120,7 @@ class AnswerCodes:
             self._command = data
         elif identifier == COMMAND_MAC and self._challenge is not None and len(self._command) == CODE_BYTES:
             if hmac.compare_digest(code_of(self._key, self._challenge, self._command), data):
-                is_start = self._command[1] >> 4 == START
+                is_start = kind_of(self._command) == START
                 self._start = (self._challenge, bool(self._command[4] & ANSWER_CODES)) if is_start else None
 
     def started(self) -> None:

@@ -7,12 +7,21 @@ import numpy as np
 
 from hexload import project
 from hexload.errors import InputError, ToolFailed
-from hexload.io.authentication import ANSWER_MAC, ASK, CHALLENGE, START, AnswerCodes, Authenticator
+from hexload.io.authentication import (
+    ANSWER_MAC,
+    ASK,
+    CHALLENGE,
+    PATIENCE_S,
+    START,
+    AnswerCodes,
+    Authenticator,
+    kind_of,
+)
 from hexload.io.python_can import can, cantools
 from hexload.io.run_directory import PAPER_PARAMETERS
 from hexload.theory.bound import THETA_NAMES
 from hexload.view.frame import Estimate
-from hexload.view.live import MONITOR, SESSIONS, Live
+from hexload.view.live import KINDS, MONITOR, SESSIONS, Live
 
 WAIT_S = 0.05
 PROFILES = ("fd", "classic")
@@ -76,7 +85,7 @@ class BusListener:
         self._codes = None if key is None else AnswerCodes(key, profile)
         self._is_told = False  # that answers are another's
         self._refuses = False  # the controller, frames
-        self._authenticator = None if key is None else Authenticator(key, self._put, self._ask)
+        self._authenticator = None if key is None else Authenticator(key, self._put, self._ask, self._tell_given_up)
         self._readers = (
             (codec.SampleAssembly(profile).add, self._take_sample),
             (self._read_answer, self._take_answer),
@@ -91,6 +100,8 @@ class BusListener:
 
     def _listen(self) -> None:
         while not self._ended.is_set():
+            if self._authenticator is not None:
+                self._authenticator.expire()
             try:
                 message = self._bus.recv(WAIT_S)
             except can.CanError as error:
@@ -187,6 +198,10 @@ class BusListener:
     def _ask(self) -> None:
         identifier, _, data = self._codec.encode_command(ASK, 0, 0.0, MONITOR, self._session)
         self._put(identifier, data)
+
+    def _tell_given_up(self, data: bytes) -> None:
+        word = next(word for word, kind in KINDS.items() if kind == kind_of(data))
+        self._live.event(f"given up: {word}: no controller with a key has told a challenge within {PATIENCE_S:g} s")
 
     def _put(self, identifier: int, data: bytes) -> None:
         self._bus.send(can.Message(arbitration_id=identifier, is_extended_id=False, data=data), timeout=WAIT_S)
