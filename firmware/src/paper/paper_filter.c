@@ -119,35 +119,41 @@ static inline hexload_real_t bound_noise(hexload_real_t value, hexload_real_t mo
 }
 
 /// Takes out what force noise alone has done in this update. It stands in the Jacobian as it does in the
-/// innovation: its variance there looks like motion and shrinks P, its product with itself moves the inertias
-/// (D15). A spike counts as noise of its size; it can at most double a variance
-/// and move dz by one sigma.
+/// innovation: its variance there looks like motion and shrinks P, its product with itself moves dz and the
+/// row's own inertia, each also by what P ties it to the other (D15). A spike counts as noise of its size; it
+/// can at most double a variance and move dz by one sigma.
 static void remove_noise_effects(hexload_paper_filter_t* self, const hexload_real_t lever_kg_m2[3],
                                  hexload_real_t S[3][3], const hexload_real_t prior_variance[3],
                                  uint32_t* health) {
     const hexload_real_t one = HEXLOAD_REAL(1.0);
     hexload_jacobian_noise_t* noise = &self->jacobian_noise;
     hexload_real_t* dz_variance = &self->param_cov[HEXLOAD_PAPER_DZ][HEXLOAD_PAPER_DZ];
+    const hexload_real_t dz_sigma = hexload_sqrt(*dz_variance);
+    hexload_real_t dz_moved = HEXLOAD_REAL(0.0);
     HEXLOAD_UNROLL
     for (int i = 0; i < 3; i++) {
         const int own = HEXLOAD_PAPER_IXX + i;
         hexload_real_t* variance = &self->param_cov[own][own];
         const hexload_real_t kept = self->rate_cov[i][i] / prior_variance[i]; // 1 - K
         const hexload_real_t kept_variance = kept * kept;
-        const hexload_real_t false_share = bound_noise(*variance * noise->inertia[i] / S[i][i], one, health);
-        self->param[own] = hexload_fma(-lever_kg_m2[i], false_share, self->param[own]);
-        *variance = hexload_fma(*variance, false_share, *variance);
-        noise->inertia[i] *= kept_variance;
+        const hexload_real_t weight = noise->inertia[i] / S[i][i];
+        const hexload_real_t false_share = bound_noise(*variance * weight, one, health);
+        hexload_real_t moved = false_share;
         if (i < 2) {
-            const hexload_real_t dz_gain = *dz_variance / S[i][i];
-            self->param[HEXLOAD_PAPER_DZ] -=
-                bound_noise(dz_gain * lever_kg_m2[i] * noise->mixed[i], hexload_sqrt(*dz_variance), health);
-            *dz_variance =
-                hexload_fma(*dz_variance, bound_noise(dz_gain * noise->dz[i], one, health), *dz_variance);
+            const hexload_real_t both = self->param_cov[own][HEXLOAD_PAPER_DZ];
+            const hexload_real_t mixed = noise->mixed[i] / S[i][i];
+            const hexload_real_t dz_share = bound_noise(*dz_variance * noise->dz[i] / S[i][i], one, health);
+            moved = hexload_fma(both, mixed, moved);
+            dz_moved = hexload_fma(lever_kg_m2[i], hexload_fma(*dz_variance, mixed, both * weight), dz_moved);
+            *dz_variance = hexload_fma(*dz_variance, dz_share, *dz_variance);
             noise->dz[i] *= kept_variance;
             noise->mixed[i] *= kept_variance;
         }
+        self->param[own] = hexload_fma(-lever_kg_m2[i], moved, self->param[own]);
+        *variance = hexload_fma(*variance, false_share, *variance);
+        noise->inertia[i] *= kept_variance;
     }
+    self->param[HEXLOAD_PAPER_DZ] -= bound_noise(dz_moved, dz_sigma, health);
 }
 
 /// What is left of a number without column k of U times three others.

@@ -7,7 +7,7 @@
 /// on violent motions.
 #define LINEARISATION_ERROR_TICKS HEXLOAD_REAL(5.0)
 
-enum { COUPLING_PASSES = 4 };
+enum { COUPLING_PASSES = 3 };
 
 /// D, and the cautious D of the derivatives: one sigma on top keeps an early Jacobian from claiming
 /// information that its wrong linearisation point does not have (D14).
@@ -133,15 +133,17 @@ static void add_linearisation_error(const hexload_paper_filter_t* filter, const 
                                     hexload_real_t dt_s, hexload_paper_model_t* model) {
     const hexload_real_t moved = dt_s * filter->constants.mass_share;
     const hexload_real_t dz_variance = filter->param_cov[HEXLOAD_PAPER_DZ][HEXLOAD_PAPER_DZ];
-    const hexload_real_t side_n[3] = {force_n[1], force_n[0], HEXLOAD_REAL(0.0)};
+    HEXLOAD_UNROLL
     for (int k = 0; k < 3; k++) {
         const hexload_real_t D = model->inertia_kg_m2[k];
         const hexload_real_t relative_sigma = model->cautious_inertia_kg_m2[k] / D - HEXLOAD_REAL(1.0);
         const hexload_real_t relative_variance = relative_sigma * relative_sigma;
         const hexload_real_t by_square = model->rate_step_rad_s[k] * relative_variance;
-        const hexload_real_t by_dz = moved * side_n[k] / D;
-        const hexload_real_t second_order = hexload_fma(HEXLOAD_REAL(2.0) * by_square, by_square,
-                                                        by_dz * by_dz * dz_variance * relative_variance);
+        hexload_real_t second_order = HEXLOAD_REAL(2.0) * by_square * by_square;
+        if (k < 2) {
+            const hexload_real_t by_dz = moved * force_n[1 - k] / D;
+            second_order = hexload_fma(by_dz * by_dz * dz_variance, relative_variance, second_order);
+        }
         model->noise[k][k] = hexload_fma(LINEARISATION_ERROR_TICKS, second_order, model->noise[k][k]);
     }
 }
@@ -167,10 +169,11 @@ static inline void add_products(const hexload_real_t O[3], const hexload_real_t 
 
 /// Takes omega x I omega and the products' share of I omega' off the torque, I with diagonal D and products
 /// O, so that D omega' = torque remains. omega is that of mid-step: at the step's start it would lag by half
-/// a tick. Products are a small part of D, and each pass leaves that part of the error.
+/// a tick. Products are a small part of D, and each pass leaves that part of the error, of which there is
+/// little to begin with.
 static void take_off_coupling(const hexload_real_t rate_rad_s[3], const hexload_real_t D[3],
                               const hexload_real_t O[3], hexload_real_t dt_s, hexload_real_t torque[3]) {
-    hexload_real_t acceleration[3] = {0};
+    hexload_real_t acceleration[3] = {torque[0] / D[0], torque[1] / D[1], torque[2] / D[2]};
     hexload_real_t coupling[3];
     HEXLOAD_UNROLL
     for (int pass = 0; pass < COUPLING_PASSES; pass++) {
@@ -195,6 +198,23 @@ static void take_off_coupling(const hexload_real_t rate_rad_s[3], const hexload_
     }
 }
 
+/// The force across the z axis that dz turns into torque: not what it takes to turn the platform's own centre
+/// of mass, beside the axis, about O_A. dz has a part in that torque by the products of inertia, m s c_x and
+/// m s c_y, which undoes the force's: a load on the axis of turning is not moved (D14).
+/// @param acceleration_rad_s2 about z. @param[in,out] force_n of the legs.
+static void take_off_own_force(const hexload_platform_t* platform, const hexload_real_t rate_rad_s[3],
+                               hexload_real_t acceleration_rad_s2, hexload_real_t force_n[3]) {
+    const hexload_real_t first_moment[2] = {platform->mass_kg * platform->com_m[0],
+                                            platform->mass_kg * platform->com_m[1]};
+    const hexload_real_t across =
+        hexload_fma(first_moment[0], rate_rad_s[0], first_moment[1] * rate_rad_s[1]);
+    const hexload_real_t square = rate_rad_s[2] * rate_rad_s[2];
+    force_n[0] += hexload_fma(first_moment[1], acceleration_rad_s2,
+                              hexload_fma(first_moment[0], square, -rate_rad_s[0] * across));
+    force_n[1] -= hexload_fma(first_moment[0], acceleration_rad_s2,
+                              hexload_fma(-first_moment[1], square, rate_rad_s[1] * across));
+}
+
 /// (25) as Euler's equation about the common centre of mass, and its derivatives (33)-(35).
 void hexload_paper_model_linearise(const hexload_paper_filter_t* filter, const hexload_config_t* config,
                                    const hexload_present_tick_t* now, const hexload_wrench_t* wrench,
@@ -208,6 +228,7 @@ void hexload_paper_model_linearise(const hexload_paper_filter_t* filter, const h
     hexload_real_t shift[3];
     hexload_real_t products[3];
     hexload_real_t torque[3]; // of the legs about the common centre of mass
+    hexload_real_t acceleration[3];
     force_noise_t noise;
     combined_inertia(filter, lever_m, model->inertia_kg_m2, model->cautious_inertia_kg_m2);
     for (int k = 0; k < 3; k++) { // forces are trapezoidal between ticks
@@ -222,12 +243,15 @@ void hexload_paper_model_linearise(const hexload_paper_filter_t* filter, const h
     take_off_coupling(filter->rate_rad_s, model->inertia_kg_m2, products, dt_s, torque);
 
     const derivative_gains_t gains = gains_of(filter, model->cautious_inertia_kg_m2, lever_m, dt_s);
+    HEXLOAD_UNROLL
     for (int k = 0; k < 3; k++) {
-        model->rate_step_rad_s[k] = dt_s * torque[k] / model->inertia_kg_m2[k];
+        acceleration[k] = torque[k] / model->inertia_kg_m2[k];
+        model->rate_step_rad_s[k] = dt_s * acceleration[k];
         model->by_inertia[k] = gains.by_torque[k] * torque[k];
         const hexload_real_t cautious_D = model->cautious_inertia_kg_m2[k];
         model->noise_lever_kg_m2[k] = cautious_D * cautious_D / model->inertia_kg_m2[k];
     }
+    take_off_own_force(&config->platform, filter->rate_rad_s, acceleration[2], force_n);
     model->by_dz[0] = hexload_fma(gains.by_side[0], force_n[1], gains.lever_kg_m * model->by_inertia[0]);
     model->by_dz[1] = hexload_fma(-gains.by_side[1], force_n[0], gains.lever_kg_m * model->by_inertia[1]);
     model->by_dz[2] = HEXLOAD_REAL(0.0);

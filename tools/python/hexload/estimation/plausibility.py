@@ -22,6 +22,7 @@ FEWEST_BLOCKS = 30
 SHORTEST_S, LONGEST_S = 0.95e-4, 5.05e-3  # sampling periods of the firmware
 CLEAR, UNCLEAR = 0.95, 0.7  # correlation of what belongs together, and of what does not
 FALLING = 0.8  # correlation, less its sign, of the legs' force with acceleration: the home pose stands for all
+LIFTING = 0.2  # of the legs' acceleration the platform's along the vertical: less is what tilting does to second order
 SAME = 0.05  # a factor of a unit is met within that
 NEARLY_ALL = (0.001, 0.999)  # quantiles of a part's displacements
 OUTSIDE = 0.1  # of the stroke's span, beyond which legs cannot be
@@ -95,7 +96,7 @@ class Plausibility:
         self._forces = np.zeros((5, 6))  # of blocks: sums of F, the next F, F^2, the next F^2, F times the next
         self._force_blocks = 0
         self._acceleration = np.zeros(5)  # sums: count, a, F, a^2, a F
-        self._force2 = 0.0
+        self._force2 = self._legs_acceleration2 = 0.0
         self._has_velocity = True
 
     def add(self, part: LegLog) -> None:
@@ -132,8 +133,7 @@ class Plausibility:
         if self._machine is None:
             return
         forces = np.add.reduceat(upward_n[: ends[-1]], ends[:-1]) / BLOCK_ROWS
-        heave = (changes / spans_s[:, None]) @ self._machine.twist_of_speeds[2]
-        self._add_accelerations(heave, forces, part.t_s[ends], is_whole)
+        self._add_accelerations(changes / spans_s[:, None], forces, part.t_s[ends], is_whole)
         self._add_forces(np.add.reduceat(part.force_n[: ends[-1]], ends[:-1], axis=0) / BLOCK_ROWS)
 
     def _add_forces(self, means_n: Array) -> None:
@@ -143,14 +143,16 @@ class Plausibility:
         self._forces += [sums.sum(axis=0) for sums in (now, then, now**2, then**2, now * then)]
         self._force_blocks += len(now)
 
-    def _add_accelerations(self, heave_m_s: Array, forces: Array, ends_s: Array, is_whole: NDArray[np.bool_]) -> None:
+    def _add_accelerations(self, speeds_m_s: Array, forces: Array, ends_s: Array, is_whole: NDArray[np.bool_]) -> None:
         """Of a block and the next: speeds of their middles, the force over both."""
         between_s = 0.5 * (ends_s[2:] - ends_s[:-2])
         both = is_whole[1:] & is_whole[:-1] & np.isfinite(forces[1:] + forces[:-1])
-        a = (np.diff(heave_m_s) / between_s)[both]
+        of_legs = (np.diff(speeds_m_s, axis=0) / between_s[:, None])[both]
+        a = of_legs @ self._machine.twist_of_speeds[2]
         force = 0.5 * (forces[1:] + forces[:-1])[both]
         self._acceleration += [len(a), a.sum(), force.sum(), (a**2).sum(), (a * force).sum()]
         self._force2 += float((force**2).sum())
+        self._legs_acceleration2 += float((of_legs**2).mean(axis=1).sum())
 
     def doubt(self) -> Doubt | None:
         """The first that there is; None: nothing contradicts itself so far."""
@@ -332,7 +334,7 @@ class Plausibility:
     def _is_falling(self) -> bool:
         """By the displacements: less force on the legs while the platform accelerates upwards."""
         count, a, force, a2, a_force = self._acceleration
-        if count < FEWEST_BLOCKS:
+        if count < FEWEST_BLOCKS or a2 < LIFTING**2 * self._legs_acceleration2:
             return False
         covariance = a_force / count - a * force / count**2
         variance = (a2 / count - (a / count) ** 2) * (self._force2 / count - (force / count) ** 2)
