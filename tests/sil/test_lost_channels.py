@@ -68,6 +68,18 @@ def test_with_a_fifth_of_the_rows_lost_at_random_the_load_is_found(seed):
     assert load.health_counts["sample missing"] > 0.1 * len(log.t_s)
 
 
+@pytest.mark.parametrize("step", [3, 4])
+def test_a_row_that_is_missing_each_time_is_missing_and_no_slower_clock(log, theta, step):
+    # GIVEN a log without its second row of three or four, which begins with a step of two ticks WHEN it is replayed
+    rows = np.arange(len(log.t_s)) % step != 1
+    channels = (log.displacement_m[rows], log.velocity_m_s[rows], log.force_n[rows])
+    load = hexload.replay(log.t_s[rows], *channels, DATA / "unknown_load.toml")
+    # THEN its period is that of rows that follow one another
+    assert load.refused == 0 and load.health_counts["sample missing"] == pytest.approx(len(log.t_s) / step, abs=2.0)
+    assert load.verdict[-1] == "converged"
+    assert np.abs((load.value[-1] - theta) / load.sigma[-1]).max() < MOST_SIGMAS
+
+
 def test_two_missing_forces_are_a_missing_sample(log):
     # GIVEN a log without two forces in three rows WHEN it is replayed
     force_n = log.force_n.copy()

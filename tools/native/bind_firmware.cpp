@@ -55,7 +55,17 @@ EstimatorSettings override_settings(EstimatorSettings settings, const std::optio
     return settings;
 }
 
-// The log's sampling period: the median distance of its rows, as rows may be missing.
+// Whether nearly all rows are whole periods apart.
+bool is_grid_of(const std::vector<double>& steps, double period_s) {
+    const auto off_grid = std::ranges::count_if(steps, [&](double step) {
+        const double periods = step / period_s;
+        return periods < 0.75 || std::abs(periods - std::round(periods)) > 0.25;
+    });
+    return 10 * off_grid <= static_cast<std::ptrdiff_t>(steps.size());
+}
+
+// The log's sampling period: the median distance of its rows, or, where rows are missing so often that this is not one
+// period, a whole part of it.
 double sampling_period_s(const Column& t) {
     std::vector<double> steps(t.shape(0) - 1);
     for (std::size_t row = 0; row < steps.size(); row++) {
@@ -63,7 +73,13 @@ double sampling_period_s(const Column& t) {
     }
     const auto middle = steps.begin() + static_cast<std::ptrdiff_t>(steps.size() / 2);
     std::nth_element(steps.begin(), middle, steps.end());
-    return std::round(*middle * 1e7) / 1e7; // logs print t to the microsecond or coarser
+    const double median_s = *middle;
+    double period_s = median_s;
+    for (int parts = 2; parts <= 3 && !is_grid_of(steps, period_s); parts++) {
+        period_s = median_s / parts;
+    }
+    period_s = is_grid_of(steps, period_s) ? period_s : median_s;
+    return std::round(period_s * 1e7) / 1e7; // logs print t to the microsecond or coarser
 }
 
 // Numbers rows by their time. A recorder's clock is never quite the sampling period, so the grid follows the
