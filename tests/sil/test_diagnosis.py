@@ -261,13 +261,10 @@ def test_noise_that_is_not_white_is_no_cause():
     assert not [finding for finding in found.findings if not finding.is_harmless]
 
 
-@pytest.mark.parametrize("hz", [0.1, 0.15, 0.3])
-def test_a_slow_motion_makes_no_load_swing(hz):
-    # GIVEN a machine that is its model, with noise, and a load on a motion whose accelerations are the displacements' noise at all
-    # frequencies of what hangs or sloshes
-    own = machine()
+def as_stated(own) -> RubbingRig:
+    """A machine that is its model, with noise."""
     geometry = own.geometry
-    rig = RubbingRig(
+    return RubbingRig(
         geometry.base_hinges_m,
         geometry.platform_hinges_m,
         float(geometry.home_leg_length_m.mean()),
@@ -278,13 +275,38 @@ def test_a_slow_motion_makes_no_load_swing(hz):
         has_leg_mass=False,
         sigma={"displacement": own.displacement_sigma_m, "velocity": 1e-3, "force": own.force_sigma_n},
     )
+
+
+@pytest.mark.parametrize("hz", [0.1, 0.15, 0.3])
+def test_a_slow_motion_makes_no_load_swing(hz):
+    # GIVEN a machine that is its model, with noise, and a load on a motion whose accelerations are the displacements' noise at all
+    # frequencies of what hangs or sloshes
+    own = machine()
     t_s = np.arange(0.0, 12.0, TICK_S / SUBSTEPS)
     phase = np.arange(6.0)
     pose = np.sin(2.0 * np.pi * hz * t_s[:, None] + phase) * [0.03, 0.03, 0.03, 0.08, 0.08, 0.08]
     load = np.array([120.0, -6.0, 3.6, 26.4, 11.0, 12.0, 6.4, 0.5, -1.5, -0.7])
     # WHEN the log is diagnosed THEN nothing swings
-    found = diagnose(leg_log(*log_of(rig, (t_s, pose), load, 3)), own)
+    found = diagnose(leg_log(*log_of(as_stated(own), (t_s, pose), load, 3)), own)
     assert found.findings == ()
+
+
+def test_a_late_leg_where_all_move_alike_is_late_and_not_swapped():
+    # GIVEN a platform that goes up and down alone, so that each leg's velocity is most like any leg's displacement but that of
+    # leg 5, which comes 2 ms late
+    own = machine()
+    t_s = np.arange(0.0, 12.0, TICK_S / SUBSTEPS)
+    pose = np.zeros((len(t_s), 6))
+    pose[:, 2] = 0.04 * np.sin(2.0 * np.pi * 0.7 * t_s) + 0.02 * np.sin(2.0 * np.pi * 1.3 * t_s)
+    load = np.array([120.0, -6.0, 3.6, 26.4, 11.0, 12.0, 6.4, 0.5, -1.5, -0.7])
+    log = with_leg(
+        leg_log(*log_of(as_stated(own), (t_s, pose), load, 3)), "displacement_m", 5, lambda leg: late(leg, 2)
+    )
+    # WHEN the log is diagnosed
+    found = diagnose(log, own)
+    # THEN that is the cause, and no plugs are to be exchanged: none of another leg is where it should not be
+    assert "leg 5: displacement is 2" in found.findings[0].sentence
+    assert not any("swapped" in finding.sentence for finding in found.findings)
 
 
 def test_a_symmetric_machine_cannot_tell_five_numberings_and_an_unsymmetric_one_can():

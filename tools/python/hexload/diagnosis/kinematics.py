@@ -86,6 +86,10 @@ def _partners(velocity: Array, speed: Array) -> tuple[NDArray[np.intp], Array]:
             partner[leg], sign[leg] = best, np.sign(correlation[leg, best])
         elif own < -POOR:
             sign[leg] = -1.0
+    if len(set(partner.tolist())) < LEGS:  # no exchange: a late leg, where all move alike, is most like another
+        is_like_own = np.diag(correlation) ** 2 > GOOD
+        partner[is_like_own] = np.flatnonzero(is_like_own)
+        sign[is_like_own] = np.sign(np.diag(correlation)[is_like_own])
     return partner, sign
 
 
