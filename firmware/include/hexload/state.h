@@ -230,6 +230,7 @@ typedef struct hexload_paper_filter {
     hexload_paper_constants_t constants;
     hexload_real_t rate_rad_s[3];            ///< omega, platform axes
     hexload_real_t param[HEXLOAD_PAPER_DIM]; ///< dz, Ixx, Iyy, Izz
+    hexload_real_t dz_rest_m;                ///< of dz, too small to be added to it
     hexload_real_t rate_cov[3][3];
     hexload_real_t cross_cov[3][HEXLOAD_PAPER_DIM];
     hexload_real_t param_cov[HEXLOAD_PAPER_DIM][HEXLOAD_PAPER_DIM];

@@ -118,6 +118,15 @@ static inline hexload_real_t bound_noise(hexload_real_t value, hexload_real_t mo
     return hexload_min(hexload_max(value, -most), most);
 }
 
+/// A step in the same direction at each tick, often smaller than what single precision tells from dz: what
+/// rounding leaves of it waits for the next one.
+static void add_to_dz(hexload_paper_filter_t* self, hexload_real_t step_m) {
+    const hexload_real_t last_m = self->param[HEXLOAD_PAPER_DZ];
+    const hexload_real_t whole_m = step_m + self->dz_rest_m;
+    self->param[HEXLOAD_PAPER_DZ] = last_m + whole_m;
+    self->dz_rest_m = whole_m - (self->param[HEXLOAD_PAPER_DZ] - last_m);
+}
+
 /// Takes out what force noise alone has done in this update. It stands in the Jacobian as it does in the
 /// innovation: its variance there looks like motion and shrinks P, its product with itself moves dz and the
 /// row's own inertia, each also by what P ties it to the other (D15). A spike counts as noise of its size; it
@@ -153,7 +162,7 @@ static void remove_noise_effects(hexload_paper_filter_t* self, const hexload_rea
         *variance = hexload_fma(*variance, false_share, *variance);
         noise->inertia[i] *= kept_variance;
     }
-    self->param[HEXLOAD_PAPER_DZ] -= bound_noise(dz_moved, dz_sigma, health);
+    add_to_dz(self, -bound_noise(dz_moved, dz_sigma, health));
 }
 
 /// What is left of a number without column k of U times three others.
