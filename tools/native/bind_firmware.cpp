@@ -55,17 +55,20 @@ EstimatorSettings override_settings(EstimatorSettings settings, const std::optio
     return settings;
 }
 
-// Whether nearly all rows are whole periods apart.
+// Whether nearly all rows are whole periods apart, and a good part of them one.
 bool is_grid_of(const std::vector<double>& steps, double period_s) {
-    const auto off_grid = std::ranges::count_if(steps, [&](double step) {
-        const double periods = step / period_s;
-        return periods < 0.75 || std::abs(periods - std::round(periods)) > 0.25;
-    });
-    return 10 * off_grid <= static_cast<std::ptrdiff_t>(steps.size());
+    std::size_t off_grid = 0;
+    std::size_t ones = 0;
+    for (const double step : steps) {
+        const double periods = std::round(step / period_s);
+        off_grid += periods < 1.0 || std::abs(step / period_s - periods) > 0.25 ? 1 : 0;
+        ones += periods == 1.0 ? 1 : 0;
+    }
+    return 10 * off_grid <= steps.size() && 5 * ones >= steps.size();
 }
 
-// The log's sampling period: the median distance of its rows, or, where rows are missing so often that this is not one
-// period, a whole part of it.
+// The log's sampling period: the median distance of its rows, or, where rows are missing so often that this is
+// not one period, a whole part of it.
 double sampling_period_s(const Column& t) {
     std::vector<double> steps(t.shape(0) - 1);
     for (std::size_t row = 0; row < steps.size(); row++) {
