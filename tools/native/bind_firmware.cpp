@@ -67,8 +67,8 @@ bool is_grid_of(const std::vector<double>& steps, double period_s) {
     return 10 * off_grid <= steps.size() && 5 * ones >= steps.size();
 }
 
-// The log's sampling period: the median distance of its rows, or, where rows are missing so often that this is
-// not one period, a whole part of it.
+// The log's sampling period: the median distance of its rows, or, where rows are missing so often that this
+// is not one period, a whole part of it.
 double sampling_period_s(const Column& t) {
     std::vector<double> steps(t.shape(0) - 1);
     for (std::size_t row = 0; row < steps.size(); row++) {
