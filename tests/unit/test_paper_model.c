@@ -490,6 +490,7 @@ static void test_noise_removal_beyond_its_bound_is_held_and_said(void) {
         hexload_jacobian_noise_t* noise = &noisy.filter.jacobian_noise;
         hexload_real_t* const kinds[3] = {&noise->inertia[1], &noise->dz[1], &noise->mixed[1]};
         *kinds[n] = (hexload_real_t)far_beyond;
+        const hexload_paper_model_t model = model_of(&quiet, 1e-3);
         // WHEN both take the same step
         TEST_ASSERT_EQUAL_UINT32(0, step(&quiet, 1));
         const uint32_t health = step(&noisy, 1);
@@ -498,9 +499,16 @@ static void test_noise_removal_beyond_its_bound_is_held_and_said(void) {
         const double sigma = sqrt((double)quiet.filter.param_cov[0][0]);
         TEST_ASSERT_DOUBLE_WITHIN(1.001 * sigma, (double)quiet.filter.param[0],
                                   (double)noisy.filter.param[0]);
+        // AND an inertia by its lever (D15) at most, also where P ties it to dz
         for (int k = 0; k < HEXLOAD_PAPER_DIM; k++) {
             const double variance = (double)quiet.filter.param_cov[k][k];
             TEST_ASSERT_TRUE((double)noisy.filter.param_cov[k][k] <= 2.001 * variance);
+        }
+        for (int k = 0; k < 3; k++) {
+            const double cautious_D = (double)model.cautious_inertia_kg_m2[k];
+            const double lever = cautious_D * cautious_D / (double)model.inertia_kg_m2[k];
+            TEST_ASSERT_DOUBLE_WITHIN(1.001 * lever, (double)quiet.filter.param[1 + k],
+                                      (double)noisy.filter.param[1 + k]);
         }
     }
 }

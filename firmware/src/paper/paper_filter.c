@@ -130,7 +130,7 @@ static void add_to_dz(hexload_paper_filter_t* self, hexload_real_t step_m) {
 /// Takes out what force noise alone has done in this update. It stands in the Jacobian as it does in the
 /// innovation: its variance there looks like motion and shrinks P, its product with itself moves dz and the
 /// row's own inertia, each also by what P ties it to the other (D15). A spike counts as noise of its size; it
-/// can at most double a variance and move dz by one sigma.
+/// can at most double a variance, move dz by one sigma and an inertia by its lever.
 static void remove_noise_effects(hexload_paper_filter_t* self, const hexload_real_t lever_kg_m2[3],
                                  hexload_real_t S[3][3], const hexload_real_t prior_variance[3],
                                  uint32_t* health) {
@@ -152,7 +152,7 @@ static void remove_noise_effects(hexload_paper_filter_t* self, const hexload_rea
             const hexload_real_t both = self->param_cov[own][HEXLOAD_PAPER_DZ];
             const hexload_real_t mixed = noise->mixed[i] / S[i][i];
             const hexload_real_t dz_share = bound_noise(*dz_variance * noise->dz[i] / S[i][i], one, health);
-            moved = hexload_fma(both, mixed, moved);
+            moved = bound_noise(hexload_fma(both, mixed, moved), one, health);
             dz_moved = hexload_fma(lever_kg_m2[i], hexload_fma(*dz_variance, mixed, both * weight), dz_moved);
             *dz_variance = hexload_fma(*dz_variance, dz_share, *dz_variance);
             noise->dz[i] *= kept_variance;
