@@ -104,8 +104,8 @@ def test_status_pages_come_in_turn_and_tell_the_run(run):
 
 def test_status_pages_come_once_per_cycle_time_at_most(run):
     # GIVEN the times at which the status pages were on the bus WHEN their mean distance is taken THEN it is the cycle
-    # time, or longer where the controller was not given its time, however long: a period that is missed is not made up for
+    # time, or longer where the controller was not given its time: a period that is missed is not made up for
     first, last = run.status_times_s[0], run.status_times_s[-1]
     mean_ms = 1000 * (last - first) / (len(run.status_times_s) - 1)
     print(f"{run.profile}: a status page every {mean_ms:.1f} ms")
-    assert mean_ms > 0.9 * STATUS.cycle_time
+    assert 0.9 * STATUS.cycle_time < mean_ms < 4 * STATUS.cycle_time

@@ -42,6 +42,14 @@ class RubbingRig:
     sigma: dict = field(default_factory=lambda: {"displacement": 1e-5, "velocity": 1e-3, "force": 5.0})
 
 
+def without_effects(
+    base_hinges_m, platform_hinges_m, home_leg_length_m: float, platform_theta, gravity_m_s2, sigma: dict
+) -> RubbingRig:
+    """A machine that is its model, with noise."""
+    own = (base_hinges_m, platform_hinges_m, home_leg_length_m, platform_theta, gravity_m_s2)
+    return RubbingRig(*own, *np.zeros((5, 6)), 0.0, has_leg_mass=False, sigma=sigma)
+
+
 def multisine(seed: int, duration_s: float, start_s: float = 1.0) -> tuple[np.ndarray, np.ndarray]:
     """Times and poses [x, y, z, roll, pitch, yaw], from rest at home."""
     random = np.random.default_rng(seed)

@@ -24,7 +24,7 @@ from hexload.estimation.rig_model import motion_of_legs
 from hexload.faults.kinds import KINDS
 from hexload.faults.naming import causes_of
 from hexload.io.log_file import LegLog, read_log
-from rig_plant import SUBSTEPS, RubbingRig, log_of
+from rig_plant import SUBSTEPS, RubbingRig, log_of, without_effects
 
 DATA = Path(__file__).parents[1] / "data"
 ROWS = 8000
@@ -264,17 +264,9 @@ def test_noise_that_is_not_white_is_no_cause():
 def as_stated(own) -> RubbingRig:
     """A machine that is its model, with noise."""
     geometry = own.geometry
-    return RubbingRig(
-        geometry.base_hinges_m,
-        geometry.platform_hinges_m,
-        float(geometry.home_leg_length_m.mean()),
-        own.own_theta,
-        own.gravity_m_s2,
-        *np.zeros((5, 6)),
-        0.0,
-        has_leg_mass=False,
-        sigma={"displacement": own.displacement_sigma_m, "velocity": 1e-3, "force": own.force_sigma_n},
-    )
+    sigma = {"displacement": own.displacement_sigma_m, "velocity": 1e-3, "force": own.force_sigma_n}
+    hinges = (geometry.base_hinges_m, geometry.platform_hinges_m)
+    return without_effects(*hinges, float(geometry.home_leg_length_m.mean()), own.own_theta, own.gravity_m_s2, sigma)
 
 
 @pytest.mark.parametrize("hz", [0.1, 0.15, 0.3])

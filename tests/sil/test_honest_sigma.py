@@ -13,12 +13,12 @@ from hexload import project
 from hexload.estimation.firmware_run import run_firmware
 from hexload.estimation.load_summary import load_changes_s
 from hexload.io.log_file import LegLog
-from rig_plant import RubbingRig, log_of, multisine
+from rig_plant import RubbingRig, log_of, multisine, without_effects
 
 NOMINAL = (project.SCENARIOS / "platforms" / "paper.toml").read_text()
 LOAD = np.array([312.0, -28.0, 40.0, 84.0, 48.0, 50.0, 24.0, 5.0, 6.0, -9.0])
 DURATION_S, PICK_UP_S, SETTLED_S = 12.0, 8.0, 4.0
-ZERO, UNLIKE = np.zeros(6), np.array([1.0, -1.0, 1.0, 0.0, -1.0, 1.0])
+UNLIKE = np.array([1.0, -1.0, 1.0, 0.0, -1.0, 1.0])
 TILTED_M_S2 = 9.81 * np.array([0.01, -0.005, -np.sqrt(1.0 - 0.000125)])
 # Errors that change with the motion, which the blocks of a run show, and constant ones, which they do not.
 VARYING = {
@@ -54,9 +54,7 @@ def as_stated(platform) -> RubbingRig:
     sigma = {"displacement": 20e-6, "velocity": 1e-3, "force": 5.0}
     gravity_m_s2 = np.array([0.0, 0.0, -9.81])
     length_m = float(np.mean(geometry["home_leg_length_m"]))
-    return RubbingRig(
-        *hinges, length_m, theta, gravity_m_s2, ZERO, ZERO, ZERO, ZERO, ZERO, 0.0, 0.0, has_leg_mass=False, sigma=sigma
-    )
+    return without_effects(*hinges, length_m, theta, gravity_m_s2, sigma)
 
 
 def one_frequency(seed: int) -> tuple[np.ndarray, np.ndarray]:

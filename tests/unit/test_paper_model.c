@@ -418,7 +418,7 @@ static void test_force_noise_is_taken_out_of_variance_and_value(void) {
         const double moved = lever * (variance * inertia[i] + both * of_both) / S,
                      widened = variance * variance * inertia[i] / S;
         dz_moved -= lever * (both * inertia[i] + dz_variance * of_both) / S;
-        TEST_ASSERT_DOUBLE_WITHIN(0.03 * fabs(moved), moved,
+        TEST_ASSERT_DOUBLE_WITHIN(0.02 * fabs(moved), moved,
                                   (double)(quiet.filter.param[1 + i] - noisy.filter.param[1 + i]));
         TEST_ASSERT_DOUBLE_WITHIN(0.02 * widened, widened,
                                   (double)noisy.filter.param_cov[1 + i][1 + i] - variance);
