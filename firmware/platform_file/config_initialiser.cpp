@@ -147,6 +147,7 @@ void write_momentum(Initialiser& to, const hexload_config_t& config) {
     to.value("nis_time_constant_s", momentum.nis_time_constant_s, "s");
     to.value("converged_relative_sigma", momentum.converged_relative_sigma, "");
     to.value("excitation_time_constant_s", momentum.excitation_time_constant_s, "s");
+    to.value("timing_s", momentum.timing_s, "s, of each leg's instant of sampling");
     to.end();
     const hexload_actuator_effects_config_t& effects = config.actuator_effects;
     to.begin(".actuator_effects =", "");

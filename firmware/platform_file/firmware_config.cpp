@@ -186,6 +186,7 @@ hexload_config_t firmware_config(const PlatformFile& platform, const EstimatorSe
     override_with(of_tilt(settings.tilt_sigma_rad), config.actuator_effects.prior_tilt_sigma_m_s2);
     override_with(settings.friction_speed_m_s, config.actuator_effects.friction_speed_m_s);
     override_with(platform.tolerances.friction_shape, config.actuator_effects.friction_shape);
+    override_with(platform.tolerances.timing_s, config.momentum.timing_s);
     // The paper's filter knows no open directions, and takes off neither friction nor offsets nor delays.
     const bool is_as_declared = platform.rig && settings.kind == EstimatorKind::paper;
     const Tolerances& open = is_as_declared ? platform.rig->declared : platform.tolerances;

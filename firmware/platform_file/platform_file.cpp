@@ -132,6 +132,7 @@ Tolerances read_tolerances(TomlReader table) {
     table.optional_number("platform_mass", open.platform_mass, share);
     table.optional_number("platform_com_m", open.platform_com_m, open_length);
     table.optional_number("platform_inertia", open.platform_inertia, share);
+    table.optional_number("timing_s", open.timing_s, lateness);
     table.refuse_unknown_keys();
     return open;
 }

@@ -66,6 +66,7 @@ struct Tolerances {
     std::optional<double> platform_mass;
     std::optional<double> platform_com_m;
     std::optional<double> platform_inertia;
+    std::optional<double> timing_s;
 };
 
 // Of a platform whose body has been found on the machine itself.

@@ -341,7 +341,7 @@ static inline hexload_status_t hexload_momentum_run(hexload_momentum_t* self, co
         join(self, config, effects, &past.smooth);
         filter(self, config, effects, &past, update);
         compare_blocks(self, config, now.motion->newton_steps + past.motion.newton_steps);
-        hexload_attenuation_step(self, &past);
+        hexload_attenuation_step(self, config, &past);
     }
     bool is_finite = hexload_momentum_filter_is_finite(&self->filter);
     if (effects != NULL) {

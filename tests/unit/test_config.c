@@ -95,6 +95,7 @@ static void test_the_default_tolerances_ranges_and_speeds_are_those_of_the_heade
     ASSERT_NUMBER(9.0, config.momentum.inconsistent_nis);
     ASSERT_NUMBER(0.5, config.momentum.nis_time_constant_s);
     ASSERT_NUMBER(10.0, config.momentum.excitation_time_constant_s);
+    ASSERT_NUMBER(0.5e-3, config.momentum.timing_s);
     ASSERT_NUMBER(5e-3, config.actuator_effects.friction_speed_m_s);
     ASSERT_NUMBER(0.15, config.actuator_effects.leg_share);
     ASSERT_NUMBER(0.01, config.rig.stribeck_speed_m_s);
@@ -504,6 +505,7 @@ static void test_config_knows_both_ends_of_every_range(void) {
     ASSERT_REFUSED_OUTSIDE(momentum.nis_time_constant_s, 0.0, 1e3);
     ASSERT_RANGE(momentum.converged_relative_sigma, 0.0, 1.0);
     ASSERT_REFUSED_OUTSIDE(momentum.excitation_time_constant_s, 0.0, 1e3);
+    ASSERT_RANGE(momentum.timing_s, 0.0, 1.0);
     ASSERT_RANGE(actuator_effects.prior_bias_sigma_n, 0.0, 1e6);
     ASSERT_RANGE(actuator_effects.prior_coulomb_sigma_n, 0.0, 1e6);
     ASSERT_RANGE(actuator_effects.prior_viscous_sigma_n_s_m, 0.0, 1e8);

@@ -49,9 +49,9 @@ static void draw(bench_t* bench, uint64_t* seed) {
     self->wrong_s = (hexload_real_t)fmax(0.0, between(seed, -1.0, 1.0));
     self->calm_s = (hexload_real_t)(uniform(seed) > 0.0 ? between(seed, 0.1, 0.5) : between(seed, 4.9, 5.0));
     self->moved_s = (hexload_real_t)between(seed, -0.6, 3.0);
-    self->fit_ticks = (uint32_t)between(seed, 0.0, 3000.0);
-    self->elapsed_ticks = (uint32_t)between(seed, 0.0, 12.0);
-    self->next = (uint32_t)between(seed, 0.0, 9.99);
+    self->fit_ticks = (uint16_t)between(seed, 0.0, 3000.0);
+    self->elapsed_ticks = (uint8_t)between(seed, 0.0, 12.0);
+    self->next = (uint8_t)between(seed, 0.0, 9.99);
     bench->filter.nis = (hexload_real_t)between(seed, 0.0, 200.0);
     bench->jackknife.pooled = (hexload_real_t)between(seed, 0.0, 12.0);
     bench->residual_test.factor = (hexload_real_t)fmax(1.0, between(seed, -3.0, 2.0));
@@ -186,7 +186,7 @@ static bool expect_motion(const bench_t* bench, hexload_momentum_supervisor_t* s
     if (squares > 1e-4) {
         self->moved_s = (hexload_real_t)fmin(2.5, (double)self->moved_s + dt_s);
     }
-    self->elapsed_ticks += bench->past.smooth.gap_ticks;
+    self->elapsed_ticks = (uint8_t)(self->elapsed_ticks + bench->past.smooth.gap_ticks);
     if (bench->past.smooth.gap_ticks == 0) {
         memcpy(self->last_twist, bench->filter.smooth_twist, sizeof self->last_twist);
         self->elapsed_ticks = 0;
@@ -237,13 +237,13 @@ static void test_what_a_sample_shows_is_that_of_the_equations(void) {
         // THEN fit, motion and information are those of Newton and Euler, and of the limits in numbers
         const hexload_momentum_supervisor_t* found = &bench.self;
         TEST_ASSERT_DOUBLE_WITHIN(ROUNDINGS(8, 120.0), (double)expected.fit_nis, (double)found->fit_nis);
-        TEST_ASSERT_EQUAL_UINT32(expected.fit_ticks, found->fit_ticks);
+        TEST_ASSERT_EQUAL_UINT16(expected.fit_ticks, found->fit_ticks);
         TEST_ASSERT_DOUBLE_WITHIN(ROUNDINGS(4, 10.0), (double)expected.unfit_s, (double)found->unfit_s);
         TEST_ASSERT_DOUBLE_WITHIN(ROUNDINGS(4, 1.0), (double)expected.wrong_s, (double)found->wrong_s);
         TEST_ASSERT_DOUBLE_WITHIN(ROUNDINGS(4, 5.0), (double)expected.calm_s, (double)found->calm_s);
         TEST_ASSERT_DOUBLE_WITHIN(ROUNDINGS(4, 3.0), (double)expected.moved_s, (double)found->moved_s);
         TEST_ASSERT_EQUAL_UINT32(expected.next, found->next);
-        TEST_ASSERT_EQUAL_UINT32(expected.elapsed_ticks, found->elapsed_ticks);
+        TEST_ASSERT_EQUAL_UINT8(expected.elapsed_ticks, found->elapsed_ticks);
         TEST_ASSERT_EQUAL_MEMORY(expected.last_twist, found->last_twist, sizeof expected.last_twist);
         for (int k = 0; k < 6; k++) { // of twists of 0.4 over a tick of 1 ms at least
             TEST_ASSERT_DOUBLE_WITHIN(ROUNDINGS(4, 400.0), (double)expected.acceleration[k],

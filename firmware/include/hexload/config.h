@@ -122,6 +122,7 @@ typedef struct hexload_momentum_config {
     hexload_real_t nis_time_constant_s; ///< of that mean; tick_s..1e3
     hexload_real_t converged_relative_sigma;   ///< "converged" below this part of the scale; 0..1
     hexload_real_t excitation_time_constant_s; ///< how far back the motion counts; tick_s..1e3
+    hexload_real_t timing_s; ///< of each leg's instant of sampling, a standard deviation; 0..1. 0: exact
 } hexload_momentum_config_t;
 
 /// What the estimator of actuator effects knows beforehand of what config->rig has not taken off. Sigma 0:

@@ -337,12 +337,17 @@ typedef struct hexload_momentum_input {
     hexload_real_t arm[2][4]; ///< p_x, R's first row; p_y, R's second row: G without gravity
 } hexload_momentum_input_t;
 
-/// Smooth angular velocity against the velocity sensors', platform axes.
+/// What of a motion may be none, platform axes: the smooth angular velocity against the velocity sensors',
+/// and the smooth twist against what legs make of it that are sampled at other instants.
 typedef struct hexload_attenuation {
-    hexload_real_t slow_rad_s[3]; ///< mean of late of the smooth one
+    hexload_real_t slow_rad_s[3]; ///< mean of late of the smooth angular velocity
     hexload_real_t error[3];      ///< sums of what is faster times what it is off by, in variances of noise
     hexload_real_t square[3];     ///< sums of its squares, likewise
-    uint32_t calls;               ///< since sigmas were seen to
+    /// Sums of squares of the angular velocity about x, y, z, and of the velocity along x and y; rad^2/s^2,
+    /// m^2/s^2
+    hexload_real_t moved[4];
+    hexload_real_t late[4]; ///< what of them legs at other instants may have made
+    uint32_t calls;         ///< since sigmas were seen to
 } hexload_attenuation_t;
 
 typedef struct hexload_momentum_filter {
@@ -488,6 +493,9 @@ typedef struct hexload_frozen_channels {
 } hexload_frozen_channels_t;
 
 typedef struct hexload_momentum_supervisor {
+    uint16_t fit_ticks;      ///< in fit_nis, since the start, or many
+    uint8_t elapsed_ticks;   ///< since last_twist
+    uint8_t next;            ///< parameter whose information is looked at: one in each tick
     hexload_real_t nis_mean; ///< of the load monitor, leaky; starts at its ideal, 6
     /// Of the filter, each tick bounded, leaky over a second, also over changes of the load; ideal 6.
     hexload_real_t fit_nis;
@@ -497,16 +505,13 @@ typedef struct hexload_momentum_supervisor {
     hexload_real_t doubt;   ///< by which sigma is too small for theta to be that of a body; 1 or more
     hexload_real_t moved_s; ///< motion of this load that has been seen, or long enough; below 0: as believed
                             ///< as the last one
-    uint32_t fit_ticks;     ///< in the mean, since the start
     /// Information per tick that the motion gives on each parameter if the others were known, 1 / its unit
     /// squared: leaky mean over excitation_time_constant_s.
     hexload_real_t information[HEXLOAD_LOAD_DIM];
     hexload_real_t acceleration[6]; ///< base axes, of O_A, over ten ticks, m/s^2, rad/s^2
     hexload_real_t last_twist[6];   ///< at their end, m/s, rad/s
-    uint32_t elapsed_ticks;         ///< since then
-    uint32_t next;                  ///< parameter whose information is looked at: one in each tick
     /// By which a sigma is too small for what misfits have left in its parameter; 1 or more. attenuation.h
-    /// raises those of inertias too.
+    /// raises those of inertias and of hz too.
     hexload_real_t kept[HEXLOAD_LOAD_DIM];
     hexload_real_t last_variance[HEXLOAD_LOAD_DIM]; ///< the filter's, when that was looked at last
 } hexload_momentum_supervisor_t;

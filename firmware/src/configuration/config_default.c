@@ -55,7 +55,8 @@ static const paper_machine_t paper_machine = {
                  .inconsistent_nis = HEXLOAD_REAL(9.0), // sigmas understated by 1.2
                  .nis_time_constant_s = HEXLOAD_REAL(0.5),
                  .converged_relative_sigma = HEXLOAD_REAL(0.05),
-                 .excitation_time_constant_s = HEXLOAD_REAL(10.0)},
+                 .excitation_time_constant_s = HEXLOAD_REAL(10.0),
+                 .timing_s = HEXLOAD_REAL(0.5e-3)}, // half a tick
 };
 
 void hexload_config_default(hexload_config_t* config) {
@@ -71,7 +72,7 @@ void hexload_config_default(hexload_config_t* config) {
     config->momentum = paper_machine.momentum;
     config->actuator_effects.friction_speed_m_s = HEXLOAD_REAL(5e-3);
     config->actuator_effects.friction_shape = HEXLOAD_REAL(2.0); // off by 0.77 of Coulomb's at most
-    config->actuator_effects.leg_share = HEXLOAD_REAL(0.15);     // half of it: six legs of 5 % of the platform
+    config->actuator_effects.leg_share = HEXLOAD_REAL(0.15); // half of it: six legs of 5 % of the platform
     config->rig.stribeck_speed_m_s = HEXLOAD_REAL(0.01);
     config->rig.reversal_speed_m_s = HEXLOAD_REAL(0.001);
     hexload_config_set_prior(config, HEXLOAD_PRIOR_SAFE);

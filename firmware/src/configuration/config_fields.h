@@ -66,6 +66,7 @@
     IN(momentum.nis_time_constant_s, ZERO, THOUSAND)                                                         \
     IN(momentum.converged_relative_sigma, ZERO, ONE)                                                         \
     IN(momentum.excitation_time_constant_s, ZERO, THOUSAND)                                                  \
+    IN(momentum.timing_s, ZERO, ONE)                                                                         \
     IN(actuator_effects.prior_bias_sigma_n, ZERO, MILLION)                                                   \
     IN(actuator_effects.prior_coulomb_sigma_n, ZERO, MILLION)                                                \
     IN(actuator_effects.prior_viscous_sigma_n_s_m, ZERO, ONE_E_8)                                            \

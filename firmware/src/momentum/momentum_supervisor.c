@@ -227,7 +227,9 @@ static void measure_fit(hexload_momentum_supervisor_t* self, const hexload_confi
                         const hexload_residual_test_t* residual_test) {
     const hexload_real_t share = hexload_max(
         config->tick_s / FIT_S, HEXLOAD_REAL(1.0) / (hexload_real_t)(FEWEST_TICKS + self->fit_ticks));
-    self->fit_ticks += self->fit_ticks < UINT32_MAX / 2 ? 1 : 0;
+    if (self->fit_ticks < UINT16_MAX) {
+        self->fit_ticks++;
+    }
     self->fit_nis += share * (hexload_min(filter->nis, LARGEST_NIS) - self->fit_nis);
     if (is_misfit_of_filter(self, config) || residual_test->factor > HEXLOAD_REAL(1.0) ||
         is_beyond(jackknife, config, UNFIT_VARIANCE)) {
@@ -270,7 +272,7 @@ void hexload_momentum_supervisor_watch(hexload_momentum_supervisor_t* self, cons
     const uint32_t gap_ticks = past->smooth.gap_ticks;
     measure_fit(self, config, filter, jackknife, residual_test);
     measure_motion(self, config, &past->smooth);
-    self->elapsed_ticks += gap_ticks;
+    self->elapsed_ticks = (uint8_t)(self->elapsed_ticks + gap_ticks);
     if (gap_ticks == 0) { // the twist of before is another motion's
         memcpy(self->last_twist, filter->smooth_twist, sizeof self->last_twist);
         self->elapsed_ticks = 0;
@@ -288,7 +290,7 @@ void hexload_momentum_supervisor_watch(hexload_momentum_supervisor_t* self, cons
     self->information[self->next] +=
         weight * (information_of_tick(past, wrench) - self->information[self->next]);
     watch_misfit(self, config, filter);
-    self->next = (self->next + 1) % DIM;
+    self->next = (uint8_t)((self->next + 1U) % (uint32_t)DIM);
 }
 
 /// Sigmas below which a parameter has converged: a share of its own value, of h of the length, of products of

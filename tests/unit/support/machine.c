@@ -9,6 +9,7 @@ hexload_config_t paper_machine(void) {
     config.kind = HEXLOAD_KIND_PAPER;
     memset(&config.tolerances, 0, sizeof config.tolerances); // what moves here is this machine exactly
     config.actuator_effects.leg_share = HEXLOAD_REAL(0.0);
+    config.momentum.timing_s = HEXLOAD_REAL(0.0);
     return config;
 }
 

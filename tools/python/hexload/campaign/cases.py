@@ -37,7 +37,7 @@ PROPORTIONAL_PER_FEEDBACK_N_M = 4e6
 COMMISSIONING_S = 20.0
 # A simulated machine is exactly its platform file's, or a rig, whose tolerances are rigs.py's.
 EXACT = dict.fromkeys(
-    ("friction_shape", "force_gain_common", "platform_mass", "platform_com_m", "platform_inertia"), 0.0
+    ("friction_shape", "force_gain_common", "platform_mass", "platform_com_m", "platform_inertia", "timing_s"), 0.0
 )
 LARGEST_BIAS_N = 70.0  # of a force sensor
 

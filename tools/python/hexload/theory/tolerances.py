@@ -16,6 +16,7 @@ DEFAULTS = {
     "platform_mass": 0.03,
     "platform_com_m": 0.002,
     "platform_inertia": 0.06,
+    "timing_s": 0.0005,
 }
 GRAVITY = 0.003  # of it and of the clock: what all forces alike may be off by beside their sensors
 
