@@ -10,6 +10,7 @@
 #define HEXLOAD_MOMENTUM_TICK_H
 
 #include "actuator_effects/actuator_effects.h"
+#include "actuator_effects/gain_errors.h"
 #include "actuator_effects/identifiability.h"
 #include "algebra/leg_blocks.h"
 #include "configuration/health.h"
@@ -247,6 +248,7 @@ static inline void filter(hexload_momentum_t* self, const hexload_config_t* conf
         if (hexload_actuator_effects_drive(&effects->filter, config)) {
             hexload_momentum_supervisor_doubt(&self->supervisor);
         }
+        hexload_gain_errors_step(&effects->filter.gains, past);
         hexload_identifiability_step(&effects->identifiability, config, &self->filter, &effects->filter,
                                      &past->smooth);
     }
@@ -309,7 +311,9 @@ static inline void read_load(const hexload_momentum_t* self, const hexload_confi
     hexload_momentum_filter_read(&self->filter, estimate->value, estimate->own_sigma);
     memcpy(estimate->sigma, estimate->own_sigma, sizeof estimate->sigma);
     const bool is_open = config->rig.direction_count > 0;
-    const hexload_real_t factor = hexload_residual_test_factor(&self->residual_test, is_open);
+    hexload_real_t factor = hexload_residual_test_factor(&self->residual_test, is_open);
+    factor =
+        effects != NULL ? hexload_gain_errors_factor(&effects->filter.gains, config, self, factor) : factor;
     hexload_jackknife_widen(&self->jackknife, factor, estimate->sigma);
     const hexload_real_t dispersion = effects != NULL ? effects->filter.dispersion : HEXLOAD_REAL(1.0);
     hexload_consider_widen(&self->consider, config, dispersion, estimate->sigma);

@@ -51,7 +51,7 @@ PAPER_SOURCES = ("wrench.c", "rate_noise.c", "paper_model.c", "paper_filter.c", 
 MOMENTUM_SOURCES = ("loose_plug.c", "rig.c", "smoother.c", "speed_noise.c", "transient.c", "motion_directions.c", "momentum_model.c",
                     "attenuation.c", "momentum_filter.c", "consider.c", "tolerances.c", "jackknife.c", "wrench_monitor.c", "load_monitor.c",
                     "leg_or_weight.c", "frozen_channels.c", "momentum_supervisor.c", "oscillation_test.c", "pseudo_inertia.c", "momentum.c")  # fmt: skip
-EFFECTS_SOURCES = ("actuator_effects.c", "identifiability.c", "momentum_effects.c")
+EFFECTS_SOURCES = ("actuator_effects.c", "gain_errors.c", "identifiability.c", "momentum_effects.c")
 # What only those link who ask for it: names of fields, states and faults, the default configuration and what sets parts of it; the load as a
 # body, traces, the interface over all kinds and its differentiator. A configuration of `hexload export` needs none of it.
 WORD_SOURCES = ("status.c", "config_names.c", "config_default.c", "momentum_config.c")

@@ -13,7 +13,7 @@ DURATION_S, BEGINS_S, SETTLED_S = 16.0, 1.0, 2.0
 SIZE = 0.6  # of the paper's machine
 PLATFORM_KG, PLATFORM_COM_M, OWN_KG_M2 = 25.0, (0.009, -0.006, 0.0), (2.2, 2.2, 4.0)
 LOAD_KG, HEIGHT_M, CENTRAL_KG_M2 = 20.0, 0.25, np.array([0.8, 0.9, 1.5])
-SURGE, HEAVE, PITCH, YAW = 0, 2, 4, 5
+SURGE, HEAVE, ROLL, PITCH, YAW = 0, 2, 3, 4, 5
 MOST_SIGMAS = 5.0  # of the largest of four, at any time: as published figures are judged
 
 
@@ -132,3 +132,17 @@ def test_legs_that_are_sampled_in_turn_tell_nothing_of_what_the_platform_does_no
         is_wrong = np.abs(replayed.value[-1] - load) > MOST_SIGMAS * replayed.sigma[-1]
         is_believed = np.array([verdict == "converged" for verdict in replayed.parameter_verdict.values()])
         assert not (is_wrong & is_believed).any()
+
+
+@pytest.mark.parametrize("axis", [ROLL, PITCH])
+def test_ordinary_gains_beside_free_biases_are_in_the_sigmas(axis, machine, ordinary):
+    # GIVEN a platform that turns about one axis, load cells of 1 %, and biases that are not known
+    load = load_of(8.0 * LOAD_KG)
+    for seed in range(3400000020, 3400000024):
+        t_s, displacement_m, velocity_m_s, force_n = log_of(machine, moving(axis, 0.15, 1.2), load, seed)
+        gain = 1.0 + 0.01 * np.random.default_rng(seed).normal(size=6)
+        # WHEN it is replayed on an ordinary machine
+        replayed = hexload.replay(t_s, displacement_m, velocity_m_s, force_n * gain, ordinary, "momentum_effects")
+        # THEN what biases leave of these gains is covered
+        off = np.abs(replayed.value[-1, :10] - load) / replayed.sigma[-1, :10]
+        assert off.max() < MOST_SIGMAS

@@ -530,6 +530,13 @@ typedef struct hexload_rub {
     hexload_real_t lever[4];                ///< of platform and load: m, kg; m p + R h, kg m
 } hexload_rub_t;
 
+/// By how much forces have changed.
+typedef struct hexload_gain_errors {
+    hexload_real_t mean_n[HEXLOAD_LEGS]; ///< of all ticks
+    hexload_real_t square;               ///< sum of squares of what differs from it, in those of the noise
+    hexload_real_t ticks;
+} hexload_gain_errors_t;
+
 /// Twenty states that go with those of a momentum filter.
 typedef struct hexload_actuator_effects {
     hexload_real_t effect[HEXLOAD_EFFECTS_DIM];             ///< x: N, N, N s/m, m/s^2
@@ -546,6 +553,7 @@ typedef struct hexload_actuator_effects {
     uint32_t counted;          ///< of those before it in this round, that have one
     hexload_real_t squares;    ///< of these, what they are off in units of what is open of them
     hexload_real_t dispersion; ///< mean of the squares of the last round; 1 at least
+    hexload_gain_errors_t gains;
 } hexload_actuator_effects_t;
 
 typedef struct hexload_identifiability {

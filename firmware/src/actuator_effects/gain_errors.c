@@ -1,0 +1,40 @@
+#include "actuator_effects/gain_errors.h"
+
+#include "algebra/real.h"
+
+/// Of six legs' gains, each sqrt(6) times as uncertain as the common one, what goes with a parameter's
+/// column: an eighth and less where innovations show the rest, and a third where they need not.
+#define SHOWN HEXLOAD_REAL(0.05)
+#define HIDDEN HEXLOAD_REAL(0.7)
+
+void hexload_gain_errors_step(hexload_gain_errors_t* self, const hexload_delayed_tick_t* past) {
+    const hexload_real_t* force_n = past->smooth.sample.force_n;
+    const hexload_real_t sigma_n = past->sensors->force_sigma_n;
+    hexload_real_t square_n2 = HEXLOAD_REAL(0.0);
+    self->ticks += HEXLOAD_REAL(1.0);
+    for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
+        const hexload_real_t change_n = force_n[leg] - self->mean_n[leg];
+        self->mean_n[leg] += change_n / self->ticks;
+        square_n2 += change_n * (force_n[leg] - self->mean_n[leg]);
+    }
+    self->square += square_n2 / (sigma_n * sigma_n);
+}
+
+/// Is some moment of platform and load known no better than to a half of it?
+static bool is_blind(const hexload_momentum_t* estimator) {
+    const hexload_momentum_filter_t* filter = &estimator->filter;
+    bool is = false;
+    for (int k = (int)HEXLOAD_LOAD_IXX; k <= (int)HEXLOAD_LOAD_IZZ; k++) {
+        const hexload_real_t half = HEXLOAD_REAL(0.5) * (filter->platform[k] + filter->theta[k]);
+        const hexload_real_t factor = estimator->supervisor.kept[k];
+        is = is || ((factor * factor * filter->load_cov[k][k]) > (half * half));
+    }
+    return is;
+}
+
+hexload_real_t hexload_gain_errors_factor(const hexload_gain_errors_t* self, const hexload_config_t* config,
+                                          const hexload_momentum_t* estimator, hexload_real_t factor) {
+    const hexload_real_t off = HIDDEN * config->tolerances.force_gain;
+    const bool is_hidden = (config->rig.direction_count == 0U) && is_blind(estimator);
+    return is_hidden ? hexload_sqrt((factor * factor) + (off * off * self->square)) : factor;
+}

@@ -1,0 +1,29 @@
+/// @file gain_errors.h
+/// Gains of force sensors that differ from leg to leg, beside free biases. Internal.
+///
+/// A gain that is g off adds g f to a leg's force. What of it is constant the leg's bias takes; what changes
+/// goes with the motion, as what the load does. By Cauchy-Schwarz a parameter whose sigma from white noise
+/// sigma_f is s is off by
+///
+///     |sum of r d| / sum of r^2 <= (s / sigma_f) sqrt(sum of d^2),   r its column, d = g (f - mean of f)
+///     (A9)
+///
+/// at most, where all of d goes with its column. On a motion that tells all moments of inertia the
+/// innovations show what of d does not (R15). On one that does not, the other states take it: of gains 1 %
+/// off on motions along or about one axis a third of that bound is in h_x and h_y, and no residual is left.
+#ifndef HEXLOAD_GAIN_ERRORS_H
+#define HEXLOAD_GAIN_ERRORS_H
+
+#include "hexload/momentum.h"
+#include "momentum/delayed_tick.h"
+
+/// Adds the changes of the forces of a tick. Reentrant; some 60 instructions.
+void hexload_gain_errors_step(hexload_gain_errors_t* self, const hexload_delayed_tick_t* past);
+
+/// What a factor on the own sigmas of a filter is with them, while some moment of platform and load is not
+/// known to a half. Of a rig file's gains its directions tell. Reentrant.
+/// @param factor without them; 1 or more.
+hexload_real_t hexload_gain_errors_factor(const hexload_gain_errors_t* self, const hexload_config_t* config,
+                                          const hexload_momentum_t* estimator, hexload_real_t factor);
+
+#endif

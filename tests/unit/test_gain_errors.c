@@ -1,0 +1,128 @@
+#include "actuator_effects/gain_errors.h"
+
+#include "machine.h"
+
+#include <math.h>
+#include <string.h>
+
+void setUp(void) {}
+void tearDown(void) {}
+
+enum { TICKS = 4000 };
+
+#define NOISE_N 4.0
+#define MOMENT 60.0 ///< of platform and load, kg m^2
+
+typedef struct bench {
+    hexload_config_t config;
+    hexload_momentum_t estimator;
+    hexload_gain_errors_t self;
+    hexload_sensors_t sensors;
+    hexload_delayed_tick_t past;
+} bench_t;
+
+/// All moments are known to a hundredth.
+static void begin(bench_t* bench) {
+    memset(bench, 0, sizeof *bench);
+    hexload_config_default(&bench->config);
+    bench->config.tolerances.force_gain = HEXLOAD_REAL(0.004);
+    bench->sensors.force_sigma_n = (hexload_real_t)NOISE_N;
+    bench->past.sensors = &bench->sensors;
+    for (int k = HEXLOAD_LOAD_IXX; k <= HEXLOAD_LOAD_IZZ; k++) {
+        bench->estimator.filter.platform[k] = HEXLOAD_REAL(25.0);
+        bench->estimator.filter.theta[k] = HEXLOAD_REAL(35.0);
+        bench->estimator.filter.load_cov[k][k] = (hexload_real_t)(1e-4 * MOMENT * MOMENT);
+        bench->estimator.supervisor.kept[k] = HEXLOAD_REAL(1.0);
+    }
+}
+
+static double force_n(int leg, int tick) {
+    return 900.0 + 50.0 * leg + (80.0 + 10.0 * leg) * sin(0.007 * tick + leg);
+}
+
+/// Sum of squares of all forces about their means, in those of the noise.
+static double push(bench_t* bench) {
+    double square = 0.0;
+    for (int tick = 0; tick < TICKS; tick++) {
+        for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
+            bench->past.smooth.sample.force_n[leg] = (hexload_real_t)force_n(leg, tick);
+        }
+        hexload_gain_errors_step(&bench->self, &bench->past);
+    }
+    for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
+        double mean_n = 0.0;
+        for (int tick = 0; tick < TICKS; tick++) {
+            mean_n += force_n(leg, tick) / TICKS;
+        }
+        for (int tick = 0; tick < TICKS; tick++) {
+            square += pow(force_n(leg, tick) - mean_n, 2.0) / (NOISE_N * NOISE_N);
+        }
+    }
+    return square;
+}
+
+static double factor_of(const bench_t* bench, double factor) {
+    return (double)hexload_gain_errors_factor(&bench->self, &bench->config, &bench->estimator,
+                                              (hexload_real_t)factor);
+}
+
+static void test_gains_are_in_the_sigmas_while_a_moment_is_not_known_to_a_half(void) {
+    // GIVEN legs whose forces change, and a moment of platform and load of which sigma is a little more than
+    // a half
+    bench_t bench;
+    begin(&bench);
+    const double square = push(&bench);
+    const double half = 0.25 * MOMENT * MOMENT;
+    for (int k = HEXLOAD_LOAD_IXX; k <= HEXLOAD_LOAD_IZZ; k++) {
+        bench.estimator.filter.load_cov[k][k] = (hexload_real_t)(1.01 * half);
+        // WHEN the factor is asked for THEN it has 0.7 of the tolerance of what the forces have changed by,
+        // beside what there was; single precision adds 4,000 squares up
+        const double expected = sqrt(4.0 + pow(0.7 * 0.004, 2.0) * square);
+        TEST_ASSERT_TRUE(expected > 4.0);
+        TEST_ASSERT_DOUBLE_WITHIN(1e-3 * expected, expected, factor_of(&bench, 2.0));
+        // AND less than a half is enough, but for what misfits have left in sigma
+        bench.estimator.filter.load_cov[k][k] = (hexload_real_t)(0.99 * half);
+        TEST_ASSERT_DOUBLE_WITHIN(0.0, 2.0, factor_of(&bench, 2.0));
+        bench.estimator.supervisor.kept[k] = HEXLOAD_REAL(1.1);
+        TEST_ASSERT_DOUBLE_WITHIN(1e-3 * expected, expected, factor_of(&bench, 2.0));
+        bench.estimator.supervisor.kept[k] = HEXLOAD_REAL(1.0);
+    }
+}
+
+static void test_exact_or_commissioned_gains_widen_nothing(void) {
+    // GIVEN a moment that is not known
+    bench_t bench;
+    begin(&bench);
+    (void)push(&bench);
+    bench.estimator.filter.load_cov[HEXLOAD_LOAD_IXX][HEXLOAD_LOAD_IXX] = (hexload_real_t)(MOMENT * MOMENT);
+    TEST_ASSERT_TRUE(factor_of(&bench, 1.0) > 4.0);
+    // WHEN a rig file has directions THEN they tell
+    bench.config.rig.direction_count = 1;
+    TEST_ASSERT_DOUBLE_WITHIN(0.0, 1.0, factor_of(&bench, 1.0));
+    bench.config.rig.direction_count = 0;
+    // AND of exact sensors nothing is open
+    bench.config.tolerances.force_gain = HEXLOAD_REAL(0.0);
+    TEST_ASSERT_DOUBLE_WITHIN(0.0, 1.0, factor_of(&bench, 1.0));
+}
+
+static void test_forces_that_stay_tell_of_no_gain(void) {
+    // GIVEN forces that are what they are WHEN ticks go by THEN a moment that is not known widens nothing
+    bench_t bench;
+    begin(&bench);
+    bench.estimator.filter.load_cov[HEXLOAD_LOAD_IXX][HEXLOAD_LOAD_IXX] = (hexload_real_t)(MOMENT * MOMENT);
+    for (int tick = 0; tick < TICKS; tick++) {
+        for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
+            bench.past.smooth.sample.force_n[leg] = HEXLOAD_REAL(1000.0);
+        }
+        hexload_gain_errors_step(&bench.self, &bench.past);
+    }
+    TEST_ASSERT_DOUBLE_WITHIN(0.0, 1.0, factor_of(&bench, 1.0));
+}
+
+int main(void) {
+    UNITY_BEGIN();
+    RUN_TEST(test_gains_are_in_the_sigmas_while_a_moment_is_not_known_to_a_half);
+    RUN_TEST(test_exact_or_commissioned_gains_widen_nothing);
+    RUN_TEST(test_forces_that_stay_tell_of_no_gain);
+    return UNITY_END();
+}
