@@ -248,7 +248,9 @@ static inline void filter(hexload_momentum_t* self, const hexload_config_t* conf
         if (hexload_actuator_effects_drive(&effects->filter, config)) {
             hexload_momentum_supervisor_doubt(&self->supervisor);
         }
-        hexload_gain_errors_step(&effects->filter.gains, past);
+        if (!self->is_interrupted) { // at rest the filter takes no forces
+            hexload_gain_errors_step(&effects->filter.gains, past);
+        }
         hexload_identifiability_step(&effects->identifiability, config, &self->filter, &effects->filter,
                                      &past->smooth);
     }

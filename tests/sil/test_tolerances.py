@@ -66,8 +66,8 @@ def test_the_document_has_the_defaults_that_the_code_has():
     # AND of the firmware, whose numbers are floats
     config = hexload_native.config_bytes(Platform.of(UNTOLD).native(), 1e-3)
     source = hexload_native.config_initialiser(config)
-    for key in ("friction_shape", "force_gain_common", "platform_mass", "platform_com_m", "platform_inertia"):
-        table = "actuator_effects" if key == "friction_shape" else "tolerances"
+    for key in EXACT["tolerances"]:
+        table = {"friction_shape": "actuator_effects", "timing_s": "momentum"}.get(key, "tolerances")
         name = key.removesuffix("_common")
         number = re.search(rf"\.{table} = \{{.*?\.{name} = HEXLOAD_REAL\(([^)]*)\)", source, re.DOTALL)[1]
         assert float.fromhex(number) if "0x" in number else float(number) == pytest.approx(DEFAULTS[key], rel=1e-6), key

@@ -340,11 +340,12 @@ static judged_t expect_judged(const bench_t* bench) {
     for (int k = 0; k < DIM; k++) {
         const double limit = 0.03 * scale_of(bench, k);
         const double variance = judged.sigma[k] * judged.sigma[k] - (double)open[k];
-        // a motion that goes on for as long again lowers sigma by a third
+        // a motion that goes on for as long again lowers the filter's own sigma by a third
+        const double own = pow((double)bench->estimate.own_sigma[k], 2.0);
         const double lower =
-            1.0 / (1.0 / variance +
+            1.0 / (1.0 / own +
                    (double)self->information[k] * (double)config->momentum.excitation_time_constant_s / dt_s);
-        const double third = 4.0 / 9.0 * variance;
+        const double third = 4.0 / 9.0 * own;
         hexload_verdict_t* verdict = &judged.verdict[k];
         *verdict = variance <= limit * limit ? HEXLOAD_VERDICT_CONVERGED
                    : lower < third           ? HEXLOAD_VERDICT_CONVERGING

@@ -81,7 +81,8 @@ typedef struct hexload_sensors {
 /// commissioned or tared has less of it.
 typedef struct hexload_tolerances {
     /// Of all force sensors alike, N/N; 0..1. An error of gravity or of the clock does no more than one of
-    /// the same share here.
+    /// the same share here. Beside free biases each sensor counts as twice as uncertain (EQUATIONS.md, A9):
+    /// not less than half of that of one, then.
     hexload_real_t force_gain;
     /// Of platform.mass_kg, with hoses and what of the legs hangs on it, kg/kg; 0..1.
     hexload_real_t platform_mass;
@@ -213,8 +214,8 @@ typedef enum hexload_prior {
 } hexload_prior_t;
 
 /// Fills in the paper's machine (Table 1 with hinge half angles of 15 and 10 degrees), nominal sensors
-/// (20 um, 1 mm/s, 5 N) and tolerances (0.5 % of force; 3 %, 2 mm and 6 % of the platform), 1 ms, the paper's
-/// 500 kg and the safe prior. The one place where defaults stand.
+/// (20 um, 1 mm/s, 5 N) and tolerances (0.5 % of force; 3 %, 2 mm and 6 % of the platform; 0.5 ms of
+/// sampling), 1 ms, the paper's 500 kg and the safe prior. The one place where defaults stand.
 void hexload_config_default(hexload_config_t* config);
 
 /// Sets the four prior sigmas of config->paper for its load mass.

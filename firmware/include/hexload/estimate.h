@@ -80,8 +80,8 @@ typedef struct hexload_estimate {
     /// hexload_paper_parameter. Units as there.
     hexload_real_t value[HEXLOAD_PARAMETERS_MAX];
     hexload_real_t sigma[HEXLOAD_PARAMETERS_MAX]; ///< standard deviation of each, same units
-    /// The filter's part of sigma, which more motion lowers: without what the blocks of the run, the rig's
-    /// directions and the tolerances add; same units.
+    /// The filter's part of sigma, which more motion lowers: without what the blocks of the run, mismatches,
+    /// motion that may be none, gains that differ, the rig's directions and the tolerances add; same units.
     hexload_real_t own_sigma[HEXLOAD_PARAMETERS_MAX];
     hexload_verdict_t parameter_verdict[HEXLOAD_PARAMETERS_MAX]; ///< of each
     hexload_verdict_t verdict;                                   ///< the worst of them

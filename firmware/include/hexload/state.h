@@ -347,7 +347,7 @@ typedef struct hexload_attenuation {
     /// m^2/s^2
     hexload_real_t moved[4];
     hexload_real_t late[4]; ///< what of them legs at other instants may have made
-    uint32_t calls;         ///< since sigmas were seen to
+    uint32_t calls;         ///< of three rounds
 } hexload_attenuation_t;
 
 typedef struct hexload_momentum_filter {
@@ -493,7 +493,7 @@ typedef struct hexload_frozen_channels {
 } hexload_frozen_channels_t;
 
 typedef struct hexload_momentum_supervisor {
-    uint16_t fit_ticks;      ///< in fit_nis, since the start, or many
+    uint16_t fit_ticks;      ///< in fit_nis, since the start; UINT16_MAX: that many or more
     uint8_t elapsed_ticks;   ///< since last_twist
     uint8_t next;            ///< parameter whose information is looked at: one in each tick
     hexload_real_t nis_mean; ///< of the load monitor, leaky; starts at its ideal, 6
@@ -530,11 +530,11 @@ typedef struct hexload_rub {
     hexload_real_t lever[4];                ///< of platform and load: m, kg; m p + R h, kg m
 } hexload_rub_t;
 
-/// By how much forces have changed.
+/// By how much forces have changed, with loads before too: biases have taken what gains made of it.
 typedef struct hexload_gain_errors {
     hexload_real_t mean_n[HEXLOAD_LEGS]; ///< of all ticks
-    hexload_real_t square;               ///< sum of squares of what differs from it, in those of the noise
-    hexload_real_t ticks;
+    hexload_real_t square; ///< sum of squares of what differs from it, less noise, in variances of that
+    hexload_real_t ticks;  ///< in the mean
 } hexload_gain_errors_t;
 
 /// Twenty states that go with those of a momentum filter.

@@ -1,10 +1,10 @@
 #include "actuator_effects/gain_errors.h"
 
 #include "algebra/real.h"
+#include "momentum/attenuation.h"
 
-/// Of six legs' gains, each sqrt(6) times as uncertain as the common one, what goes with a parameter's
-/// column: an eighth and less where innovations show the rest, and a third where they need not.
-#define SHOWN HEXLOAD_REAL(0.05)
+/// Each of six gains is twice as uncertain as all together; a third of A9's bound, and a little more, is in
+/// h_x or h_y.
 #define HIDDEN HEXLOAD_REAL(0.7)
 
 void hexload_gain_errors_step(hexload_gain_errors_t* self, const hexload_delayed_tick_t* past) {
@@ -17,17 +17,22 @@ void hexload_gain_errors_step(hexload_gain_errors_t* self, const hexload_delayed
         self->mean_n[leg] += change_n / self->ticks;
         square_n2 += change_n * (force_n[leg] - self->mean_n[leg]);
     }
-    self->square += square_n2 / (sigma_n * sigma_n);
+    const hexload_real_t beyond_noise = (square_n2 / (sigma_n * sigma_n)) - (hexload_real_t)HEXLOAD_LEGS;
+    self->square = hexload_max(HEXLOAD_REAL(0.0), self->square + beyond_noise);
 }
 
-/// Is some moment of platform and load known no better than to a half of it?
+/// Is some moment of platform and load known no better than to a half of it, with what misfits and late legs
+/// leave?
 static bool is_blind(const hexload_momentum_t* estimator) {
     const hexload_momentum_filter_t* filter = &estimator->filter;
     bool is = false;
-    for (int k = (int)HEXLOAD_LOAD_IXX; k <= (int)HEXLOAD_LOAD_IZZ; k++) {
-        const hexload_real_t half = HEXLOAD_REAL(0.5) * (filter->platform[k] + filter->theta[k]);
+    for (int axis = 0; axis < 3; axis++) {
+        const int k = (int)HEXLOAD_LOAD_IXX + axis;
+        const hexload_real_t own = filter->load_cov[k][k];
         const hexload_real_t factor = estimator->supervisor.kept[k];
-        is = is || ((factor * factor * filter->load_cov[k][k]) > (half * half));
+        const hexload_real_t late = hexload_attenuation_late(filter, axis);
+        const hexload_real_t half = HEXLOAD_REAL(0.5) * (filter->platform[k] + filter->theta[k]);
+        is = is || (hexload_max(factor * factor * own, own + (late * late)) > (half * half));
     }
     return is;
 }

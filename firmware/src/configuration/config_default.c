@@ -56,7 +56,7 @@ static const paper_machine_t paper_machine = {
                  .nis_time_constant_s = HEXLOAD_REAL(0.5),
                  .converged_relative_sigma = HEXLOAD_REAL(0.05),
                  .excitation_time_constant_s = HEXLOAD_REAL(10.0),
-                 .timing_s = HEXLOAD_REAL(0.5e-3)}, // half a tick
+                 .timing_s = HEXLOAD_REAL(0.5e-3)}, // half of a tick of 1 ms
 };
 
 void hexload_config_default(hexload_config_t* config) {

@@ -11,8 +11,8 @@
 #define OF_PRODUCTS 1U
 #define OF_HEIGHT 2U
 #define FIRST_LEG 3U
-#define LEGS 2U
-#define ROUNDS ((uint32_t)HEXLOAD_LEGS / LEGS)
+#define LATE_LEGS 2U
+#define ROUNDS ((uint32_t)HEXLOAD_LEGS / LATE_LEGS)
 
 /// Of what has moved: x, y, z of the angular velocity, and the velocity along x and y.
 #define SHIFT 3
@@ -57,7 +57,7 @@ static void compare(hexload_attenuation_t* self, const hexload_delayed_tick_t* p
     }
 }
 
-/// In platform axes.
+/// Squares of the angular velocity about x, y, z, and of the velocity along x and y together; platform axes.
 static void find_squares(const hexload_motion_t* motion, const hexload_real_t twist[6],
                          hexload_real_t square[SHIFT + 1]) {
     hexload_real_t shift[3];
@@ -128,6 +128,10 @@ static void bound(hexload_attenuation_t* self) {
     }
 }
 
+hexload_real_t hexload_attenuation_late(const hexload_momentum_filter_t* filter, int axis) {
+    return late_share(&filter->attenuation, axis) * moment_of_all(filter, axis);
+}
+
 /// @param off what sigma is to have.
 static void raise_factor(hexload_momentum_t* estimator, int k, hexload_real_t off) {
     hexload_real_t* factor = &estimator->supervisor.kept[k];
@@ -138,8 +142,8 @@ static void raise_factor(hexload_momentum_t* estimator, int k, hexload_real_t of
 static void raise_moments(hexload_momentum_t* estimator) {
     const hexload_momentum_filter_t* filter = &estimator->filter;
     for (int k = 0; k < 3; k++) {
-        const hexload_real_t late = late_share(&filter->attenuation, k) * moment_of_all(filter, k);
-        raise_factor(estimator, (int)HEXLOAD_LOAD_IXX + k, missing(filter, k) + late);
+        raise_factor(estimator, (int)HEXLOAD_LOAD_IXX + k,
+                     missing(filter, k) + hexload_attenuation_late(filter, k));
     }
 }
 
@@ -158,8 +162,8 @@ static void raise_products(hexload_momentum_t* estimator) {
     }
 }
 
-/// Torques about x and y tell h_z, by a turning about either, or by a shift: all that is known is the mass,
-/// at the hinges' distance from O_A.
+/// Torques about x and y tell h_z where the platform turns about x or y, or shifts. Where neither is certain
+/// it may be anything up to the mass at the hinges' distance from O_A.
 static void raise_height(hexload_momentum_t* estimator, const hexload_config_t* config) {
     const hexload_momentum_filter_t* filter = &estimator->filter;
     const hexload_attenuation_t* self = &filter->attenuation;
@@ -188,8 +192,8 @@ void hexload_attenuation_step(hexload_momentum_t* estimator, const hexload_confi
             bound(self);
         } else if (call == OF_HEIGHT) {
             raise_height(estimator, config);
-        } else if (call < (FIRST_LEG + LEGS)) {
-            see_timing(estimator, config, past, (LEGS * (self->calls / CALLS)) + call - FIRST_LEG);
+        } else if (call < (FIRST_LEG + LATE_LEGS)) {
+            see_timing(estimator, config, past, (LATE_LEGS * (self->calls / CALLS)) + call - FIRST_LEG);
         } else {
             compare(self, past, &estimator->filter.smooth_twist[3]);
         }

@@ -40,4 +40,8 @@
 void hexload_attenuation_step(hexload_momentum_t* estimator, const hexload_config_t* config,
                               const hexload_delayed_tick_t* past);
 
+/// What M24 leaves open of a moment of inertia, kg m^2. Reentrant.
+/// @param axis 0..2: about x, y, z.
+hexload_real_t hexload_attenuation_late(const hexload_momentum_filter_t* filter, int axis);
+
 #endif

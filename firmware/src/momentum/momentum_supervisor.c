@@ -290,7 +290,7 @@ void hexload_momentum_supervisor_watch(hexload_momentum_supervisor_t* self, cons
     self->information[self->next] +=
         weight * (information_of_tick(past, wrench) - self->information[self->next]);
     watch_misfit(self, config, filter);
-    self->next = (uint8_t)((self->next + 1U) % (uint32_t)DIM);
+    self->next = (self->next < (uint8_t)(DIM - 1)) ? (uint8_t)(self->next + 1U) : 0U;
 }
 
 /// Sigmas below which a parameter has converged: a share of its own value, of h of the length, of products of
@@ -350,16 +350,15 @@ static bool is_beyond_constants(const hexload_residual_test_t* residual_test,
     return (config->rig.direction_count > 0) && (residual_test->factor > HEXLOAD_REAL(1.0));
 }
 
-/// @param variance that a motion can lower: without that of the tolerances. @param limit that its root has to
-/// come below. @param ticks of the excitation's time constant.
-static hexload_verdict_t judge_parameter(hexload_real_t variance, hexload_real_t limit,
-                                         hexload_real_t information, hexload_real_t ticks) {
+/// @param variance without that of the tolerances. @param own sigma of the filter, which the motion lowers.
+/// @param limit that the root of variance has to come below. @param least information of a tick, times the
+/// square of own, that lowers own by a third.
+static hexload_verdict_t judge_parameter(hexload_real_t variance, hexload_real_t own, hexload_real_t limit,
+                                         hexload_real_t information, hexload_real_t least) {
     if (variance <= limit * limit) {
         return HEXLOAD_VERDICT_CONVERGED;
     }
-    const hexload_real_t gain = variance * information * ticks;
-    return gain > HEXLOAD_REAL(1.25) ? HEXLOAD_VERDICT_CONVERGING // 1 / (2 / 3)^2 - 1
-                                     : HEXLOAD_VERDICT_NOT_EXCITED;
+    return (own * own * information) > least ? HEXLOAD_VERDICT_CONVERGING : HEXLOAD_VERDICT_NOT_EXCITED;
 }
 
 uint32_t hexload_momentum_supervisor_judge(hexload_momentum_supervisor_t* self,
@@ -377,7 +376,6 @@ uint32_t hexload_momentum_supervisor_judge(hexload_momentum_supervisor_t* self,
     hexload_tolerances_widen(filter, estimate->sigma, open);
     estimate->nis = filter->nis;
     estimate->nis_mean = self->nis_mean;
-    estimate->verdict = HEXLOAD_VERDICT_CONVERGED;
     find_limits(filter, config->momentum.converged_relative_sigma, limit);
     const bool is_doubtful = self->unfit_s > HEXLOAD_REAL(0.0);
     const bool is_misfit = self->fit_nis > MISFIT_NIS || self->nis_mean > config->momentum.inconsistent_nis ||
@@ -386,27 +384,27 @@ uint32_t hexload_momentum_supervisor_judge(hexload_momentum_supervisor_t* self,
                             is_spoilt(residual_test, limit, estimate->own_sigma)) ||
                            (is_doubtful && is_beyond(jackknife, config, DOUBTFUL_VARIANCE));
     const bool is_body = make_physical(self, config, estimate);
-    const hexload_real_t ticks = config->momentum.excitation_time_constant_s / config->tick_s;
+    const hexload_real_t least = // 1 / (2 / 3)^2 - 1
+        HEXLOAD_REAL(1.25) * config->tick_s / config->momentum.excitation_time_constant_s;
+    const hexload_verdict_t of_model = is_misfit ? HEXLOAD_VERDICT_MISFIT : HEXLOAD_VERDICT_CONVERGED;
+    const hexload_verdict_t of_all = is_body ? of_model : HEXLOAD_VERDICT_INCONSISTENT;
+    hexload_verdict_t worst = of_all;
     for (int k = 0; k < DIM; k++) {
         const hexload_real_t variance = hexload_fma(estimate->sigma[k], estimate->sigma[k], -open[k]);
-        hexload_verdict_t verdict = judge_parameter(variance, limit[k], self->information[k], ticks);
-        if (!is_body) {
-            verdict = HEXLOAD_VERDICT_INCONSISTENT;
-        } else if (is_misfit) {
-            verdict = HEXLOAD_VERDICT_MISFIT;
-        }
+        const hexload_verdict_t own =
+            judge_parameter(variance, estimate->own_sigma[k], limit[k], self->information[k], least);
+        const hexload_verdict_t verdict = (own > of_all) ? own : of_all;
         estimate->parameter_verdict[k] = verdict;
-        if (verdict > estimate->verdict) {
-            estimate->verdict = verdict;
-        }
+        worst = (verdict > worst) ? verdict : worst;
         if (verdict == HEXLOAD_VERDICT_NOT_EXCITED) {
             hexload_health_set(&health, HEXLOAD_HEALTH_NOT_EXCITED);
         }
     }
-    if (estimate->verdict == HEXLOAD_VERDICT_INCONSISTENT) {
+    estimate->verdict = worst;
+    if (worst == HEXLOAD_VERDICT_INCONSISTENT) {
         hexload_health_set(&health, HEXLOAD_HEALTH_INCONSISTENT);
     }
-    if (estimate->verdict >= HEXLOAD_VERDICT_MISFIT) {
+    if (worst >= HEXLOAD_VERDICT_MISFIT) {
         hexload_health_set(&health, HEXLOAD_HEALTH_MODEL_MISFIT);
     }
     return health;

@@ -41,8 +41,9 @@ void hexload_momentum_supervisor_watch(hexload_momentum_supervisor_t* self, cons
 /// Judges the estimate, whose values and sigmas are there; widens the sigmas by what misfits have left and
 /// what no motion tells, and where they are too small for any body to have the values. A parameter that has
 /// not converged is converging when the motion of the last excitation_time_constant_s, gone on for as long
-/// again, would lower its sigma by a third at least. A mismatch that widens sigmas beyond what counts as
-/// converged is a misfit too, if no contradiction.
+/// again, would lower the filter's own sigma by a third at least: what widens it is not lowered by more of
+/// the same. A mismatch that widens sigmas beyond what counts as converged is a misfit too, if no
+/// contradiction.
 /// @return health bits: NOT_EXCITED, INCONSISTENT, MODEL_MISFIT. Reentrant, constant time.
 uint32_t hexload_momentum_supervisor_judge(hexload_momentum_supervisor_t* self,
                                            const hexload_config_t* config,

@@ -18,7 +18,7 @@ enum { SHOCK, NEAR_FIRST, NEAR_SECOND, FAR_FIRST, FAR_PAUSE, FAR_SECOND };
 #define LEAST_PAIRS 3U
 
 /// Of what lasts. Rigs of all kinds, on random, working and periodic motions, have been seen at 0.9 at most,
-/// a tenth of a load that swings or sloshes on slow motion at 1.4 to 14; it may stop to, and is there.
+/// a tenth of a load that swings or sloshes on slow motion from 1.4 on; it may stop to, and is there.
 #define LEAST_SHARE HEXLOAD_REAL(1.2)
 
 void hexload_oscillation_test_init(hexload_oscillation_test_t* self) {
