@@ -2,11 +2,10 @@
 /// Gains of force sensors that differ from leg to leg, beside free biases. Internal.
 ///
 /// A gain that is g off adds g f to a leg's force. What of it is constant the leg's bias takes; what changes
-/// goes with the motion, as what the load does. By Cauchy-Schwarz a parameter whose sigma from white noise
-/// sigma_f is s is off by
+/// goes with the motion, as what the load does. By Cauchy-Schwarz a parameter with the column r, whose sigma
+/// from white noise sigma_f is s, is off by
 ///
-///     |sum of r d| / sum of r^2 <= (s / sigma_f) sqrt(sum of d^2),   r its column, d = g (f - mean of f)
-///     (A9)
+///     abs(sum of r d) / sum of r^2 <= (s / sigma_f) sqrt(sum of d^2),   d = g (f - mean of f)       (A9)
 ///
 /// at most, where all of d goes with its column. On a motion that tells all moments of inertia the
 /// innovations show what of d does not (R15). On one that does not, the other states take it: of gains 1 %
