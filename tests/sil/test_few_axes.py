@@ -134,6 +134,20 @@ def test_legs_that_are_sampled_in_turn_tell_nothing_of_what_the_platform_does_no
         assert not (is_wrong & is_believed).any()
 
 
+def test_a_motion_of_six_axes_leaves_nothing_of_late_legs_open(machine, ordinary, tmp_path):
+    # GIVEN a motion about and along all axes, and a machine whose legs are sampled together
+    table = read_toml(ordinary) | {"tolerances": {"timing_s": 0.0}}
+    together = tmp_path / "together.toml"
+    together.write_text(to_toml(table))
+    log = log_of(machine, multisine(3400000012, DURATION_S), load_of(8.0 * LOAD_KG), 3400000012)
+    for estimator in ("momentum", "momentum_effects"):
+        # WHEN it is replayed as that and as an ordinary one
+        exact, usual = (hexload.replay(*log, path, estimator) for path in (together, ordinary))
+        # THEN all is as certain, but for a hundredth
+        assert (usual.sigma[-1, :10] <= 1.01 * exact.sigma[-1, :10]).all()
+        assert usual.verdict[-1] == exact.verdict[-1] == "converged"
+
+
 @pytest.mark.parametrize("axis", [ROLL, PITCH])
 def test_ordinary_gains_beside_free_biases_are_in_the_sigmas(axis, machine, ordinary):
     # GIVEN a platform that turns about one axis, load cells of 1 %, and biases that are not known

@@ -48,16 +48,21 @@ static void begin(bench_t* bench, uint64_t seed) {
     bench->past.smoother = &bench->constants;
 }
 
+/// One tick of windows of 16, of which the plausibility step has two for itself.
+static void step(bench_t* bench) {
+    bench->tick++;
+    bench->estimator.plausibility.ticks = (uint8_t)(bench->tick % 16u);
+    hexload_attenuation_step(&bench->estimator, &bench->config, &bench->past);
+}
+
 /// About y, of a turning at 8 Hz of an amplitude, and of noise in the smooth velocity, mrad/s.
 static void turn(bench_t* bench, double motion_mrad_s, double noise_mrad_s, uint32_t ticks) {
     for (uint32_t n = 0; n < ticks; n++) {
-        bench->tick++;
-        const double true_rad_s = 1e-3 * motion_mrad_s * sin(0.05 * (double)bench->tick);
-        bench->estimator.plausibility.ticks = (uint8_t)(bench->tick % 16u);
+        const double true_rad_s = 1e-3 * motion_mrad_s * sin(0.05 * (double)(bench->tick + 1));
         bench->estimator.filter.smooth_twist[4] =
             (hexload_real_t)(true_rad_s + 1e-3 * noise_mrad_s * normal(&bench->seed));
         bench->past.motion.twist[4] = (hexload_real_t)(true_rad_s + 2e-3 * normal(&bench->seed));
-        hexload_attenuation_step(&bench->estimator, &bench->config, &bench->past);
+        step(bench);
     }
 }
 
@@ -138,10 +143,9 @@ static void test_noise_alone_is_no_more_than_all_of_the_moment(void) {
     bench_t bench;
     begin(&bench, 3);
     for (uint32_t tick = 0; tick < 4000; tick++) {
-        bench.estimator.plausibility.ticks = (uint8_t)(tick % 16u);
         bench.estimator.filter.smooth_twist[3] = (hexload_real_t)(tick % 2u == 0 ? 0.002 : -0.002);
         bench.past.motion.twist[3] = -bench.estimator.filter.smooth_twist[3];
-        hexload_attenuation_step(&bench.estimator, &bench.config, &bench.past);
+        step(&bench);
     }
     // THEN sigma has the moment of platform and load, and no more: less what chance may be of it, 6.25 over a
     // sum of squares beyond 2,000, 0.3 %
@@ -196,9 +200,7 @@ static void move(bench_t* bench, const double twist[6], const double acceleratio
         bench->estimator.supervisor.acceleration[k] = (hexload_real_t)acceleration[k];
     }
     for (uint32_t n = 0; n < ticks; n++) {
-        bench->tick++;
-        bench->estimator.plausibility.ticks = (uint8_t)(bench->tick % 16u);
-        hexload_attenuation_step(&bench->estimator, &bench->config, &bench->past);
+        step(bench);
     }
 }
 
@@ -212,9 +214,9 @@ static double added(const bench_t* bench, int parameter) {
 
 static void test_a_turning_that_late_legs_may_have_made_leaves_inertias_and_height_open(void) {
     // GIVEN legs that are sampled within half a millisecond of each other, a platform that heaves with 3
-    // m/s^2 and turns briskly about x, little about y and hardly about z
-    const double twist[6] = {0.5e-3, 0.5e-3, 0.3, 0.08, 4e-3, 1e-4};
-    const double acceleration[6] = {0.0, 0.0, 3.0, 0.5, 0.0, 0.0};
+    // m/s^2 and turns briskly about z, little about x and hardly about y
+    const double twist[6] = {0.5e-3, 0.5e-3, 0.3, 4e-3, 1e-4, 0.08};
+    const double acceleration[6] = {0.0, 0.0, 3.0, 0.0, 0.0, 0.5};
     const double mass_kg = 600.0;
     bench_t bench;
     begin(&bench, 6);
@@ -236,15 +238,16 @@ static void test_a_turning_that_late_legs_may_have_made_leaves_inertias_and_heig
         const double shift = pow(late[leg][0], 2.0) + pow(late[leg][1], 2.0);
         share[3] += fmin(1.0, 6.0 * shift / (pow(twist[0], 2.0) + pow(twist[1], 2.0))) / 6.0;
     }
-    TEST_ASSERT_TRUE(share[0] < 0.01 && share[1] > 0.05 && share[1] < 0.95 && share[2] > 0.9);
+    // AND that is nearly nothing about z, a part about x, and most about y
+    TEST_ASSERT_TRUE(share[2] < 0.01 && share[0] > 0.05 && share[0] < 0.5 && share[1] > 0.6);
     for (int k = 0; k < 3; k++) {
         TEST_ASSERT_DOUBLE_WITHIN(2e-3 * OWN_AND_LOAD, OWN_AND_LOAD * share[k],
                                   added(&bench, HEXLOAD_LOAD_IXX + k));
     }
     // AND of a product that of the axis that is known better
     TEST_ASSERT_DOUBLE_WITHIN(2e-3 * OWN_AND_LOAD, OWN_AND_LOAD * share[0], added(&bench, HEXLOAD_LOAD_IXY));
-    TEST_ASSERT_DOUBLE_WITHIN(2e-3 * OWN_AND_LOAD, OWN_AND_LOAD * share[0], added(&bench, HEXLOAD_LOAD_IXZ));
-    TEST_ASSERT_DOUBLE_WITHIN(2e-3 * OWN_AND_LOAD, OWN_AND_LOAD * share[1], added(&bench, HEXLOAD_LOAD_IYZ));
+    TEST_ASSERT_DOUBLE_WITHIN(2e-3 * OWN_AND_LOAD, OWN_AND_LOAD * share[2], added(&bench, HEXLOAD_LOAD_IXZ));
+    TEST_ASSERT_DOUBLE_WITHIN(2e-3 * OWN_AND_LOAD, OWN_AND_LOAD * share[2], added(&bench, HEXLOAD_LOAD_IYZ));
     // AND of h_z that of the way in which it is known best, of the mass at the hinges' root mean square
     double arm_m2 = 0.0;
     for (int leg = 0; leg < 6; leg++) {

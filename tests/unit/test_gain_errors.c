@@ -86,6 +86,16 @@ static void test_gains_are_in_the_sigmas_while_a_moment_is_not_known_to_a_half(v
         bench.estimator.supervisor.kept[k] = HEXLOAD_REAL(1.1);
         TEST_ASSERT_DOUBLE_WITHIN(1e-3 * expected, expected, factor_of(&bench, 2.0));
         bench.estimator.supervisor.kept[k] = HEXLOAD_REAL(1.0);
+        // AND for what late legs may have made of its axis
+        const int axis = k - HEXLOAD_LOAD_IXX;
+        hexload_attenuation_t* attenuation = &bench.estimator.filter.attenuation;
+        bench.estimator.filter.load_cov[k][k] = (hexload_real_t)(1e-4 * MOMENT * MOMENT);
+        attenuation->moved[axis] = HEXLOAD_REAL(1.0);
+        attenuation->late[axis] = HEXLOAD_REAL(0.49);
+        TEST_ASSERT_DOUBLE_WITHIN(0.0, 2.0, factor_of(&bench, 2.0));
+        attenuation->late[axis] = HEXLOAD_REAL(0.51);
+        TEST_ASSERT_DOUBLE_WITHIN(1e-3 * expected, expected, factor_of(&bench, 2.0));
+        attenuation->late[axis] = HEXLOAD_REAL(0.0);
     }
 }
 

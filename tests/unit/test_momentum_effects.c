@@ -1217,12 +1217,15 @@ static void test_a_platform_that_rests_teaches_nothing_after_two_seconds(void) {
     TEST_ASSERT_TRUE(bench.estimator.momentum.is_interrupted);
     const hexload_momentum_filter_t before = bench.estimator.momentum.filter;
     const uint32_t rest_ticks = bench.estimator.effects.filter.rest_ticks;
+    const hexload_real_t gain_ticks = bench.estimator.effects.filter.gains.ticks;
     run(&bench, &eccentric, 50);
     TEST_ASSERT_EQUAL_MEMORY(before.theta, bench.estimator.momentum.filter.theta, sizeof before.theta);
     TEST_ASSERT_EQUAL_MEMORY(before.load_cov, bench.estimator.momentum.filter.load_cov,
                              sizeof before.load_cov);
     TEST_ASSERT_EQUAL_UINT32(rest_ticks, bench.estimator.effects.filter.rest_ticks);
     TEST_ASSERT_EQUAL_UINT32(2000, rest_ticks);
+    // AND nothing of gains
+    TEST_ASSERT_TRUE(gain_ticks == bench.estimator.effects.filter.gains.ticks);
     // AND no innovation counts twice, nor any of those that it does not look at
     TEST_ASSERT_EQUAL_DOUBLE(6.0, round(1e6 * (double)bench.estimator.momentum.filter.nis) / 1e6);
     // AND WHEN it moves THEN the filter learns again, after as many ticks as a transient is seen by
