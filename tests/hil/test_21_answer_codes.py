@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import pytest
 
-from bus_frames import BY_ID, Frame, from_message, protected, tick_of_fd, to_message
+from bus_frames import BY_ID, Frame, encode, from_message, protected, tick_of_fd, to_message
 from hexload import project
 from hexload.io.key_file import new_key, read_key
 from hexload.view.bus_listener import BusListener
@@ -21,9 +21,11 @@ PATIENCE_S = 60.0
 SECOND_CONTROLLER = 5  # exit status
 BEGUN = 40  # ticks that are handed on as they are
 TICKS = 330  # five times 64 and some
+AHEAD = 20  # ticks that answers may be ahead of a listener
 OTHERS_CODE, NO_CODES = "their code is not of its key", "they have no codes of its key"
 DZ = 8  # byte of EstimateFd
 VALUE, PAGE_DZ = 4, 1  # byte of a page, and the page with dz
+LAST_FRAME = encode("LoadChange", tick=TICKS + 1)  # no run has one: its load stays
 
 Change = Callable[
     [Frame, int], Frame | None
@@ -68,13 +70,24 @@ class Between:
         self.near, self.far = bus_of_its_own(), bus_of_its_own()
         self.tick = 0  # that was answered last
 
-    def run(self, process, change: Change) -> None:
+    def run(self, process, change: Change, live: Live) -> None:
+        """Until the program ends, no faster than a listener hears: a socket that is full loses frames."""
         until = time.monotonic() + PATIENCE_S
         with open_bus(self.near) as near, open_bus(self.far) as far:
             while process.poll() is None:
                 self._hand_on(near, far, "SIMULATOR", as_it_is)
-                self._hand_on(far, near, "CONTROLLER", change)
+                if self.tick - live.frame().t_s * 1000 < AHEAD:
+                    self._hand_on(far, near, "CONTROLLER", change)
                 time.sleep(0.0002)
+                assert time.monotonic() < until
+
+    def wait_until_heard(self, live: Live) -> None:
+        """Sends one more frame behind those of the run: a listener that has it has all that came before."""
+        until = time.monotonic() + PATIENCE_S
+        with open_bus(self.near) as near:
+            while not any(event.words == "another load detected" for event in live.events()):
+                near.send(to_message(LAST_FRAME))  # again: a socket that is full takes none
+                time.sleep(0.02)
                 assert time.monotonic() < until
 
     def _hand_on(self, source, sink, sender: str, change: Change) -> None:
@@ -115,8 +128,8 @@ def run_between(start, ecu, simulator, tmp_path):
             )  # fmt: skip
             outs.append(run)
             between.tick = 0
-            between.run(run.process, change)
-            time.sleep(0.1)  # for what is still under way to the listener
+            between.run(run.process, change, live)
+            between.wait_until_heard(live)
             return Outcome(run.wait(), run.output, [*live.health().lines, *(event.words for event in live.events())])
 
     return runner
