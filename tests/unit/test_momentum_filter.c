@@ -23,7 +23,7 @@ typedef struct textbook {
 } textbook_t;
 
 /// Angular velocities that have no noise.
-static const hexload_smoother_constants_t without_noise = {.rate_gain = {1, 1, 1}};
+static const hexload_smoother_constants_t without_noise = {.rate_gain = {19, 17, 22}};
 
 typedef struct step {
     scene_t before, now;
@@ -95,14 +95,21 @@ static speeds_t speeds_of(const step_t* step) {
     return speeds;
 }
 
-/// Platform and load, whose mass and moments of inertia are none below 0 and a sigma larger.
+/// Platform and load, whose mass and moments of inertia are none below 0 and a sigma larger, and its products
+/// a sigma nearer to 0; no sigma above what half the mass has at the speed of the legs.
 static void cautious_body(const step_t* step, const textbook_t* self, double body[DIM]) {
+    const hexload_real_t* gain = step->past.smoother->rate_gain;
     memcpy(body, step->body, sizeof step->body);
-    const int heavier[4] = {HEXLOAD_LOAD_M, HEXLOAD_LOAD_IXX, HEXLOAD_LOAD_IYY, HEXLOAD_LOAD_IZZ};
-    for (int n = 0; n < 4; n++) {
-        const int k = heavier[n];
-        body[k] =
-            (double)step->filter.platform[k] + fmax((double)step->filter.theta[k], 0.0) + sqrt(self->P[k][k]);
+    body[HEXLOAD_LOAD_M] = (double)step->filter.platform[HEXLOAD_LOAD_M] +
+                           fmax((double)step->filter.theta[HEXLOAD_LOAD_M], 0.0) + sqrt(self->P[0][0]);
+    const double most = 0.5 * body[HEXLOAD_LOAD_M] / (double)(gain[0] + gain[1] + gain[2]);
+    for (int k = HEXLOAD_LOAD_IXX; k < DIM; k++) {
+        const double sigma = fmin(sqrt(self->P[k][k]), most);
+        if (k <= HEXLOAD_LOAD_IZZ) {
+            body[k] = (double)step->filter.platform[k] + fmax((double)step->filter.theta[k], 0.0) + sigma;
+        } else {
+            body[k] = copysign(fmax(fabs(body[k]) - sigma, 0.0), body[k]);
+        }
     }
 }
 

@@ -17,6 +17,9 @@ enum { DIM = HEXLOAD_LOAD_DIM };
 #define RATE_NOISE HEXLOAD_REAL(4.0)
 #define RATE_AT_ONCE HEXLOAD_REAL(3.0)
 
+/// Share of all mass that, moving as the legs do, is as much as a sigma of an inertia counts for at most.
+#define MOST_CAUTION HEXLOAD_REAL(0.5)
+
 /// 34 roundings in single precision.
 #define ROUNDING HEXLOAD_REAL(4e-6)
 
@@ -59,16 +62,28 @@ HEXLOAD_RARE void hexload_momentum_filter_init(hexload_momentum_filter_t* self,
     self->load_cov[HEXLOAD_LOAD_M][HEXLOAD_LOAD_M] = sigma_kg * sigma_kg;
 }
 
-/// The body of the gains: held within what a body can have, and one sigma heavier than it seems, so that an
-/// early gain does not claim information that its wrong linearisation point does not have.
-static void make_cautious(const hexload_momentum_filter_t* self, hexload_real_t body[DIM]) {
-    hexload_momentum_filter_body(self, body);
-    body[HEXLOAD_LOAD_M] = self->platform[HEXLOAD_LOAD_M] +
-                           hexload_max(self->theta[HEXLOAD_LOAD_M], HEXLOAD_REAL(0.0)) +
+void hexload_momentum_filter_body(const hexload_momentum_filter_t* self, hexload_real_t body[DIM]) {
+    for (int k = 0; k < DIM; k++) {
+        body[k] = self->platform[k] + self->theta[k];
+    }
+}
+
+/// The body of the gains: held within what a body can have, and one sigma heavier than it seems about every
+/// axis, so that an early gain does not claim information that its wrong linearisation point does not have.
+/// Sigmas that say that nothing is known do not count in full: they would throw away the start of a motion.
+/// @param[in,out] body platform and load, and then what gains take for it.
+static void make_cautious(const hexload_momentum_filter_t* self,
+                          const hexload_smoother_constants_t* constants, hexload_real_t body[DIM]) {
+    const hexload_real_t* gain = constants->rate_gain;
+    body[HEXLOAD_LOAD_M] = hexload_max(body[HEXLOAD_LOAD_M], self->platform[HEXLOAD_LOAD_M]) +
                            hexload_sqrt(self->load_cov[HEXLOAD_LOAD_M][HEXLOAD_LOAD_M]);
+    const hexload_real_t most = MOST_CAUTION * body[HEXLOAD_LOAD_M] / (gain[0] + gain[1] + gain[2]);
     for (int k = HEXLOAD_LOAD_IXX; k <= HEXLOAD_LOAD_IZZ; k++) {
-        body[k] = self->platform[k] + hexload_max(self->theta[k], HEXLOAD_REAL(0.0)) +
-                  hexload_sqrt(self->load_cov[k][k]);
+        const int product = k + 3;
+        body[k] = hexload_max(body[k], self->platform[k]) +
+                  hexload_min(hexload_sqrt(self->load_cov[k][k]), most);
+        const hexload_real_t sigma = hexload_min(hexload_sqrt(self->load_cov[product][product]), most);
+        body[product] -= hexload_max(hexload_min(body[product], sigma), -sigma);
     }
 }
 
@@ -106,15 +121,14 @@ static void move_covariance(hexload_momentum_filter_t* self, hexload_real_t G[PU
 
 /// mu+ = mu + dt/2 (u + u_last) + Gbar (theta + theta_platform).
 static void predict(hexload_momentum_filter_t* self, const hexload_config_t* config,
-                    const hexload_delayed_tick_t* past, const hexload_momentum_input_t* input) {
+                    const hexload_delayed_tick_t* past, const hexload_momentum_input_t* input,
+                    const hexload_real_t body[DIM]) {
     const hexload_real_t dt_s = config->tick_s * (hexload_real_t)past->smooth.gap_ticks;
     const hexload_real_t impulse_sigma_n_s = dt_s * past->sensors->force_sigma_n;
     hexload_real_t variance[HEXLOAD_LEGS];
     hexload_real_t columns[HEXLOAD_LEGS][6];
-    hexload_real_t body[DIM];
     hexload_real_t G[PULLED][LIFTED];
     hexload_momentum_pull(&self->last_input, input, dt_s * config->gravity_m_s2, G);
-    hexload_momentum_filter_body(self, body);
     hexload_momentum_move(self->momentum, &self->last_input, input, dt_s, G, body);
     move_covariance(self, G);
     for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
@@ -127,7 +141,6 @@ static void predict(hexload_momentum_filter_t* self, const hexload_config_t* con
 
 /// What the smoother leaves of the measured speeds.
 typedef struct residual {
-    hexload_real_t smooth_twist[6];
     hexload_real_t twist[6];                   ///< measured minus smooth
     hexload_real_t velocity_m_s[HEXLOAD_LEGS]; ///< likewise
     hexload_real_t left_out_m2_s2;             ///< of rotation, that may be a motion as well as noise
@@ -161,28 +174,27 @@ static hexload_real_t leave_out_noise(hexload_momentum_filter_t* self, const hex
     return square_m2_s2;
 }
 
+/// Finds the smooth twist, too.
 static void find_residual(hexload_momentum_filter_t* self, const hexload_config_t* config,
                           const hexload_delayed_tick_t* past, residual_t* residual) {
     const hexload_smooth_sample_t* smooth = &past->smooth;
-    hexload_leg_blocks_solve(past->motion.jacobian, smooth->smooth_velocity_m_s, residual->smooth_twist);
-    residual->left_out_m2_s2 = leave_out_noise(self, config, past, &residual->smooth_twist[3]);
+    hexload_leg_blocks_solve(past->motion.jacobian, smooth->smooth_velocity_m_s, self->smooth_twist);
+    residual->left_out_m2_s2 = leave_out_noise(self, config, past, &self->smooth_twist[3]);
     for (int k = 0; k < 6; k++) {
-        residual->twist[k] = past->motion.twist[k] - residual->smooth_twist[k];
+        residual->twist[k] = past->motion.twist[k] - self->smooth_twist[k];
         residual->velocity_m_s[k] = smooth->sample.velocity_m_s[k] - smooth->smooth_velocity_m_s[k];
     }
 }
 
 /// mu from the smooth twist: P_mt = Y P_tt, P_mm = Y P_tt Y^T + the noise of the twist.
 HEXLOAD_RARE static void seed_momentum(hexload_momentum_filter_t* self, const hexload_delayed_tick_t* past,
-                                       const residual_t* residual) {
+                                       const residual_t* residual, hexload_real_t body[DIM]) {
     const hexload_motion_t* motion = &past->motion;
-    hexload_real_t body[DIM];
     hexload_real_t Y[6][DIM];
     hexload_real_t variance[HEXLOAD_LEGS];
     hexload_real_t columns[HEXLOAD_LEGS][6];
-    hexload_momentum_filter_body(self, body);
-    hexload_momentum_of_body(body, motion, residual->smooth_twist, self->momentum);
-    hexload_momentum_regressor(motion, residual->smooth_twist, Y);
+    hexload_momentum_of_body(body, motion, self->smooth_twist, self->momentum);
+    hexload_momentum_regressor(motion, self->smooth_twist, Y);
     for (int j = 0; j < DIM; j += 2) {
         hexload_real_t product[2][6];
         hexload_momentum_rows(Y, self->load_cov[j], self->load_cov[j + 1], 0, 6, product);
@@ -195,7 +207,7 @@ HEXLOAD_RARE static void seed_momentum(hexload_momentum_filter_t* self, const he
         hexload_momentum_rows(Y, self->cross_cov[a], self->cross_cov[a + 1], 0, a + 2,
                               &self->momentum_cov[a]);
     }
-    make_cautious(self, body);
+    make_cautious(self, past->smoother, body);
     const hexload_real_t sigma_m_s = past->sensors->velocity_sigma_m_s;
     hexload_momentum_of_leg_speeds(body, motion, columns);
     for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
@@ -221,16 +233,15 @@ static hexload_real_t correlated_ticks(const hexload_config_t* config, const hex
 /// small difference of terms as large as P_mm.
 static void measurement_noise(const hexload_momentum_filter_t* self, const hexload_config_t* config,
                               const hexload_delayed_tick_t* past, const residual_t* residual,
-                              hexload_real_t R[6][6]) {
+                              hexload_real_t body[DIM], hexload_real_t R[6][6]) {
     const hexload_real_t sigma_m_s = past->sensors->velocity_sigma_m_s;
     const hexload_real_t noise_ticks = correlated_ticks(config, past, residual);
     // Speeds from displacements are noisier than white where they are faster than the smoother.
     const hexload_real_t speed_ticks = past->sensors->half_window_ticks > 0 ? noise_ticks : HEXLOAD_REAL(1.0);
     const hexload_real_t variance = speed_ticks * sigma_m_s * sigma_m_s;
-    hexload_real_t body[DIM];
     hexload_real_t columns[HEXLOAD_LEGS][6];
     hexload_real_t Y[6][DIM];
-    make_cautious(self, body);
+    make_cautious(self, past->smoother, body);
     hexload_momentum_of_leg_speeds(body, &past->motion, columns);
     hexload_momentum_regressor(&past->motion, residual->twist, Y);
     hexload_momentum_spread(self, Y, R);
@@ -250,10 +261,8 @@ static void measurement_noise(const hexload_momentum_filter_t* self, const hexlo
 /// The six leg speeds as a measurement of momentum: e = Y(V) (theta + theta_platform) - mu, H = [Y, -E] with
 /// the smooth twist, so that H's noise is not the innovation's.
 static void measure(const hexload_momentum_filter_t* self, const hexload_motion_t* motion,
-                    const residual_t* residual, hexload_momentum_update_t* measured) {
-    hexload_real_t body[DIM];
-    hexload_momentum_regressor(motion, residual->smooth_twist, measured->Y);
-    hexload_momentum_filter_body(self, body);
+                    const hexload_real_t body[DIM], hexload_momentum_update_t* measured) {
+    hexload_momentum_regressor(motion, self->smooth_twist, measured->Y);
     hexload_momentum_of_body(body, motion, motion->twist, measured->innovation);
     for (int k = 0; k < 6; k++) {
         measured->innovation[k] -= self->momentum[k];
@@ -345,22 +354,23 @@ void hexload_momentum_filter_step(hexload_momentum_filter_t* self, const hexload
                                   const hexload_delayed_tick_t* past, hexload_momentum_update_t* update) {
     residual_t residual;
     hexload_momentum_input_t input;
+    hexload_real_t body[DIM];
     find_residual(self, config, past, &residual);
     hexload_momentum_read_input(&past->motion, past->smooth.sample.force_n, &input);
     if (hexload_rig_has_leg_mass(config)) {
         hexload_momentum_take_off(&past->motion, past->smooth.leg_wrench, &input);
     }
+    hexload_momentum_filter_body(self, body);
     if (past->smooth.gap_ticks == 0) {
-        seed_momentum(self, past, &residual);
+        seed_momentum(self, past, &residual, body);
         self->nis = CHI_SQUARE_6_MEAN;
     } else {
-        predict(self, config, past, &input);
-        measure(self, &past->motion, &residual, update);
-        measurement_noise(self, config, past, &residual, update->L);
+        predict(self, config, past, &input, body);
+        measure(self, &past->motion, body, update);
+        measurement_noise(self, config, past, &residual, body, update->L); // after it `body` is cautious
         correct(self, update);
     }
     self->last_input = input;
-    memcpy(self->smooth_twist, residual.smooth_twist, sizeof self->smooth_twist);
 }
 
 bool hexload_momentum_filter_is_finite(const hexload_momentum_filter_t* self) {

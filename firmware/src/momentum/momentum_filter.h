@@ -63,12 +63,8 @@ void hexload_momentum_filter_forget(hexload_momentum_filter_t* self, const hexlo
 bool hexload_momentum_filter_is_finite(const hexload_momentum_filter_t* self);
 
 /// The body that moves: platform and load.
-static inline void hexload_momentum_filter_body(const hexload_momentum_filter_t* self,
-                                                hexload_real_t body[HEXLOAD_LOAD_DIM]) {
-    for (int k = 0; k < (int)HEXLOAD_LOAD_DIM; k++) {
-        body[k] = self->platform[k] + self->theta[k];
-    }
-}
+void hexload_momentum_filter_body(const hexload_momentum_filter_t* self,
+                                  hexload_real_t body[HEXLOAD_LOAD_DIM]);
 
 /// Estimates and their standard deviations.
 void hexload_momentum_filter_read(const hexload_momentum_filter_t* self,
