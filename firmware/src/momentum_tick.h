@@ -313,10 +313,12 @@ static inline void read_load(const hexload_momentum_t* self, const hexload_confi
     hexload_momentum_filter_read(&self->filter, estimate->value, estimate->own_sigma);
     memcpy(estimate->sigma, estimate->own_sigma, sizeof estimate->sigma);
     const bool is_open = config->rig.direction_count > 0;
-    hexload_real_t factor = hexload_residual_test_factor(&self->residual_test, is_open);
-    factor =
-        effects != NULL ? hexload_gain_errors_factor(&effects->filter.gains, config, self, factor) : factor;
-    hexload_jackknife_widen(&self->jackknife, factor, estimate->sigma);
+    hexload_jackknife_widen(&self->jackknife, hexload_residual_test_factor(&self->residual_test, is_open),
+                            estimate->sigma);
+    if (effects != NULL) {
+        hexload_gain_errors_widen(&effects->filter.gains, config, self, effects->identifiability.bias_mask,
+                                  estimate->sigma);
+    }
     const hexload_real_t dispersion = effects != NULL ? effects->filter.dispersion : HEXLOAD_REAL(1.0);
     hexload_consider_widen(&self->consider, config, dispersion, estimate->sigma);
 }

@@ -21,13 +21,16 @@ typedef struct bench {
     hexload_delayed_tick_t past;
 } bench_t;
 
-/// All moments are known to a hundredth.
+/// All moments are known to a hundredth, mass and first moments to 1.
 static void begin(bench_t* bench) {
     memset(bench, 0, sizeof *bench);
     hexload_config_default(&bench->config);
     bench->config.tolerances.force_gain = HEXLOAD_REAL(0.004);
     bench->sensors.force_sigma_n = (hexload_real_t)NOISE_N;
     bench->past.sensors = &bench->sensors;
+    for (int k = HEXLOAD_LOAD_M; k <= HEXLOAD_LOAD_HZ; k++) {
+        bench->estimator.filter.load_cov[k][k] = HEXLOAD_REAL(1.0);
+    }
     for (int k = HEXLOAD_LOAD_IXX; k <= HEXLOAD_LOAD_IZZ; k++) {
         bench->estimator.filter.platform[k] = HEXLOAD_REAL(25.0);
         bench->estimator.filter.theta[k] = HEXLOAD_REAL(35.0);
@@ -61,9 +64,19 @@ static double push(bench_t* bench) {
     return square;
 }
 
+/// Sigma of parameter k, of which the filter's own is 1.
+static double widened(const bench_t* bench, double sigma, uint32_t confounded, int k) {
+    hexload_real_t sigmas[HEXLOAD_LOAD_DIM];
+    for (int n = 0; n < HEXLOAD_LOAD_DIM; n++) {
+        sigmas[n] = (hexload_real_t)sigma;
+    }
+    hexload_gain_errors_widen(&bench->self, &bench->config, &bench->estimator, confounded, sigmas);
+    return (double)sigmas[k];
+}
+
+/// Where the biases are not confounded with anything.
 static double factor_of(const bench_t* bench, double factor) {
-    return (double)hexload_gain_errors_factor(&bench->self, &bench->config, &bench->estimator,
-                                              (hexload_real_t)factor);
+    return widened(bench, factor, 0, HEXLOAD_LOAD_HX);
 }
 
 static void test_gains_are_in_the_sigmas_while_a_moment_is_not_known_to_a_half(void) {
@@ -75,7 +88,7 @@ static void test_gains_are_in_the_sigmas_while_a_moment_is_not_known_to_a_half(v
     const double half = 0.25 * MOMENT * MOMENT;
     for (int k = HEXLOAD_LOAD_IXX; k <= HEXLOAD_LOAD_IZZ; k++) {
         bench.estimator.filter.load_cov[k][k] = (hexload_real_t)(1.01 * half);
-        // WHEN the factor is asked for THEN it has 0.7 of the tolerance of what the forces have changed by,
+        // WHEN sigma is asked for THEN it has 0.7 of the tolerance of what the forces have changed by,
         // beside what there was; single precision adds 4,000 squares up
         const double expected = sqrt(4.0 + pow(0.7 * 0.004, 2.0) * square);
         TEST_ASSERT_TRUE(expected > 4.0);
@@ -96,6 +109,27 @@ static void test_gains_are_in_the_sigmas_while_a_moment_is_not_known_to_a_half(v
         attenuation->late[axis] = HEXLOAD_REAL(0.51);
         TEST_ASSERT_DOUBLE_WITHIN(1e-3 * expected, expected, factor_of(&bench, 2.0));
         attenuation->late[axis] = HEXLOAD_REAL(0.0);
+    }
+}
+
+static void test_gains_are_in_the_sigmas_of_what_the_biases_are_confounded_with(void) {
+    // GIVEN legs whose forces change, all moments known
+    bench_t bench;
+    begin(&bench);
+    const double square = push(&bench);
+    const double expected = sqrt(4.0 + pow(0.7 * 0.004, 2.0) * square);
+    const double tenth = sqrt(4.0 + pow(0.07 * 0.004, 2.0) * square);
+    const uint32_t confounded = 1u << HEXLOAD_LOAD_HY;
+    TEST_ASSERT_TRUE(tenth > 2.02);
+    // WHEN the biases are confounded with one parameter THEN its sigma has a tenth of them
+    for (int k = HEXLOAD_LOAD_M; k <= HEXLOAD_LOAD_HZ; k++) {
+        const double of_this = k == HEXLOAD_LOAD_HY ? tenth : 2.0;
+        TEST_ASSERT_DOUBLE_WITHIN(1e-3 * of_this, of_this, widened(&bench, 2.0, confounded, k));
+    }
+    // AND while a moment is not known, all have the whole
+    bench.estimator.filter.load_cov[HEXLOAD_LOAD_IYY][HEXLOAD_LOAD_IYY] = (hexload_real_t)(MOMENT * MOMENT);
+    for (int k = HEXLOAD_LOAD_M; k <= HEXLOAD_LOAD_HZ; k++) {
+        TEST_ASSERT_DOUBLE_WITHIN(1e-3 * expected, expected, widened(&bench, 2.0, confounded, k));
     }
 }
 
@@ -138,6 +172,7 @@ static void test_forces_that_stay_tell_of_no_gain_however_long(void) {
 int main(void) {
     UNITY_BEGIN();
     RUN_TEST(test_gains_are_in_the_sigmas_while_a_moment_is_not_known_to_a_half);
+    RUN_TEST(test_gains_are_in_the_sigmas_of_what_the_biases_are_confounded_with);
     RUN_TEST(test_exact_or_commissioned_gains_widen_nothing);
     RUN_TEST(test_forces_that_stay_tell_of_no_gain_however_long);
     return UNITY_END();

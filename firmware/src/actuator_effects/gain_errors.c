@@ -4,8 +4,13 @@
 #include "momentum/attenuation.h"
 
 /// Each of six gains is twice as uncertain as all together; a third of A9's bound, and a little more, is in
-/// h_x or h_y.
+/// h_x or h_y. Hinges that are off by a thousandth of a leg's length turn its force by a fifth of a gain, and
+/// of what that does half is hidden where all moments are known.
 #define HIDDEN HEXLOAD_REAL(0.7)
+#define HIDDEN_BY_BIASES HEXLOAD_REAL(0.07)
+
+/// A bit of each parameter.
+#define ALL ((1U << HEXLOAD_LOAD_DIM) - 1U)
 
 void hexload_gain_errors_step(hexload_gain_errors_t* self, const hexload_delayed_tick_t* past) {
     const hexload_real_t* force_n = past->smooth.sample.force_n;
@@ -37,9 +42,17 @@ static bool is_blind(const hexload_momentum_t* estimator) {
     return is;
 }
 
-hexload_real_t hexload_gain_errors_factor(const hexload_gain_errors_t* self, const hexload_config_t* config,
-                                          const hexload_momentum_t* estimator, hexload_real_t factor) {
-    const hexload_real_t off = HIDDEN * config->tolerances.force_gain;
-    const bool is_hidden = (config->rig.direction_count == 0U) && is_blind(estimator);
-    return is_hidden ? hexload_sqrt((factor * factor) + (off * off * self->square)) : factor;
+void hexload_gain_errors_widen(const hexload_gain_errors_t* self, const hexload_config_t* config,
+                               const hexload_momentum_t* estimator, uint32_t confounded,
+                               hexload_real_t sigma[HEXLOAD_LOAD_DIM]) {
+    const bool is_blind_to_some = is_blind(estimator);
+    const hexload_real_t off = (is_blind_to_some ? HIDDEN : HIDDEN_BY_BIASES) * config->tolerances.force_gain;
+    const hexload_real_t square = off * off * self->square;
+    const uint32_t hidden = is_blind_to_some ? ALL : confounded;
+    const uint32_t open = (config->rig.direction_count == 0U) ? hidden : 0U;
+    for (uint32_t k = 0; (open >> k) != 0U; k++) {
+        if (((open >> k) & 1U) != 0U) {
+            sigma[k] = hexload_sqrt((sigma[k] * sigma[k]) + (square * estimator->filter.load_cov[k][k]));
+        }
+    }
 }

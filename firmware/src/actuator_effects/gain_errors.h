@@ -7,9 +7,10 @@
 ///
 ///     abs(sum of r d) / sum of r^2 <= (s / sigma_f) sqrt(sum of d^2),   d = g (f - mean of f)       (A9)
 ///
-/// at most, where all of d goes with its column. On a motion that tells all moments of inertia the
-/// innovations show what of d does not (R15). On one that does not, the other states take it: of gains 1 %
-/// off on motions along or about one axis a third of that bound is in h_x and h_y, and no residual is left.
+/// at most, where all of d goes with its column. Of a parameter that the biases are not confounded with (A4)
+/// the innovations show what of d does not (R15), once the motion has told all moments of inertia. Where it
+/// has not, the other states take it: of gains 1 % off on motions along or about one axis a third of that
+/// bound is in h_x and h_y, and no residual is left. A hinge that is 1 mm off does as much.
 #ifndef HEXLOAD_GAIN_ERRORS_H
 #define HEXLOAD_GAIN_ERRORS_H
 
@@ -19,10 +20,11 @@
 /// Adds the changes of the forces of a tick. Reentrant; some 60 instructions.
 void hexload_gain_errors_step(hexload_gain_errors_t* self, const hexload_delayed_tick_t* past);
 
-/// What a factor on the own sigmas of a filter is with them, while some moment of platform and load is not
-/// known to a half. Of a rig file's gains its directions tell. Reentrant.
-/// @param factor without them; 1 or more.
-hexload_real_t hexload_gain_errors_factor(const hexload_gain_errors_t* self, const hexload_config_t* config,
-                                          const hexload_momentum_t* estimator, hexload_real_t factor);
+/// Widens sigmas by them: of what the biases are confounded with, and of all while some moment of platform and
+/// load is not known to a half. Of a rig file's gains its directions tell. Reentrant; some 100 instructions.
+/// @param confounded bit k: the biases are confounded with parameter k.
+void hexload_gain_errors_widen(const hexload_gain_errors_t* self, const hexload_config_t* config,
+                               const hexload_momentum_t* estimator, uint32_t confounded,
+                               hexload_real_t sigma[HEXLOAD_LOAD_DIM]);
 
 #endif
