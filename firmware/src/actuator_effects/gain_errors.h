@@ -10,7 +10,8 @@
 /// at most, where all of d goes with its column. Of a parameter that the biases are not confounded with (A4)
 /// the innovations show what of d does not (R15), once the motion has told all moments of inertia. Where it
 /// has not, the other states take it: of gains 1 % off on motions along or about one axis a third of that
-/// bound is in h_x and h_y, and no residual is left. A hinge that is 1 mm off does as much.
+/// bound is in h_x and h_y, and no residual is left. Where the biases are confounded with a parameter, a
+/// hinge that is 1 mm off leaves none either.
 #ifndef HEXLOAD_GAIN_ERRORS_H
 #define HEXLOAD_GAIN_ERRORS_H
 
@@ -20,8 +21,9 @@
 /// Adds the changes of the forces of a tick. Reentrant; some 60 instructions.
 void hexload_gain_errors_step(hexload_gain_errors_t* self, const hexload_delayed_tick_t* past);
 
-/// Widens sigmas by them: of what the biases are confounded with, and of all while some moment of platform and
-/// load is not known to a half. Of a rig file's gains its directions tell. Reentrant; some 100 instructions.
+/// Widens sigmas by them: of what the biases are confounded with, and of all while some moment of platform
+/// and load is not known to a half. Of a rig file's gains its directions tell. Reentrant; some 100
+/// instructions.
 /// @param confounded bit k: the biases are confounded with parameter k.
 void hexload_gain_errors_widen(const hexload_gain_errors_t* self, const hexload_config_t* config,
                                const hexload_momentum_t* estimator, uint32_t confounded,
