@@ -252,7 +252,7 @@ def test_an_encoder_that_errs_with_each_turn_of_a_screw_is_no_turning_of_the_pla
 def test_a_hinge_that_is_off_is_in_the_sigmas_beside_free_biases(logs):
     # GIVEN the paper's motion, and one hinge off by 1 mm WHEN biases and friction of the legs are free, and hide it
     case = FaultCase("one_hinge", 0.001, "paper", "momentum_effects", 2310000002, verb.DURATION_S)
-    # THEN all ten are right within their sigmas: those of the filter alone left h_y 9 of them off, and no residual told
+    # THEN all ten are right within their sigmas: without A9 h_y was 9 of them off, and no residual told
     scored = run_fault(case, logs)
     assert scored["outcome"] == "right" and scored["largest_sigmas"] < 5.0
 

@@ -141,7 +141,7 @@ def test_each_parameter_has_a_verdict_with_its_reason(tmp_path):
     # THEN the mass has converged, an inertia has not, and the words say which motion is missing when there is none
     assert verdicts["m"] == "converged"
     assert verdicts["Ixx"] in ("converging", "not_excited")
-    assert in_words("Iyy", "not_excited") == "not excited: no pitch acceleration in the last 10 s, or too little"
+    assert in_words("Iyy", "not_excited") == "not excited: no pitch acceleration in the last 10 s, or too little to tell more"
     assert [in_words(name, "not_excited") for name in result["names"]]
     assert in_words("m", "converged") == "converged"
 

@@ -55,6 +55,17 @@ static void step(bench_t* bench) {
     hexload_attenuation_step(&bench->estimator, &bench->config, &bench->past);
 }
 
+/// Of the hinges, their root mean square distance from the platform's origin.
+static double arm_m(const bench_t* bench) {
+    double square_m2 = 0.0;
+    for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
+        for (int k = 0; k < 3; k++) {
+            square_m2 += pow((double)bench->config.geometry.platform_hinge_m[leg][k], 2.0) / HEXLOAD_LEGS;
+        }
+    }
+    return sqrt(square_m2);
+}
+
 /// About y, of a turning at 8 Hz of an amplitude, and of noise in the smooth velocity, mrad/s.
 static void turn(bench_t* bench, double motion_mrad_s, double noise_mrad_s, uint32_t ticks) {
     for (uint32_t n = 0; n < ticks; n++) {
@@ -240,6 +251,7 @@ static void test_a_turning_that_late_legs_may_have_made_leaves_inertias_and_heig
     }
     // AND that is nearly nothing about z, a part about x, and most about y
     TEST_ASSERT_TRUE(share[2] < 0.01 && share[0] > 0.05 && share[0] < 0.5 && share[1] > 0.6);
+    // within a tick of one leg more than of another in the 700 of a call, 1.4e-3
     for (int k = 0; k < 3; k++) {
         TEST_ASSERT_DOUBLE_WITHIN(2e-3 * OWN_AND_LOAD, OWN_AND_LOAD * share[k],
                                   added(&bench, HEXLOAD_LOAD_IXX + k));
@@ -249,13 +261,7 @@ static void test_a_turning_that_late_legs_may_have_made_leaves_inertias_and_heig
     TEST_ASSERT_DOUBLE_WITHIN(2e-3 * OWN_AND_LOAD, OWN_AND_LOAD * share[2], added(&bench, HEXLOAD_LOAD_IXZ));
     TEST_ASSERT_DOUBLE_WITHIN(2e-3 * OWN_AND_LOAD, OWN_AND_LOAD * share[2], added(&bench, HEXLOAD_LOAD_IYZ));
     // AND of h_z that of the way in which it is known best, of the mass at the hinges' root mean square
-    double arm_m2 = 0.0;
-    for (int leg = 0; leg < 6; leg++) {
-        for (int k = 0; k < 3; k++) {
-            arm_m2 += pow((double)bench.config.geometry.platform_hinge_m[leg][k], 2.0) / 6.0;
-        }
-    }
-    const double all_kg_m = mass_kg * sqrt(arm_m2);
+    const double all_kg_m = mass_kg * arm_m(&bench);
     TEST_ASSERT_DOUBLE_WITHIN(2e-3 * all_kg_m, all_kg_m * fmin(share[3], share[0]),
                               added(&bench, HEXLOAD_LOAD_HZ));
     // AND nothing else
@@ -273,13 +279,13 @@ static void test_a_height_is_open_where_neither_turning_nor_shift_is_certain(voi
     bench.config.momentum.timing_s = HEXLOAD_REAL(0.5e-3);
     bench.estimator.filter.theta[HEXLOAD_LOAD_M] = HEXLOAD_REAL(600.0);
     move(&bench, twist, acceleration, ROUNDS_TICKS);
-    TEST_ASSERT_TRUE(added(&bench, HEXLOAD_LOAD_HZ) > 0.9 * 600.0 * 0.3);
+    TEST_ASSERT_TRUE(added(&bench, HEXLOAD_LOAD_HZ) > 0.9 * 600.0 * arm_m(&bench));
     // WHEN it moves along x as it heaves, for as long THEN the height of the centre of mass is known
     const double shift[6] = {0.3, 0.0, 0.3, 2e-4, 2e-4, 2e-4};
     move(&bench, shift, acceleration, ROUNDS_TICKS);
     forget_factors(&bench);
     move(&bench, shift, acceleration, ROUNDS_TICKS);
-    TEST_ASSERT_TRUE(added(&bench, HEXLOAD_LOAD_HZ) < 0.01 * 600.0 * 0.3);
+    TEST_ASSERT_TRUE(added(&bench, HEXLOAD_LOAD_HZ) < 0.01 * 600.0 * arm_m(&bench));
     // AND moments are as open as before
     TEST_ASSERT_TRUE(added(&bench, HEXLOAD_LOAD_IYY) > 0.9 * OWN_AND_LOAD);
 }

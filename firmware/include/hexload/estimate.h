@@ -67,7 +67,7 @@ typedef enum hexload_verdict {
     /// motion lowers.
     HEXLOAD_VERDICT_CONVERGED,
     HEXLOAD_VERDICT_CONVERGING,  ///< the motion goes on lowering its sigma
-    HEXLOAD_VERDICT_NOT_EXCITED, ///< the motion has shown (nearly) nothing of it
+    HEXLOAD_VERDICT_NOT_EXCITED, ///< the motion of the last seconds does not lower its sigma, or hardly
     /// The machine is not its model, or channels contradict each other: mend that. Sigma is widened, which
     /// holds for a machine that is a little off, not for wrong wiring or units.
     HEXLOAD_VERDICT_MISFIT,

@@ -530,11 +530,14 @@ typedef struct hexload_rub {
     hexload_real_t lever[4];                ///< of platform and load: m, kg; m p + R h, kg m
 } hexload_rub_t;
 
-/// By how much forces have changed, with loads before too: biases have taken what gains made of it.
+/// By how much forces have changed. Squares are in variances of the force sensors, less what noise makes of
+/// them.
 typedef struct hexload_gain_errors {
-    hexload_real_t mean_n[HEXLOAD_LEGS]; ///< of all ticks
-    hexload_real_t square; ///< sum of squares of what differs from it, less noise, in variances of that
-    hexload_real_t ticks;  ///< in the mean
+    hexload_real_t mean_n[HEXLOAD_LEGS]; ///< of all ticks, with loads before; beyond 2^18 of the latest
+    hexload_real_t ticks;                ///< in the mean, 2^18 at most
+    hexload_real_t square;               ///< sum of squares of what differs from it, of this load's ticks
+    hexload_real_t load_ticks;           ///< of this load
+    hexload_real_t square_before;        ///< mean one of a tick of the loads before
 } hexload_gain_errors_t;
 
 /// Twenty states that go with those of a momentum filter.

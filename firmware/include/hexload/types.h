@@ -53,7 +53,7 @@ typedef enum hexload_health_bit {
     HEXLOAD_HEALTH_MEASUREMENT_GATED = 3,  ///< the innovation is beyond the gate and was not used
     HEXLOAD_HEALTH_INERTIA_BOUNDED = 4,    ///< an inertia below zero was set to zero
     HEXLOAD_HEALTH_COVARIANCE_BOUNDED = 5, ///< a variance was held at its floor or at its prior
-    HEXLOAD_HEALTH_NOT_EXCITED = 6,        ///< the motion gives (nearly) no information on a parameter
+    HEXLOAD_HEALTH_NOT_EXCITED = 6,        ///< the motion does not lower a parameter's sigma, or hardly
     HEXLOAD_HEALTH_INCONSISTENT = 7, ///< innovations or inertias contradict the model or the stated sigmas
     HEXLOAD_HEALTH_FILTER_RESTARTED = 8, ///< a number was no longer finite, or samples had
                                          ///< come again: the filter began anew

@@ -4,6 +4,7 @@
 #include "algebra/leg_blocks.h"
 #include "algebra/linalg.h"
 #include "actuator_effects/actuator_effects_model.h"
+#include "actuator_effects/gain_errors.h"
 #include "momentum/load_monitor.h"
 #include "momentum/momentum_model.h"
 
@@ -582,6 +583,7 @@ void hexload_actuator_effects_hold(hexload_actuator_effects_t* self, const hexlo
 
 void hexload_actuator_effects_forget(hexload_actuator_effects_t* self) {
     self->rest_ticks = 0; // the next load is weighed at rest too
+    hexload_gain_errors_forget(&self->gains);
     for (int i = 0; i < DIM; i++) {
         memset(&self->covariance[EFFECT_ROW(i)], 0, KNOWN * sizeof self->covariance[0]);
     }

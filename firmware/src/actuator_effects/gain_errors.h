@@ -18,8 +18,12 @@
 #include "hexload/momentum.h"
 #include "momentum/delayed_tick.h"
 
-/// Adds the changes of the forces of a tick. Reentrant; some 60 instructions.
+/// Adds the changes of the forces of a tick, but of a lost one. Reentrant; some 80 instructions.
 void hexload_gain_errors_step(hexload_gain_errors_t* self, const hexload_delayed_tick_t* past);
+
+/// Begins with the next load. Each of its ticks has what one of all before had in the mean: biases have taken
+/// that, and no more of it than they can tell. Reentrant; some 20 instructions.
+void hexload_gain_errors_forget(hexload_gain_errors_t* self);
 
 /// Widens sigmas by them: of what the biases are confounded with, and of all while some moment of platform
 /// and load is not known to a half. Of a rig file's gains its directions tell. Reentrant; some 100

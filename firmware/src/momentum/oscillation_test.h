@@ -11,7 +11,7 @@
 ///
 /// Noise and constants within their sigmas make c at most chi-square with 6 degrees of freedom. Innovations
 /// swing where c is beyond that by more than chance, and beyond all that lasts (R17). Half seconds that
-/// follow each other show 0.6 to 1.4 Hz, those with one between them 0.3 to 0.7 Hz: they take turns.
+/// follow each other show 0.5 to 1.5 Hz, those with one between them 0.26 to 0.74 Hz: they take turns.
 #ifndef HEXLOAD_OSCILLATION_TEST_H
 #define HEXLOAD_OSCILLATION_TEST_H
 

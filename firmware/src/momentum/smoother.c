@@ -14,11 +14,6 @@ enum { ONE_ROUND = HEXLOAD_WINDOW_CAPACITY * HEXLOAD_DELAY_CAPACITY * HEXLOAD_FO
 
 _Static_assert((int)HEXLOAD_LAG_TICKS_MAX >= (int)HEXLOAD_TRANSIENT_TICKS, "the lag covers the ticks after");
 
-/// Weights of a tick, its neighbours and theirs in f - D2 f / 12 + 11 D4 f / 720.
-#define OWN (HEXLOAD_REAL(906.0) / HEXLOAD_REAL(720.0))
-#define NEAR (-HEXLOAD_REAL(104.0) / HEXLOAD_REAL(720.0))
-#define FAR (HEXLOAD_REAL(11.0) / HEXLOAD_REAL(720.0))
-
 /// Steps to a speed and back, multiplied, beyond which it is an outlier: 60 sigma each, more than 0.3 m/s
 /// that ring at 95 Hz.
 #define OUTLIER_SIGMAS_SQUARE HEXLOAD_REAL(3600.0)
@@ -338,7 +333,8 @@ static void read_forces(const hexload_smoother_t* self, uint32_t middle,
     for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
         const hexload_real_t near_n = row[1][leg] + row[3][leg];
         const hexload_real_t far_n = row[0][leg] + row[4][leg];
-        force_n[leg] = hexload_fma(OWN, row[2][leg], hexload_fma(NEAR, near_n, FAR * far_n));
+        force_n[leg] = hexload_fma(HEXLOAD_FORCE_OWN, row[2][leg],
+                                   hexload_fma(HEXLOAD_FORCE_NEAR, near_n, HEXLOAD_FORCE_FAR * far_n));
     }
 }
 

@@ -23,6 +23,13 @@
 
 #include "front_end/present_tick.h"
 
+/// Weights of a tick, its neighbours and theirs in f - D2 f / 12 + 11 D4 f / 720.
+#define HEXLOAD_FORCE_OWN (HEXLOAD_REAL(906.0) / HEXLOAD_REAL(720.0))
+#define HEXLOAD_FORCE_NEAR (-HEXLOAD_REAL(104.0) / HEXLOAD_REAL(720.0))
+#define HEXLOAD_FORCE_FAR (HEXLOAD_REAL(11.0) / HEXLOAD_REAL(720.0))
+/// Of a force with these weights, in that of the sensor's white noise: the sum of their squares.
+#define HEXLOAD_SMOOTH_FORCE_VARIANCE (HEXLOAD_REAL(842710.0) / HEXLOAD_REAL(518400.0))
+
 /// A sample of the past, and the speeds that its neighbours on both sides give.
 typedef struct hexload_smooth_sample {
     /// Its forces are such that the trapezoids between ticks are the integral: f - D2 f / 12 + 11 D4 f / 720,

@@ -48,7 +48,7 @@ def in_words(name: str, verdict: str, confounded: str | None = None) -> str:
     if confounded is not None and verdict not in ("misfit", "inconsistent"):
         return f"{verdict.replace('_', ' ')}: {confounded}"
     if verdict == "not_excited":
-        return f"not excited: {MISSING_MOTION[name]} in the last 10 s, or too little"
+        return f"not excited: {MISSING_MOTION[name]} in the last 10 s, or too little to tell more"
     if verdict == "misfit":
         return "misfit: machine or log are not as the platform file says; sigma is widened and may still be too small"
     if verdict == "inconsistent":
