@@ -132,22 +132,23 @@ def test_a_value_that_is_no_finite_number_is_refused_with_line_and_column(tmp_pa
 
 
 @pytest.mark.parametrize("value", ["nan", "NaN", "", " "])
-def test_a_force_or_displacement_that_is_missing_is_nan(tmp_path, value):
-    # GIVEN a log without the force of leg 2 and the displacement of leg 5 in its third line WHEN it is read
-    log = read_log(log_of(tmp_path, HEADER, row("0"), row("0.001", f2=value, dl5=value)))
-    # THEN these two are nan, and nothing else is
+def test_a_value_that_is_missing_is_nan(tmp_path, value):
+    # GIVEN a log without the force of leg 2, the velocity of leg 3 and the displacement of leg 5 in its third line
+    # WHEN it is read
+    log = read_log(log_of(tmp_path, HEADER, row("0"), row("0.001", f2=value, vl3=value, dl5=value)))
+    # THEN these three are nan, and nothing else is
     assert np.argwhere(np.isnan(log.force_n)).tolist() == [[1, 1]]
+    assert np.argwhere(np.isnan(log.velocity_m_s)).tolist() == [[1, 2]]
     assert np.argwhere(np.isnan(log.displacement_m)).tolist() == [[1, 4]]
-    assert np.isfinite(log.velocity_m_s).all()
+    # AND the machine has velocity sensors
+    assert log.has_velocity
     # AND who needs all of them is told of the first
     with pytest.raises(InputError, match="log.csv: row 2 at 0.001 s: found no dl5, expected a log without missing"):
         log.whole("log.csv")
 
 
 @pytest.mark.parametrize("value", ["nan", ""])
-def test_a_velocity_or_time_that_is_missing_is_refused_with_line_and_column(tmp_path, value):
-    path = log_of(tmp_path, HEADER, row("0"), row("0.001", vl2=value))
-    assert refusal(path) == f"{path}: line 3: column vl2: found '{value}', expected a finite number"
+def test_a_time_that_is_missing_is_refused_with_line_and_column(tmp_path, value):
     path = log_of(tmp_path, HEADER, row("0"), row(value))
     assert refusal(path) == f"{path}: line 3: column t: found '{value}', expected a finite number"
 

@@ -329,7 +329,6 @@ def test_every_kind_of_fault_has_its_cause_or_none():
     none = {name for name in KINDS if KINDS[name].is_fault and not causes_of(name)}
     assert none == {
         "force_gain_all", "platform_mass", "platform_centre", "platform_inertia", "known_mass", "doubled", "shuffled",
-        "velocity_nan",
     }  # fmt: skip
 
 

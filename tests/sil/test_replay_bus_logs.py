@@ -481,10 +481,16 @@ def test_a_second_lcm_run_is_refused(tmp_path):
     )
 
 
-def test_an_lcm_value_that_is_not_finite_is_refused(tmp_path):
-    zero, bad = np.zeros(6), np.array([0, 0, np.nan, 0, 0, 0])
+def test_an_lcm_value_that_is_infinite_is_refused(tmp_path):
+    zero, bad = np.zeros(6), np.array([0, 0, np.inf, 0, 0, 0])
     path = write_lcm(tmp_path / "log.lcm", [(0, 0, zero, zero, zero), (1, 1, zero, bad, zero)])
-    assert refusal(path) == f"{path}: event 2: found a value that is no finite number in tick 1"
+    assert refusal(path) == f"{path}: event 2: found an infinite value in tick 1, expected a number"
+
+
+def test_an_lcm_value_that_is_no_number_is_missing(tmp_path):
+    zero, lost = np.zeros(6), np.array([0, 0, np.nan, 0, 0, 0])
+    path = write_lcm(tmp_path / "log.lcm", [(0, 0, zero, zero, zero), (1, 1, zero, lost, zero)])
+    assert np.argwhere(np.isnan(read_any_log(path).velocity_m_s)).tolist() == [[1, 2]]
 
 
 def test_a_refused_log_leaves_the_estimates_as_they_were(tmp_path):

@@ -125,6 +125,21 @@ def test_one_in_a_hundred_samples_may_be_missing(tmp_path):
     assert result["health_counts"]["sample missing"] == 150
 
 
+def test_a_row_without_a_velocity_is_a_missing_one(tmp_path):
+    # GIVEN a log in which leg 3 has no velocity in every hundredth row, and the same log without these rows
+    log = log_of("multisine_eccentric")
+    is_missing = np.arange(len(log.t_s)) % 100 == 57
+    velocity = np.where(is_missing[:, None] & (np.arange(6) == 2), np.nan, log.velocity_m_s)
+    platform = hexload_native.load_platform(DATA / "unknown_load.toml")
+    legs = log.displacement_m, velocity, log.force_n
+    # WHEN they are replayed
+    lost = hexload_native.replay(platform, "momentum", None, log.t_s, *legs, str(tmp_path / "lost.csv"))
+    without = replay(hexload_native, "multisine_eccentric", tmp_path, np.flatnonzero(~is_missing))
+    # THEN those rows are refused, and nothing else differs
+    assert lost["refused"] == 150
+    assert (lost["value"][-1] == without["value"][-1]).all() and (lost["sigma"][-1] == without["sigma"][-1]).all()
+
+
 def test_a_late_start_in_mid_motion_is_like_any_other(tmp_path):
     # GIVEN a log from its fifth second on WHEN it is replayed
     result = replay(hexload_native, "multisine_eccentric", tmp_path, slice(5000, None))
@@ -141,7 +156,10 @@ def test_each_parameter_has_a_verdict_with_its_reason(tmp_path):
     # THEN the mass has converged, an inertia has not, and the words say which motion is missing when there is none
     assert verdicts["m"] == "converged"
     assert verdicts["Ixx"] in ("converging", "not_excited")
-    assert in_words("Iyy", "not_excited") == "not excited: no pitch acceleration in the last 10 s, or too little to tell more"
+    assert (
+        in_words("Iyy", "not_excited")
+        == "not excited: no pitch acceleration in the last 10 s, or too little to tell more"
+    )
     assert [in_words(name, "not_excited") for name in result["names"]]
     assert in_words("m", "converged") == "converged"
 

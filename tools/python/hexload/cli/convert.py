@@ -73,11 +73,11 @@ def _write_csv(path: Path, parts: Iterator[LegLog], is_packed: bool) -> int:
     rows = 0
     with gzip.open(path, "wt", encoding="utf-8") if is_packed else path.open("w", encoding="utf-8") as stream:
         for part in parts:
-            names = COLUMNS if part.has_velocity else WITHOUT_VELOCITY
-            channels = (part.displacement_m, part.velocity_m_s, part.force_n)
-            legs = [values for values, is_there in zip(channels, (True, part.has_velocity, True)) if is_there]
             if rows == 0:
+                has_velocity = part.has_velocity
+                names = COLUMNS if has_velocity else WITHOUT_VELOCITY
                 stream.write(",".join(names) + "\n")
+            legs = [part.displacement_m, *([part.velocity_m_s] if has_velocity else []), part.force_n]
             line = "%.12g" + ",%.9g" * (len(names) - 1) + "\n"  # float32 needs nine digits
             stream.writelines(line % tuple(row) for row in np.column_stack([part.t_s, *legs]).tolist())
             rows += len(part.t_s)

@@ -9,16 +9,14 @@ from hexload.theory.kinematics import LEGS
 
 
 def leg_log(t: ArrayLike, dl: ArrayLike, vl: ArrayLike | None, f: ArrayLike) -> LegLog:
-    """t (n,) in s, strictly increasing, n >= 2; dl, vl, f (n, 6) in m, m/s, N, of dl and f nan where one is missing; vl
-    None, or nan throughout: no velocity sensors. Raises InputError."""
+    """t (n,) in s, strictly increasing, n >= 2; dl, vl, f (n, 6) in m, m/s, N, nan where one is missing; vl None, or nan
+    throughout: no velocity sensors. Raises InputError."""
     t_s = np.ascontiguousarray(t, float)
     if t_s.ndim != 1 or len(t_s) < 2:
         raise InputError(f"t: found shape {t_s.shape}, expected (n,) with at least 2 rows")
     shape = (len(t_s), LEGS)
     displacement, force = _with_gaps("dl", dl, shape), _with_gaps("f", f, shape)
-    velocity = np.full(shape, np.nan) if vl is None else _shaped("vl", vl, shape)
-    if not np.isnan(velocity).all():
-        velocity = _finite("vl", velocity, shape)
+    velocity = np.full(shape, np.nan) if vl is None else _with_gaps("vl", vl, shape)
     late = np.flatnonzero(~(np.diff(t_s) > 0.0))
     if late.size or not np.isfinite(t_s).all():
         row = int(late[0]) + 1 if late.size else 0

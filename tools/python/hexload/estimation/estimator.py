@@ -235,8 +235,8 @@ def replay(
     """Runs the firmware's own C code over a log in memory.
 
     t           (n,) s, strictly increasing, multiples of the sampling period; rows may be missing
-    dl, vl, f   (n, 6) as of Estimator.step(): m, m/s, N; vl None: no velocity sensors, whatever the platform says; of
-                dl and f nan where one is missing: one of six is bridged, a row with more gaps is refused
+    dl, vl, f   (n, 6) as of Estimator.step(): m, m/s, N; vl None: no velocity sensors, whatever the platform says; nan
+                where one is missing: one of six dl or f is bridged, a row with more gaps is a missing one
     platform, kind, prior, tare   as of Estimator
     unchecked   go on where units, signs or order contradict each other
 

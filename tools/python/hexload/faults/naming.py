@@ -98,7 +98,7 @@ _OTHERS = {
 }
 # Every load explains them.
 _UNTOLD = ("force_gain_all", "platform_mass", "platform_centre", "platform_inertia", "known_mass")
-_REFUSED = ("doubled", "shuffled", "velocity_nan")  # by the reader, with the line
+_REFUSED = ("doubled", "shuffled")  # by the reader, with the line
 
 
 @dataclass(frozen=True)

@@ -2,8 +2,8 @@
 headings, in any order and among others; with commas, semicolons or tabs between; lines before the header are passed over.
 Text is UTF-8, UTF-16 with its mark, or Latin-1, whose letters can stand in names, units and comments alone: never in a number.
 
-A log without vl1..vl6 is of a machine without velocity sensors. Ticks may be missing, and single displacements and
-forces: an empty cell or nan. Anything else that is wrong in a log is refused with file, line and column.
+A log without vl1..vl6 is of a machine without velocity sensors. Ticks may be missing, and single displacements,
+velocities and forces: an empty cell or nan. Anything else that is wrong in a log is refused with file, line and column.
 """
 
 import codecs
@@ -43,8 +43,7 @@ CHANNEL_KEYS = {"displacement": "displacement_m", "velocity": "velocity_m_s", "f
 
 @dataclass(frozen=True)
 class LegLog:
-    """n rows, six legs each; time strictly increasing, all values finite but for displacements and forces that are
-    missing, which are nan."""
+    """n rows, six legs each; time strictly increasing, all values finite but for those that are missing, which are nan."""
 
     t_s: Array  # (n,)
     displacement_m: Array  # (n, 6), positive = extended
@@ -54,11 +53,14 @@ class LegLog:
 
     @property
     def has_velocity(self) -> bool:
-        return not np.isnan(self.velocity_m_s[0, 0])
+        return not np.isnan(self.velocity_m_s).all()
 
     def whole(self, name: str) -> "LegLog":
         """This log, for who needs every value. Raises InputError with `name` and the first that is missing."""
-        for column, values in (("dl", self.displacement_m), ("f", self.force_n)):
+        channels = {"dl": self.displacement_m, "vl": self.velocity_m_s, "f": self.force_n}
+        if not self.has_velocity:
+            del channels["vl"]
+        for column, values in channels.items():
             missing = np.argwhere(np.isnan(values))
             if missing.size:
                 row, leg = missing[0]
@@ -353,7 +355,7 @@ def _units_of(cells: list[str], count: int) -> list[str] | None:
 
 
 def _may_be_missing(channel: str) -> bool:
-    return channel.startswith(("dl", "f"))
+    return channel != "t"
 
 
 def _missing(channel: str, field: str) -> float | None:

@@ -54,8 +54,8 @@ def table_log(path: Path, values: np.ndarray, remarks: tuple[str, ...]) -> LegLo
         raise InputError(
             f"{path}: message {wrong[0] + 2}: found time {t_s:.9g} s after {before:.9g} s, expected a later one"
         )
-    if np.isinf(values).any() or np.isnan(values[:, 7:13]).any() != np.isnan(values[:, 7:13]).all():
-        row = int(np.flatnonzero(~np.isfinite(values[:, 7:13]).all(axis=1) | np.isinf(values).any(axis=1))[0])
+    if np.isinf(values).any():
+        row = int(np.flatnonzero(np.isinf(values).any(axis=1))[0])
         raise InputError(f"{path}: message {row + 1}: found a value that is no finite number, expected one")
     parts = (values[:, 0], values[:, 1:7], values[:, 7:13], values[:, 13:19])
     return LegLog(*(np.ascontiguousarray(part) for part in parts), remarks)
