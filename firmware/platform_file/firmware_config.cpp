@@ -6,6 +6,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
+#include <optional>
 #include <tuple>
 
 namespace hexload::platform {
@@ -125,6 +127,68 @@ void take_sensors(const PlatformFile& platform, hexload_config_t& config) {
     }
 }
 
+void override_with(const std::optional<double>& value, hexload_real_t& field) {
+    field = value ? real(*value) : field;
+}
+
+// What is known of offsets, friction and tilt beforehand: by the rig file or the declared tolerances, and
+// then by what [estimator] says.
+void override_effects(const PlatformFile& platform, const EstimatorSettings& settings,
+                      hexload_config_t& config) {
+    hexload_actuator_effects_config_t& to = config.actuator_effects;
+    const auto of_tilt = [&platform](std::optional<double> tilt_rad) {
+        return tilt_rad ? std::optional(*tilt_rad * platform.gravity_m_s2) : std::nullopt;
+    };
+    if (platform.rig) {
+        const RigSigma& left = platform.rig->sigma;
+        override_with(left.force_offset_n, to.prior_bias_sigma_n);
+        override_with(left.coulomb_n, to.prior_coulomb_sigma_n);
+        override_with(left.viscous_n_s_m, to.prior_viscous_sigma_n_s_m);
+        override_with(left.gravity_m_s2, to.prior_tilt_sigma_m_s2);
+    } else {
+        override_with(platform.tolerances.force_offset_n, to.prior_bias_sigma_n);
+        override_with(of_tilt(platform.tolerances.tilt_rad), to.prior_tilt_sigma_m_s2);
+    }
+    override_with(settings.bias_sigma_n, to.prior_bias_sigma_n);
+    override_with(settings.coulomb_sigma_n, to.prior_coulomb_sigma_n);
+    override_with(settings.viscous_sigma_n_s_m, to.prior_viscous_sigma_n_s_m);
+    override_with(of_tilt(settings.tilt_sigma_rad), to.prior_tilt_sigma_m_s2);
+    override_with(settings.friction_speed_m_s, to.friction_speed_m_s);
+    override_with(platform.tolerances.friction_shape, to.friction_shape);
+    if (platform.tolerances.platform_mass) { // with what of the legs hangs on it
+        to.leg_share = real(0.0);
+    }
+}
+
+// A steady force from outside is to gravity a platform of another mass and, off its centre, of another
+// centre: as far from the origin as the hinges are.
+void add_contact(const PlatformFile& platform, hexload_tolerances_t& to) {
+    const double force_n = platform.tolerances.contact_force_n;
+    const double weight_n = platform.platform.mass_kg * platform.gravity_m_s2;
+    if (force_n > weight_n) {
+        throw InputError(
+            fmt::format("{}tolerances.contact_force_n: found {:g} N, expected the platform's weight, {:.4g} "
+                        "N, at most",
+                        platform.source.empty() ? "" : platform.source + ": ", force_n, weight_n));
+    }
+    const double share = force_n / weight_n;
+    to.platform_mass = real(std::hypot(to.platform_mass, share));
+    to.platform_com_m = real(std::hypot(to.platform_com_m, share * hinge_radius_m(platform)));
+}
+
+void override_tolerances(const PlatformFile& platform, const EstimatorSettings& settings,
+                         hexload_config_t& config) {
+    // The paper's filter knows no open directions, and takes off neither friction nor offsets nor delays.
+    const bool is_as_declared = platform.rig && settings.kind == EstimatorKind::paper;
+    const Tolerances& open = is_as_declared ? platform.rig->declared : platform.tolerances;
+    override_with(open.force_gain_common, config.tolerances.force_gain);
+    override_with(open.platform_mass, config.tolerances.platform_mass);
+    override_with(open.platform_com_m, config.tolerances.platform_com_m);
+    override_with(open.platform_inertia, config.tolerances.platform_inertia);
+    override_with(platform.tolerances.timing_s, config.momentum.timing_s);
+    add_contact(platform, config.tolerances);
+}
+
 } // namespace
 
 hexload_config_t firmware_config(const PlatformFile& platform, const EstimatorSettings& settings,
@@ -164,39 +228,8 @@ hexload_config_t firmware_config(const PlatformFile& platform, const EstimatorSe
     }
     hexload_config_set_prior(&config,
                              settings.prior == PaperPrior::safe ? HEXLOAD_PRIOR_SAFE : HEXLOAD_PRIOR_PRINTED);
-    const auto override_with = [](const std::optional<double>& value, hexload_real_t& field) {
-        field = value ? real(*value) : field;
-    };
-    const auto of_tilt = [&platform](std::optional<double> tilt_rad) {
-        return tilt_rad ? std::optional(*tilt_rad * platform.gravity_m_s2) : std::nullopt;
-    };
-    if (platform.rig) { // else there are the declared tolerances
-        const RigSigma& left = platform.rig->sigma;
-        override_with(left.force_offset_n, config.actuator_effects.prior_bias_sigma_n);
-        override_with(left.coulomb_n, config.actuator_effects.prior_coulomb_sigma_n);
-        override_with(left.viscous_n_s_m, config.actuator_effects.prior_viscous_sigma_n_s_m);
-        override_with(left.gravity_m_s2, config.actuator_effects.prior_tilt_sigma_m_s2);
-    } else {
-        override_with(platform.tolerances.force_offset_n, config.actuator_effects.prior_bias_sigma_n);
-        override_with(of_tilt(platform.tolerances.tilt_rad), config.actuator_effects.prior_tilt_sigma_m_s2);
-    }
-    override_with(settings.bias_sigma_n, config.actuator_effects.prior_bias_sigma_n);
-    override_with(settings.coulomb_sigma_n, config.actuator_effects.prior_coulomb_sigma_n);
-    override_with(settings.viscous_sigma_n_s_m, config.actuator_effects.prior_viscous_sigma_n_s_m);
-    override_with(of_tilt(settings.tilt_sigma_rad), config.actuator_effects.prior_tilt_sigma_m_s2);
-    override_with(settings.friction_speed_m_s, config.actuator_effects.friction_speed_m_s);
-    override_with(platform.tolerances.friction_shape, config.actuator_effects.friction_shape);
-    override_with(platform.tolerances.timing_s, config.momentum.timing_s);
-    // The paper's filter knows no open directions, and takes off neither friction nor offsets nor delays.
-    const bool is_as_declared = platform.rig && settings.kind == EstimatorKind::paper;
-    const Tolerances& open = is_as_declared ? platform.rig->declared : platform.tolerances;
-    override_with(open.force_gain_common, config.tolerances.force_gain);
-    override_with(open.platform_mass, config.tolerances.platform_mass);
-    if (open.platform_mass) { // with what of the legs hangs on it
-        config.actuator_effects.leg_share = real(0.0);
-    }
-    override_with(open.platform_com_m, config.tolerances.platform_com_m);
-    override_with(open.platform_inertia, config.tolerances.platform_inertia);
+    override_effects(platform, settings, config);
+    override_tolerances(platform, settings, config);
     return config;
 }
 

@@ -133,6 +133,7 @@ Tolerances read_tolerances(TomlReader table) {
     table.optional_number("platform_com_m", open.platform_com_m, open_length);
     table.optional_number("platform_inertia", open.platform_inertia, share);
     table.optional_number("timing_s", open.timing_s, lateness);
+    table.number("contact_force_n", open.contact_force_n, start_force);
     table.refuse_unknown_keys();
     return open;
 }

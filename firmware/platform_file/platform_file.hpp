@@ -67,6 +67,7 @@ struct Tolerances {
     std::optional<double> platform_com_m;
     std::optional<double> platform_inertia;
     std::optional<double> timing_s;
+    double contact_force_n = 0.0; // a steady one on the platform, in whichever direction
 };
 
 // Of a platform whose body has been found on the machine itself.

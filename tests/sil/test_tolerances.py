@@ -15,6 +15,7 @@ from hexload.estimation import rig_file
 from hexload.estimation.common_gain import with_common_gain
 from hexload.estimation.firmware_run import run_firmware
 from hexload.estimation.load_summary import mend_in_words
+from hexload.estimation.plausibility import machine_of
 from hexload.estimation.rig_regression import SLICES, UNKNOWNS
 from hexload.io.log_file import LegLog, read_log
 from hexload.platform import Platform
@@ -82,6 +83,33 @@ def test_a_common_gain_error_is_in_the_sigmas(log, theta, tmp_path, gain):
     assert (np.abs(value - theta) / own).max() > 10.0 * SIGMAS
     # AND within five of those that are published
     assert (np.abs(value - theta) < SIGMAS * sigma).all()
+
+
+def test_a_steady_force_from_outside_that_is_declared_is_in_the_sigmas(tmp_path):
+    # GIVEN a platform at work, and a rope that pulls it down with 40 N all the time, 0.3 m beside its centre
+    work = read_log(DATA / "work_motion.csv.gz")
+    truth = np.array(json.loads((DATA / "work_motion.truth.json").read_text())["segments"][0]["theta"])
+    of_legs = machine_of(Platform.of(EXACT).native(), None).wrench_of_forces  # at home; the motion tilts by degrees
+    pull_n, arm_m = 40.0, 0.3
+    force_n = work.force_n + np.linalg.solve(of_legs, [0.0, 0.0, pull_n, 0.0, -pull_n * arm_m, 0.0])
+    # WHEN its log is replayed as of a machine that is exact THEN the load has most of the rope's weight
+    value, of_exact, own, _ = last(EXACT, work, force_n, tmp_path / "exact.csv")
+    assert value[0] - truth[0] == pytest.approx(pull_n / 9.81, rel=0.2)
+    assert (np.abs(value - truth) / own).max() > 10.0 * SIGMAS
+    # AND with the force declared sigma has it: of the mass, and of the first moments at the hinges, 0.4 m from the middle
+    declared = EXACT | {"tolerances": EXACT["tolerances"] | {"contact_force_n": pull_n}}
+    same, sigma, *_ = last(declared, work, force_n, tmp_path / "declared.csv")
+    assert np.array_equal(same, value) and (np.abs(value - truth) < SIGMAS * sigma).all()
+    more = np.sqrt(sigma**2 - of_exact**2)
+    assert more[:4] == pytest.approx(np.array([1.0, 0.4, 0.4, 0.4]) * pull_n / 9.81, rel=1e-3)
+
+
+def test_a_force_beyond_the_platforms_weight_is_refused():
+    # GIVEN 1,000 N on a platform of 100 kg WHEN its file is taken THEN the message has the key and what is expected
+    table = EXACT | {"tolerances": {"contact_force_n": 1000.0}}
+    expected = "tolerances.contact_force_n: found 1000 N, expected the platform's weight, 981 N, at most"
+    with pytest.raises(hexload_native.InputError, match=expected):
+        hexload_native.config_bytes(Platform.of(table).native(), 1e-3)
 
 
 @pytest.mark.parametrize("fault", ["bias", "friction", "late"])

@@ -17,6 +17,7 @@ DEFAULTS = {
     "platform_com_m": 0.002,
     "platform_inertia": 0.06,
     "timing_s": 0.0005,
+    "contact_force_n": 0.0,  # what usually hangs on a platform is in its mass
 }
 GRAVITY = 0.003  # of it and of the clock: what all forces alike may be off by beside their sensors
 
