@@ -328,6 +328,17 @@ def test_a_load_is_found_on_legs_that_are_not_alike_and_rub_more_under_load(foun
     assert (np.abs(error) < 4.0 * replayed["sigma"][-1]).all()
 
 
+def test_no_leg_weighs_less_than_nothing(found, platform):
+    # GIVEN legs without mass, and forces that lack a tenth of what the machine's own would take, as elastic legs make it seem
+    machine, _, _ = found
+    *motion, heavy_n = log_of(machine, multisine(1, 12.0), EMPTY, 2)
+    *_, massless_n = log_of(replace(machine, has_leg_mass=False), multisine(1, 12.0), EMPTY, 2)
+    log = write_log(platform.parent / "light.csv", (*motion, massless_n - 0.1 * (heavy_n - massless_n)))
+    # WHEN it is commissioned THEN the rig file has legs without mass, not of a negative one
+    rig = commission(Wish(log, platform, platform.parent / "light.toml"))["rig"]
+    assert [rig[f"leg_{name}"] for name in ("inertia_kg_m2", "slide_kg_m", "tilt_kg_m")] == [0.0, 0.0, 0.0]
+
+
 def test_what_legs_differ_by_is_not_taken_for_hinges(found, platform):
     # GIVEN the same rig with cylinders and rods of up to half as much again, or less
     alike, _, of_alike = found

@@ -1,5 +1,6 @@
 """The cause of a mismatch, named: faults put into the logs of an independent plant, whose kind, leg and size are known."""
 
+import re
 import subprocess
 import sys
 from dataclasses import replace
@@ -210,7 +211,11 @@ def test_what_is_small_is_judged_by_what_it_does_to_the_load():
     # AND WHEN one of them is a third THEN it is a cause that does harm, and by how much
     sigma = 1.01 * shift
     sigma[6] = shift[6] / 3.0
-    assert found.beside(sigma, is_fit=True).cause.sentence.endswith("it moves the load by 3.0 sigmas")
+    harmful = found.beside(sigma, is_fit=True).cause.sentence
+    assert harmful.endswith("but it moves the load by 3.0 sigmas: calibrate it, or commission the machine")
+    # AND WHEN the estimator finds a mismatch, and nothing else is found, THEN it is what there is to mend
+    only = found.beside(1.01 * shift, is_fit=False).cause.sentence
+    assert only.endswith("but the one misfit that is found: calibrate it, or commission the machine")
 
 
 def test_a_cause_that_the_sigmas_cover_is_none_where_the_estimator_finds_no_mismatch():
@@ -399,6 +404,34 @@ def test_coarse_steps_of_an_encoder_are_no_end_of_its_range_and_nothing_else(nam
     print(named)
     assert named[0] == "displacement steps"
     assert not any(cause.startswith("displacement") for cause in named[1:])
+
+
+@pytest.mark.parametrize("size_m_s", [1e-3, 10e-3, 100e-3])
+@pytest.mark.parametrize("until_row", [3500, None])
+def test_a_zero_of_a_velocity_that_jumps_is_that_of_the_velocity_whatever_its_size(size_m_s, until_row):
+    # GIVEN a velocity of leg 4 whose zero is off from 3.000 s on, for half a second or for good
+    off = size_m_s * (np.arange(ROWS) >= 3000) * (np.arange(ROWS) < (until_row or ROWS))
+    log = with_leg(recorded(), "velocity_m_s", 4, lambda v: v + off)
+    # WHEN it is diagnosed
+    found = diagnose(log, machine())
+    # THEN that is the one cause, with size and time
+    assert [each.cause for each in found.findings] == [f"velocity {'pulse' if until_row else 'zero step'}"]
+    words = (
+        "zero of its velocity is (.*) mm/s off from (?:2.9|3.0). to 3.(?:4|5). s"
+        if until_row
+        else "zero of its velocity jumps by (.*) mm/s at (?:2.9|3.0). s"
+    )
+    assert 1e-3 * float(re.search(f"leg 4: {words}", found.cause.words)[1]) == pytest.approx(size_m_s, rel=0.15)
+
+
+def test_a_hum_of_velocities_is_no_error_of_a_screw():
+    # GIVEN velocities that hum with 20 mm/s on the paper's motion, so that their integral repeats with the place too
+    log = recorded("paper_noisy", None)
+    phase = np.arange(6.0)
+    hum = 0.02 * np.sin(2.0 * np.pi * 50.0 * log.t_s[:, None] + phase)
+    # WHEN it is diagnosed THEN the hum is named alone
+    found = diagnose(replace(log, velocity_m_s=log.velocity_m_s + hum), machine("paper_load"))
+    assert [each.cause for each in found.findings] == ["velocity hum"]
 
 
 def test_a_hum_of_displacements_is_no_error_of_a_screw():

@@ -329,7 +329,7 @@ def test_ticks_without_rows_are_said(tmp_path):
     path = write(tmp_path / "log.csv", table(kept))
     result = replay_log(path, PLATFORM, None, None, tmp_path / "e.csv", way_in=WayIn())
     assert result["remarks"] == (
-        "3 ticks of 1 ms have no row (0.1 %), 2 of them before 0.702 s: they are lost samples to the estimator",
+        "3 ticks of 1 ms have no row (0.1 %), the longest gap, of 2, ends at 0.702 s: they are lost samples to the estimator",
     )
 
 

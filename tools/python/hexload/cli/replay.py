@@ -100,7 +100,7 @@ def print_summary(
 def _if_harmless(finding: Finding) -> str:
     if not finding.is_harmless:
         return ""
-    return f"; {finding.mend if finding.shift else 'too small to matter'}"
+    return f"; {finding.why_harmless or 'too small to matter'}"
 
 
 def _how_much(finding: Finding) -> str:
@@ -108,7 +108,7 @@ def _how_much(finding: Finding) -> str:
     if math.isnan(finding.rms_n):
         return ""
     doubt = f"; {', '.join(finding.alternatives)} would explain as much" if finding.alternatives else ""
-    return f" ({plain(finding.rms_n)} N rms, {plain(abs(finding.mass_kg))} kg of the load's mass{doubt})"
+    return f" ({plain(finding.rms_n)} N rms; left out, it moves the mass by {plain(abs(finding.mass_kg))} kg{doubt})"
 
 
 def _body_table(body: dict) -> Table:

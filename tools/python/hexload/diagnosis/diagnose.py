@@ -25,6 +25,7 @@ MINOR = (Defect.SAMPLING, Defect.NOISE, Defect.STATED_NOISE, Defect.HUM, Defect.
 UNEVEN = (
     Cause(Defect.STEPS, Channel.DISPLACEMENT),
     Cause(Defect.HUM, Channel.DISPLACEMENT),
+    Cause(Defect.HUM, Channel.VELOCITY),
 )  # look like errors that repeat
 RIG_SIGMAS = 3.0
 REPORTED_S = 0.2  # between a change here and an estimator's
@@ -48,9 +49,14 @@ class Diagnosis:
     def beside(self, sigma: Array, is_fit: bool, has_rig: bool = False) -> "Diagnosis":
         """The same with what is small judged by what it does to the load, beside the published sigmas; where the estimator finds no
         mismatch (`is_fit`) so is every cause but a wrong input. With a rig file the sigmas have what commissioning has left of
-        the same constants, so that three of them are nothing new."""
+        the same constants, so that three of them are nothing new. Where it does, and nothing else is found, the largest of what is
+        small is what there is to mend."""
         most = RIG_SIGMAS if has_rig else 1.0
-        return replace(self, findings=tuple(_beside(each, most, sigma, is_fit) for each in self.findings))
+        findings = [_beside(each, most, sigma, is_fit) for each in self.findings]
+        first = next((k for k, each in enumerate(findings) if each.why_harmless), None)
+        if not is_fit and first is not None and all(each.is_harmless for each in findings):
+            findings[first] = _harmful(findings[first], "the one misfit that is found")
+        return replace(self, findings=tuple(findings))
 
     @property
     def input_words(self) -> str:
@@ -105,12 +111,14 @@ def _beside(finding: Finding, most: float, sigma: Array, is_fit: bool) -> Findin
         return finding
     worst = float(np.max(np.abs(finding.shift) / sigma[: len(finding.shift)]))
     if worst <= most:
-        return replace(finding, mend=phrases.COVERED, is_harmless=True)
-    if not finding.is_harmless:
-        return finding
-    return replace(
-        finding, mend=f"{phrases.BELOW_NOISE}, but it moves the load by {worst:.1f} sigmas", is_harmless=False
-    )
+        return replace(finding, why_harmless=phrases.COVERED, is_harmless=True)
+    return _harmful(finding, f"it moves the load by {worst:.1f} sigmas") if finding.is_harmless else finding
+
+
+def _harmful(finding: Finding, why: str) -> Finding:
+    """Of what is small."""
+    mend = f"{phrases.BELOW_NOISE}, but {why}: {finding.mend}"
+    return replace(finding, mend=mend, is_harmless=False, why_harmless="")
 
 
 def _is_much(finding: Finding) -> bool:
@@ -119,7 +127,7 @@ def _is_much(finding: Finding) -> bool:
 
 def _sensors(record: Record, machine: Machine, is_even: bool) -> tuple[list[Finding], Record]:
     """Of displacements and velocities beside each other. Errors of displacements that jump or repeat are looked for where
-    coarse steps or a hum are not taken for them (`is_even`)."""
+    coarse steps or a hum of either channel are not taken for them (`is_even`)."""
     findings: list[Finding] = []
     for take_out in (repeating.take_out, passing.take_out) if is_even else ():
         found, record = take_out(record, machine)

@@ -22,6 +22,7 @@ class Finding:
     share: float = float("nan")  # of the residual's sum of squares
     alternatives: tuple[Cause, ...] = ()  # causes that explain as much
     is_harmless: bool = False  # as far as the log tells: nothing to do
+    why_harmless: str = ""  # of what the forces show
     shift: tuple[float, ...] = ()  # by which all ten of the load's parameters go off when it is left out
     is_reported: bool = False  # a change of the load, by the estimator too
     until_s: float = float("nan")  # of what passes; it begins at `size`
@@ -34,7 +35,8 @@ class Finding:
 
     @property
     def sentence(self) -> str:
-        return f"{self.words}; {self.mend}" if self.mend else self.words
+        mend = self.why_harmless or self.mend
+        return f"{self.words}; {mend}" if mend else self.words
 
 
 def legs_in_words(legs: tuple[int, ...]) -> str:

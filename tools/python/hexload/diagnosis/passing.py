@@ -2,10 +2,12 @@
 (r of difference.py).
 
 A displacement that is off for a while is a box in r, with two jumps of opposite sign, and one whose zero or gain jumps a
-step; a velocity that is off for a while is a ramp, with two such kinks. Jumps and kinks are differences of means over some
-rows, held against their own median: what is slow, as a gain or a lag, is in neither.
+step; a velocity that is off for a while is a ramp, with two such kinks, and one whose zero jumps a ramp without an end.
+Jumps and kinks are differences of means over some rows, held against their own median: what is slow, as a gain or a lag,
+is in neither. A large kink has jumps, and a jump has kinks: what leaves least of r is the cause.
 """
 
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -24,7 +26,9 @@ Array = NDArray[np.float64]
 MEAN_S = 0.02  # of each side of a jump
 KINK_S = 0.25  # of each side of a kink
 ALIKE = 0.6  # of the smaller of two sizes to the larger one
+LEAST_SHARE = 0.3  # of the leg's largest: less may be what a large one makes of all that lasts
 OTHERS = 0.5  # of the leg's own, that the others have at most: what all have is a motion that is not followed
+EXPLAINED = 0.5  # of r's square, that a ramp without an end leaves at most: what wanders has kinks, too
 
 
 def take_out(record: Record, machine: Machine) -> tuple[list[Finding], Record]:
@@ -38,18 +42,13 @@ def take_out(record: Record, machine: Machine) -> tuple[list[Finding], Record]:
     of_way = machine.displacement_sigma_m / np.sqrt(mean_rows)
     of_speed = machine.velocity_sigma_m_s / np.sqrt(kink_rows)
     jumps = _events(_jumps(r, mean_rows), 3 * mean_rows, of_way)
-    if jumps is not None and len(jumps.rows) == 1:
-        return _step(record, r, jumps)
-    if jumps is not None:
-        if not jumps.are_opposite:
-            return [], record
-        mended = replace(record, displacement_m=record.displacement_m - _box(record, jumps))
-        return [_found(record, jumps, Channel.DISPLACEMENT, "mm")], mended
-    kinks = _events(_kinks(r, mean_rows, kink_rows) / KINK_S, kink_rows, np.hypot(of_speed, of_way / KINK_S))
-    if kinks is None or not kinks.are_opposite:
+    kinks = _kinks(r, mean_rows, kink_rows) / KINK_S
+    kinks = _events(kinks, kink_rows + mean_rows, np.hypot(of_speed, of_way / KINK_S))
+    causes = [*_of_displacement(record, r, jumps), *_of_velocity(record, r, kinks)]
+    if not causes:
         return [], record
-    mended = replace(record, velocity_m_s=record.velocity_m_s + _box(record, kinks))
-    return [_found(record, kinks, Channel.VELOCITY, "mm/s")], mended
+    best = min(causes, key=lambda cause: cause.left)
+    return [best.finding], best.mended
 
 
 @dataclass(frozen=True)
@@ -63,6 +62,15 @@ class _Events:
     is_alone: bool  # other legs have none then
 
     @property
+    def is_one(self) -> bool:
+        return self.is_alone and len(self.rows) == 1
+
+    @property
+    def size(self) -> float:
+        """Of one, or of a pair the mean."""
+        return float(self.sizes[0] if len(self.rows) == 1 else 0.5 * (self.sizes[0] - self.sizes[1]))
+
+    @property
     def are_opposite(self) -> bool:
         """Two, of which the second takes the first back."""
         sizes = np.abs(self.sizes)
@@ -70,37 +78,93 @@ class _Events:
         return self.is_alone and is_pair and bool(sizes.min() > ALIKE * sizes.max())
 
 
-def _box(record: Record, pair: _Events) -> Array:
-    off = np.zeros_like(record.displacement_m)
-    off[pair.rows[0] : pair.rows[1], pair.leg] = 0.5 * (pair.sizes[0] - pair.sizes[1])
-    return off
+@dataclass(frozen=True)
+class _Explained:
+    finding: Finding
+    mended: Record
+    left: float  # of the leg's r, its sum of squares
 
 
-def _step(record: Record, r: Array, jump: _Events) -> tuple[list[Finding], Record]:
+def _of_displacement(record: Record, r: Array, jumps: _Events | None) -> Iterator[_Explained]:
+    if jumps is None:
+        return
+    if jumps.are_opposite:
+        box = _between(record, jumps)
+        mended = replace(record, displacement_m=record.displacement_m - _of_leg(jumps.leg, jumps.size * box))
+        left = _share_and_left(record, r, jumps.leg, box)[1]
+        yield _Explained(_pulse(record, jumps, jumps.size, Channel.DISPLACEMENT, "m"), mended, left)
+    elif jumps.is_one:
+        yield _step(record, r, jumps)
+
+
+def _of_velocity(record: Record, r: Array, kinks: _Events | None) -> Iterator[_Explained]:
+    if kinks is None or not (kinks.are_opposite or kinks.is_one):
+        return
+    leg = kinks.leg
+    off = _between(record, kinks) if kinks.are_opposite else _since(record, kinks.rows[0])
+    size, left = _share_and_left(record, r, leg, np.cumsum(off) * record.dt_s)
+    mended = replace(record, velocity_m_s=record.velocity_m_s + _of_leg(leg, size * off))
+    if kinks.are_opposite:
+        yield _Explained(_pulse(record, kinks, size, Channel.VELOCITY, "m/s"), mended, left)
+    elif left < EXPLAINED * float(np.sum(r[:, leg] ** 2)):
+        yield _Explained(_zero_step(record, kinks, -size, Channel.VELOCITY, "m/s"), mended, left)
+
+
+def _since(record: Record, row: int) -> Array:
+    return (np.arange(len(record.t_s)) >= row).astype(float)
+
+
+def _between(record: Record, pair: _Events) -> Array:
+    return _since(record, pair.rows[0]) - _since(record, pair.rows[1])
+
+
+def _of_leg(leg: int, values: Array) -> Array:
+    """(n, 6) that are zero but for one leg's, (n,)."""
+    return values[:, None] * (np.arange(LEGS) == leg)
+
+
+def _step(record: Record, r: Array, jump: _Events) -> _Explained:
     """Of a zero, or of a gain, whichever explains more of r."""
-    if not jump.is_alone:
-        return [], record
     leg, row = jump.leg, jump.rows[0]
-    since = (np.arange(len(r)) >= row).astype(float)
-    t, place_m = np.linspace(-1.0, 1.0, len(r)), record.displacement_m[:, leg]
-    lasting = [np.ones_like(t), t, t**2, place_m, record.velocity_m_s[:, leg]]
-    shapes = (since, since * place_m)
-    (_, zero_left), (share, gain_left) = (_last(np.stack([*lasting, shape], axis=1), r[:, leg]) for shape in shapes)
-    is_gain = gain_left < zero_left
-    zero_m = float(jump.sizes[0])  # what the integral of the velocity drifts by is not in it
-    size = share / (1.0 - share) if is_gain else zero_m  # the share is of what is shown, the gain of what is true
-    what, by = ("gain", f"{plain(100.0 * abs(size))} %") if is_gain else ("zero", f"{plain(1e3 * abs(size))} mm")
+    since = _since(record, row)
+    shapes = (since, since * record.displacement_m[:, leg])
+    (_, zero_left), (share, gain_left) = (_share_and_left(record, r, leg, shape) for shape in shapes)
+    if zero_left <= gain_left:  # what the integral of the velocity drifts by is not in the jump's size
+        mended = replace(record, displacement_m=record.displacement_m - _of_leg(leg, jump.size * since))
+        return _Explained(_zero_step(record, jump, jump.size, Channel.DISPLACEMENT, "m"), mended, zero_left)
+    size = share / (1.0 - share)  # the share is of what is shown, the gain of what is true
     finding = Finding(
-        Cause(Defect.GAIN_STEP if is_gain else Defect.ZERO_STEP, Channel.DISPLACEMENT),
-        f"leg {leg + 1}: {what} of its displacement jumps by {by} at {record.t_s[row]:.2f} s",
+        Cause(Defect.GAIN_STEP, Channel.DISPLACEMENT),
+        f"leg {leg + 1}: gain of its displacement jumps by {plain(100.0 * abs(size))} % at {record.t_s[row]:.2f} s",
         "look at its displacement sensor and the cable",
         (leg,),
         size,
-        "" if is_gain else "m",
+        "",
         jump.sigmas,
     )
-    off = ((share if is_gain else zero_m) * shapes[is_gain])[:, None] * (np.arange(LEGS) == leg)
-    return [finding], replace(record, displacement_m=record.displacement_m - off)
+    mended = replace(record, displacement_m=record.displacement_m - _of_leg(leg, share * shapes[1]))
+    return _Explained(finding, mended, gain_left)
+
+
+def _zero_step(record: Record, event: _Events, size: float, channel: Channel, unit: str) -> Finding:
+    at_s = float(record.t_s[event.rows[0]])
+    by = f"{plain(1e3 * abs(size))} m{unit}"
+    return Finding(
+        Cause(Defect.ZERO_STEP, channel),
+        f"leg {event.leg + 1}: zero of its {channel} jumps by {by} at {at_s:.2f} s",
+        f"look at its {channel} sensor and the cable",
+        (event.leg,),
+        size,
+        unit,
+        event.sigmas,
+    )
+
+
+def _share_and_left(record: Record, r: Array, leg: int, shape: Array) -> tuple[float, float]:
+    """How much of the shape is in the leg's r, and the sum of squares that it leaves beside all that lasts."""
+    t = np.linspace(-1.0, 1.0, len(r))
+    lasting = [np.ones_like(t), t, t**2, record.displacement_m[:, leg], record.velocity_m_s[:, leg]]
+    return _last(np.stack([*lasting, shape], axis=1), r[:, leg])
 
 
 def _last(matrix: Array, values: Array) -> tuple[float, float]:
@@ -109,12 +173,12 @@ def _last(matrix: Array, values: Array) -> tuple[float, float]:
     return float(found[-1]), float(np.sum((values - matrix @ found) ** 2))
 
 
-def _found(record: Record, pair: _Events, channel: Channel, unit: str) -> Finding:
+def _pulse(record: Record, pair: _Events, size: float, channel: Channel, unit: str) -> Finding:
     start_s, end_s = (float(record.t_s[row]) for row in pair.rows)
-    size = plain(1e3 * float(np.abs(pair.sizes).mean()))
+    by = f"{plain(1e3 * abs(size))} m{unit}"
     return Finding(
         Cause(Defect.PULSE, channel),
-        f"leg {pair.leg + 1}: zero of its {channel} is {size} {unit} off from {start_s:.2f} to {end_s:.2f} s",
+        f"leg {pair.leg + 1}: zero of its {channel} is {by} off from {start_s:.2f} to {end_s:.2f} s",
         f"look at its {channel} sensor and the cable",
         (pair.leg,),
         start_s,
@@ -151,7 +215,8 @@ def _events(change: Array, apart: int, least: float) -> _Events | None:
     score = np.abs(change) / sigma
     leg = int(score.max(axis=0).argmax())
     own, rows = score[:, leg].copy(), []
-    while own.max() > SIGMAS and len(rows) < 3:
+    least_score = max(SIGMAS, LEAST_SHARE * float(own.max()))
+    while own.max() > least_score and len(rows) < 3:
         rows.append(int(own.argmax()))
         own[max(0, rows[-1] - apart) : rows[-1] + apart] = 0.0
     if not rows:

@@ -53,7 +53,7 @@ def finding_of(selected: Selected, alternatives: tuple[Cause, ...], machine: Mac
     is_harmless = selected.rms_n < HARMLESS * machine.force_sigma_n
     return replace(
         named,
-        mend=BELOW_NOISE if is_harmless else named.mend.format(**_by_source(machine)),
+        mend=named.mend.format(**_by_source(machine)),
         sigmas=selected.sigmas,
         rms_n=selected.rms_n,
         mass_kg=float(selected.shift[0]),
@@ -62,6 +62,7 @@ def finding_of(selected: Selected, alternatives: tuple[Cause, ...], machine: Mac
         shift=tuple(map(float, selected.shift)),
         until_s=selected.family.end,
         is_harmless=is_harmless,
+        why_harmless=BELOW_NOISE if is_harmless else "",
     )
 
 

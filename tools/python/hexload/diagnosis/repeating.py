@@ -52,7 +52,7 @@ def take_out(record: Record, machine: Machine) -> tuple[list[Finding], Record]:
     who = "displacements" if len(legs) in (0, LEGS) else f"displacements of {legs_in_words(legs)}"
     finding = Finding(
         Cause(Defect.PERIODIC, Channel.DISPLACEMENT),
-        f"{who} are off by {plain(1e3 * size_m)} mm with every {plain(1e3 / per_m[best], 3)} mm of way, as by a screw, a gear or "
+        f"{who} are off by {plain(1e3 * size_m)} mm with every {plain(1e3 / per_m[best], 3)} mm of travel, as by a screw, a gear or "
         "a scale",
         "look at the encoder and what drives it, or calibrate it over one turn",
         () if len(legs) == LEGS else legs,

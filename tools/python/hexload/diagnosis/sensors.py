@@ -268,7 +268,7 @@ def _zeros(motion: Motion, found: Kinematics, machine: Machine) -> Step:
             words = (
                 f"{who} {plain(1e3 * size)} mm/s off"
                 if name == "zero"
-                else f"{who} drifting by {plain(1e3 * size)} mm/s a second"
+                else f"{who} drifting by {plain(1e3 * size)} mm/s per second"
             )
             if is_displacement:
                 words = f"{legs_in_words(group)}: displacement drifts by {plain(-1e3 * size)} mm/s"

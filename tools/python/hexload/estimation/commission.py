@@ -273,6 +273,8 @@ def _fit_without_noise(
     run: Run, machine: StatedMachine, found: Found, start: Start, names: tuple[str, ...]
 ) -> tuple[Found, Start]:
     none = {name for name in names if not _stands_out(found, name, start)}
+    if (found.value[SLICES["leg_mass"]][:2] < 0.0).any():
+        none |= {"leg_mass"} & set(names)  # no leg has less than none: that is another fault
     if "coulomb" in none:
         none.add("stribeck")  # a part of dry friction alone is none
     fewer, held = _fit_holding(run, machine, found, start, none)

@@ -120,6 +120,6 @@ def gaps_in_words(result: dict, sampling_s: float, rows: int) -> tuple[str, ...]
         return ()
     share = 100.0 * missing / (missing + rows)
     return (
-        f"{missing} ticks of {1e3 * sampling_s:g} ms have no row ({share:.2g} %), {longest} of them before {t_s:.3f} s: "
-        "they are lost samples to the estimator",
+        f"{missing} ticks of {1e3 * sampling_s:g} ms have no row ({share:.2g} %), the longest gap, of {longest}, ends at "
+        f"{t_s:.3f} s: they are lost samples to the estimator",
     )
