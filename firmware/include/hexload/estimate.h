@@ -166,7 +166,7 @@ void hexload_body_describe(const hexload_real_t theta[HEXLOAD_LOAD_DIM],
 /// @return false when a number is not finite, or when 40 steps were not enough, which has been seen only of
 /// estimates that are a hundred sigmas off.
 /// On a Cortex-M7 at -O2 17,000 instructions a step, 700,000 for 40; estimates of a filter that has just
-/// begun take 120,000 in the middle and 351,000, the longest found.
+/// begun take 120,000 in the middle and 430,000, the longest found.
 HEXLOAD_MUST_USE bool hexload_body_nearest(const hexload_real_t theta[HEXLOAD_LOAD_DIM],
                                            const hexload_real_t covariance[HEXLOAD_LOAD_COVARIANCES],
                                            hexload_real_t nearest[HEXLOAD_LOAD_DIM],

@@ -28,7 +28,7 @@ KINK_S = 0.25  # of each side of a kink
 ALIKE = 0.6  # of the smaller of two sizes to the larger one
 LEAST_SHARE = 0.3  # of the leg's largest: less may be what a large one makes of all that lasts
 OTHERS = 0.5  # of the leg's own, that the others have at most: what all have is a motion that is not followed
-EXPLAINED = 0.5  # of r's square, that a ramp without an end leaves at most: what wanders has kinks, too
+EXPLAINED = 0.5  # of r's square, that what has no end leaves at most: what wanders or is bent has jumps and kinks, too
 
 
 def take_out(record: Record, machine: Machine) -> tuple[list[Finding], Record]:
@@ -93,8 +93,8 @@ def _of_displacement(record: Record, r: Array, jumps: _Events | None) -> Iterato
         mended = replace(record, displacement_m=record.displacement_m - _of_leg(jumps.leg, jumps.size * box))
         left = _share_and_left(record, r, jumps.leg, box)[1]
         yield _Explained(_pulse(record, jumps, jumps.size, Channel.DISPLACEMENT, "m"), mended, left)
-    elif jumps.is_one:
-        yield _step(record, r, jumps)
+    elif jumps.is_one and (step := _step(record, r, jumps)).left < _most_left(record, r, jumps):
+        yield step
 
 
 def _of_velocity(record: Record, r: Array, kinks: _Events | None) -> Iterator[_Explained]:
@@ -106,8 +106,12 @@ def _of_velocity(record: Record, r: Array, kinks: _Events | None) -> Iterator[_E
     mended = replace(record, velocity_m_s=record.velocity_m_s + _of_leg(leg, size * off))
     if kinks.are_opposite:
         yield _Explained(_pulse(record, kinks, size, Channel.VELOCITY, "m/s"), mended, left)
-    elif left < EXPLAINED * float(np.sum(r[:, leg] ** 2)):
+    elif left < _most_left(record, r, kinks):
         yield _Explained(_zero_step(record, kinks, -size, Channel.VELOCITY, "m/s"), mended, left)
+
+
+def _most_left(record: Record, r: Array, event: _Events) -> float:
+    return EXPLAINED * _last(_lasting(record, event.leg), r[:, event.leg])[1]
 
 
 def _since(record: Record, row: int) -> Array:
@@ -162,9 +166,12 @@ def _zero_step(record: Record, event: _Events, size: float, channel: Channel, un
 
 def _share_and_left(record: Record, r: Array, leg: int, shape: Array) -> tuple[float, float]:
     """How much of the shape is in the leg's r, and the sum of squares that it leaves beside all that lasts."""
-    t = np.linspace(-1.0, 1.0, len(r))
-    lasting = [np.ones_like(t), t, t**2, record.displacement_m[:, leg], record.velocity_m_s[:, leg]]
-    return _last(np.stack([*lasting, shape], axis=1), r[:, leg])
+    return _last(np.column_stack([_lasting(record, leg), shape]), r[:, leg])
+
+
+def _lasting(record: Record, leg: int) -> Array:
+    t = np.linspace(-1.0, 1.0, len(record.t_s))
+    return np.stack([np.ones_like(t), t, t**2, record.displacement_m[:, leg], record.velocity_m_s[:, leg]], axis=1)
 
 
 def _last(matrix: Array, values: Array) -> tuple[float, float]:

@@ -26,6 +26,7 @@ GAIN, LAG_S, ZERO, DRIFT = (
     0.2,
     0.02,
 )  # sizes below which nothing is said; the last two in sigmas a sample, and a second
+OF_DRIFT = 0.1  # of the way that a zero drifts: less is where the drift began
 ALIKE = 0.2  # of six numbers' mean, within which they are one
 BETTER = 0.8  # of the forces' misfit, below which the displacement was wrong
 HARMLESS_LAG_S = 2e-4  # a tenth of what the controller lets pass, and less than half a tick
@@ -253,8 +254,13 @@ def _shifted(record: Record, late_s: float, legs: tuple[int, ...]) -> Array:
 
 def _zeros(motion: Motion, found: Kinematics, machine: Machine) -> Step:
     """A velocity's zero and its drift, or a displacement that drifts."""
+    zero, drift = found.value["zero"], found.value["drift"]
+    with np.errstate(invalid="ignore"):
+        is_of_drift = np.abs(zero) < OF_DRIFT * np.abs(drift) * (motion.record.t_s[-1] - motion.record.t_s[0])
+        is_of_drift &= np.abs(drift) > SIGMAS * found.sigma["drift"]
+    values = {"zero": np.where(is_of_drift, np.nan, zero), "drift": drift}
     for name, defect, unit, floor in (("zero", Defect.ZERO, "m/s", ZERO), ("drift", Defect.DRIFT, "m/s²", DRIFT)):
-        value, sigma = found.value[name], found.sigma[name]
+        value, sigma = values[name], found.sigma[name]
         least = floor * machine.velocity_sigma_m_s
         common = _common(value, sigma, least)
         legs = [tuple(range(LEGS))] if common is not None else [(leg,) for leg in _single(value, sigma, least)]
