@@ -48,6 +48,7 @@ def test_the_page_has_every_table_and_plays_the_run(tmp_path):
     table = {"Memory": [{"what": "an estimator", "-O2": "1,560", "-O3": "1,568"}]}
     figures = {
         "tick_s": 5.8e-6,
+        "rig_case": 1.6,
         "simulator": {"Speed": [{"simulator": "MuJoCo", "x real time": "23"}]},
         "cortex_m7": table,
     }

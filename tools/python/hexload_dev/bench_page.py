@@ -25,6 +25,7 @@ def write_page(page: Path, figures: dict, processor: str, scenario: Path) -> Non
             processor=processor,
             scenario=recording.title,
             tick_s=figures["tick_s"],
+            rig_case=figures["rig_case"],
             tables=figures["simulator"] | figures["cortex_m7"],
             motion=html,
         )
