@@ -424,6 +424,22 @@ def test_a_zero_of_a_velocity_that_jumps_is_that_of_the_velocity_whatever_its_si
     assert 1e-3 * float(re.search(f"leg 4: {words}", found.cause.words)[1]) == pytest.approx(size_m_s, rel=0.15)
 
 
+def test_a_servo_that_oscillates_is_no_hum_of_the_forces():
+    # GIVEN 10 N at 26.5 Hz in all forces, and the 0.5 mm/s that they move the legs by
+    log = recorded()
+    turn = 2.0 * np.pi * 26.5 * log.t_s[:, None]
+    moved = replace(
+        log,
+        force_n=log.force_n + 10.0 * np.sin(turn),
+        velocity_m_s=log.velocity_m_s - 0.5e-3 * np.cos(turn),
+        displacement_m=log.displacement_m - 0.5e-3 / (2.0 * np.pi * 26.5) * np.sin(turn),
+    )
+    # WHEN it is diagnosed THEN no hum of the forces is named; AND without the motion it is
+    assert "force hum" not in [each.cause for each in diagnose(moved, machine()).findings]
+    still = replace(log, force_n=moved.force_n)
+    assert "force hum" in [each.cause for each in diagnose(still, machine()).findings]
+
+
 def test_a_hum_of_velocities_is_no_error_of_a_screw():
     # GIVEN velocities that hum with 20 mm/s on the paper's motion, so that their integral repeats with the place too
     log = recorded("paper_noisy", None)

@@ -45,6 +45,7 @@ JITTER_RATIO = 1.15
 ALIKE_SQUARES = 2.31  # 1 + 2 sum of rho^2 of third differences of white noise: rho = -15/20, 6/20, -1/20
 HUM_HZ = 25.0
 HUM_POWER = 60.0  # of a line over the noise beside it
+MOVING_LEGS = 35.0  # squares of six amplitudes in those of noise, Gamma(6, 1): chance is beyond once in 1e9 times
 HUM_SIGMAS = 0.5  # of a sample: less does no harm
 DERIVED = Cause(Defect.DERIVED, Channel.VELOCITY)
 NOISE_BAND = (0.1, 0.4)  # of the rate of the rows: a displacement's differences are noise there
@@ -84,6 +85,7 @@ def look_at(record: Record, machine: Machine) -> Iterator[Finding]:
             of_channels += _hum(name, clean, stated, record.dt_s)
             noise[name] = float(np.median(noise_of(clean))) / stated
             is_white[name] = _is_white(clean)
+    of_channels = [each for each in of_channels if not _is_of_a_servo(each, record, machine)]
     is_in_order = not any(each.is_input for each in of_channels)  # else values are not of their times either
     if record.dt_s < SLOW_S and is_in_order:
         yield from _jitter(record, machine)
@@ -443,11 +445,25 @@ def _hum(name: Channel, values: Array, stated: float, dt_s: float) -> Iterator[F
     )
 
 
+def _is_of_a_servo(hum: Finding, record: Record, machine: Machine) -> bool:
+    """A force that moves the legs is there: a servo that goes on oscillating, no hum."""
+    if hum.cause != Cause(Defect.HUM, Channel.FORCE) or record.velocity_m_s is None:
+        return False
+    window = np.hanning(len(record.velocity_m_s))
+    noise_m_s = 2.0 * machine.velocity_sigma_m_s * float(np.linalg.norm(window) / window.sum())
+    return float(np.sum((_amplitudes(record.velocity_m_s, hum.size, record.dt_s) / noise_m_s) ** 2)) > MOVING_LEGS
+
+
 def _line(values: Array, hz: float, dt_s: float) -> float:
     """Amplitude, the legs' median."""
+    return float(np.median(_amplitudes(values, hz, dt_s)))
+
+
+def _amplitudes(values: Array, hz: float, dt_s: float) -> Array:
+    """(6,)"""
     window = np.hanning(len(values))[:, None]
     wave = np.exp(-2j * np.pi * hz * dt_s * np.arange(len(values)))[:, None]
-    return float(np.median(2.0 * np.abs(((values - values.mean(axis=0)) * window * wave).sum(axis=0)) / window.sum()))
+    return 2.0 * np.abs(((values - values.mean(axis=0)) * window * wave).sum(axis=0)) / window.sum()
 
 
 def _noise(ratios: dict[Channel, float], is_white: dict[Channel, bool]) -> Iterator[Finding]:
