@@ -227,7 +227,7 @@ static void test_a_turning_that_late_legs_may_have_made_leaves_inertias_and_heig
     // GIVEN legs that are sampled within half a millisecond of each other, a platform that heaves with 3
     // m/s^2 and turns briskly about z, little about x and hardly about y
     const double twist[6] = {0.5e-3, 0.5e-3, 0.3, 4e-3, 1e-4, 0.08};
-    const double acceleration[6] = {0.0, 0.0, 3.0, 0.0, 0.0, 0.5};
+    const double acceleration[6] = {0.0, 0.0, 3.0, 0.3, 0.0, 0.5};
     const double mass_kg = 600.0;
     bench_t bench;
     begin(&bench, 6);
@@ -270,6 +270,65 @@ static void test_a_turning_that_late_legs_may_have_made_leaves_inertias_and_heig
     TEST_ASSERT_TRUE(kept(&bench, HEXLOAD_LOAD_HY) == 1.0);
 }
 
+static void test_noise_and_late_legs_add_up(void) {
+    // GIVEN a turning about y of which half is noise, and of which a quarter may be late legs', as half of
+    // that about x
+    bench_t bench;
+    begin(&bench, 8);
+    hexload_attenuation_t* self = &bench.estimator.filter.attenuation;
+    self->error[1] = HEXLOAD_REAL(50.0);
+    self->square[1] = HEXLOAD_REAL(100.0);
+    self->moved[0] = self->moved[1] = HEXLOAD_REAL(1.0);
+    self->late[0] = HEXLOAD_REAL(0.5);
+    self->late[1] = HEXLOAD_REAL(0.25);
+    // WHEN moments and products are seen to
+    self->calls = 3 * 20 - 1;
+    end_round(&bench, 0.0, 0.0);
+    // THEN sigma has both: of the noise what is beyond 2.5 standard deviations, (50^2 - 6.25 100) / (50 100)
+    const double noise = 0.375;
+    TEST_ASSERT_DOUBLE_WITHIN(1e-3 * OWN_AND_LOAD, (noise + 0.25) * OWN_AND_LOAD,
+                              added(&bench, HEXLOAD_LOAD_IYY));
+    TEST_ASSERT_DOUBLE_WITHIN(1e-3 * OWN_AND_LOAD, 0.5 * (noise + 2.0 * 0.25) * OWN_AND_LOAD,
+                              added(&bench, HEXLOAD_LOAD_IXY));
+}
+
+static void test_old_twists_fade_where_single_precision_ends(void) {
+    // GIVEN sums at 2^24, and beyond
+    bench_t bench;
+    begin(&bench, 10);
+    hexload_attenuation_t* self = &bench.estimator.filter.attenuation;
+    self->square[0] = HEXLOAD_REAL(16777216.0);
+    self->error[0] = HEXLOAD_REAL(1000.0);
+    self->square[2] = HEXLOAD_REAL(2e7);
+    self->error[2] = HEXLOAD_REAL(8e6);
+    // WHEN products have been seen to
+    self->calls = 3 * 20 - 1;
+    end_round(&bench, 0.0, 0.0);
+    // THEN what is beyond has half of both
+    TEST_ASSERT_TRUE(self->square[0] == HEXLOAD_REAL(16777216.0) && self->error[0] == HEXLOAD_REAL(1000.0));
+    TEST_ASSERT_TRUE(self->square[2] == HEXLOAD_REAL(1e7) && self->error[2] == HEXLOAD_REAL(4e6));
+}
+
+static void test_what_is_faster_than_the_smoother_follows_is_no_noise(void) {
+    // GIVEN a platform that turns, and is turned by a shock that only one of both twists has
+    bench_t bench;
+    begin(&bench, 9);
+    turn(&bench, 2.0, 0.0, 400);
+    hexload_attenuation_t* self = &bench.estimator.filter.attenuation;
+    const uint32_t calls = self->calls;
+    const hexload_real_t square = self->square[1];
+    const hexload_real_t error = self->error[1];
+    // WHEN two rounds go by
+    for (int n = 0; n < 60; n++) {
+        bench.estimator.filter.smooth_twist[4] = HEXLOAD_REAL(1.0);
+        bench.past.motion.twist[4] = HEXLOAD_REAL(0.0);
+        step(&bench);
+    }
+    // THEN nothing of it is in the sums
+    TEST_ASSERT_TRUE(self->calls != calls);
+    TEST_ASSERT_TRUE(self->square[1] == square && self->error[1] == error);
+}
+
 static void test_a_height_is_open_where_neither_turning_nor_shift_is_certain(void) {
     // GIVEN a platform that heaves and, as legs sampled at other instants make it seem, moves a little
     const double twist[6] = {1e-4, 1e-4, 0.3, 2e-4, 2e-4, 2e-4};
@@ -310,6 +369,9 @@ int main(void) {
     RUN_TEST(test_what_other_misfits_have_widened_is_not_widened_twice);
     RUN_TEST(test_a_displacement_that_is_bridged_says_nothing);
     RUN_TEST(test_a_turning_that_late_legs_may_have_made_leaves_inertias_and_height_open);
+    RUN_TEST(test_noise_and_late_legs_add_up);
+    RUN_TEST(test_old_twists_fade_where_single_precision_ends);
+    RUN_TEST(test_what_is_faster_than_the_smoother_follows_is_no_noise);
     RUN_TEST(test_a_height_is_open_where_neither_turning_nor_shift_is_certain);
     RUN_TEST(test_of_legs_that_are_sampled_together_nothing_is_open);
     return UNITY_END();
