@@ -48,7 +48,7 @@ def test_the_page_has_every_table_and_plays_the_run(tmp_path):
     table = {"Memory": [{"what": "an estimator", "-O2": "1,560", "-O3": "1,568"}]}
     figures = {
         "tick_s": 5.8e-6,
-        "rig_case": 1.6,
+        "rig_case": {20.0: 1.125},
         "simulator": {"Speed": [{"simulator": "MuJoCo", "x real time": "23"}]},
         "cortex_m7": table,
     }
@@ -62,6 +62,7 @@ def test_the_page_has_every_table_and_plays_the_run(tmp_path):
         "<td>1,568</td>",
         "<td>MuJoCo</td>",
         "5800 ns",
+        "20 s: 1.12 times",
         "a processor",
         'id="bench-motion"',
     ):

@@ -49,8 +49,8 @@ class Diagnosis:
     def beside(self, sigma: Array, is_fit: bool, has_rig: bool = False) -> "Diagnosis":
         """The same with what is small judged by what it does to the load, beside the published sigmas; where the estimator finds no
         mismatch (`is_fit`) so is every cause but a wrong input. With a rig file the sigmas have what commissioning has left of
-        the same constants, so that three of them are nothing new. Where it does, and nothing else is found, the largest of what is
-        small is what there is to mend."""
+        the same constants, so that three of them are nothing new. Where it finds one, and the log shows nothing larger, the
+        first of what is small is what there is to mend."""
         most = RIG_SIGMAS if has_rig else 1.0
         findings = [_beside(each, most, sigma, is_fit) for each in self.findings]
         first = next((k for k, each in enumerate(findings) if each.why_harmless), None)
