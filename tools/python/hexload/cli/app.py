@@ -63,6 +63,8 @@ def of_all(
 
 def main() -> None:
     """Runs a verb; a refusal ends with one line on stderr and the status of its kind, as does what cannot be printed."""
+    # Thousands of products of small matrices: threads of numpy's library would wait for each other at several times the cost.
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     status = _run_verb()
     try:
         if sys.stdout is not None:  # as it is when the verb was started with none

@@ -1,6 +1,5 @@
 """Verbs before a machine runs: its platform file, a motion for it, its controller's key."""
 
-import os
 from pathlib import Path
 from typing import Annotated
 
@@ -252,8 +251,6 @@ def excite(
 
     Example:  hexload excite --platform tests/data/paper_load.toml --scenario multisine --duration 5 --out excite.csv
     """
-    # Thousands of products of small matrices: threads of numpy's library would wait for each other at twice the cost.
-    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     from hexload.cli import excite as verb
     from hexload.cli import output
     from hexload.cli.kept_inputs import keep, refuse_existing
