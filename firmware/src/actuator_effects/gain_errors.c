@@ -24,8 +24,8 @@ void hexload_gain_errors_step(hexload_gain_errors_t* self, const hexload_delayed
     self->ticks = hexload_min(self->ticks + HEXLOAD_REAL(1.0), MOST_TICKS);
     self->load_ticks += HEXLOAD_REAL(1.0);
     for (int leg = 0; leg < HEXLOAD_LEGS; leg++) {
-        if (smooth->force_variance_n2[leg] <=
-            HEXLOAD_REAL(0.0)) { // a force that stands in for a lost one is none
+        const bool stands_in = smooth->force_variance_n2[leg] > HEXLOAD_REAL(0.0); // for a lost one
+        if (!stands_in) {
             const hexload_real_t force_n = smooth->sample.force_n[leg];
             const hexload_real_t change_n = force_n - self->mean_n[leg];
             self->mean_n[leg] += change_n / self->ticks;

@@ -137,31 +137,22 @@ def _step(record: Record, r: Array, jump: _Events) -> _Explained:
         mended = replace(record, displacement_m=record.displacement_m - _of_leg(leg, jump.size * since))
         return _Explained(_zero_step(record, jump, jump.size, Channel.DISPLACEMENT, "m"), mended, zero_left)
     size = share / (1.0 - share)  # the share is of what is shown, the gain of what is true
-    finding = Finding(
-        Cause(Defect.GAIN_STEP, Channel.DISPLACEMENT),
-        f"leg {leg + 1}: gain of its displacement jumps by {plain(100.0 * abs(size))} % at {record.t_s[row]:.2f} s",
-        "look at its displacement sensor and the cable",
-        (leg,),
-        size,
-        "",
-        jump.sigmas,
-    )
+    words = f"gain of its displacement jumps by {plain(100.0 * abs(size))} % at {record.t_s[row]:.2f} s"
+    finding = _finding(Defect.GAIN_STEP, Channel.DISPLACEMENT, jump, words, size, "")
     mended = replace(record, displacement_m=record.displacement_m - _of_leg(leg, share * shapes[1]))
     return _Explained(finding, mended, gain_left)
 
 
 def _zero_step(record: Record, event: _Events, size: float, channel: Channel, unit: str) -> Finding:
     at_s = float(record.t_s[event.rows[0]])
-    by = f"{plain(1e3 * abs(size))} m{unit}"
-    return Finding(
-        Cause(Defect.ZERO_STEP, channel),
-        f"leg {event.leg + 1}: zero of its {channel} jumps by {by} at {at_s:.2f} s",
-        f"look at its {channel} sensor and the cable",
-        (event.leg,),
-        size,
-        unit,
-        event.sigmas,
-    )
+    words = f"zero of its {channel} jumps by {plain(1e3 * abs(size))} m{unit} at {at_s:.2f} s"
+    return _finding(Defect.ZERO_STEP, channel, event, words, size, unit)
+
+
+def _finding(defect: Defect, channel: Channel, event: _Events, words: str, size: float, unit: str) -> Finding:
+    """`words`: of the leg."""
+    sentence, mend = f"leg {event.leg + 1}: {words}", f"look at its {channel} sensor and the cable"
+    return Finding(Cause(defect, channel), sentence, mend, (event.leg,), size, unit, event.sigmas)
 
 
 def _share_and_left(record: Record, r: Array, leg: int, shape: Array) -> tuple[float, float]:
@@ -183,16 +174,8 @@ def _last(matrix: Array, values: Array) -> tuple[float, float]:
 def _pulse(record: Record, pair: _Events, size: float, channel: Channel, unit: str) -> Finding:
     start_s, end_s = (float(record.t_s[row]) for row in pair.rows)
     by = f"{plain(1e3 * abs(size))} m{unit}"
-    return Finding(
-        Cause(Defect.PULSE, channel),
-        f"leg {pair.leg + 1}: zero of its {channel} is {by} off from {start_s:.2f} to {end_s:.2f} s",
-        f"look at its {channel} sensor and the cable",
-        (pair.leg,),
-        start_s,
-        "s",
-        pair.sigmas,
-        until_s=end_s,
-    )
+    words = f"zero of its {channel} is {by} off from {start_s:.2f} to {end_s:.2f} s"
+    return replace(_finding(Defect.PULSE, channel, pair, words, start_s, "s"), until_s=end_s)
 
 
 def _jumps(r: Array, rows: int) -> Array:
